@@ -13,6 +13,7 @@ import json
 from dataclasses import dataclass
 from typing import Any
 
+from ..io_images.text_limits import Text, check_text
 from .engine import Engine
 from .errors import LadderError
 from .schedule import Schedule
@@ -147,8 +148,9 @@ def _take(engine: Engine, tag: Tag, kind: str, value: Any) -> list[str]:
 
 def _stored(text: str) -> dict[str, list[Any]]:
     try:
+        check_text(text, Text.RETAINED)
         data = json.loads(text)
-    except (ValueError, RecursionError) as error:
+    except ValueError as error:
         raise LadderError(f"this is not a file of retained tags: {error}") from None
     tags = data.get("tags") if isinstance(data, dict) and data.get("format") == FORMAT else None
     if not isinstance(tags, dict):

@@ -21,6 +21,8 @@ from pathlib import Path, PurePath
 from types import FunctionType, ModuleType
 from typing import TYPE_CHECKING, Any
 
+from ..io_images.input_files import read_input
+from ..io_images.text_limits import LIMITS, Text
 from .axes import AxisSettings
 from .bound_axes import Axes
 from .errors import LadderError
@@ -283,7 +285,7 @@ def _is_logic_of(module: ModuleType, value: object) -> bool:
 
 def _load_rungs(path: Path, stubs: Stubs) -> Program:
     """Load a ladder program, or one of structured text, from its text."""
-    data = _read(path)
+    data = _read(path, Text.STRUCTURED if path.suffix == STRUCTURED_SUFFIX else Text.RUNGS)
     _check_text(path, data)
     try:
         text = data.decode("utf-8")
@@ -302,7 +304,7 @@ def _load_l5x(path: Path, stubs: Stubs, slots: Collection[int] | None) -> Progra
     """Load an exported controller; one of which a part is refused does not run."""
     from .l5x import import_l5x  # lxml takes time to import, and most programs are no L5X
 
-    data = _read(path)
+    data = _read(path, Text.EXPORT)
     try:
         imported = import_l5x(path, stubs, slots)
     except LadderError as error:
@@ -314,7 +316,7 @@ def _load_slc(path: Path, stubs: Stubs, slots: Collection[int] | None) -> Progra
     """Load an export of RSLogix 500; one of which a rung is refused does not run."""
     from .slc import import_slc  # most programs are no SLC
 
-    data = _read(path)
+    data = _read(path, Text.EXPORT)
     try:
         imported = import_slc(path, stubs, slots)
     except LadderError as error:
@@ -349,7 +351,7 @@ def _whole(
 
 def _load_steps(path: Path) -> Program:
     """Load a program of steps from its text."""
-    data = _read(path)
+    data = _read(path, Text.STEPS)
     _check_text(path, data)
     try:
         return Program(path, path.stem, parse_steps(data.decode("utf-8"), str(path)), data)
@@ -366,9 +368,9 @@ def _build(path: Path, program: LadderLogic, stubs: Stubs = NO_STUBS) -> None:
         raise ProgramError(f"{path}: {error}") from error
 
 
-def _read(path: Path) -> bytes:
+def _read(path: Path, kind: Text = Text.PYTHON) -> bytes:
     try:
-        return path.read_bytes()
+        return read_input(path, LIMITS[kind].size)
     except FileNotFoundError:
         raise ProgramError(f"{path}: there is no such program file") from None
     except OSError as error:

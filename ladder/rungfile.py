@@ -45,6 +45,8 @@ from collections.abc import Iterator
 from decimal import Decimal
 from pathlib import Path
 
+from ..io_images.input_files import read_input_text
+from ..io_images.text_limits import Text, TextLimitError, check_text
 from .addon import AddOn
 from .controller import Controller
 from .errors import LadderError
@@ -76,10 +78,9 @@ def read_program(path: Path | str) -> Program | Controller:
         OSError: the file can't be read.
     """
     file = Path(path)
-    text = file.read_text(encoding="utf-8")
     if file.suffix == STRUCTURED_SUFFIX:
-        return parse_structured(text, file.stem, file=str(file))
-    return parse_program(text, file=str(file))
+        return parse_structured(read_input_text(file, Text.STRUCTURED), file.stem, file=str(file))
+    return parse_program(read_input_text(file, Text.RUNGS), file=str(file))
 
 
 def parse_program(text: str, *, file: str = "", stubs: Stubs = NO_STUBS) -> Program | Controller:
@@ -90,6 +91,7 @@ def parse_program(text: str, *, file: str = "", stubs: Stubs = NO_STUBS) -> Prog
         file: where it is from, for messages.
         stubs: replacements of instructions; they replace stubs of the text with the same name.
     """
+    _check(text, Text.RUNGS, file)
     return Reader(text, file, stubs).program()
 
 
@@ -102,7 +104,16 @@ def parse_structured(text: str, name: str, *, file: str = "", stubs: Stubs = NO_
         file: where it is from, for messages.
         stubs: see `parse_program`.
     """
+    _check(text, Text.STRUCTURED, file)
     return Reader(text, file, stubs).structured(name)
+
+
+def _check(text: str, kind: Text, file: str) -> None:
+    try:
+        check_text(text, kind)
+    except TextLimitError as error:
+        where = f"{file}:{error.line}" if file else f"line {error.line}"
+        raise LadderError(f"{where}: {error}") from None
 
 
 def write_program(program: Program | Controller, path: Path | str) -> None:

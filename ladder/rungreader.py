@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 import re
+from bisect import bisect_right
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from decimal import Decimal
 from difflib import get_close_matches
 from functools import cache
 from importlib.resources import files
+from itertools import accumulate
 from typing import NoReturn
 
 from .addon import ROUTINES, AddOn, Parameter, Way, specs_of
@@ -118,6 +120,8 @@ class Reader:
 
     def __init__(self, text: str, file: str, stubs: Stubs = NO_STUBS) -> None:
         self._lines = text.splitlines()
+        self._text = "\n".join(self._lines)
+        self._starts = [0, *accumulate(len(line) + 1 for line in self._lines)]
         self._file = file
         self._at = 0
         self._types = dict(PREDEFINED_TYPES)
@@ -235,9 +239,9 @@ class Reader:
 
     def _skip_comments(self, number: int) -> int:
         """Return the number of the first line from `number` on that is not blank and not in a comment."""
-        rest = "\n".join(self._lines[number:])
-        found = _COMMENTS.match(rest)
-        return number + (rest.count("\n", 0, found.end()) if found else 0)
+        found = _COMMENTS.match(self._text, self._starts[number])
+        assert found is not None, "nothing is a match, too"
+        return max(number, bisect_right(self._starts, found.end()) - 1)
 
     def _peek(self) -> str | None:
         """Return the next line that says something, without its comment."""

@@ -28,6 +28,7 @@ from typing import Protocol
 
 from ..io_images.amci3601 import CommandLsw, CommandMsw, StatusLsw, StatusMsw, status_names
 from ..io_images.image import UNSIGNED_MAX, WORD_MIN, WORDS, Image
+from ..io_images.text_limits import Text, TextLimitError, check_text
 from ..io_images.thousands import split_thousands
 
 SUFFIX = ".steps"
@@ -136,6 +137,10 @@ def parse_steps(text: str, file: str = "") -> Steps:
     Raises:
         StepsError: a line can't be used, or there is no step.
     """
+    try:
+        check_text(text, Text.STEPS)
+    except TextLimitError as error:
+        raise StepsError(f"{file}:{error.line}: {error}") from None
     steps: list[Step] = []
     slot = 1
     for number, line in enumerate(text.splitlines(), start=1):

@@ -19,6 +19,7 @@ from typing import Any
 
 from lxml import etree
 
+from ...io_images.input_files import open_input
 from ..errors import LadderError
 from .records import (
     AddOnRecord,
@@ -76,7 +77,7 @@ def read_document(path: Path) -> Document:
         L5xError: it is not an L5X, or has what no export has.
     """
     try:
-        with path.open("rb") as stream:
+        with open_input(path) as stream:
             data = stream.read(MOST_BYTES + 1)
     except OSError as error:
         raise L5xError(str(path), 0, f"it can't be read: {error.strerror}") from None

@@ -36,6 +36,7 @@ import re
 from dataclasses import replace
 from pathlib import Path
 
+from ...io_images.input_files import open_input
 from ..errors import LadderError
 from .lines import WORD, Line, lines_of
 from .records import DataRecord, DataRow, Document, LadderRecord, Other, RungRecord, SlotRecord
@@ -85,13 +86,14 @@ def read_document(path: Path | str) -> Document:
     """
     file = Path(path)
     try:
-        data = file.read_bytes()
+        with open_input(file) as stream:
+            data = stream.read(MOST_BYTES + 1)
     except FileNotFoundError:
         raise SlcError(f"{path}: there is no such file") from None
     except OSError as error:
         raise SlcError(f"{path}: the file can't be read: {error.strerror}") from None
     if len(data) > MOST_BYTES:
-        raise SlcError(f"{path}: the file has {len(data):,} bytes; {MOST_BYTES:,} are allowed")
+        raise SlcError(f"{path}: the file has more than {MOST_BYTES:,} bytes")
     if b"\0" in data:
         raise SlcError(f"{path}: this is not text: export the program as text, with SOR and EOR")
     return parse_document(data.decode("utf-8-sig", errors="replace"), str(path), file.stem)

@@ -61,11 +61,11 @@ from ..tree import (
 from .grammar import GRAMMAR, OPERANDS, OPERATORS, PARTS, STATEMENTS, TERMS
 
 _SKIPPED = re.compile(
-    r"'(?:[^'$\n]|\$[^\n])*'|(?P<region>#(?:end)?region\b[^\n]*)"
+    r"'(?:[^'$\n]|\$[^\n])*'?|(?P<region>#(?:end)?region\b[^\n]*)"
     r"|(?P<line>//[^\n]*)|(?P<block>\(\*.*?\*\)|/\*.*?\*/)|(?P<open>\(\*|/\*)",
     re.DOTALL | re.IGNORECASE,
 )
-"""Comments, and what may contain their signs without being one."""
+"""Comments, and what may contain their signs without being one: a string, also one that does not end."""
 
 _INSIDE: Mapping[str, Callable[[str], str]] = {
     "line": lambda comment: comment[2:],

@@ -7,6 +7,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
+from ...io_images.input_files import read_input
+from ...io_images.text_limits import LIMITS, Text
 from ...ladder import LadderLogic
 from ...ladder.edit import retained_text
 from ...traces.guard import TAGS, check_output
@@ -52,11 +54,11 @@ class Retained:
 
     def _load(self, job: Job) -> tuple[Job, list[str]]:
         try:
-            data = self.path.read_bytes()
+            data = read_input(self.path, LIMITS[Text.RETAINED].size)
         except FileNotFoundError:
             return job, []
         except OSError as error:
-            raise ValueError(f"{self.path}: the retained tags can't be read: {error}") from None
+            raise ValueError(f"{self.path}: the retained tags can't be read: {error.strerror}") from None
         return retaining(job, data, str(self.path))
 
     def __enter__(self) -> Self:

@@ -7,10 +7,12 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+from ...io_images.input_files import read_checked
 from ...io_images.pcl601 import MAP, Register
 from ...io_images.pcl601.program import Program
 from ...io_images.pmc006.frame import FACTORY_ADDRESS
 from ...io_images.pmc006.program import UserProgram, assemble
+from ...io_images.text_limits import Text
 from ..controllers.pcl601.line import Pcl601
 from ..controllers.pcl601.pinstates import connect
 from ..controllers.pcl601.program import load, read_program
@@ -217,7 +219,7 @@ def pmc006_units(
 
 def _user_program(file: Path) -> UserProgram:
     try:
-        return assemble(file.read_text(encoding="utf-8"))
+        return assemble(read_checked(file, Text.STORED))
     except OSError as error:
         raise ValueError(f"{file}: {error.strerror}") from error
     except ValueError as error:

@@ -10,6 +10,8 @@ from typing import Annotated
 
 import typer
 
+from ...io_images.input_files import read_checked
+from ...io_images.text_limits import Text
 from ..app.fuzz import STANDARD, Scenario
 from ..app.fuzz.folder_lock import locked
 from ..app.fuzz.job import Setup, bench_of, replay
@@ -181,7 +183,8 @@ def read_scenario(file: Path, setup: Setup) -> Scenario:
     if not file.is_file():
         raise ValueError(f"{file}: there is no such scenario")
     try:
-        scenario = Scenario.from_json(json.loads(file.read_text(encoding="utf-8")))
+        text = read_checked(file, Text.SCENARIO)
+        scenario = Scenario.from_json(json.loads(text))
         scenario.check(bench_of(setup).spec)
     except json.JSONDecodeError as error:
         raise ValueError(f"{file}:{error.lineno}: this is not JSON: {error.msg}") from None

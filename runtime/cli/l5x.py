@@ -10,6 +10,7 @@ from typing import Annotated
 
 import typer
 
+from ...io_images.input_files import open_input
 from ...ladder.checks import motion_of
 from ...ladder.controller import Controller
 from ...ladder.errors import LadderError
@@ -54,7 +55,7 @@ def is_slc(path: Path) -> bool:
     if path.suffix in SLC_SUFFIXES or path.suffix.upper() == ".L5X":
         return path.suffix in SLC_SUFFIXES
     try:
-        with path.open("rb") as file:
+        with open_input(path) as file:
             begin = file.read(200)
     except OSError:
         return False

@@ -18,6 +18,8 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from ...io_images.addresses import allowed
+from ...io_images.input_files import read_input_text
+from ...io_images.text_limits import Text, TextLimitError, check_text
 from ..machine import EncoderSpec, Jam, Slip, Switch
 from .axis_tables import AxisTable
 from .machine_tables import MachineTable, StationTable, TimelineTable
@@ -80,18 +82,28 @@ def parse_rack_file(text: str, path: Path) -> RackFile:
     Raises:
         RackFileError: it is not TOML, or contains a value that is not allowed.
     """
-    try:
-        document = tomllib.loads(text, parse_float=Decimal)
-    except tomllib.TOMLDecodeError as error:
-        raise RackFileError(_syntax_error(path, str(error))) from None
-    except RecursionError:
-        raise RackFileError(f"{path}: tables and arrays are nested too deep") from None
+    document = parse_toml(text, path)
     lines = KeyLines(text)
     try:
         spec = RackSpec.model_validate(document)
     except ValidationError as error:
         raise RackFileError(explain(error, path, lines)) from None
     return RackFile(path, text, spec, lines)
+
+
+def parse_toml(text: str, path: Path) -> dict[str, Any]:
+    """Return the tables of a rack file; fractions are decimal.
+
+    Raises:
+        RackFileError: it is not TOML, or beyond the limits of a text.
+    """
+    try:
+        check_text(text, Text.TOML)
+        return tomllib.loads(text, parse_float=Decimal)
+    except TextLimitError as error:
+        raise RackFileError(f"{path}:{error.line}: {error}") from None
+    except tomllib.TOMLDecodeError as error:
+        raise RackFileError(_syntax_error(path, str(error))) from None
 
 
 def explain(error: ValidationError, path: Path, lines: KeyLines | None = None) -> str:
@@ -111,7 +123,7 @@ def explain(error: ValidationError, path: Path, lines: KeyLines | None = None) -
 
 def _read(path: Path) -> str:
     try:
-        return path.read_text("utf-8")
+        return read_input_text(path, Text.TOML)
     except FileNotFoundError:
         raise RackFileError(f"{path}: there is no such rack file") from None
     except OSError as error:

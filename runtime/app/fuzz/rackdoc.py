@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tomllib
 from collections.abc import Iterable, Sequence
 from decimal import Decimal
 from pathlib import Path
@@ -11,6 +10,9 @@ from typing import Any
 
 import tomli_w
 
+from ....io_images.input_files import read_input_text
+from ....io_images.text_limits import Text
+from ...config.rackfile import parse_toml
 from ...config.rackspec import RackSpec
 from ...loop.incidents import Incident
 from ...machine import TimelineEntry
@@ -33,7 +35,7 @@ def rack_text(rack_file: Path, spec: RackSpec, scenario: Scenario, scans: int, f
     Raises:
         OSError: the rack file can't be read.
     """
-    document: Table = tomllib.loads(rack_file.read_text(encoding="utf-8"), parse_float=Decimal)
+    document: Table = parse_toml(read_input_text(rack_file, Text.TOML), rack_file)
     for table in (document, *document.get("unit", ())):
         if "program" in table:
             table["program"] = os.path.relpath(rack_file.parent / str(table["program"]), folder)
@@ -71,7 +73,7 @@ def bare_rack_text(rack_file: Path, program: str) -> str:
     Raises:
         OSError: the rack file can't be read.
     """
-    document: Table = tomllib.loads(rack_file.read_text(encoding="utf-8"), parse_float=Decimal)
+    document: Table = parse_toml(read_input_text(rack_file, Text.TOML), rack_file)
     document["program"] = program
     document.pop("incident", None)
     document.pop("trace", None)

@@ -11,6 +11,8 @@ from pathlib import Path, PurePath
 from typing import Any
 
 from ....io_images.amci3601 import RULES
+from ....io_images.input_files import read_checked
+from ....io_images.text_limits import Text
 from ....traces.guard import beginning
 from ....traces.newfile import new_file
 from ...config.rackspec import RackSpec
@@ -231,8 +233,9 @@ def read_state(file: Path, rack: str) -> State:
     if not file.exists():
         return State(rack)
     try:
-        state = State.from_json(json.loads(file.read_text(encoding="utf-8")))
-    except (OSError, ValueError, RecursionError) as error:
+        text = read_checked(file, Text.STATE)
+        state = State.from_json(json.loads(text))
+    except (OSError, ValueError) as error:
         raise CampaignError(f"{file}: {error}; move it away to start again") from error
     if state.rack != rack:
         raise CampaignError(

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from .....io_images.input_files import read_checked
 from .....io_images.pcl601.program import Program, ProgramError, parse_program
+from .....io_images.text_limits import Text, TextLimitError
 from ..controller import Controller
 from .machine import ProgramMachine
 
@@ -16,7 +18,9 @@ def read_program(file: Path) -> Program:
         ValueError: the file is not a program, or can't be read; the message names file, line and column.
     """
     try:
-        return parse_program(file.read_text(encoding="utf-8"))
+        return parse_program(read_checked(file, Text.STORED))
+    except TextLimitError as error:
+        raise ValueError(f"{file}:{error.line}: {error}") from error
     except ProgramError as error:
         raise ValueError(f"{file}: {error}") from error
     except OSError as error:

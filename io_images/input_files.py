@@ -1,0 +1,79 @@
+"""Opens the files that a user names: what is not a regular file is refused, and so is too large a one.
+
+A FIFO would be waited for, and `/dev/zero` read until memory ends. A FIFO can't be read twice either, as rack
+files and programs are: process substitution, `<(...)`, is refused.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import stat
+from pathlib import Path
+from typing import BinaryIO
+
+from .text_limits import LIMITS, Text, check_text
+
+_KINDS = {
+    stat.S_IFIFO: "a pipe",
+    stat.S_IFCHR: "a device",
+    stat.S_IFBLK: "a device",
+    stat.S_IFSOCK: "a socket",
+}
+
+
+def open_input(path: Path) -> BinaryIO:
+    """Open a regular file for reading.
+
+    Raises:
+        OSError: it can't be read, or is not a regular file; `strerror` says which.
+    """
+    descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+    try:
+        kind = stat.S_IFMT(os.fstat(descriptor).st_mode)
+        if kind in _KINDS:
+            raise OSError(errno.EINVAL, f"it is {_KINDS[kind]}, not a file", str(path))
+        return os.fdopen(descriptor, "rb")
+    except OSError:
+        os.close(descriptor)
+        raise
+
+
+def read_input(path: Path, most: int) -> bytes:
+    """Return the contents of a regular file.
+
+    Args:
+        path: the file.
+        most: bytes that it may have.
+
+    Raises:
+        OSError: it can't be read, is not a regular file, or is larger; `strerror` says which.
+    """
+    with open_input(path) as file:
+        data = file.read(most + 1)
+    if len(data) > most:
+        raise OSError(errno.EFBIG, f"it has more than {most:,} bytes", str(path))
+    return data
+
+
+def read_input_text(path: Path, kind: Text) -> str:
+    """Return the text of a file in UTF-8, of the size that its kind may have.
+
+    Raises:
+        OSError: see `read_input`.
+        UnicodeDecodeError: it is not UTF-8.
+    """
+    return read_input(path, LIMITS[kind].size).decode("utf-8").replace("\r\n", "\n").replace("\r", "\n")
+
+
+def read_checked(path: Path, kind: Text) -> str:
+    """Return the text of a file that is within the limits of its kind.
+
+    Raises:
+        OSError: see `read_input`.
+        UnicodeDecodeError: it is not UTF-8.
+        TextLimitError: it is beyond its limits.
+    """
+    text = read_input_text(path, kind)
+    check_text(text, kind)
+    return text

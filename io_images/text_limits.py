@@ -1,0 +1,139 @@
+"""Limits of texts that others may have made, checked before a parser reads them.
+
+Some texts cost a parser more than in proportion: a TOML key of many parts, brackets in brackets, a long run
+of blanks where a pattern tries each length. This scan is linear and refuses them. The bytes of a file are
+limited where it is read, see `input_files`.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+
+KIB, MIB = 1 << 10, 1 << 20
+
+
+class Text(StrEnum):
+    """What a text is."""
+
+    TOML = "a rack file"
+    RUNGS = "rungs"
+    STRUCTURED = "structured text"
+    STEPS = "steps"
+    STORED = "a stored program"
+    RETAINED = "retained tags"
+    SCENARIO = "a scenario"
+    STATE = "the state of a campaign"
+    PYTHON = "Python"
+    EXPORT = "an export"
+
+
+@dataclass(frozen=True, slots=True)
+class TextLimits:
+    """What a text may have.
+
+    Attributes:
+        size: most bytes of a file, and most characters of a text.
+        nesting: most brackets in one another.
+        parts: most parts of a name with dots.
+        token: most characters of a name, a number, a string or a run of blanks.
+    """
+
+    size: int
+    nesting: int = 1000
+    parts: int = 64
+    token: int = 4 * KIB
+
+
+LIMITS: Mapping[Text, TextLimits] = {
+    Text.TOML: TextLimits(1 * MIB, nesting=32, parts=16),
+    Text.RUNGS: TextLimits(8 * MIB),
+    Text.STRUCTURED: TextLimits(8 * MIB),
+    Text.STEPS: TextLimits(1 * MIB),
+    Text.STORED: TextLimits(1 * MIB),
+    Text.RETAINED: TextLimits(64 * MIB, nesting=64, token=128 * KIB),
+    Text.SCENARIO: TextLimits(16 * MIB, nesting=64),
+    Text.STATE: TextLimits(256 * MIB, nesting=64, token=128 * KIB),
+    Text.PYTHON: TextLimits(16 * MIB),
+    Text.EXPORT: TextLimits(64 * MIB),
+}
+"""By what a text is. Only the size counts of Python, and of exports, which have limits of their own."""
+
+_REST = (
+    r"|(?P<open>[\[({])|(?P<close>[\])}])|(?P<token>[\w$%\\+-]+)"
+    r"|(?P<dot>[ \t]*\.[ \t]*)|(?P<blanks>[ \t\r]{2,})"
+)
+_TOML = r"""(?P<comment>\#[^\n]*)|(?P<string>\"\"\"(?:\\.|[^\\])*?(?:\"\"\"|\Z)|'''.*?(?:'''|\Z)
+|"(?:\\.|[^"\\\n])*"?|'[^'\n]*'?)"""
+_LOGIX = r"""(?P<comment>//[^\n]*|\(\*.*?(?:\*\)|\Z)|/\*.*?(?:\*/|\Z))
+|(?P<string>'(?:[^'$\n]|\$.)*'?|"(?:\\.|[^"\\\n])*"?)"""
+_JSON = r"""(?P<string>"(?:\\.|[^"\\\n])*"?)"""
+_HASH = r"(?P<comment>[#;][^\n]*)"
+
+
+def _pattern(own: str) -> re.Pattern[str]:
+    return re.compile(own.replace("\n", "") + _REST, re.DOTALL)
+
+
+_PATTERNS: Mapping[Text, re.Pattern[str]] = {
+    Text.TOML: _pattern(_TOML),
+    Text.RUNGS: _pattern(_LOGIX),
+    Text.STRUCTURED: _pattern(_LOGIX),
+    Text.STEPS: _pattern(_HASH),
+    Text.STORED: _pattern(_HASH),
+    Text.RETAINED: _pattern(_JSON),
+    Text.SCENARIO: _pattern(_JSON),
+    Text.STATE: _pattern(_JSON),
+}
+"""Comments, strings, and what is counted; no alternative fails after it has read far."""
+
+
+class TextLimitError(ValueError):
+    """A text that is beyond its limits.
+
+    Attributes:
+        line: where, from 1.
+    """
+
+    def __init__(self, line: int, problem: str) -> None:
+        self.line = line
+        super().__init__(problem)
+
+
+def check_text(text: str, kind: Text) -> None:
+    r"""Refuse a text that is beyond its limits.
+
+    >>> check_text("a.b = [[1]]", Text.TOML)
+    >>> check_text("x = 1\n" + "a." * 16 + "a = 1", Text.TOML)
+    Traceback (most recent call last):
+    ...
+    scanrack.io_images.text_limits.TextLimitError: a name of more than 16 parts
+
+    Raises:
+        TextLimitError: it is beyond them; where and which.
+    """
+    limits = LIMITS[kind]
+    if len(text) > limits.size:
+        raise TextLimitError(1, f"{kind} of more than {limits.size:,} characters")
+    depth = parts = 0
+    before = None
+    for found in _PATTERNS[kind].finditer(text):
+        what = found.lastgroup
+        if what == "open":
+            depth += 1
+        elif what == "close":
+            depth -= 1
+        elif what == "token" or what == "string":
+            parts = parts + 1 if before == "dot" else 1
+        before = what
+        if depth > limits.nesting:
+            problem = f"brackets that are nested deeper than {limits.nesting}"
+        elif parts > limits.parts:
+            problem = f"a name of more than {limits.parts} parts"
+        elif what != "comment" and found.end() - found.start() > limits.token:
+            problem = f"a name, number, text or blank of more than {limits.token:,} characters"
+        else:
+            continue
+        raise TextLimitError(text.count("\n", 0, found.start()) + 1, problem)
