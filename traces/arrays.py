@@ -12,7 +12,6 @@ chunks they need. `column_chunks` keeps memory flat however long the trace is.
 
 from __future__ import annotations
 
-from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -106,11 +105,10 @@ def _needed(trace: Trace, selection: Selection, margin: int) -> Sequence[Section
         low += 1
     while low < high and end_ns is not None and sections[high - 1].start_ns > end_ns:
         high -= 1
-    places = range(len(sections))
     if selection.first:
-        low = max(low, bisect_left(places, selection.first + 1, key=trace.first_scan) - 1)
+        low = max(low, trace.place_of(selection.first))
     if selection.last is not None:
-        high = min(high, bisect_right(places, selection.last, key=trace.first_scan))
+        high = min(high, trace.place_of(selection.last) + 1)
     return sections[_back(trace, low, margin) : _ahead(trace, high, margin)]
 
 

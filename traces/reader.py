@@ -11,7 +11,8 @@ chunk is given, and `notes` says so. A damaged chunk is left out, and noted.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping
+from bisect import bisect_right
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -216,29 +217,55 @@ class Trace(Records):
         """Iterate over the scans."""
         return (entry for entry in self if isinstance(entry, Scan))
 
-    def events(self, start_ns: int = 0, end_ns: int | None = None) -> Iterator[TraceEvent]:
-        """Iterate over the events. Chunks that hold nothing but scans are not read.
+    def events(
+        self, start_ns: int = 0, end_ns: int | None = None, topics: Collection[str] | None = None
+    ) -> Iterator[TraceEvent]:
+        """Iterate over the events. Chunks that hold none of those that are wanted are not read.
 
         Args:
             start_ns: chunks that end before that time are left out.
             end_ns: those that begin after it, too; None = none.
+            topics: only events of these; None = of all.
         """
         for section in self.sections:
             late = end_ns is not None and section.start_ns > end_ns
-            if late or section.end_ns < start_ns or self.shape.only_scans(section):
-                continue
-            for part in self._messages(section):
-                if isinstance(part, Message):
-                    yield from self._events(part, section)
+            if not (late or section.end_ns < start_ns) and self.may_tell(section, topics):
+                yield from self.events_in(section, topics)
+
+    def events_in(self, section: Section, topics: Collection[str] | None = None) -> Iterator[TraceEvent]:
+        """Iterate over the events of a section.
+
+        Args:
+            section: the section, which is read.
+            topics: only events of these; None = of all.
+        """
+        for part in self._messages(section):
+            if isinstance(part, Message):
+                yield from (
+                    event for event in self._events(part, section) if topics is None or event.topic in topics
+                )
+
+    def may_tell(self, section: Section, topics: Collection[str] | None = None) -> bool:
+        """Return whether a section may hold events of some topics, or any for None; it is not read.
+
+        Its indexes say so; not believed are those of a damaged file, and those at which a file ends.
+        """
+        if self.shape.only_scans(section):
+            return False
+        whole = self.spans[-1].opcode != Opcode.MESSAGE_INDEX or section is not self.sections[-1]
+        if topics is None or not whole or any(note.startswith(DAMAGED) for note in self.notes):
+            return True
+        told = section.counts
+        return not told or any(told.get(number) for number, name in self._topics.items() if name in topics)
 
     def texts(self) -> dict[int, str]:
         """Return what the codes of recorded texts stand for."""
         if TEXTS.name not in self.head.channels:
             return {}
         found = {}
-        for event in self.events():
+        for event in self.events(topics={TEXTS.name}):
             code = event.fields.get("code")
-            if event.topic == TEXTS.name and isinstance(code, int):
+            if isinstance(code, int):
                 found[code] = str(event.fields.get("text", ""))
         return found
 
@@ -270,6 +297,35 @@ class Trace(Records):
             rows = next(found, None)
             self._firsts[place] = _NO_SCAN if rows is None else int(rows["scan"][0])
         return self._firsts[place]
+
+    def place_of(self, scan: int) -> int:
+        """Return the last section that begins with a scan up to this one; -1 if there is none.
+
+        Sections are read at a place guessed by the time of the scan and, if it is another one, around it: a few,
+        however many there are.
+        """
+        low, high = -1, len(self.sections)  # the first scan of low is up to it, that of high is not
+        place, step = self._guess(scan), 1
+        while high - low > 1:
+            if self.first_scan(place) <= scan:
+                low, place = place, place + step
+            else:
+                high, place = place, place - step
+            if not low < place < high:
+                place = (low + high) // 2
+            step *= 2
+        return low
+
+    def _guess(self, scan: int) -> int:
+        """Return where a scan would be if all scans took the same time."""
+        last = len(self.sections) - 1
+        if last < 1:
+            return 0
+        first_scan, first_ns = self.first_scan(0), self.sections[0].start_ns
+        per_scan = (self.sections[last].start_ns - first_ns) / max(1, self.first_scan(last) - first_scan)
+        at_ns = first_ns + (scan - first_scan) * per_scan
+        found = bisect_right(self.sections, at_ns, key=lambda section: section.start_ns)
+        return min(max(found - 1, 0), last)
 
     def attachments(self) -> list[Attachment]:
         """Return the attachments: program, rack file, word map."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -17,6 +18,7 @@ from scanrack.traces.arrays import by_name, column_chunks, extent, read_columns,
 from scanrack.traces.columns import Columns, Selection
 from scanrack.traces.layout import SlotInfo
 from scanrack.traces.reader import Trace, open_trace
+from scanrack.traces.recorder import ScanRecorder
 from scanrack.traces.schema import CDR_PREFIX, SCAN_HEAD, scan_schema
 
 SLOTS = [SlotInfo(1, "amci3601", "4.1"), SlotInfo(5, "a toy")]
@@ -168,6 +170,47 @@ def test_an_index_that_does_not_tell_all_is_not_believed(path: Path, tmp_path: P
     torn.write_bytes(path.read_bytes()[: index.end])  # that of the events is missing
     with open_trace(torn) as trace:
         assert [event.scan for event in trace.events()] == [7, 8]
+
+
+def test_only_chunks_with_a_topic_are_read_for_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    events = {7: STIMULUS, 120: ("/cpu", {"mode": "run"}), 240: STIMULUS}
+    path = record(tmp_path / "run.mcap", NUMBERS, SLOTS, events=events, chunk_scans=CHUNK_SCANS)
+    with counted(path, monkeypatch) as (trace, read):
+        assert [event.scan for event in trace.events(topics={"/cpu"})] == [120]
+        assert len(read) == 1
+
+
+def test_a_topic_is_looked_for_where_the_last_index_is_cut_off(path: Path, tmp_path: Path) -> None:
+    with open_trace(path) as trace:
+        index = next(span for span in trace.spans if span.opcode == Opcode.MESSAGE_INDEX)
+    torn = tmp_path / "torn.mcap"
+    torn.write_bytes(path.read_bytes()[: index.end])
+    with open_trace(torn) as trace:
+        assert [event.scan for event in trace.events(topics={"/stimuli"})] == [7, 8]
+
+
+@pytest.mark.parametrize("scans", [500, 20_000])
+def test_a_scan_is_found_by_as_few_chunks_in_a_trace_of_any_length(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, scans: int
+) -> None:
+    words = np.zeros((scans, 16), np.int16)
+    path = record(tmp_path / "long.mcap", words, events={scans // 2: STIMULUS}, chunk_scans=CHUNK_SCANS)
+    with counted(path, monkeypatch) as (trace, read):
+        assert scan_at(trace, scans - 1 - scans // 3).scan == scans - 1 - scans // 3
+        assert len(set(read)) <= 5
+
+
+def test_a_scan_is_found_though_numbers_and_times_are_irregular(tmp_path: Path) -> None:
+    numbers = np.cumsum(np.arange(300) ** 2 % 7 + 1).tolist()
+    memory = bytearray(32)
+    recorder = ScanRecorder(tmp_path / "run.mcap", memory, SLOTS[:1], scan_period_ns=1, chunk_scans=3)
+    for place, number in enumerate(numbers):
+        recorder.scan(number, place**3, 1)
+    recorder.close()
+    with open_trace(tmp_path / "run.mcap") as trace:
+        firsts = numbers[::3]
+        for number in range(numbers[-1] + 3):
+            assert trace.place_of(number) == bisect_right(firsts, number) - 1
 
 
 def test_a_trace_without_scans(tmp_path: Path) -> None:
