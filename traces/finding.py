@@ -38,18 +38,24 @@ _FIRST_PRIVATE_OPCODE = 0x80
 _OPCODES = frozenset(opcode.value for opcode in Opcode)
 
 
-def find_records(file: BinaryIO, size: int) -> tuple[list[Span], list[str]]:
+def find_records(file: BinaryIO, size: int, known: Sequence[Span] = ()) -> tuple[list[Span], list[str]]:
     """Hop over the records of a file. After a damaged length, continue at the next chunk, or the end.
 
+    Args:
+        file: the file.
+        size: its size in bytes.
+        known: its first records; those after them are looked for.
+
     Returns:
-        The whole records in order, and what is wrong with the file.
+        The whole records in order, and what is wrong with the file; the last note says how it ends, if it
+        does not end whole.
 
     Raises:
         TraceLimitError: there are more records than the limits allow.
     """
-    spans: list[Span] = []
+    spans = list(known)
     notes: list[str] = []
-    offset = len(MAGIC)
+    offset = _last(spans)[1]
     while (trouble := _hop(file, size, offset, spans, notes)) is not None:
         last_start, last_end = _last(spans)
         what, found = "next chunk", _next_chunk(file, size, last_start + 1)

@@ -11,6 +11,7 @@ chunk is given, and `notes` says so. A damaged chunk is left out, and noted.
 from __future__ import annotations
 
 import json
+import os
 from bisect import bisect_right
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
@@ -20,6 +21,7 @@ from typing import BinaryIO, NamedTuple, Self, TypeVar
 
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Schema
+from typing_extensions import override
 
 from ..io_images.image import IMAGE_BYTES, Image
 from .finding import data_damage, ends_whole, find_records, summary_damage
@@ -108,6 +110,7 @@ class Records:
         if file.read(len(MAGIC)) != MAGIC:
             raise TraceError("it is not an MCAP file")
         self.spans, self.notes = find_records(file, size)
+        self._of_the_end = [] if ends_whole(file, self.spans) else self.notes[-1:]
         self.sections = find_sections(file, self.spans)
         self.shape = ScanShape(None, 0)
         if damage := summary_damage(file, self.spans):
@@ -124,6 +127,27 @@ class Records:
     def close(self) -> None:
         """Close the file."""
         self.file.close()
+
+    def follow(self) -> bool:
+        """Take what was written since to a file that has no end yet; return whether there is any.
+
+        Raises:
+            TraceLimitError: it has more records than the limits allow.
+        """
+        size = os.fstat(self.file.fileno()).st_size
+        if size <= self.size or not self._of_the_end:
+            return False
+        before = self.spans[-1].end if self.spans else 0
+        chunks = [place for place, span in enumerate(self.spans) if span.opcode == Opcode.CHUNK]
+        again = chunks[-1] if chunks else 0  # what is new may belong to the last chunk
+        self.spans, notes = find_records(self.file, size, self.spans[:again])
+        self.notes = [each for each in self.notes if each not in self._of_the_end]
+        self.notes += [each for each in notes if each not in self.notes]
+        self.size, self._of_the_end = size, [] if ends_whole(self.file, self.spans) else notes[-1:]
+        first = self.spans[again].offset if again < len(self.spans) else size
+        self.sections = [each for each in self.sections if each.span.offset < first]
+        self.sections += find_sections(self.file, self.spans[again:])
+        return bool(self.spans) and self.spans[-1].end > before
 
     def parts(self, section: Section) -> list[Part] | None:
         """Take a section apart; note a damaged one and return None.
@@ -193,8 +217,18 @@ class Trace(Records):
         rest_bytes = self.head.rest_bytes
         self._scan_bytes = SCAN_HEAD.size + memory_bytes + (0 if tags is None else tags.itemsize) + rest_bytes
         self.shape = ScanShape(self.head.channels[SCAN_TOPIC].id, memory_bytes, tags, rest_bytes)
-        if not ends_whole(file, self.spans):
-            self.notes += self._where_it_ends()
+        self._note_where_it_ends()
+
+    @override
+    def follow(self) -> bool:
+        size, grown = self.size, super().follow()
+        if self.size > size:
+            last = len(self.sections)
+            self._firsts = {
+                place: first for place, first in self._firsts.items() if first < _NO_SCAN and place < last
+            }
+            self._note_where_it_ends()
+        return grown
 
     def __iter__(self) -> Iterator[Scan | TraceEvent]:
         """Iterate over scans and events in the order of the file; leave out and note damaged parts."""
@@ -372,6 +406,13 @@ class Trace(Records):
             self.note(f"no record tells what channel {channel} is; its messages are left out")
         elif self.head.library.startswith(LIBRARY):
             self.note(f"the topic {topic!r} is not known; its messages are left out")
+
+    def _note_where_it_ends(self) -> None:
+        """Note how a trace without an end ends."""
+        if self._of_the_end:
+            ends = list(self._where_it_ends())
+            self.notes += ends
+            self._of_the_end = [*self._of_the_end[:1], *ends]
 
     def _where_it_ends(self) -> Iterator[str]:
         """Yield as notes the last scan of a trace without an end, and what was begun after it."""

@@ -137,6 +137,27 @@ def test_a_file_cut_anywhere_gives_its_whole_chunks(path: Path) -> None:
             assert f"the last scan is {scans[-1]}, at {seconds(scans[-1] * PERIOD)} s" in notes
 
 
+@pytest.mark.parametrize("step", [211, 1009, 100_000])
+def test_a_file_that_grows_is_followed_as_if_opened_anew(path: Path, step: int) -> None:
+    content = path.read_bytes()
+    head_end = spans(path, Opcode.CHUNK)[0][0]
+    path.write_bytes(content[:head_end])
+    with open_trace(path) as followed:
+        for size in [*range(head_end + step, len(content), step), len(content), len(content)]:
+            path.write_bytes(content[:size])
+            grown = size > followed.size
+            whole = [span.end for span in followed.spans][-1]
+            followed.place_of(SCANS // 2)  # what it remembers of places must not stay wrong
+            assert followed.follow() == (grown and followed.spans[-1].end > whole)
+            with open_trace(path) as fresh:
+                assert (followed.spans, followed.sections) == (fresh.spans, fresh.sections)
+                assert sorted(followed.notes) == sorted(fresh.notes)
+                assert [followed.place_of(scan) for scan in range(0, SCANS + 20, 20)] == [
+                    fresh.place_of(scan) for scan in range(0, SCANS + 20, 20)
+                ]
+        assert [scan.scan for scan in followed.scans()] == list(range(SCANS))
+
+
 def per_chunk(path: Path) -> list[list[int]]:
     """Return the scan numbers by chunk, found by cutting the file after each."""
     content = path.read_bytes()
