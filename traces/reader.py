@@ -28,7 +28,16 @@ from .finding import data_damage, ends_whole, find_records, summary_damage
 from .head import read_head
 from .image_text import seconds
 from .layout import SLOT_BYTES
-from .records import DAMAGED, MAGIC, Message, Span, TraceError, TraceLimitError, read_attachment
+from .records import (
+    DAMAGED,
+    MAGIC,
+    Message,
+    Span,
+    TraceError,
+    TraceLimitError,
+    attachment_name,
+    read_attachment,
+)
 from .schema import LIBRARY, SCAN_HEAD
 from .sections import Part, ScanRows, ScanShape, Section, find_sections, held, take_apart, torn_chunk
 from .tagplan import FIELD
@@ -127,6 +136,11 @@ class Records:
     def close(self) -> None:
         """Close the file."""
         self.file.close()
+
+    @property
+    def may_grow(self) -> bool:
+        """Whether the file has no end yet."""
+        return bool(self._of_the_end)
 
     def follow(self) -> bool:
         """Take what was written since to a file that has no end yet; return whether there is any.
@@ -335,8 +349,7 @@ class Trace(Records):
     def place_of(self, scan: int) -> int:
         """Return the last section that begins with a scan up to this one; -1 if there is none.
 
-        Sections are read at a place guessed by the time of the scan and, if it is another one, around it: a few,
-        however many there are.
+        Sections are read at a place that is guessed by time, and around it: a few, however many there are.
         """
         low, high = -1, len(self.sections)  # the first scan of low is up to it, that of high is not
         place, step = self._guess(scan), 1
@@ -371,6 +384,11 @@ class Trace(Records):
                 except TraceError as error:
                     self.note(f"{error}; the attachment is left out")
         return found
+
+    def attachment_names(self) -> list[tuple[Span, str]]:
+        """Return where the attachments are, with their names; their data are not read."""
+        spans = [span for span in self.spans if span.opcode == Opcode.ATTACHMENT]
+        return [(span, attachment_name(self.file, span)) for span in spans]
 
     def _messages(self, section: Section) -> list[ScanRows | Message]:
         """Return scans and messages of a section; none for a damaged one, which is noted."""

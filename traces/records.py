@@ -91,6 +91,11 @@ def read_record(file: BinaryIO, span: Span, read: Callable[[ReadDataStream], R])
         raise TraceError(f"{DAMAGED}record at byte {span.offset:,}: {error}") from error
 
 
+_NAME_LENGTH = struct.Struct("<I")
+_NAME_AT, _NAME_MOST = 20, 400
+"""Where in an attachment its name is, after two times and its length; how much of it is read."""
+
+
 def read_attachment(file: BinaryIO, span: Span) -> Attachment:
     """Read an attachment.
 
@@ -106,6 +111,16 @@ def read_attachment(file: BinaryIO, span: Span) -> Attachment:
             f"{DAMAGED}attachment {attachment.name!r} at byte {span.offset:,}: its CRC does not fit"
         )
     return attachment
+
+
+def attachment_name(file: BinaryIO, span: Span) -> str:
+    """Return the name of an attachment; its data are not read. "" if it is damaged."""
+    file.seek(span.offset + RECORD_HEAD.size)
+    head = file.read(min(span.length, _NAME_AT + _NAME_MOST))
+    if len(head) < _NAME_AT:
+        return ""
+    (length,) = _NAME_LENGTH.unpack_from(head, _NAME_AT - _NAME_LENGTH.size)
+    return head[_NAME_AT : _NAME_AT + length].decode(errors="replace")
 
 
 def chunk_data(file: BinaryIO, span: Span) -> bytes:

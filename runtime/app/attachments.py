@@ -201,7 +201,17 @@ def folder_of_edit(number: int) -> str:
     return f"edit-{number}/"
 
 
-_OF_AN_EDIT = re.compile(r"edit-\d+/")
+def edit_number(name: str) -> int:
+    """Return the number of the edit that a file of a trace belongs to; 0 = none.
+
+    >>> edit_number("edit-1/feeder.rung"), edit_number("feeder.rung")
+    (1, 0)
+    """
+    match = _OF_AN_EDIT.match(name)
+    return 0 if match is None else int(match[1])
+
+
+_OF_AN_EDIT = re.compile(r"edit-(\d{1,9})/")
 
 
 def _take_out(
@@ -211,7 +221,7 @@ def _take_out(
     files = {
         name: data
         for name, data in attached_files(trace).items()
-        if name not in _NOT_OF_THE_RUN and not _OF_AN_EDIT.match(name)
+        if name not in _NOT_OF_THE_RUN and not edit_number(name)
     }
     given = Given(address_name(rack), None if program is None else address_name(program), retained)
     wanted = admitted(files, given, trust=trust)

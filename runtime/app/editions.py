@@ -16,11 +16,13 @@ from pathlib import Path
 
 from ...traces.reader import Trace
 from ...traces.recorder import Attachment
+from ...traces.topics import ORDERS
 from ..live.hands import GivenOrder
 from ..live.orders import Edit
 from .attachments import (
     RETAINED,
     attachment,
+    edit_number,
     files_of,
     folder_of_edit,
     forget_imported,
@@ -30,6 +32,7 @@ from .attachments import (
 )
 from .extracting import attached_files, extract
 from .loading import Job, load_job
+from .repeating import orders_of
 from .retaining import retaining
 from .trust import Given, address_name, admitted
 
@@ -165,6 +168,26 @@ class Editions:
         """Return the files of an edit as a trace brings them, in the order of their names."""
         files, start = self._known[number].files, folder_of_edit(number)
         return [attachment(f"{start}{name}", files[name]) for name in sorted(files)]
+
+
+def edits_of(trace: Trace) -> list[GivenOrder]:
+    """Return the edits of a recorded session, in order; only chunks behind their files are read."""
+    starts: dict[int, int] = {}
+    for span, name in trace.attachment_names():
+        if number := edit_number(name):
+            starts.setdefault(number, span.offset)
+    found = [_edit_behind(trace, number, offset) for number, offset in sorted(starts.items())]
+    return [each for each in found if each is not None]
+
+
+def _edit_behind(trace: Trace, number: int, offset: int) -> GivenOrder | None:
+    """Return an edit, whose order is in the chunks behind its files."""
+    for section in trace.sections:
+        if section.span.offset > offset and trace.may_tell(section, {ORDERS.name}):
+            for each in orders_of(trace.events_in(section, {ORDERS.name})):
+                if isinstance(each.order, Edit) and each.order.number == number:
+                    return each
+    return None
 
 
 def editions_of(

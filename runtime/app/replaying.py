@@ -132,7 +132,7 @@ def edit_notes(events: Iterable[TraceEvent]) -> list[str]:
     return [
         f"the program was edited before scan {event.scan:,}: here the one that the trace begins with runs on"
         for event in events
-        if _is_edit(event)
+        if is_edit(event)
     ]
 
 
@@ -140,7 +140,7 @@ def lost_edits(events: Iterable[TraceEvent]) -> list[int]:
     """Return the scans from which on a program ran that the trace does not bring: edits at a bench."""
     known = list(events)
     brought = {event.scan for event in known if event.topic == ORDERS.name and event.fields["name"] == "edit"}
-    return [event.scan for event in known if _is_edit(event) and event.scan not in brought]
+    return [event.scan for event in known if is_edit(event) and event.scan not in brought]
 
 
 def lost_notes(scans: Iterable[int]) -> list[str]:
@@ -151,7 +151,8 @@ def lost_notes(scans: Iterable[int]) -> list[str]:
     ]
 
 
-def _is_edit(event: TraceEvent) -> bool:
+def is_edit(event: TraceEvent) -> bool:
+    """Return whether an event tells of an edit of the program."""
     return event.topic == "/events" and event.fields.get("kind") == "edit"
 
 

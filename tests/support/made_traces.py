@@ -28,11 +28,18 @@ def record(
     period_ns: int = PERIOD_NS,
     chunk_scans: int = 50,
     metadata: Mapping[str, str] | None = None,
+    sequences: bool = False,
 ) -> Path:
     """Record scans of which `words` gives the words, int16: per slot eight of output, eight of input."""
     memory = bytearray(SLOT_BYTES * len(slots))
     recorder = ScanRecorder(
-        path, memory, slots, scan_period_ns=period_ns, chunk_scans=chunk_scans, metadata=metadata
+        path,
+        memory,
+        slots,
+        scan_period_ns=period_ns,
+        chunk_scans=chunk_scans,
+        metadata=metadata,
+        sequences=sequences,
     )
     for scan, row in enumerate(np.asarray(words, np.int16)):
         memory[:] = row.tobytes()

@@ -23,6 +23,7 @@
 | `picture.py`, `strip.py` | what a frame shows of a scan; edges and envelopes |
 | `recent.py`, `timeline.py` | rows by scan: the latest, and those of the recording |
 | `event_log.py` | events, and the forces, rules and waiting lines of any scan |
+| `recorded_events.py` | the same of a recording, read where a page looks |
 | `shadow.py` | runs scans of a ladder program again, for tags and power of any of them |
 | `stretch.py` | the programs of a session by scan |
 | `indexer.py` | runs all scans of a recording once, for values now and then |

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from typing import Any, Protocol
 
 from ....traces.reader import TraceEvent
 
@@ -20,12 +20,31 @@ KEPT = 2000
 FIRST = 200
 """How many past events a page gets first."""
 
+LAST_SCAN = 1 << 32
+"""More than the number of any scan."""
+
 STATES = 10_000
 """Least number of changes of states that are kept: forces, lines, rules."""
 
 SEQUENCES, FORCES = "/sequences", "/forces"
 
 _NOT_FORCED = ("scan", "t", "topic", "tags")
+
+
+class States(Protocol):
+    """What stood in a scan."""
+
+    def forces_at(self, scan: int | None) -> Json:
+        """Return the forces in effect in a scan; None = the latest."""
+        ...
+
+    def lines_at(self, scan: int | None) -> Json:
+        """Return where the sequences waited in a scan, by name."""
+        ...
+
+    def rules_at(self, scan: int | None) -> list[Json]:
+        """Return the rule that last set each bit, up to a scan."""
+        ...
 
 
 class EventLog:
@@ -36,6 +55,7 @@ class EventLog:
 
     Attributes:
         begin: number of the first event that is kept.
+        earlier: what stood before the first event; None if nothing did.
     """
 
     def __init__(self, kept: int = KEPT) -> None:
@@ -45,6 +65,7 @@ class EventLog:
     def clear(self) -> None:
         """Forget all: another session begins."""
         self.begin = 0
+        self.earlier: States | None = None
         self._events: list[Json] = []
         self._forces = _Standing()
         self._lines = _Standing()
@@ -64,19 +85,6 @@ class EventLog:
     def since(self, number: int) -> Sequence[Json]:
         """Return the events from a number on, as far as they are kept."""
         return self._events[max(0, number - self.begin) :]
-
-    def add_before(self, events: Iterable[TraceEvent]) -> None:
-        """Take the events of a recording up to those that are known."""
-        known, first = self._events, self._events[0]["scan"] if self._events else 1 << 32
-        rules, latest = self._rules, self._latest_rules
-        forces, lines = self._forces, self._lines
-        self.clear()
-        self.take_all(each for each in events if each.scan < first)
-        self._events += known
-        self._rules += rules
-        self._latest_rules |= latest
-        self._forces.go_on(forces)
-        self._lines.go_on(lines)
 
     def take_all(self, events: Iterable[TraceEvent]) -> None:
         """Take the events of a recording."""
@@ -129,19 +137,30 @@ class EventLog:
 
     def forces_at(self, scan: int | None) -> Json:
         """Return the forces in effect in a scan; None = the latest."""
-        return self._forces.at(scan)
+        told = self._forces.told(LAST_SCAN if scan is None else scan)
+        if told is None and self.earlier is not None:
+            return self.earlier.forces_at(scan)
+        return told or {}
+
+    def told_forces(self, scan: int) -> Json | None:
+        """Return the forces that were told of last, up to a scan; None if none were."""
+        return self._forces.told(scan)
 
     def lines_at(self, scan: int | None) -> Json:
         """Return where the sequences waited in a scan, by name."""
-        return self._lines.at(scan)
+        earlier = {} if self.earlier is None else self.earlier.lines_at(scan)
+        return earlier | (self._lines.told(LAST_SCAN if scan is None else scan) or {})
 
     def rules_at(self, scan: int | None) -> list[Json]:
         """Return the rule that last set each bit, up to a scan."""
-        if scan is None:
-            return list(self._latest_rules.values())
-        return list(
-            {(each["slot"], each["bit"]): each for each in self._rules if each["scan"] <= scan}.values()
-        )
+        latest = self._latest_rules.values() if scan is None else self._rules_up_to(scan).values()
+        if self.earlier is None:
+            return list(latest)
+        known = {(each["slot"], each["bit"]): each for each in (*self.earlier.rules_at(scan), *latest)}
+        return list(known.values())
+
+    def _rules_up_to(self, scan: int) -> dict[tuple[int, str], Json]:
+        return {(each["slot"], each["bit"]): each for each in self._rules if each["scan"] <= scan}
 
 
 class _Standing:
@@ -161,15 +180,9 @@ class _Standing:
         if len(self._scans) > 2 * STATES:
             del self._scans[:STATES], self._states[:STATES]
 
-    def go_on(self, other: _Standing) -> None:
-        self._scans += other._scans
-        self._states += other._states
-
-    def at(self, scan: int | None) -> Json:
-        if scan is None:
-            return self.latest
+    def told(self, scan: int) -> Json | None:
         place = bisect_right(self._scans, scan) - 1
-        return self._states[place] if place >= 0 else {}
+        return self._states[place] if place >= 0 else None
 
 
 def _spoken(event: Mapping[str, Any]) -> str:

@@ -22,7 +22,8 @@ from ...live.ring import Rows
 from ...loop.phases import IDLE_PHASES
 from ...loop.rack import SLOT_BYTES, Card, Rack
 from ...loop.scan import MODE_MASK, CpuMode, Scan, ScanFlag
-from .stretch import LAST_SCAN, Stretch
+from .event_log import LAST_SCAN
+from .stretch import Stretch
 
 EVERY = 4096
 """Scans between values."""
@@ -48,7 +49,7 @@ class Indexer:
         programs: the program, and what edits made of it; they have no routines in Python.
         slots: the words of the modules, in the order of the rack's memory.
         period_ns: time from scan to scan.
-        given: the orders of the session.
+        given: returns the orders of a session from one scan to another.
         keep: takes the values.
 
     Attributes:
@@ -60,7 +61,7 @@ class Indexer:
         programs: Sequence[LadderLogic],
         slots: Mapping[int, ModuleWords],
         period_ns: int,
-        given: Sequence[RecordedOrder],
+        given: Callable[[int, int], Sequence[RecordedOrder]],
         keep: Callable[[Values | Inputs], None],
     ) -> None:
         program, *self._edited = programs
@@ -70,14 +71,21 @@ class Indexer:
         self._debugger = Debugger(program, remembered=1)
         self._keep = keep
         self._words = slots
+        self._given = given
         self._orders: dict[int, list[Order]] = {}
-        for each in given:
-            self._orders.setdefault(each.scan, []).append(each.order)
-        self.next = 0
+        self.next = self._kept = 0
         self._forces: object = None
 
-    def run(self, rows: Rows) -> None:
-        """Run the scans of these rows, which follow each other and begin with `next`."""
+    def run(self, rows: Rows) -> bool:
+        """Run the scans of these rows, which follow each other and begin with `next`.
+
+        Returns:
+            Whether values were taken.
+        """
+        kept = self._kept
+        self._orders.clear()
+        for each in self._given(self.next, int(rows["scan"][-1])):
+            self._orders.setdefault(each.scan, []).append(each.order)
         numbers, flags, times = (rows[name].tolist() for name in ("scan", "flags", "now_ns"))
         memory = rows["words"].tobytes()
         size = len(self._rack.memory)
@@ -86,6 +94,7 @@ class Indexer:
             if "logic" not in IDLE_PHASES[CpuMode(flag & MODE_MASK)]:
                 self._run(scan, flag, now_ns, memory[place * size : place * size + size])
             self.next = scan + 1
+        return self._kept > kept
 
     def _before(self, scan: int) -> None:
         edits = len(self._debugger.edits)
@@ -93,6 +102,7 @@ class Indexer:
             self._give(order)
         if scan % EVERY == 0 or edits != len(self._debugger.edits):
             self._keep(values_of(self._debugger, scan))
+            self._kept += 1
             self._forces = None
 
     def _give(self, order: Order) -> None:

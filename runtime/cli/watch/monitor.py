@@ -21,7 +21,7 @@ from ...config.rackspec import RackSpec
 from ...live.ring import Row
 from .catalog import NOTHING_SHOWN, shown_value, value_of
 from .elsewhere import Elsewhere
-from .event_log import EventLog
+from .event_log import States
 from .hello import incidents_of, slots_of
 from .lanes import Told
 from .page import Page
@@ -139,17 +139,16 @@ class Monitor(ABC):
     Args:
         about: what it is about.
         subject: the rack and its program.
+        states: what stood in a scan.
 
     Attributes:
-        log: what has happened.
         pages: the open pages.
         latest: the row of the latest scan; None before the first.
         over: whether the server is to end.
     """
 
-    def __init__(self, about: About, subject: Subject) -> None:
-        self.about, self.subject = about, subject
-        self.log = EventLog()
+    def __init__(self, about: About, subject: Subject, states: States) -> None:
+        self.about, self.subject, self.states = about, subject, states
         self.pages: list[Page] = []
         self.elsewhere = Elsewhere()
         self.latest: Row | None = None
@@ -173,6 +172,10 @@ class Monitor(ABC):
     def state(self, *, past: bool) -> Json:
         """Return what a frame has beside the scan: state, speed, late scans, breakpoints, faults."""
 
+    @abstractmethod
+    def events(self, page: Page) -> Sequence[Json]:
+        """Return the events that are new for a page."""
+
     # --- pages
 
     def wake(self) -> None:
@@ -191,7 +194,7 @@ class Monitor(ABC):
         page.program = self.subject.programs.at(page.past)
         page.show(NOTHING_SHOWN)
         page.send({"hello": self.subject.described(self.about, page.program)})
-        page.events = self.log.first_of_page
+        page.events = None
         page.begin_anew()
 
     def leave(self, page: Page) -> None:
@@ -206,9 +209,7 @@ class Monitor(ABC):
         frame = changed(picture, page.last)
         if row is not None and page.past is None:
             frame |= self._strip(page) | self._lanes(page, int(row["scan"]))
-        new = self.log.since(page.events)
-        page.events = self.log.end
-        if new:
+        if new := self.events(page):
             frame["events"] = list(new)
         return frame
 
@@ -225,7 +226,11 @@ class Monitor(ABC):
 
     def _before_the_first_scan(self) -> Json:
         """Return the frame of a session that began paused."""
-        return {"mode": self.subject.spec.mode, "forced": self.log.forces_at(None), **self.state(past=False)}
+        return {
+            "mode": self.subject.spec.mode,
+            "forced": self.states.forces_at(None),
+            **self.state(past=False),
+        }
 
     def row_of(self, page: Page) -> Row | None:
         """Return the row that a page looks at."""
@@ -245,9 +250,9 @@ class Monitor(ABC):
             "mode": mode_of(int(row["flags"])),
             "range": list(extent) if extent is not None else [scan, scan],
             "record": self.about.record,
-            "forced": self.log.forces_at(past),
-            "lines": self.log.lines_at(past),
-            "rules": self.log.rules_at(past),
+            "forced": self.states.forces_at(past),
+            "lines": self.states.lines_at(past),
+            "rules": self.states.rules_at(past),
             **self.state(past=past is not None),
             **self.subject.places.of(
                 row, self.subject.timeline.between(scan - SPEED_SCANS, scan)[:1], past=past is not None
@@ -263,13 +268,15 @@ class Monitor(ABC):
         if shadow is None:
             values = subject.values if page.past is None else subject.timeline.values(scan)
             return {"tags": {name: shown_value(value) for name, value in values.items()}}
-        if not shadow.show(scan):
-            return {}
         tags = shadow.engine.tags
-        names = dict.fromkeys((*page.shown.names, *page.watched))
+        names = [name for name in dict.fromkeys((*page.shown.names, *page.watched)) if name in tags]
+        if not shadow.show(scan):
+            page.show(page.shown)  # all of it once it is known
+            return {"known": False}
         return {
+            "known": True,
             "power": page.shown.power(shadow.truths),
-            "tags": {name: shown_value(value_of(tags, name)) for name in names if name in tags},
+            "tags": {name: shown_value(value_of(tags, name)) for name in names},
         }
 
     def _strip(self, page: Page) -> Json:

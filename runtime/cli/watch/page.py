@@ -31,7 +31,7 @@ class Page:
         past: the scan that it looks at; None = the latest.
         row: the row of that scan, once it has been read.
         place: the place of the row in `Recent` that its strip has come to; None before the first frame.
-        events: number of the next event for it.
+        events: number of the next event for it; None before the first frame.
         last: what it was sent last.
         outbox: messages that go before the next frame.
         due: set when there is something to send.
@@ -46,7 +46,7 @@ class Page:
         self.past: int | None = None
         self.row: Row | None = None
         self.place: int | None = None
-        self.events = 0
+        self.events: int | None = None
         self.last: Json = {}
         self.outbox: deque[Json] = deque()
         self.due = asyncio.Event()

@@ -144,7 +144,7 @@ def why(monitor: Monitor, page: Page, said: Said) -> Json | None:
         return None
     if not shadow.show(scan):
         raise ValueError(f"scan {scan} can't be repeated yet: ask again in a moment")
-    forced = monitor.log.forces_at(page.past)
+    forced = monitor.states.forces_at(page.past)
     try:
         text = Inquiry(shadow.engine, shadow, forced, program.catalog.cross_reference).why(tag)
     finally:

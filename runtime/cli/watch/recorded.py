@@ -7,6 +7,7 @@ import re
 import secrets
 import tempfile
 import webbrowser
+from collections.abc import Callable, Iterable
 from contextlib import ExitStack
 from importlib.metadata import version
 from pathlib import Path
@@ -16,13 +17,15 @@ from urllib.parse import parse_qs, quote
 from ....traces.arrays import extent, read_columns
 from ....traces.columns import Selection
 from ....traces.reader import Trace, open_trace
+from ....traces.topics import ORDERS
 from ...app.attachments import job_of, spec_of
-from ...app.editions import Editions, edition_of, editions_of
+from ...app.editions import Editions, edition_of, editions_of, edits_of
 from ...app.loading import Job
 from ...app.repeating import is_session, orders_of
-from ...app.replaying import lost_edits, lost_notes
+from ...app.replaying import lost_edits
 from ...app.trust import UntrustedError
 from ...config.rackspec import RackSpec
+from ...live.hands import GivenOrder
 from ...live.orders import Edit
 from ...loop.pace import interrupted_by
 from ...loop.scan import ScanFlag
@@ -33,6 +36,8 @@ from .monitor import About
 from .play import HOST, KEY_BYTES, Play, listen
 from .prepared import Wanted
 from .trace_monitor import Source, TraceMonitor
+
+Prepare = Callable[[int, Iterable[GivenOrder], Editions, Path], None]
 
 
 class Place(NamedTuple):
@@ -85,8 +90,8 @@ def watch_trace(place: Place, *, port: int, trust: bool, opened: bool) -> int:
             str(place.path), port, 1.0, False, False, place.path, None, False, False, editable=False
         )
         play = Play(wanted, listening, folder, stack, key)
-        recording = _Recording(trace, place, folder, trust=trust)
-        monitor = recording.monitor(play)
+        recording = Recording(trace, place, folder, trust=trust)
+        monitor = recording.monitor(play.prepare_branch)
         link = f"http://{HOST}:{number}/#key={key}{_fragment(place)}"
         say(f"{link} - Ctrl-C ends it")
         if opened:
@@ -104,7 +109,7 @@ def _fragment(place: Place) -> str:
     return scan + (f"&rung={quote(place.rung)}" if place.rung else "")
 
 
-class _Recording:
+class Recording:
     """A recording with what it was made by, as far as that may be used.
 
     Args:
@@ -119,22 +124,19 @@ class _Recording:
 
     def __init__(self, trace: Trace, place: Place, folder: Path, *, trust: bool) -> None:
         self._trace, self._place = trace, place
-        self._orders = orders_of(trace.events()) if is_session(trace) else []
-        self._lost = lost_edits(trace.events())
+        self._edits = edits_of(trace)
         self.job: Job | None = None
         self._editions: Editions | None = None
         try:
             self.job = job_of(trace, folder / "files", trust=trust)
-            self._editions = editions_of(trace, self._orders, self.job, folder / "programs", trust=trust)
+            self._editions = editions_of(trace, self._edits, self.job, folder / "programs", trust=trust)
             self._spec: RackSpec = self.job.spec
         except UntrustedError as error:
             complain(f"note: the program is not shown: {error}", BAD_INPUT)
             self.job, self._spec = None, spec_of(trace, folder / "rack", trust=trust)
-        for note in lost_notes(self._lost):
-            complain(f"note: {note}")
 
-    def monitor(self, play: Play) -> TraceMonitor:
-        """Return what pages look at; a branch is prepared to be played."""
+    def monitor(self, prepare: Prepare) -> TraceMonitor:
+        """Return what pages look at; a branch is prepared by `prepare`, see `Play.prepare_branch`."""
         trace, path = self._trace, str(self._place.path)
         name = trace.head.metadata.get("name", self._place.path.stem)
         about = About(
@@ -146,9 +148,8 @@ class _Recording:
             self._place.path,
             self._spec,
             self._sources(),
-            self._orders,
             self._place.scan,
-            lambda scan: self._branch(play, scan),
+            lambda scan: self._branch(prepare, scan),
         )
 
     def _sources(self) -> list[Source]:
@@ -156,14 +157,13 @@ class _Recording:
         if self.job is None or self._editions is None:
             return [Source(0, None, None)]
         found = [Source(0, self.job.logic, self.job.program)]
-        for each in self._orders:
+        for each in self._edits:
             if isinstance(each.order, Edit):
                 job = self._editions.job(each.order.number)
                 found.append(Source(each.scan, job.logic, job.program))
-        lost = [Source(scan, None, None) for scan in self._lost]
-        return sorted([*found, *lost], key=lambda each: each.first)
+        return sorted(found, key=lambda each: each.first)
 
-    def _branch(self, play: Play, scan: int) -> None:
+    def _branch(self, prepare: Prepare, scan: int) -> None:
         """Prepare a session that repeats the recording up to a scan.
 
         Raises:
@@ -174,15 +174,17 @@ class _Recording:
         ends = extent(self._trace).scan.tolist()
         if ends[0]:
             raise ValueError(f"the recording begins with scan {ends[0]}: a branch repeats it from scan 0 on")
-        if self._lost and self._lost[0] <= scan:
-            raise ValueError(f"the recording lacks the program that ran from scan {self._lost[0]} on")
+        lost = lost_edits(self._trace.events())
+        if lost and lost[0] <= scan:
+            raise ValueError(f"the recording lacks the program that ran from scan {lost[0]} on")
         if not is_session(self._trace):
             self._check_untouched(scan)
         try:
             editions = self._editions.of_a_session(edition_of(self.job))
         except OSError as error:
             raise ValueError(f"the programs of a branch can't be written: {reason(error)}") from error
-        play.prepare_branch(scan, self._orders, editions, self._place.path)
+        orders = orders_of(self._trace.events(topics={ORDERS.name}))
+        prepare(scan, orders, editions, self._place.path)
 
     def _check_untouched(self, scan: int) -> None:
         """Refuse a recording of a bench that was operated: its orders are not in it.

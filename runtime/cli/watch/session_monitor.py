@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import pickle
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -12,20 +12,19 @@ from typing import Any, NamedTuple
 
 from typing_extensions import override
 
-from ....traces.reader import open_trace
-from ....traces.records import TraceError
 from ...app.attachments import load_files
 from ...app.editions import folders_of, forget
 from ...app.loading import Job, load_job
-from ...app.repeating import orders_of
 from ...live.orders import ORDERS, order_of, said_of
 from ...live.ring import Ring, Shape
 from ...loop.scan import ScanFlag
+from .event_log import EventLog
 from .indexer import SLICE, Indexer, indexable
 from .monitor import About, Monitor, Subject
 from .page import Page
 from .picture import late_scans, speed_reached
 from .questions import QUESTIONS
+from .recorded_events import RecordedEvents
 
 Json = dict[str, Any]
 
@@ -117,7 +116,8 @@ class SessionMonitor(Monitor):
     def __init__(self, setup: Setup, ring: Ring, pipe: Connection) -> None:
         self._loader = Loader(setup.about.path)
         spec = self._loader.job(setup.programs[0]).spec
-        super().__init__(setup.about, Subject(spec, setup.machines, ring.dtype, Path(setup.trace)))
+        self.log = EventLog()
+        super().__init__(setup.about, Subject(spec, setup.machines, ring.dtype, Path(setup.trace)), self.log)
         for each in setup.programs:
             self._add(each)
         self._setup, self._ring, self._pipe = setup, ring, pipe
@@ -154,6 +154,12 @@ class SessionMonitor(Monitor):
             "faults": self._faults(),
         }
         return shown | ({"mode": "fault"} if session["fault"] and not past else {})
+
+    @override
+    def events(self, page: Page) -> Sequence[Json]:
+        new = self.log.since(self.log.first_of_page if page.events is None else page.events)
+        page.events = self.log.end
+        return new
 
     def _faults(self) -> list[Json]:
         text = self._session["fault"]
@@ -292,14 +298,12 @@ class SessionMonitor(Monitor):
         self._index_to = min(first - 1, end)
         if self._index_to < 0:
             return
-        try:
-            with open_trace(self._setup.trace) as trace:
-                given = orders_of(trace.events())
-                self.log.add_before(trace.events())
-        except (TraceError, ValueError):
+        trace = subject.timeline.opened()
+        if trace is None:
             self._indexed = False  # nothing of it has been written yet
             return
-        self._indexer = Indexer(programs, subject.words, subject.spec.scan_ns, given, subject.keep)
+        recorded = self.log.earlier = RecordedEvents(trace)
+        self._indexer = Indexer(programs, subject.words, subject.spec.scan_ns, recorded.orders, subject.keep)
 
     # --- orders
 

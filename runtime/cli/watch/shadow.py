@@ -39,6 +39,9 @@ MOST_INPUTS = 50_000
 THINNED = 4096
 """Scans between values among the older ones."""
 
+MOST_REPEATED = 2 * THINNED
+"""Scans that are repeated at once to get to one; a tenth of a second of most programs."""
+
 CHAPTERS = 60
 """Stretches of scans that are searched for a change: half a minute at 2 ms."""
 
@@ -225,13 +228,14 @@ class Shadow:
         return found
 
     def _start(self, scan: int) -> int | None:
-        """Return the first scan to repeat, and set the engine to it."""
+        """Return the first scan to repeat, and set the engine to it; None without values near it."""
         place, at = self._kept.place(scan), self.at
         begins = None if place is None else self._kept.scans[place]
-        if at is not None and at <= scan and (begins is None or begins <= at + 1):
+        if at is not None and at <= scan <= at + MOST_REPEATED and (begins is None or begins <= at + 1):
             return at + 1
-        if place is not None:
-            self._restore(place)
+        if place is None or begins is None or begins < scan - MOST_REPEATED:
+            return None
+        self._restore(place)
         return begins
 
     def _restore(self, place: int) -> None:

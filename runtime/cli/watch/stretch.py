@@ -15,14 +15,12 @@ from typing import Any
 from ....ladder import LadderLogic
 from ...loop.scan import Logic
 from .catalog import Catalog, PythonSource
+from .event_log import LAST_SCAN
 from .lanes import TagLanes, Told
 from .shadow import Kept, Shadow
 from .timeline import Timeline
 
 Json = dict[str, Any]
-
-LAST_SCAN = 1 << 32
-"""More than the number of any scan."""
 
 
 class Stretch:
@@ -120,6 +118,11 @@ class Stretches:
         own = Stretch(number, first, logic, file, self._slots, self._timeline, self._told, self.kept(number))
         self.all.append(own)
         return own
+
+    def lose(self, first: int) -> None:
+        """Show no program from a scan on: another one ran there, which is not known."""
+        self.all = [each for each in self.all if each.first < first]
+        self.add(first, None, None)
 
     def kept(self, number: int) -> Kept:
         """Return the values of the program with a number; they may come before the program."""

@@ -44,7 +44,7 @@ class Timeline:
         self.recent = recent
         self.path = path
         self._trace: Trace | None = None
-        self._windows: dict[int, Rows] = {}
+        self._windows: dict[int, tuple[int, Rows]] = {}  # with the size of the trace that they are from
         self._extent: tuple[int, int] | None = None
         self._known: tuple[int, dict[str, Any]] | None = None
 
@@ -81,7 +81,7 @@ class Timeline:
     def values(self, scan: int) -> dict[str, Any]:
         """Return the tags that were recorded in a scan, by name; none where none are."""
         if self._known is None or self._known[0] != scan:
-            trace = self._opened()
+            trace = self.opened()
             self._known = scan, {} if trace is None else _recorded_tags(trace, scan)
         return self._known[1]
 
@@ -91,16 +91,13 @@ class Timeline:
         Returns:
             The times of the scans, ns, and the values of each tag that is recorded.
         """
-        trace = self._opened()
+        trace = self.opened()
         plan = None if trace is None else trace.head.tags
         if trace is None or plan is None or not set(names) & {field.tag.name for field in plan.fields}:
             return [], {}
+        self.follow()
         columns = read_columns(trace, Selection(first, last), tags=True)
-        if self._grows and (not len(columns.scan) or columns.scan[-1] < last):
-            self._close_trace()  # what was written since is not in the open trace
-            trace = self._opened()
-            columns = columns if trace is None else read_columns(trace, Selection(first, last), tags=True)
-        if trace is None or columns.tags is None:
+        if columns.tags is None:
             return [], {}
         texts = trace.texts() if plan.has_texts else {}
         fields = [field for field in plan.fields if field.tag.name in names and not field.tag.length]
@@ -110,6 +107,28 @@ class Timeline:
             for field in fields
         }
         return columns.time_ns.tolist(), shown
+
+    def follow(self) -> bool:
+        """Take what was written to the trace since; return whether there is any."""
+        if self._trace is None:
+            return self.opened() is not None
+        grown = self._trace.follow()
+        if grown:
+            self._extent = None
+        return grown
+
+    def opened(self) -> Trace | None:
+        """Return the trace, which is opened; None without one, or as long as nothing has been written."""
+        if self._trace is None and self.path is not None:
+            try:
+                self._trace = open_trace(self.path)
+            except TraceError:
+                return None  # nothing has been written yet
+        return self._trace
+
+    def use(self, trace: Trace) -> None:
+        """Take a trace that is open already."""
+        self._trace = trace
 
     def forget(self, path: Path | None) -> None:
         """Begin with another trace."""
@@ -127,7 +146,7 @@ class Timeline:
 
     def _recorded(self) -> tuple[int, int] | None:
         if self._extent is None:
-            trace = self._opened()
+            trace = self.opened()
             ends = None if trace is None else extent(trace).scan.tolist()
             self._extent = (ends[0], ends[-1]) if ends else None
         return self._extent
@@ -142,38 +161,23 @@ class Timeline:
     def _window(self, number: int, last: int) -> Rows:
         """Return a window; read it again if the trace has grown since, and the scans are wanted."""
         start, end = number * WINDOW, (number + 1) * WINDOW - 1
-        known = self._windows.pop(number, None)
-        wanted = min(end, last)
-        if known is None or not len(known) or (known["scan"][-1] < wanted and self._grows):
-            known = self._columns(Selection(start, end))
-            if (not len(known) or known["scan"][-1] < wanted) and self._grows:
-                self._close_trace()  # what was written since is not in the open trace
-                known = self._columns(Selection(start, end))
-        self._windows[number] = known
+        size, rows = self._windows.pop(number, (-1, self.recent.rows[:0]))
+        if not len(rows) or rows["scan"][-1] < min(end, last):
+            self.follow()
+            if self._size != size:
+                size, rows = self._size, self._columns(Selection(start, end))
+        self._windows[number] = size, rows
         while len(self._windows) > WINDOWS:
             del self._windows[next(iter(self._windows))]
-        return known
+        return rows
 
     @property
-    def _grows(self) -> bool:
-        return len(self.recent.rows) > 0
-
-    def _close_trace(self) -> None:
-        if self._trace is not None:
-            self._trace.close()
-            self._trace = None
+    def _size(self) -> int:
+        return 0 if self._trace is None else self._trace.size
 
     def _columns(self, selection: Selection) -> Rows:
-        trace = self._opened()
+        trace = self.opened()
         return self._rows(None if trace is None else read_columns(trace, selection))
-
-    def _opened(self) -> Trace | None:
-        if self._trace is None and self.path is not None:
-            try:
-                self._trace = open_trace(self.path)
-            except TraceError:
-                return None  # nothing has been written yet
-        return self._trace
 
     def _rows(self, columns: Columns | None) -> Rows:
         rows = np.zeros(0 if columns is None else len(columns.scan), self.recent.dtype)

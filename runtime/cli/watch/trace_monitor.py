@@ -10,7 +10,7 @@ from typing_extensions import override
 
 from ....ladder import LadderLogic
 from ....traces.reader import Trace
-from ...app.repeating import RecordedOrder
+from ...app.replaying import lost_notes
 from ...app.watched_machines import PER_SLOT
 from ...config.rackspec import RackSpec
 from ...live.orders import NAMES, ORDERS, Branch, order_of
@@ -19,10 +19,11 @@ from ...loop.rack import SLOT_BYTES
 from ...loop.scan import Logic
 from ...modules.record import Trait
 from ...modules.registry import has
-from .event_log import EventLog
+from .event_log import LAST_SCAN
 from .indexer import SLICE, Indexer, indexable
 from .monitor import About, Monitor, Subject
 from .page import Page
+from .recorded_events import RecordedEvents
 from .stretch import Stretch
 
 Json = dict[str, Any]
@@ -56,7 +57,6 @@ class TraceMonitor(Monitor):
         path: its path.
         spec: its rack.
         sources: its programs, in the order of their scans; one at least.
-        orders: of a session, given to the program again.
         first: the scan that pages begin with; None = the last one.
         branch: prepares a session that repeats the recording up to a scan, ValueError if that can't be.
     """
@@ -68,35 +68,41 @@ class TraceMonitor(Monitor):
         path: Path,
         spec: RackSpec,
         sources: Sequence[Source],
-        orders: Sequence[RecordedOrder],
         first: int | None,
         branch: Callable[[int], None],
     ) -> None:
         machines = tuple(slot.number for slot in spec.slot if has(slot.module, Trait.MACHINE))
         dtype = row_type(SLOT_BYTES * len(spec.slot), PER_SLOT * len(machines))
         subject = Subject(spec, machines, dtype, path)
+        subject.timeline.use(trace)
         for each in sources:
             subject.programs.add(*each)
-        super().__init__(about, subject)
+        self._recorded = RecordedEvents(trace)
+        self._brought, self._lost = {each.first for each in sources}, LAST_SCAN
+        super().__init__(about, subject, self._recorded)
         self._branch = branch
-        self.log = EventLog(kept=1 << 20)
-        self.log.take_all(trace.events())
         extent = subject.timeline.extent
-        if extent is None:
+        if extent is None and not trace.may_grow:
             raise ValueError(f"{path}: there is no scan in it")
-        self._last = extent[1]
-        self._first = extent[1] if first is None else first
-        self.latest = subject.timeline.row(self._first)
-        if self.latest is None:
-            raise ValueError(f"{path} has no scan {first}: it has {extent[0]} to {extent[1]}")
-        if any(each.catalog is None for each in subject.programs.all):
-            subject.values = subject.timeline.values(self._last)
+        self._first = first
+        self._last = -1
+        if extent is not None:
+            self._begin(extent[1])
+            if first is not None and subject.timeline.row(first) is None:
+                raise ValueError(f"{path} has no scan {first}: it has {extent[0]} to {extent[1]}")
         self._indexer: Indexer | None = None
-        self._index_to = self._last
-        programs, end = indexable(subject.programs.all)
-        if programs and extent[0] == 0:
-            self._index_to = min(self._last, end)
-            self._indexer = Indexer(programs, subject.words, spec.scan_ns, orders, subject.keep)
+        programs, self._index_end = indexable(subject.programs.all)
+        if programs and (extent is None or extent[0] == 0):
+            self._indexer = Indexer(
+                programs, subject.words, spec.scan_ns, self._recorded.orders, subject.keep
+            )
+
+    def _begin(self, last: int) -> None:
+        """Begin with the first scans that are there."""
+        self._last, subject = last, self.subject
+        self.latest = subject.timeline.row(last)
+        if any(each.catalog is None for each in subject.programs.all):
+            subject.values = subject.timeline.values(last)
 
     @property
     def _programs(self) -> Sequence[Stretch]:
@@ -108,23 +114,62 @@ class TraceMonitor(Monitor):
 
     @override
     def join(self, page: Page) -> None:
-        page.past = self._first
+        page.past = self._last if self._first is None and self._last >= 0 else self._first
         super().join(page)
         if any(isinstance(each.logic, LadderLogic) and each.logic.functions for each in self._programs):
             page.send({"note": IMPURE})
 
     @override
+    def events(self, page: Page) -> Sequence[Json]:
+        if page.events is not None or page.past is None:
+            return ()
+        page.events = 0
+        return self._recorded.up_to(page.past)
+
+    @override
     def tick(self) -> bool:
-        """Run a slice of the program's scans, until all have been run once."""
-        indexer = self._indexer
-        if indexer is None:
-            return False
-        rows = self.subject.timeline.between(indexer.next, min(indexer.next + SLICE - 1, self._index_to))
-        indexer.run(rows)
-        if not len(rows) or indexer.next > self._index_to:
-            self._indexer = None
+        """Follow a recording that grows; then read events and run scans that have been left out so far."""
+        self.subject.timeline.follow()
+        extent = self.subject.timeline.extent
+        if extent is not None and extent[1] > self._last:
+            self._go_on_to(extent[1])
+        more = self._recorded.tick()
+        self._look_for_lost_edits()
+        return self._index() or more
+
+    def _look_for_lost_edits(self) -> None:
+        """Show no program where one ran that the recording does not bring."""
+        first = min(self._recorded.edits - self._brought, default=LAST_SCAN)
+        if first < self._lost:
+            self._lost, self._index_end = first, min(self._index_end, first - 1)
+            self.subject.programs.lose(first)
+            (note,) = lost_notes([first])
+            for page in self.pages:
+                page.send({"note": note})
+            self.wake()
+
+    def _go_on_to(self, last: int) -> None:
+        """Go on to a new last scan, and with each page that looks at the one before."""
+        for page in self.pages:
+            if page.past is None or page.past == self._last:
+                page.past = last
+        if self._last < 0:
+            self._begin(last)
+        self._last = last
         self.wake()
-        return self._indexer is not None
+
+    def _index(self) -> bool:
+        """Run a slice of the program's scans; return whether there are more."""
+        indexer, end = self._indexer, min(self._last, self._index_end)
+        if indexer is None or indexer.next > end:
+            return False
+        rows = self.subject.timeline.between(indexer.next, min(indexer.next + SLICE - 1, end))
+        if not len(rows) or rows[-1]["scan"] - indexer.next != len(rows) - 1:
+            self._indexer = None  # scans are missing: what follows from them is not known
+            return False
+        if indexer.run(rows):
+            self.wake()
+        return True
 
     @override
     def order(self, page: Page, number: object, said: Mapping[str, Any]) -> None:

@@ -15,6 +15,7 @@ const UNIT = 8, LEAST = 40, MOST = 160; // CSS pixels of a column; columns betwe
 
 const tabs = el("div", { class: "tabs", role: "tablist", "aria-label": "Routines" });
 const sheet = el("div", { class: "sheet", role: "tabpanel", "aria-label": "Routine" });
+const unknown = el("p", { class: "unknown", role: "status" }, "Power and values of this scan are being worked out.");
 const fault = el("p", { class: "fault", role: "alert", hidden: true });
 let routine = null, columns = 0, shownAt = "", wantedRung = null, generation = 0;
 
@@ -22,7 +23,7 @@ const columnsNow = () => Math.max(LEAST, Math.min(MOST, Math.floor((sheet.client
 
 onProgram(hello => {
   const routines = hello.routines ?? [];
-  at("program").replaceChildren(heading("Program", tabs), fault, sheet);
+  at("program").replaceChildren(heading("Program", tabs), fault, unknown, sheet);
   tabs.replaceChildren(...routines.map(each => el("button", {
     type: "button", role: "tab", "data-routine": each.name, "aria-selected": "false", click: () => open(each.name), keydown: tabKey,
   }, each.name)));

@@ -23,7 +23,7 @@ export const onFrame = take => { takers.push(take); };
 
 export function greet(hello) {
   pending = null;
-  Object.assign(run, { hello, state: "paused", scan: undefined, t: undefined, forced: {}, breakpoints: [], faults: [], range: null });
+  Object.assign(run, { hello, state: "paused", known: true, scan: undefined, t: undefined, forced: {}, breakpoints: [], faults: [], range: null });
   for (const part of PARTS) run[part] = {};
   handles();
   for (const build of builders) build(hello);
@@ -61,6 +61,7 @@ function paint() {
   const changes = pending;
   pending = null;
   if (!changes || !run.hello) return;
+  if (changes.known === false) forget(changes);
   for (const [name, value] of Object.entries(changes)) {
     if (["strip", "lanes", "events"].includes(name)) continue; // pieces that were taken
     if (name === "machine" || name === "values") {
@@ -72,6 +73,12 @@ function paint() {
   for (const painter of painters) painter(changes);
 }
 
+// Power and values of the scan are not known yet: none is shown, least of all another scan's.
+function forget(changes) {
+  changes.power = Object.fromEntries(Object.keys(run.power).map(ident => [ident, ""]));
+  changes.tags = Object.fromEntries(Object.keys(run.tags).map(name => [name, null]));
+}
+
 // What scripts wait for, see docs/watch.md.
 export function handles() {
   const root = document.documentElement;
@@ -81,4 +88,5 @@ export function handles() {
   setAttribute(root, "data-late", run.late ?? null);
   setAttribute(root, "data-speed", run.speed?.reached ?? null);
   setAttribute(root, "data-state", run.state);
+  setAttribute(root, "data-known", run.known === false ? "0" : "1");
 }

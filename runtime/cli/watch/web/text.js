@@ -49,7 +49,7 @@ function chip(name) {
 export function paintText({ power, tags, lines: running }) {
   if (tags) addChips(Object.keys(tags));
   for (const [ident, now] of Object.entries(power ?? {})) {
-    for (const row of lines.get(ident) ?? []) setAttribute(row, "data-power", now[0]);
+    for (const row of lines.get(ident) ?? []) setAttribute(row, "data-power", now[0] ?? "0");
   }
   if (running && waits) paintRunning();
 }
