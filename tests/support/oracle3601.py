@@ -59,10 +59,12 @@ from oracle_bits import (
     MOVING_CCW,
     MOVING_CW,
     POSITION_INVALID,
+    PROGRAM,
     PROXIMITY,
     QUADRATURE,
     STEP_AND_DIRECTION,
     STOPPED,
+    TRANSMIT,
 )
 from scanrack.io_images.thousands import split_reported
 
@@ -205,6 +207,8 @@ class Oracle:
         self.o0, self.o1 = self.words[0] & 0xFFFF, self.words[1] & 0xFFFF
         edge0 = self.o0 & ~self.previous0 & 0x7FFF
         edge1 = self.o1 & ~self.previous1
+        if edge1 & PROGRAM:
+            edge1 |= self.o1 & TRANSMIT  # both are first set now, whichever was before
         self.configuring = bool(self.o0 & CONFIGURE)
         if self.configuring:
             self.want_configuration()

@@ -83,8 +83,8 @@ def watch_manual(m, released):
         if released and m.firmware < (3, 1) and not any(m.words):
             commands.error(m)  # CMD-14
         m.controlled_stop("manual stop")
-    elif m.command_error:
-        return
+    elif m.command_error or m.invalid_profile:
+        return
     elif m.firmware >= (3, 1) and m.words[2:4] != m.seen_target:
         commands.error(m, profile=True)  # CMD-25
         m.controlled_stop("manual stop")
@@ -93,7 +93,8 @@ def watch_manual(m, released):
 
 
 def watch_registration(m, released):
-    compared = not m.command_error and not m.configuring
+    barred = m.command_error or m.invalid_profile
+    compared = not barred and not m.configuring
     if compared and m.words[2:4] != m.seen_target:
         commands.error(m, profile=True)  # CMD-26
         m.controlled_stop("manual stop")

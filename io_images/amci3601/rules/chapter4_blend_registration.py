@@ -101,7 +101,7 @@ ROWS: tuple[Rule, ...] = (
     Rule("REG-10", "chapter 4, Registration Move, New Command Bit",
          "The minimum registration distance is programmed with word 0 zero, bit 10 of word 1 set, the "
          "distance in words 2 and 3, and words 4 to 7 zero.",
-         if_broken=COMMAND_ERROR, firmware_from=FW_3_1, reading=("A-93",)),
+         if_broken=COMMAND_ERROR, firmware_from=FW_3_1, reading=("A-93", "A-114")),
     # New Error Bit Functions
     Rule("REG-13", "chapter 4, Registration Move, New Error Bit Functions",
          "The minimum registration distance was negative or above 8,388,607.",

@@ -221,7 +221,7 @@ COMMAND_ERRORS: tuple[Rule, ...] = (
     Rule("CMD-18", "chapter 6, Command Error 18",
          "A blend profile was programmed while a blend move was running; the final deceleration stops the "
          "motion.",
-         COMMAND_ERROR, list_of=COMMAND_ERROR, reading=("A-62",)),
+         COMMAND_ERROR, list_of=COMMAND_ERROR, reading=("A-62", "A-111")),
     Rule("BLD-23", "chapter 6, Command Error 18",
          "Programming a blend profile while a blend move is running stops the move.",
          COMMAND_ERROR, reading=("A-62",)),
@@ -280,7 +280,7 @@ COMMAND_ERRORS: tuple[Rule, ...] = (
          COMMAND_ERROR, list_of=COMMAND_ERROR, firmware_from=FW_4_1, reading=("A-64",)),
     Rule("CMD-34", "chapter 6, Command Error 34",
          "A command other than the two manual moves was given in encoder follower mode.",
-         COMMAND_ERROR, list_of=COMMAND_ERROR, firmware_from=FW_4_1),
+         COMMAND_ERROR, list_of=COMMAND_ERROR, firmware_from=FW_4_1, reading=("A-113",)),
     Rule("CMD-35", "chapter 6, Command Error 35",
          "The follower bit was reset while a manual move bit was still set.",
          COMMAND_ERROR, list_of=COMMAND_ERROR, firmware_from=FW_4_1, reading=("A-65",)),
