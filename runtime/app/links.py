@@ -8,6 +8,9 @@ from dataclasses import dataclass
 from ...traces.reader import TraceEvent
 from ..modules.amci3601.indicators import Light
 
+INDICATORS = "/indicators"
+"""The topic of the lights."""
+
 
 @dataclass(frozen=True, slots=True)
 class LinkChange:
@@ -29,5 +32,5 @@ def link_changes(events: Iterable[TraceEvent], slot: int) -> list[LinkChange]:
     return [
         LinkChange(each.scan, each.now_ns, each.fields.get("module") != Light.OFF.value)
         for each in events
-        if each.topic == "/indicators" and each.fields.get("slot") == slot
+        if each.topic == INDICATORS and each.fields.get("slot") == slot
     ]

@@ -31,10 +31,10 @@ END
 RACK = 'name = "count"\nprogram = "count.rung"\n[[slot]]\nnumber = 1\nmodule = "amci3601"\n'
 
 
-def recorded(folder: Path, scans: int, program: str = COUNTING) -> Path:
-    """Record a run of a ladder program."""
+def recorded(folder: Path, scans: int, program: str = COUNTING, *, more: str = "") -> Path:
+    """Record a run of a ladder program; `more` goes into the rack file."""
     (folder / "count.rung").write_text(program)
-    (folder / "count.toml").write_text(RACK)
+    (folder / "count.toml").write_text(RACK + more)
     with ExitStack() as ports:
         run = JobRun(load_job(str(folder / "count.toml")), ports, trace=folder / "count.mcap")
         run.run(scans)

@@ -14,7 +14,6 @@ from ....ladder import LadderLogic
 from ....ladder.debug import Debugger
 from ....ladder.errors import LadderFault
 from ...app.playback import RecordedInputs
-from ...app.repeating import RecordedOrder
 from ...app.watched_program import Inputs, Values, inputs_of, values_of
 from ...live import orders
 from ...live.orders import ALL, Order
@@ -23,6 +22,7 @@ from ...loop.phases import IDLE_PHASES
 from ...loop.rack import SLOT_BYTES, Card, Rack
 from ...loop.scan import MODE_MASK, CpuMode, Scan, ScanFlag
 from .event_log import LAST_SCAN
+from .recorded_events import RecordedEvents
 from .stretch import Stretch
 
 EVERY = 4096
@@ -49,7 +49,7 @@ class Indexer:
         programs: the program, and what edits made of it; they have no routines in Python.
         slots: the words of the modules, in the order of the rack's memory.
         period_ns: time from scan to scan.
-        given: returns the orders of a session from one scan to another.
+        recorded: what was recorded of a session beside its rows.
         keep: takes the values.
 
     Attributes:
@@ -61,18 +61,19 @@ class Indexer:
         programs: Sequence[LadderLogic],
         slots: Mapping[int, ModuleWords],
         period_ns: int,
-        given: Callable[[int, int], Sequence[RecordedOrder]],
+        recorded: RecordedEvents,
         keep: Callable[[Values | Inputs], None],
     ) -> None:
         program, *self._edited = programs
-        cards = [Card(slot, RecordedInputs([], []), words=words) for slot, words in slots.items()]
-        self._rack = Rack(cards)
+        self._modules = {slot: RecordedInputs([], []) for slot in slots}
+        self._rack = Rack(Card(slot, self._modules[slot], words=words) for slot, words in slots.items())
         self._view = Scan(self._rack.slots, period_ns)
         self._debugger = Debugger(program, remembered=1)
         self._keep = keep
         self._words = slots
-        self._given = given
+        self._recorded = recorded
         self._orders: dict[int, list[Order]] = {}
+        self._links: dict[int, list[tuple[int, bool]]] = {}
         self.next = self._kept = 0
         self._forces: object = None
 
@@ -83,9 +84,7 @@ class Indexer:
             Whether values were taken.
         """
         kept = self._kept
-        self._orders.clear()
-        for each in self._given(self.next, int(rows["scan"][-1])):
-            self._orders.setdefault(each.scan, []).append(each.order)
+        self._read(self.next, int(rows["scan"][-1]))
         numbers, flags, times = (rows[name].tolist() for name in ("scan", "flags", "now_ns"))
         memory = rows["words"].tobytes()
         size = len(self._rack.memory)
@@ -96,7 +95,19 @@ class Indexer:
             self.next = scan + 1
         return self._kept > kept
 
+    def _read(self, first: int, last: int) -> None:
+        """Read what else went into some scans: orders, and links that were lost or came back."""
+        self._orders.clear()
+        for each in self._recorded.orders(first, last):
+            self._orders.setdefault(each.scan, []).append(each.order)
+        self._links.clear()
+        for slot in self._modules:
+            for change in self._recorded.links(slot, first, last):
+                self._links.setdefault(change.scan, []).append((slot, change.good))
+
     def _before(self, scan: int) -> None:
+        for slot, good in self._links.get(scan, ()):
+            self._modules[slot].linked = good
         edits = len(self._debugger.edits)
         for order in self._orders.get(scan, ()):
             self._give(order)

@@ -11,8 +11,9 @@ from bisect import bisect_right
 from collections.abc import Iterator
 from typing import Any
 
-from ....traces.reader import Trace
+from ....traces.reader import Trace, TraceEvent
 from ....traces.topics import ORDERS
+from ...app.links import INDICATORS, LinkChange, link_changes
 from ...app.repeating import RecordedOrder, orders_of
 from ...app.replaying import is_edit
 from .event_log import FIRST, FORCES, LAST_SCAN, EventLog
@@ -107,11 +108,18 @@ class RecordedEvents:
 
     def orders(self, first: int, last: int) -> list[RecordedOrder]:
         """Return the orders of a session before the scans from one to another, both included."""
-        trace, topics = self._trace, {ORDERS.name}
+        return orders_of(self._between(first, last, ORDERS.name))
+
+    def links(self, slot: int, first: int, last: int) -> list[LinkChange]:
+        """Return the changes of the link to a module from one scan to another, both included."""
+        return link_changes(self._between(first, last, INDICATORS), slot)
+
+    def _between(self, first: int, last: int, topic: str) -> Iterator[TraceEvent]:
+        trace, topics = self._trace, {topic}
         begin, end = max(0, trace.place_of(first) - 1), trace.place_of(last)
         sections = [each for each in trace.sections[begin : end + 1] if trace.may_tell(each, topics)]
-        found = orders_of(event for each in sections for event in trace.events_in(each, topics))
-        return [each for each in found if first <= each.scan <= last]
+        found = (event for each in sections for event in trace.events_in(each, topics))
+        return (each for each in found if first <= each.scan <= last)
 
     def _go_on(self) -> None:
         if len(self._trace.sections) != self._sections:

@@ -303,7 +303,7 @@ class SessionMonitor(Monitor):
             self._indexed = False  # nothing of it has been written yet
             return
         recorded = self.log.earlier = RecordedEvents(trace)
-        self._indexer = Indexer(programs, subject.words, subject.spec.scan_ns, recorded.orders, subject.keep)
+        self._indexer = Indexer(programs, subject.words, subject.spec.scan_ns, recorded, subject.keep)
 
     # --- orders
 

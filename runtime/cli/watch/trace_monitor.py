@@ -93,9 +93,7 @@ class TraceMonitor(Monitor):
         self._indexer: Indexer | None = None
         programs, self._index_end = indexable(subject.programs.all)
         if programs and (extent is None or extent[0] == 0):
-            self._indexer = Indexer(
-                programs, subject.words, spec.scan_ns, self._recorded.orders, subject.keep
-            )
+            self._indexer = Indexer(programs, subject.words, spec.scan_ns, self._recorded, subject.keep)
 
     def _begin(self, last: int) -> None:
         """Begin with the first scans that are there."""

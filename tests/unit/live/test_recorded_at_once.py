@@ -116,6 +116,25 @@ def test_values_of_another_scan_are_not_shown_for_one_whose_are_not_known(counte
         assert seen.look(3)["tags"]["Count"] == 4
 
 
+LINKED = """
+PROGRAM count
+SLOT card : 1
+TAG Lost : DINT
+ROUTINE Main
+NEQ(card.I.Fault,0)ADD(Lost,1,Lost);
+END
+"""
+INCIDENT = '[[incident]]\nat_s = 0.2\nwhat = "link-lost"\nfor_ms = 40\n'
+
+
+def test_a_program_that_reads_the_link_is_shown_with_the_link_as_it_was(tmp_path):
+    """Lost in scans 100 to 119."""
+    with opened(recorded(tmp_path, 300, LINKED, more=INCIDENT), tmp_path) as seen:
+        seen.monitor.ask(seen.page, {"id": 1, "do": "watch", "tags": ["Lost"]})
+        seen.settle()
+        assert [seen.look(scan)["tags"]["Lost"] for scan in (99, 100, 110, 119, 200)] == [0, 1, 11, 20, 20]
+
+
 def test_a_recording_that_is_still_written_is_opened_and_followed(counted, tmp_path):
     content = counted.read_bytes()
     with open_trace(counted) as trace:
