@@ -23,6 +23,32 @@ def test_a_branch_goes_another_way_from_a_scan_of_the_past(page, paused):
     page.until_scan(1201, "paused")
 
 
+def test_what_stands_beside_a_scan_of_the_past_is_of_that_scan(page, paused):
+    page.open(paused.link, paused=True)
+    page.step(2000)
+    page.until_scan(1999, "paused")
+    events = "return [...document.querySelectorAll('.events li')].map(each => Number(each.dataset.scan))"
+    cart = "return document.querySelector('.cart').getAttribute('visibility')"
+    until(lambda: max(page.run(events), default=0) > 1600)
+    before = page.run(events)
+    assert page.run(cart) == "visible"
+    page.click("[data-element='Main.7.0']")  # Configure.Done
+    page.run("location.hash += '&scan=1200'")
+    page.until_scan(1200, "past")
+    until(lambda: page.run(events) == [each for each in before if each <= 1200])
+    assert page.run(cart) == "hidden"  # where the shaft was is not recorded
+    assert page.value("1.shaft") == ""
+    page.press("Why")
+    until(lambda: page.run("return document.querySelector('#tag .answer')?.textContent ?? ''"))
+    page.press("Live")
+    page.until_scan(1999, "paused")
+    assert page.run("return document.querySelector('#tag .answer button').textContent") == "In scan 1,200:"
+    page.press("In scan 1,200:")
+    page.until_scan(1200, "past")
+    page.press("Live")
+    until(lambda: page.run(events) == before)
+
+
 @pytest.fixture
 def recording(tmp_path, feeder_rack):
     from scanrack.runtime.cli import build

@@ -31,6 +31,23 @@ def test_pause_step_and_go_on(page, feeder):
     page.until_handle("state", "live")
 
 
+def test_space_pauses_also_after_a_click_and_presses_what_tab_has_reached(page, feeder):
+    page.open(feeder.link)
+    page.press("Zoom out")
+    keys(page, " ")
+    page.until_handle("state", "paused")
+    page.press("Step")
+    keys(page, " ")
+    page.until_handle("state", "live")
+    page.press("Pause")
+    page.until_handle("state", "paused")
+    page.run("arguments[0].focus()", page.control("Zoom in"))
+    keys(page, "\ue004")  # Tab
+    page.run("arguments[0].focus()", page.control("Go on"))
+    keys(page, " ")
+    page.until_handle("state", "live")
+
+
 def test_the_key_is_turned(page, feeder):
     page.open(feeder.link)
     for mode in ("Program", "Test", "Run"):

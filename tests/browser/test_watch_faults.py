@@ -35,6 +35,30 @@ def test_a_fault_is_shown_at_its_rung(faulted):
     assert faulted.run("return document.querySelectorAll('[data-fault][data-at]').length") == 1
 
 
+PYTHON = (
+    '"""A line."""\n' + "# parts\n" * 60 + "count = 0\n\n\ndef logic(scan):\n    assert scan.number < 9\n"
+)
+
+
+def test_a_fault_in_python_is_shown_at_its_line_with_the_way_on(page, tmp_path):
+    (tmp_path / "rack.toml").write_text(RACK.replace("fault.rung", "fault.py"))
+    (tmp_path / "fault.py").write_text(PYTHON)
+    with watching(tmp_path / "rack.toml") as session:
+        page.open(session.link)
+        page.until_there("[data-at='fault.py.66'][data-fault][aria-current]")
+        seen = (
+            "return document.querySelector('[data-fault][data-at]').getBoundingClientRect().top < innerHeight"
+        )
+        until(lambda: page.run(seen))
+        said = page.run("return document.querySelector('[role=alert]').textContent")
+        assert "AssertionError" in said
+        assert "then Branch from here" in said
+        page.run("location.hash += '&scan=5'")
+        page.until_scan(5, "past")  # nothing had failed yet
+        assert page.run("return document.querySelector('[role=alert]').hidden")
+        assert page.run("return document.querySelectorAll('[data-fault]').length") == 0
+
+
 def test_values_are_those_of_the_scan_that_stopped(faulted):
     faulted.until_scan(3, "paused")  # the fourth scan: A[4] is none of A[0] to A[3]
     faulted.until_value("N", "4")

@@ -139,6 +139,29 @@ def test_a_narrow_window_does_not_scroll_sideways(opened, scheme):
     assert opened.run(SCALE) > 0.85  # the rungs are laid out anew, not made small
 
 
+def test_long_names_do_not_widen_a_narrow_window(page, tmp_path):
+    name = "a_name_that_is_longer_than_any_place_for_one_of_a_telephone_has"
+    (tmp_path / f"{name}.py").write_text(
+        f"class Line:\n    {name}: int = 0\n\n\nline = Line()\n\n\ndef logic(scan):\n    pass\n"
+    )
+    (tmp_path / "rack.toml").write_text(
+        f"name = '{name}'\nprogram = '{name}.py'\nscan_ms = 2\nwatchdog_ms = 0\n"
+        "[[slot]]\nnumber = 1\nmodule = '1769-IQ16'\n"
+        f"[slot.options]\ninputs = {{ {name} = 0 }}\n"
+    )
+    with watching(tmp_path / "rack.toml", "--record", tmp_path / f"{name}.mcap") as session:
+        page.open(session.link)
+        page.until_there(".variables .chip")
+        page.click(".variables .chip")
+        page.watch(f"line.{name}")
+        page.press(f"Press {name}")
+        page.until_there(".events button")
+        for width in (400, 1600):
+            page.look(width, 800)
+            until(lambda wide=width: page.run("return innerWidth") == wide)
+            assert page.run(WIDE)[0] <= width
+
+
 def test_reduced_motion_moves_nothing_by_itself(opened):
     opened.look(1600, 1000, motion="reduce")
     assert opened.run(MOVING) == 0

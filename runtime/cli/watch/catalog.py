@@ -300,6 +300,15 @@ class PythonSource:
         """Return the file as the one routine that `hello` lists."""
         return [{"name": self._name, "kind": "python", "comment": "", "lines": len(self._lines)}]
 
+    def place_of_fault(self, text: str) -> str | None:
+        """Return the line that a fault names, such as line.py.62; None if it is in another file.
+
+        Args:
+            text: of the fault, which ends with `[file:line]`.
+        """
+        file, _, line = text.rpartition("[")[2].rstrip("]").rpartition(":")
+        return f"{self._name}.{line}" if Path(file).name == self._name else None
+
     def show(self, names: tuple[str, ...]) -> tuple[Shown, Json]:
         """Return what a page shows of it, and the answer with its text.
 

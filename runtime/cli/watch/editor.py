@@ -113,9 +113,13 @@ class Editor:
     def _tell_mistake(self, mistake: Json) -> None:
         self._tell({"mistake": mistake})
 
-    def _order(self, edition: Edition, job: Job) -> Edit:
-        """Return the order that goes on with a program."""
+    def _order(self, edition: Edition, job: Job) -> Edit | None:
+        """Return the order that goes on with a program; None if it is the one that runs."""
         number = self._run.edits + 1
+        if edition.files == self._editions[number - 1].files:
+            self._tell({"mistake": None})
+            self._tell({"note": "The program has not changed: it goes on."})
+            return None
         self._editions.keep(number, edition, job)
         return Edit(number, edition.program)
 

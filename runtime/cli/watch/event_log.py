@@ -1,6 +1,7 @@
 """The events of a session or a recording, and the states of each scan.
 
 events    everything, in order; the latest are kept
+faults    what has stopped the CPU
 forces    by the scan from which they were in effect
 lines     by the scan from which a sequence waited there
 rules     the rule that last set each bit
@@ -10,9 +11,11 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Iterable, Mapping, Sequence
+from operator import itemgetter
 from typing import Any, Protocol
 
 from ....traces.reader import TraceEvent
+from ...loop.faults import Cause, Fault
 
 Json = dict[str, Any]
 
@@ -26,7 +29,7 @@ LAST_SCAN = 1 << 32
 STATES = 10_000
 """Least number of changes of states that are kept: forces, lines, rules."""
 
-SEQUENCES, FORCES = "/sequences", "/forces"
+SEQUENCES, FORCES, FAULTS = "/sequences", "/forces", "/faults"
 
 _NOT_FORCED = ("scan", "t", "topic", "tags")
 
@@ -44,6 +47,14 @@ class States(Protocol):
 
     def rules_at(self, scan: int | None) -> list[Json]:
         """Return the rule that last set each bit, up to a scan."""
+        ...
+
+    def faults_at(self, scan: int | None) -> list[str]:
+        """Return what had stopped the CPU by the end of a scan."""
+        ...
+
+    def up_to(self, scan: int, most: int) -> list[Json]:
+        """Return the latest events up to a scan, in their order."""
         ...
 
 
@@ -69,6 +80,7 @@ class EventLog:
         self._events: list[Json] = []
         self._forces = _Standing()
         self._lines = _Standing()
+        self._faults: list[Fault] = []
         self._rules: list[Json] = []
         self._latest_rules: dict[tuple[int, str], Json] = {}
 
@@ -101,6 +113,10 @@ class EventLog:
             return
         if event.get("kind") == "rule":
             self._take_rule(event)
+        if topic == FAULTS:
+            cause = next((each for each in Cause if each.value == event.get("cause")), Cause.PROGRAM)
+            where, text = str(event.get("where", "")), str(event.get("text", ""))
+            self._faults.append(Fault(scan, event["t"], cause, where, text))
         self._events.append(
             {
                 "scan": scan,
@@ -133,7 +149,20 @@ class EventLog:
         if len(self._rules) > 2 * STATES:
             del self._rules[:STATES]
 
-    # --- states of a scan
+    # --- what was in a scan
+
+    def up_to(self, scan: int, most: int) -> list[Json]:
+        """Return the latest events up to a scan, as far as they are known, in their order."""
+        own = self._events[: bisect_right(self._events, scan, key=itemgetter("scan"))][-most:]
+        if len(own) == most or self.earlier is None or self.begin:
+            return own
+        before = min(scan, self._events[0]["scan"] - 1) if self._events else scan
+        return [*self.earlier.up_to(before, most - len(own)), *own]
+
+    def faults_at(self, scan: int | None) -> list[str]:
+        """Return what had stopped the CPU by the end of a scan; None = the latest."""
+        earlier = [] if self.earlier is None or self._faults else self.earlier.faults_at(scan)
+        return earlier + [str(each) for each in self._faults if scan is None or each.scan <= scan]
 
     def forces_at(self, scan: int | None) -> Json:
         """Return the forces in effect in a scan; None = the latest."""

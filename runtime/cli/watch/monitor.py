@@ -170,7 +170,7 @@ class Monitor(ABC):
 
     @abstractmethod
     def state(self, *, past: bool) -> Json:
-        """Return what a frame has beside the scan: state, speed, late scans, breakpoints, faults."""
+        """Return what a frame has beside the scan: state, speed, late scans, breakpoints."""
 
     @abstractmethod
     def events(self, page: Page) -> Sequence[Json]:
@@ -253,12 +253,18 @@ class Monitor(ABC):
             "forced": self.states.forces_at(past),
             "lines": self.states.lines_at(past),
             "rules": self.states.rules_at(past),
+            "faults": self._faults(past),
             **self.state(past=past is not None),
             **self.subject.places.of(
                 row, self.subject.timeline.between(scan - SPEED_SCANS, scan)[:1], past=past is not None
             ),
             **self._program(page, scan),
         }
+
+    def _faults(self, past: int | None) -> list[Json]:
+        """Return what had stopped the CPU by a scan, and the rung or line in which it did."""
+        program = self.subject.programs.at(past)
+        return [{"text": text, "at": program.place_of_fault(text)} for text in self.states.faults_at(past)]
 
     def _program(self, page: Page, scan: int) -> Json:
         """Return power and tags of what a page shows."""

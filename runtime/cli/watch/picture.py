@@ -41,7 +41,8 @@ class Places:
         Args:
             row: the row.
             before: one of some scans before, for speeds; or none.
-            past: the row is not the latest one: machines were looked at some scans before it.
+            past: the row is not the latest one, so shaft and encoder are not known: machines are looked at
+                now and then only, and a trace has no figures at all.
         """
         words = row["words"].tolist()
         shown: Json = {"words": {}, "values": {}, "machine": {}}
@@ -55,15 +56,15 @@ class Places:
             if is_stepper(names):
                 shown["values"][str(slot)] = _values(inputs, outputs)
         figures = row["figures"].tolist()
-        recorded = not row["wall_ns"]  # a row of a trace has no figures
+        past = past or not row["wall_ns"]  # a row of a trace
         for place, slot in enumerate(self.machines):
             shaft, encoder, levels = figures[PER_SLOT * place :][:PER_SLOT]
             configured = shown["words"][str(slot)][0] >= 0
             values = shown["values"].get(str(slot), {}) if configured else {}
-            if recorded:
+            if past:
                 shaft = encoder = None
-            if recorded or (past and configured):
                 levels = shown["words"][str(slot)][1]  # status LSW: the levels as the module reads them
+            known = configured or not past  # a configuration's mirror has no levels
             commanded = shown["words"][str(slot)][WORDS_PER_IMAGE] >= 0  # else these words configure
             shown["machine"][str(slot)] = {
                 "position": values.get("position"),
@@ -71,7 +72,9 @@ class Places:
                 "encoder": encoder,
                 "target": values.get("target") if commanded else None,
                 "speed": self._speed(slot, row, before),
-                "inputs": {name: bool(levels & bit.value) for name, bit in INPUT_NAMES.items()},
+                "inputs": {
+                    name: bool(levels & bit.value) if known else None for name, bit in INPUT_NAMES.items()
+                },
             }
         return shown
 

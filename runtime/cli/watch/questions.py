@@ -28,6 +28,9 @@ UNWRITTEN_MOST = 16_384
 ENVELOPE_STEPS = 500
 """Points of a position in a window of the past."""
 
+EVENTS_MOST = 100
+"""Events of an answer."""
+
 WINDOW_MOST = 50_000
 """Scans of such a window."""
 
@@ -131,6 +134,14 @@ def _scans_in(said: Said) -> tuple[int, int]:
     return first, last
 
 
+def events(monitor: Monitor, _page: Page, said: Said) -> Json:
+    """Return the latest events up to a scan."""
+    scan = said.get("to")
+    if type(scan) is not int:
+        raise ValueError("to is the number of a scan")
+    return {"events": monitor.states.up_to(scan, EVENTS_MOST)}
+
+
 def why(monitor: Monitor, page: Page, said: Said) -> Json | None:
     """Say why a tag has its value in the scan that the page shows."""
     tag = _text(said, "tag")
@@ -200,6 +211,7 @@ QUESTIONS: Mapping[str, Callable[[Monitor, Page, Said], Json | None]] = {
     "steps": steps,
     "look": look,
     "window": window,
+    "events": events,
     "why": why,
     "xref": xref,
     "find": find,

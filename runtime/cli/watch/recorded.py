@@ -40,6 +40,12 @@ from .trace_monitor import Source, TraceMonitor
 Prepare = Callable[[int, Iterable[GivenOrder], Editions, Path], None]
 
 
+UNTRUSTED = (
+    "The program is not shown: it is Python that came with the trace, and to show its values it has to run. "
+    "Read it with: scanrack show {0} --extract FOLDER. Then: scanrack watch {0} --trust"
+)
+
+
 class Place(NamedTuple):
     """What `TRACE#scan=12345&rung=Main.6` names.
 
@@ -155,7 +161,7 @@ class Recording:
     def _sources(self) -> list[Source]:
         """Return its programs, in the order of their scans; unknown ones without their logic."""
         if self.job is None or self._editions is None:
-            return [Source(0, None, None)]
+            return [Source(0, None, None, UNTRUSTED.format(self._place.path))]
         found = [Source(0, self.job.logic, self.job.program)]
         for each in self._edits:
             if isinstance(each.order, Edit):

@@ -93,6 +93,11 @@ class RecordedEvents:
         """Return the rule that last set each bit, up to a scan, as far as that is known."""
         return self._stood(scan)[1]
 
+    def faults_at(self, scan: int | None) -> list[str]:
+        """Return what had stopped the CPU by the end of a scan, as far as that is known."""
+        logs = self._back_from(LAST_SCAN if scan is None else scan)
+        return [each for log in logs for each in log.faults_at(scan)]
+
     def _stood(self, scan: int | None) -> tuple[Json, list[Json]]:
         """Return lines and rules of a scan: those of the chunks that are known, back from its own."""
         logs = list(self._back_from(LAST_SCAN if scan is None else scan))

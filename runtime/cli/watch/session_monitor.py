@@ -151,7 +151,6 @@ class SessionMonitor(Monitor):
             "missed": self._missed,
             "breakpoints": session["breakpoints"],
             "met": session["met"],
-            "faults": self._faults(),
         }
         return shown | ({"mode": "fault"} if session["fault"] and not past else {})
 
@@ -160,13 +159,6 @@ class SessionMonitor(Monitor):
         new = self.log.since(self.log.first_of_page if page.events is None else page.events)
         page.events = self.log.end
         return new
-
-    def _faults(self) -> list[Json]:
-        text = self._session["fault"]
-        if not text:
-            return []
-        catalog = self.subject.programs.latest.catalog
-        return [{"text": text, "at": None if catalog is None else catalog.place_of_fault(text)}]
 
     @override
     def join(self, page: Page) -> None:
@@ -243,6 +235,10 @@ class SessionMonitor(Monitor):
         self._mistake = told
         for page in self.pages:
             page.send({"mistake": told})
+
+    def _take_note(self, text: str) -> None:
+        for page in self.pages:
+            page.send({"note": text})
 
     def _take_branch(self, told: Json) -> None:
         """Begin again: the rack runs another way from a past scan on."""
@@ -331,5 +327,6 @@ _TAKE: Mapping[str, Callable[[SessionMonitor, Any], None]] = {
     "branch": SessionMonitor._take_branch,
     "edited": SessionMonitor._take_edit,
     "mistake": SessionMonitor._take_mistake,
+    "note": SessionMonitor._take_note,
 }
 """Messages of the scan process by their key."""

@@ -31,6 +31,7 @@ class Stretch:
         first: its first scan.
         logic: the program; None if it is not known, or must not be run.
         file: of the program.
+        lacks: why there is nothing to show of it; "" if there is.
         slots: numbers of the slots, in the order of the rack's memory.
         timeline: the rows.
         told: the values of a program in Python.
@@ -47,12 +48,13 @@ class Stretch:
         first: int,
         logic: Logic | None,
         file: Path | None,
+        lacks: str,
         slots: list[int],
         timeline: Timeline,
         told: Told,
         kept: Kept,
     ) -> None:
-        self.number, self.first, self.logic = number, first, logic
+        self.number, self.first, self.logic, self._lacks = number, first, logic, lacks
         self._slots, self._timeline, self._told, self.kept = slots, timeline, told, kept
         ladder = isinstance(logic, LadderLogic)
         self.catalog = Catalog(logic) if isinstance(logic, LadderLogic) else None
@@ -85,13 +87,19 @@ class Stretch:
             values: of a program in Python, as far as they are known.
         """
         if self.catalog is not None:
-            return {"routines": self.catalog.routines(), "tags": self.catalog.tags()}
+            return {"routines": self.catalog.routines(), "tags": self.catalog.tags(), "lacks": ""}
         kinds = {bool: "BOOL", int: "LINT", str: "TEXT"}
         tags = [
             {"name": name, "type": kinds.get(type(value), "LREAL"), "description": "", "writable": False}
             for name, value in values.items()
         ]
-        return {"routines": [] if self.source is None else self.source.routines(), "tags": tags}
+        routines = [] if self.source is None else self.source.routines()
+        return {"routines": routines, "tags": tags, "lacks": self._lacks}
+
+    def place_of_fault(self, text: str) -> str | None:
+        """Return the rung or line that a fault names, such as Main.3 or line.py.62; None if it names none."""
+        known = self.catalog or self.source
+        return None if known is None else known.place_of_fault(text)
 
 
 class Stretches:
@@ -112,17 +120,17 @@ class Stretches:
         self.all: list[Stretch] = []
         self._kept: dict[int, Kept] = {}
 
-    def add(self, first: int, logic: Logic | None, file: Path | None) -> Stretch:
+    def add(self, first: int, logic: Logic | None, file: Path | None, lacks: str = "") -> Stretch:
         """Add the program that runs from a scan on."""
-        number = len(self.all)
-        own = Stretch(number, first, logic, file, self._slots, self._timeline, self._told, self.kept(number))
+        number, kept = len(self.all), self.kept(len(self.all))
+        own = Stretch(number, first, logic, file, lacks, self._slots, self._timeline, self._told, kept)
         self.all.append(own)
         return own
 
     def lose(self, first: int) -> None:
         """Show no program from a scan on: another one ran there, which is not known."""
         self.all = [each for each in self.all if each.first < first]
-        self.add(first, None, None)
+        self.add(first, None, None, "The recording does not bring the program of this scan.")
 
     def kept(self, number: int) -> Kept:
         """Return the values of the program with a number; they may come before the program."""

@@ -41,11 +41,13 @@ class Source(NamedTuple):
         first: its first scan.
         logic: the program; None if the trace does not bring it, or it must not be run.
         file: of the program; None without one.
+        lacks: why there is nothing to show of it; "" if there is.
     """
 
     first: int
     logic: Logic | None
     file: Path | None
+    lacks: str = ""
 
 
 class TraceMonitor(Monitor):
@@ -119,10 +121,7 @@ class TraceMonitor(Monitor):
 
     @override
     def events(self, page: Page) -> Sequence[Json]:
-        if page.events is not None or page.past is None:
-            return ()
-        page.events = 0
-        return self._recorded.up_to(page.past)
+        return ()  # a page asks for those up to the scan that it shows
 
     @override
     def tick(self) -> bool:

@@ -1,5 +1,7 @@
 """The events of a session: what is kept, and what stood in a scan."""
 
+import pytest
+from scanrack.runtime.cli.watch.catalog import PythonSource
 from scanrack.runtime.cli.watch.event_log import FIRST, KEPT, STATES, EventLog
 
 
@@ -15,6 +17,33 @@ def test_the_latest_events_are_kept_and_numbered_on():
     assert log.since(log.end - 2)[0]["text"] == f"event {3 * KEPT - 2}"
     assert len(log.since(0)) == log.end - log.begin >= KEPT
     assert log.end - log.first_of_page == FIRST
+
+
+def test_the_latest_events_up_to_a_scan_are_found_also_those_of_an_earlier_log():
+    log, earlier = EventLog(), EventLog()
+    for scan in (40, 40, 50):
+        log.take(event(scan))
+    for scan in (10, 20, 40):
+        earlier.take(event(scan))
+    log.earlier = earlier
+    found = [
+        [each["scan"] for each in log.up_to(scan, most)]
+        for scan, most in ((50, 9), (45, 3), (15, 9), (60, 1))
+    ]
+    assert found == [[10, 20, 40, 40, 50], [20, 40, 40], [10], [50]]
+
+
+def test_a_fault_is_known_from_its_scan_on():
+    log = EventLog()
+    log.take(event(7, "/faults", cause="program", where="line.py:62", text="ValueError: no"))
+    assert log.faults_at(6) == []
+    assert log.faults_at(7) == ["scan 7 (t = 0.00000007 s): the program raised ValueError: no [line.py:62]"]
+
+
+@pytest.mark.parametrize(("file", "at"), [("/tmp/x/line.py", "line.py.62"), ("/tmp/x/other.py", None)])
+def test_the_line_of_a_fault_is_in_the_program_that_is_shown(tmp_path, file, at):
+    fault = f"scan 7 (t = 1 s): the program raised IndexError: [1, 2] [{file}:62]"
+    assert PythonSource(tmp_path / "line.py").place_of_fault(fault) == at
 
 
 def test_forces_lines_and_rules_are_those_of_the_scan_that_is_asked_for():

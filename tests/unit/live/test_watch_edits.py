@@ -95,6 +95,26 @@ def test_a_mistake_is_shown_at_its_line_and_the_program_goes_on(feeder):
     assert mistake["file"] == "feeder.rung"
 
 
+def test_a_program_that_has_not_changed_is_no_edit(feeder):
+    record = feeder / "session.mcap"
+
+    async def edit(session):
+        async with page_of(session) as page:
+            await page.until(lambda seen: "scan" in seen.frame)
+            for _ in range(2):
+                assert (await page.ask("reload"))["ok"]
+                assert await told(page, "note") == "The program has not changed: it goes on."
+            edited(feeder, "TAG Trouble : BOOL", "TAG Trouble : BOOL\nTAG Brand : DINT := 7")
+            await told(page, "edited")
+
+    with watched("--record", record, rack=feeder / "feeder.toml") as session:
+        asyncio.run(edit(session))
+        session.end()
+    with open_trace(record) as trace:
+        given = [each.fields["name"] for each in trace.events() if each.topic == "/orders"]
+    assert given == ["reload", "reload", "edit"]
+
+
 def test_a_python_program_begins_anew_and_says_so(tmp_path):
     (tmp_path / "rack.toml").write_text(
         'program = "count.py"\nscan_ms = 2\n[[slot]]\nnumber = 1\nmodule = "amci3601"\nfirmware = "4.1"\n'

@@ -132,6 +132,7 @@ def test_a_recording_takes_no_orders_and_does_not_run_foreign_python(tmp_path):
             await page.until(lambda seen: "scan" in seen.frame)
             assert page.frame["scan"] == 499
             assert page.hello["read_only"]
+            assert page.hello["lacks"].endswith(f"scanrack watch {path} --trust")
             return [await page.ask("pause"), await page.ask("look", scan="live")]
 
     with watched(rack=path, cwd=tmp_path) as session:

@@ -35,8 +35,9 @@ class Input {
 
   show(on) {
     this.on = on;
-    setAttribute(this.node, "data-value", on ? "1" : "0");
-    setText(this.level, on ? "1" : "0");
+    const level = on === null ? "" : on ? "1" : "0"; // null: not known
+    setAttribute(this.node, "data-value", level);
+    setText(this.level, level || "–");
     setAttribute(this.node, "aria-pressed", String(this.byHand ? on !== this.rest : this.held));
   }
 

@@ -2,6 +2,7 @@
 
 import { button, el } from "./dom.js";
 import { field } from "./find.js";
+import { isClicked } from "./pointer.js";
 import { toggleBreakpoint, moveRung } from "./program.js";
 import { moveBy } from "./scrub.js";
 import { step, toggle } from "./transport.js";
@@ -44,7 +45,7 @@ function isBusy(event) {
   if (document.querySelector("dialog[open]") || event.ctrlKey || event.metaKey || event.altKey) return true;
   if (on.matches("input, select, textarea")) return !(on.type === "range" && KEYS[event.key] && !event.key.startsWith("Arrow"));
   if (on.closest(".chart")) return event.key.startsWith("Arrow");
-  return event.key === " " && on.matches("button, [role=button], summary, a");
+  return event.key === " " && !isClicked(on) && on.matches("button, [role=button], summary, a");
 }
 
 document.addEventListener("keydown", event => {

@@ -3,6 +3,7 @@
 import { drawing, el, setFlag } from "./dom.js";
 import { shown } from "./format.js";
 import * as orders from "./orders.js";
+import { isClicked } from "./pointer.js";
 import { select } from "./selection.js";
 import { place } from "./values.js";
 
@@ -50,7 +51,7 @@ function clicked(event, ident) {
 function keyed(event) {
   const group = event.target.closest(".instruction");
   if (!group) return;
-  if (event.key === "Enter" || event.key === " ") {
+  if (event.key === "Enter" || (event.key === " " && !isClicked(group))) {
     event.preventDefault();
     return clicked({ target: group }, event.currentTarget.dataset.at);
   }
@@ -71,7 +72,7 @@ export function moveTo(sheet, from, by) {
   return here < 0 ? all[by > 0 ? 0 : all.length - 1] : all[Math.min(Math.max(here + by, 0), all.length - 1)];
 }
 
-export function paintRungs({ power, breakpoints, faults }) {
+export function paintRungs({ power, breakpoints }) {
   for (const [ident, now] of Object.entries(power ?? {})) {
     const rung = rungs.get(ident);
     if (rung) light(rung, now);
@@ -82,9 +83,6 @@ export function paintRungs({ power, breakpoints, faults }) {
       setFlag(row, "data-breakpoint", on);
       stop.setAttribute("aria-pressed", String(on));
     }
-  }
-  if (faults) {
-    for (const [ident, { row }] of rungs) setFlag(row, "data-fault", faults.some(fault => fault.at === ident));
   }
 }
 

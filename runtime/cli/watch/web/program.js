@@ -31,7 +31,7 @@ onProgram(hello => {
   const before = routines.find(each => each.name === routine?.name);
   shownAt = "";
   if (routines.length) open((before ?? routines[0]).name);
-  else sheet.replaceChildren(el("p", { class: "soft" }, "The program has no source to show: its images are below."));
+  else sheet.replaceChildren(el("p", { class: "soft" }, hello.lacks || "The program has no source to show: its images are below."));
 });
 
 function tabKey(event) {
@@ -69,9 +69,10 @@ async function open(name) {
   unplace(sheet);
   sheet.replaceChildren(answer.rungs ? buildRungs(name, answer.rungs) : buildText(found, answer));
   sheet.dataset.kind = found.kind;
-  paintRungs({ power: run.power, breakpoints: run.breakpoints, faults: run.faults });
+  paintRungs({ power: run.power, breakpoints: run.breakpoints });
   paintText({ power: run.power, tags: run.tags, lines: run.lines });
   mark(selected);
+  markFaults();
   if (focused) sheet.querySelector(`[data-element="${CSS.escape(focused)}"]`)?.focus({ preventScroll: true });
   reveal();
 }
@@ -114,11 +115,18 @@ onSelect(chosen => {
   mark(chosen);
 });
 
-// What has stopped the CPU, and the rung in which it did.
+const WAY_ON = "To go on: look at an earlier scan (, or the slider), then Branch from here.";
+
+// What has stopped the CPU, the rung or line in which it did, and what to do.
 function paintFaults(faults) {
   setFlag(fault, "hidden", !faults.length);
-  setText(fault, faults.map(each => `! ${each.text}`).join("\n"));
+  setText(fault, [...faults.map(each => `! ${each.text}`), ...(run.hello.branches ? [WAY_ON] : [])].join("\n"));
+  markFaults();
   if (faults[0]?.at) showRung(faults[0].at);
+}
+
+function markFaults() {
+  for (const row of sheet.querySelectorAll("[data-at]")) setFlag(row, "data-fault", run.faults.some(({ at }) => at === row.dataset.at));
 }
 
 onPaint(changes => {

@@ -94,11 +94,10 @@ class Rail {
   move({ shaft, position, target, encoder, speed }) {
     if (!this.parts) return;
     this.fit(shaft ?? position);
-    const cart = shaft ?? position;
-    this.put(this.parts.cart, cart);
+    this.put(this.parts.cart, shaft); // none where the shaft is not known: in the past
     this.put(this.parts.known, position);
     this.put(this.parts.target, target);
-    for (const { spec, node } of this.switches) setAttribute(node, "data-value", operated(spec, cart) ? "1" : "0");
+    for (const { spec, node } of this.switches) setAttribute(node, "data-value", operated(spec, shaft));
     this.readings.say({ shaft, position, target, speed, encoder });
   }
 
@@ -110,8 +109,9 @@ class Rail {
   }
 }
 
+// Whether the shaft operates a switch, 1 or 0; null: not known.
 const operated = ({ first, last }, shaft) =>
-  shaft !== undefined && shaft !== null && (first ?? -Infinity) <= shaft && shaft <= (last ?? Infinity);
+  shaft === undefined || shaft === null ? null : (first ?? -Infinity) <= shaft && shaft <= (last ?? Infinity) ? "1" : "0";
 
 const moving = () => ({
   target: svg("g", { class: "target" }, svg("title", {}, "Target"), svg("path", { d: `M0 ${RAIL - 52}V${RAIL}` }), svg("path", { class: "flag", d: `M0 ${RAIL - 52}h13l-4 5l4 5h-13z` })),

@@ -1,10 +1,11 @@
 // The selected tag: its value, writing and forcing it, and why it is as it is.
 
 import { at, button, el, heading, setFlag, setText } from "./dom.js";
-import { parsed, plain } from "./format.js";
+import { count, parsed, plain } from "./format.js";
 import { tell } from "./notice.js";
 import * as orders from "./orders.js";
 import { showRung } from "./program.js";
+import { lookAt } from "./scrub.js";
 import { onSelect, select, selected } from "./selection.js";
 import { onHello, onPaint, run } from "./state.js";
 import { tagNames, toggleTag } from "./taglanes.js";
@@ -108,7 +109,8 @@ async function why() {
   if (tag !== selected.tag) return;
   if (!said) return answer.replaceChildren();
   const lines = linesIn(said.text);
-  answer.replaceChildren(el("p", {}, said.text), lines.length ? el("div", { class: "line" }, ...lines.map(toLine)) : "");
+  const when = el("button", { type: "button", class: "plain", title: "Look at this scan", click: () => lookAt(said.scan) }, `In scan ${count(said.scan)}:`);
+  answer.replaceChildren(when, el("p", {}, said.text), lines.length ? el("div", { class: "line" }, ...lines.map(toLine)) : "");
 }
 
 // The lines of the program in Python that an answer names, such as line.py:62.
