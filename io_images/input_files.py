@@ -1,7 +1,8 @@
 """Opens the files that a user names: what is not a regular file is refused, and so is too large a one.
 
 A FIFO would be waited for, and `/dev/zero` read until memory ends. A FIFO can't be read twice either, as rack
-files and programs are: process substitution, `<(...)`, is refused.
+files and programs are: process substitution, `<(...)`, is refused. So is a link to a file of another suffix:
+messages quote a text that is not of its kind, which may be a secret, `notes.rung -> /etc/shadow`.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 import errno
 import os
 import stat
+from os.path import realpath
 from pathlib import Path
 from typing import BinaryIO
 
@@ -28,6 +30,8 @@ def open_input(path: Path) -> BinaryIO:
     Raises:
         OSError: it can't be read, or is not a regular file; `strerror` says which.
     """
+    if path.suffix and Path(realpath(path)).suffix.lower() != path.suffix.lower():
+        raise OSError(errno.EINVAL, f"it is a link to a file that is not {path.suffix}", str(path))
     descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
     try:
         kind = stat.S_IFMT(os.fstat(descriptor).st_mode)

@@ -137,3 +137,16 @@ def check_text(text: str, kind: Text) -> None:
         else:
             continue
         raise TextLimitError(text.count("\n", 0, found.start()) + 1, problem)
+
+
+SHOWN = 2_000
+"""Most characters of a text that is shown or recorded as one: of an error, a name, a cell of a table."""
+
+
+def shortened(text: str, most: int = SHOWN) -> str:
+    """Return a text, a longer one with its beginning and its length.
+
+    >>> shortened("short"), shortened("a" * 5_000_000, 5)
+    ('short', 'aaaaa... (5,000,000 characters)')
+    """
+    return text if len(text) <= most else f"{text[:most]}... ({len(text):,} characters)"

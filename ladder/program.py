@@ -22,7 +22,7 @@ from types import FunctionType, ModuleType
 from typing import TYPE_CHECKING, Any
 
 from ..io_images.input_files import read_input
-from ..io_images.text_limits import LIMITS, Text
+from ..io_images.text_limits import LIMITS, Text, shortened
 from .axes import AxisSettings
 from .bound_axes import Axes
 from .errors import LadderError
@@ -408,7 +408,7 @@ def _while_loading(path: Path, error: BaseException) -> str:
     """Say what went wrong, at the innermost line of the program's own file."""
     steps = traceback.extract_tb(error.__traceback__)
     lines = [step.lineno for step in steps if step.filename == str(path)]
-    what = f"{type(error).__name__}: {error}{shadowed(path, error)}"
+    what = f"{type(error).__name__}: {shortened(str(error))}{shadowed(path, error)}"
     return f"{path}:{lines[-1] if lines else 1}: the program can't be loaded: {what}"
 
 

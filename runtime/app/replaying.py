@@ -139,7 +139,8 @@ def edit_notes(events: Iterable[TraceEvent]) -> list[str]:
 def lost_edits(events: Iterable[TraceEvent]) -> list[int]:
     """Return the scans from which on a program ran that the trace does not bring: edits at a bench."""
     known = list(events)
-    brought = {event.scan for event in known if event.topic == ORDERS.name and event.fields["name"] == "edit"}
+    orders = [event for event in known if event.topic == ORDERS.name]
+    brought = {event.scan for event in orders if event.fields.get("name") == "edit"}
     return [event.scan for event in known if is_edit(event) and event.scan not in brought]
 
 
@@ -200,10 +201,20 @@ def recorded_stimuli(recording: Recording) -> Iterator[Stimulus]:
     for event in recording.events:
         name = str(event.fields.get("name")).upper()
         if event.topic == "/stimuli" and name in InputBit.__members__:
-            slot, level = int(str(event.fields["slot"])), event.fields.get("energised")
+            slot, level = _slot_of(event), event.fields.get("energised")
             if slot not in bolted:
                 continue
             yield Stimulus(event.now_ns, slot, InputBit[name], None if level is None else bool(level))
+
+
+def _slot_of(event: TraceEvent) -> int:
+    """Return the slot that a message belongs to; no slot if it does not say."""
+    slot = event.fields.get("slot")
+    return slot if isinstance(slot, int) else NO_SLOT
+
+
+NO_SLOT = 0
+"""Slots have numbers from 1."""
 
 
 def with_stimuli(spec: RackSpec, recording: Recording, stimuli: Stimuli) -> RackSpec:

@@ -17,6 +17,7 @@ import typer
 from typer.core import TyperGroup
 
 from ..loop.pace import ending_as_interrupt, interrupted_by
+from .ending import end_in_time
 from .limiting import limit_traces
 from .status import BAD_INPUT, INTERRUPTED, PIPE_CLOSED, complain, reason
 from .streams import OutputLost, closed_streams_plugged, guarded_output
@@ -185,6 +186,14 @@ def main() -> None:
     Raises:
         SystemExit: always, with a status of `cli.status`.
     """
+    try:
+        _main()
+    except SystemExit as end:
+        end_in_time(end.code)
+        raise
+
+
+def _main() -> None:
     closed_streams_plugged()
     try:
         with guarded_output():

@@ -21,7 +21,7 @@ JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object 
 def say_json(value: object) -> None:
     """Print a value; what JSON has no form for is printed as text."""
     text = json.dumps(_plain(value), indent=2, default=str, allow_nan=False)
-    say(text.replace("\x7f", "\\u007f"))  # the one control character that JSON leaves as it is
+    say(text.replace("\x7f", "\\u007f"), whole=True)  # the one control character that JSON leaves as it is
 
 
 def _plain(value: Any) -> Any:

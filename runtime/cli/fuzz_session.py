@@ -34,7 +34,7 @@ from ..modules.registry import has
 from .as_json import say_json
 from .fuzz_summary import failure, failure_row, held, summary, summary_row
 from .status import DONE, INTERRUPTED, NO, complain
-from .terminal import say, visible
+from .terminal import on_a_line, say
 
 MOST_RUNS, LEAST_RUNS, SCANS, LINKED_SCANS = 50, 10, 150_000, 15_000
 """Scenarios per task: as many as this number of scans, a few seconds' work, but within these limits.
@@ -231,7 +231,7 @@ class Session:
 
         def show(found: list[Found]) -> None:
             for each in found:
-                bar.console.print(visible(str(each.broken)), highlight=False, markup=False)
+                bar.console.print(on_a_line(str(each.broken)), highlight=False, markup=False)
             done = state.tasks - tasks_before if self.limit_ns is None else wall_ns() - start_ns
             text = f"{state.runs:,} runs, {len(state.found)} broken"
             bar.update(task, completed=done, description=text)

@@ -140,7 +140,7 @@ def _print_export(file: Path, name: str) -> int:
             logic = read_program(file)
         if logic is None:
             return complain(f"{file}: there is no program in it", BAD_INPUT)
-        say(export_l5x(logic, name).decode("utf-8").rstrip())
+        say(export_l5x(logic, name).decode("utf-8").rstrip(), whole=True)
     except (LadderError, OSError, UnicodeDecodeError) as error:
         return complain(reason(error) if isinstance(error, OSError) else str(error), BAD_INPUT)
     return DONE
@@ -160,7 +160,7 @@ def _print_rack(file: Path, steppers: list[str]) -> int:
             printed, report = rack_of(imported, file, steppers), imported.report
     except ValueError as error:
         return complain(str(error), BAD_INPUT)
-    say(printed.rstrip())
+    say(printed.rstrip(), whole=True)
     return DONE if report.complete else NO
 
 

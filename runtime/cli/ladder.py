@@ -138,15 +138,17 @@ def ladder(
             with new_file(svg, SVG, used=used, encoding="utf-8") as out:
                 out.write(routines_svg(wanted, width or WIDTH, truths, captions))
         elif source:
-            say(program.source())
+            say(program.source(), whole=True)
         elif text:
             for each, numbers in wanted:
-                say(each.text if rung is None else "\n".join(map(each.numbered, numbers)))
+                say(each.text if rung is None else "\n".join(map(each.numbered, numbers)), whole=True)
         else:
             fitting = max(shutil.get_terminal_size((WIDTH + 8, 0)).columns - 8, NARROWEST)
             for each, numbers in wanted:
                 say(f"Routine {each.name}\n")
-                say(routine_text(each, width or fitting, truths.get(each.name), numbers, captions))
+                say(
+                    routine_text(each, width or fitting, truths.get(each.name), numbers, captions), whole=True
+                )
     except LadderError as error:
         raise typer.Exit(complain(f"{file}: {error}", BAD_INPUT)) from error
     except OSError as error:

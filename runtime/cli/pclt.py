@@ -60,7 +60,7 @@ def list_command(
     Example: scanrack pclt list examples/pcl601/sample1.pclt
     """
     with reported_mistakes():
-        say(listing(read_program(file)))
+        say(listing(read_program(file)), whole=True)
 
 
 def register(parent: typer.Typer) -> None:

@@ -11,6 +11,8 @@ import unicodedata
 
 import typer
 
+from ...io_images.text_limits import SHOWN, shortened
+
 LAYOUT = "\n\t"
 """Control characters that are printed as they are."""
 
@@ -41,9 +43,35 @@ def on_a_line(text: str) -> str:
     >>> on_a_line("line\nnote: all is well")
     'line\\nnote: all is well'
     """
-    return visible(text, keep="")
+    return visible(shortened(text), keep="")
 
 
-def say(text: object, *, err: bool = False, nl: bool = True) -> None:
-    """Print a text."""
-    typer.echo(visible(str(text)), err=err, nl=nl)  # noqa: TID251 - the one place
+def say(text: object, *, err: bool = False, nl: bool = True, whole: bool = False) -> None:
+    """Print a text.
+
+    Args:
+        text: what is printed.
+        err: on standard error.
+        nl: end the line.
+        whole: print all of it: it is for programs, or made by us. Else long lines are shortened, and messages
+            of many lines.
+    """
+    shown = str(text) if whole else _short_lines(str(text), err=err)
+    typer.echo(visible(shown), err=err, nl=nl)  # noqa: TID251 - the one place
+
+
+LINE_MOST = 2 * SHOWN
+"""Most characters of a line."""
+
+MESSAGE_LINES = 500
+"""Most lines of a message on standard error."""
+
+
+def _short_lines(text: str, *, err: bool) -> str:
+    if len(text) <= LINE_MOST and not err:
+        return text
+    lines = text.split("\n")
+    more = len(lines) - MESSAGE_LINES
+    if err and more > 0:
+        lines[MESSAGE_LINES:] = [f"... ({more:,} more lines)"]
+    return "\n".join(shortened(line, LINE_MOST) for line in lines)

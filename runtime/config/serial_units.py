@@ -27,6 +27,10 @@ if TYPE_CHECKING:
     from ..controllers.pcl601.line import Pcl601
 
 
+STORED = ".pclt"
+"""How the name of a stored program ends: no other file is read, or shown in a message."""
+
+
 class UnitSpec(Table):
     """A controller beside the rack.
 
@@ -78,6 +82,8 @@ class UnitSpec(Table):
     def _can_be_wired(self) -> Self:
         for name, state in self.pins.items():
             connect(Pins(), name, state)
+        if self.program is not None and not self.program.endswith(STORED):
+            raise ValueError(f"a stored program is a {STORED} file: program must end so")
         if self.start and self.program is None:
             raise ValueError("start needs a program")
         return self

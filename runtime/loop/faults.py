@@ -10,6 +10,7 @@ from enum import Enum
 from opcode import opmap
 from pathlib import Path
 
+from ...io_images.text_limits import shortened
 from .events import JsonValue
 
 
@@ -93,12 +94,12 @@ def ends_the_run(error: BaseException) -> bool:
 
 
 def words_of(error: BaseException) -> str:
-    """Return an exception's kind and message.
+    """Return an exception's kind and message, a long one shortened.
 
     >>> words_of(ValueError("no such bit")), words_of(ZeroDivisionError())
     ('ValueError: no such bit', 'ZeroDivisionError')
     """
-    text = str(error)
+    text = shortened(str(error))
     return f"{type(error).__name__}: {text}" if text else type(error).__name__
 
 

@@ -1,0 +1,40 @@
+"""Ends the process although a thread of the user's program goes on: Python would wait for it for ever."""
+
+from __future__ import annotations
+
+import os
+import threading
+from time import sleep
+
+from .status import complain
+
+GRACE_S = 2.0
+"""How long a thread may go on after the command has ended."""
+
+SILENT_S = 0.2
+"""How long nothing is said; most threads end at once."""
+
+
+def end_in_time(status: object) -> None:
+    """Let the process end within `GRACE_S` seconds, although threads go on.
+
+    Args:
+        status: the exit status, as `sys.exit` takes it.
+    """
+    if _going_on():
+        code = status if isinstance(status, int) else int(status is not None)
+        threading.Thread(target=_end, args=(code,), daemon=True).start()
+
+
+def _going_on() -> list[str]:
+    """Return the names of the threads that Python waits for."""
+    main = threading.main_thread()
+    return [each.name for each in threading.enumerate() if each is not main and not each.daemon]
+
+
+def _end(status: int) -> None:
+    sleep(SILENT_S)
+    names = ", ".join(_going_on())
+    complain(f"the program's thread goes on and is ended in {GRACE_S:g} s: {names}")
+    sleep(GRACE_S - SILENT_S)
+    os._exit(status)
