@@ -83,7 +83,7 @@ class UnitSpec(Table):
         for name, state in self.pins.items():
             connect(Pins(), name, state)
         if self.program is not None and not self.program.endswith(STORED):
-            raise ValueError(f"a stored program is a {STORED} file: program must end so")
+            raise ValueError(f"a stored program is a {STORED} file")
         if self.start and self.program is None:
             raise ValueError("start needs a program")
         return self

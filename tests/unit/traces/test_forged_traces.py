@@ -139,19 +139,23 @@ FORGERIES = {
     "a module of the library": beside("random.py"),
     "helper outside": beside("../helper.py", says=OUT),
     "unit's program called helper.py": Forgery(
-        {"rack.toml": rack(unit="helper.py"), "line.py": LINE, "helper.py": EVIL}, "line.py", TRUST
+        {"rack.toml": rack(unit="helper.py"), "line.py": LINE, "helper.py": EVIL}, "line.py", "a .pclt file"
     ),
-    "unit's program absolute": unit("{outside}/secret", OUT),
-    "unit's program in ..": unit("../outside/secret", OUT),
-    "unit's program in a\\..": unit("..\\outside\\secret", OUT),
-    "unit's program on a drive": unit("D:secret", "drive"),
-    "unit's program is not in the trace": unit("line.py", "does not bring line.py"),
-    "unit's program through a link": unit("link/secret", "does not bring link/secret"),
+    "unit's program absolute": unit("{outside}/secret.pclt", OUT),
+    "unit's program in ..": unit("../outside/secret.pclt", OUT),
+    "unit's program in a\\..": unit("..\\outside\\secret.pclt", OUT),
+    "unit's program on a drive": unit("D:secret.pclt", "drive"),
+    "unit's program is not in the trace": unit("line.pclt", "does not bring line.pclt"),
+    "unit's program through a link": unit("link/secret.pclt", "does not bring link/secret.pclt"),
     "unit's program beside Python": Forgery(
-        {"rack.toml": rack(unit="{outside}/secret"), "line.py": LINE, "helper.py": HELPER}, "line.py", OUT
+        {"rack.toml": rack(unit="{outside}/secret.pclt"), "line.py": LINE, "helper.py": HELPER},
+        "line.py",
+        OUT,
     ),
     "rack file nested without end": Forgery(
-        {"rack.toml": "a = " + "[" * 100_000, "line.py": LINE, "helper.py": HELPER}, "line.py", "too deep"
+        {"rack.toml": "a = " + "[" * 100_000, "line.py": LINE, "helper.py": HELPER},
+        "line.py",
+        "nested deeper than 32",
     ),
     "trace written outside": Forgery(
         {"rack.toml": "trace = '{outside}/written'\n" + rack("q.rung"), "q.rung": RUNGS}, "q.rung", None
@@ -183,6 +187,7 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     (own / "helper.py").write_text(HELPER)
     (own / "link").symlink_to(outside)
     (outside / "secret").write_text(SECRET)
+    (outside / "secret.pclt").write_text(SECRET)
     (outside / "e.py").write_text(EVIL.format(canary=str(tmp_path / "canary")))
     monkeypatch.chdir(own)
     monkeypatch.setattr(sys, "path", list(sys.path))
@@ -400,7 +405,9 @@ def test_a_golden_library_names_no_files_elsewhere(place: Path, name: str) -> No
     assert seen(place.parent) == before
 
 
-@pytest.mark.parametrize("path", ["{outside}/secret", "../outside/secret", "..\\outside\\secret"])
+@pytest.mark.parametrize(
+    "path", ["{outside}/secret.pclt", "../outside/secret.pclt", "..\\outside\\secret.pclt"]
+)
 def test_a_golden_library_reads_no_files_elsewhere(place: Path, path: str) -> None:
     named = path.replace("{outside}", str(place.parent / "outside"))
     (place / "scenarios.toml").write_text(
