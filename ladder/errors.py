@@ -155,6 +155,18 @@ OVERFLOW_CODE = 4
 """Minor: overflow, or a divisor of zero [1756-RM003N p. 277]."""
 
 
+class TooLongError(LadderError):
+    """A routine that compiles to too much Python.
+
+    Attributes:
+        routine: its full name.
+    """
+
+    def __init__(self, text: str, routine: str) -> None:
+        self.routine = routine
+        super().__init__(text)
+
+
 class OutOfLinesError(Exception):
     """As many rungs and statements have run as were allowed, see `Interpreter.lines_left`."""
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from ..errors import LadderError
+from ..errors import TooLongError
 from ..lowered import Lowered
 from ..stretches import Spot
 from ..tags import BASE, FRAME, OWN, FrameLayout, Layout, Leaf
@@ -91,13 +91,12 @@ class Writer:
         """Let the temporaries of the rung before be free again.
 
         Raises:
-            LadderError: the function has too many lines.
+            TooLongError: the function has too many lines.
         """
         self._temporaries = 0
         if len(self.lines) > MOST_LINES:
-            raise LadderError(
-                f"routine {self._routine} compiles to more than {MOST_LINES:,} lines of Python: divide it"
-            )
+            text = f"routine {self._routine} compiles to more than {MOST_LINES:,} lines of Python: divide it"
+            raise TooLongError(text, self._routine)
 
     def name(self, leaf: Leaf) -> str:
         """Return the variable of a leaf, or of the list in which it lies."""

@@ -39,7 +39,7 @@ Caller = Callable[[str, Sequence[Value]], Sequence[Value]]
 """Calls a routine in Python: name in capitals, values in; returns the values out."""
 
 
-LINES_OF_CALL = 10
+LINES_OF_CALL = 30
 """Rungs that the call of an add-on instruction counts as: it takes as long."""
 
 

@@ -18,7 +18,7 @@ from ..errors import LadderError
 from ..expressions import parse_address
 from ..resolver import slot_of_image
 from ..tags import Alias, Declaration, Tag
-from ..types import DataType, Structure
+from ..types import DINT, INT, DataType, Member, Structure
 from .datatypes import NAME, Types
 from .records import Document, ModuleRecord, ModuleTagRecord, number_of
 from .report import Report
@@ -119,7 +119,7 @@ def module_objects(
 
 def _tag(module: ModuleRecord, tag: ModuleTagRecord, types: Types, report: Report) -> Tag | None:
     name = f"{prefix_of(module)}:{tag.suffix}"
-    kind = next((each for each in _shown(tag, types) if each is not None), None)
+    kind = next((each for each in _shown(tag, types) if each is not None), None) or _sized(module, tag)
     if kind is None:
         return None
     try:
@@ -128,6 +128,26 @@ def _tag(module: ModuleRecord, tag: ModuleTagRecord, types: Types, report: Repor
         report.lose(name, f"it starts with zeros: {error}", tag.line)
         initial = None
     return Tag(name, kind, (), initial, f"{module.catalog} {module.name}".strip())
+
+
+def _sized(module: ModuleRecord, tag: ModuleTagRecord) -> Structure | None:
+    """Return the words of a module of which the document has the size only: Data, and Fault of inputs.
+
+    The size of the inputs of a generic profile counts the 4 bytes of Fault.
+    """
+    is_input = tag.kind == "InputTag"
+    size = tag.size - FAULT_BYTES * (is_input and module.catalog.startswith(GENERIC))
+    if tag.kind not in ("InputTag", "OutputTag") or size < 2:
+        return None
+    fault = (Member("Fault", DINT),) if is_input else ()
+    data = Member("Data", INT, (size // 2,))
+    return Structure(f"{module.catalog}:{tag.suffix}", (*fault, data))
+
+
+GENERIC = "1769-MODULE"
+"""Catalog number of the generic profile."""
+
+FAULT_BYTES = 4
 
 
 def _shown(tag: ModuleTagRecord, types: Types) -> Iterator[DataType | None]:

@@ -249,6 +249,17 @@ class RoutineReader:
         self.refuse_object(owner, routine, f"line {number}: {reason}", line_of(record, number), remedy)
         counted.refused = min(before + 1, counted.statements)
 
+    def refuse_routine(self, owner: str, routine: str, reason: str, remedy: str) -> bool:
+        """Refuse all of a routine; return whether there was something to refuse."""
+        record = self.record(owner, routine)
+        if record is None:
+            return False
+        for place in range(len(record.rungs)):
+            self.refuse(owner, routine, place, reason, remedy)
+        if record.kind == "ST":
+            self.refuse_object(owner, routine, reason, record.line, remedy)
+        return True
+
     def ran(self, owner: str, routine: str) -> None:
         """Note that structured text ran."""
         counted = self._texts.get((owner.upper(), routine.upper()))

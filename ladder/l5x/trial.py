@@ -16,11 +16,12 @@ from typing import Any
 
 from ..controller import Controller
 from ..engine import Engine
-from ..errors import WATCHDOG_TYPE, BuildError, LadderFault, OutOfLinesError
+from ..errors import WATCHDOG_TYPE, BuildError, LadderFault, OutOfLinesError, TooLongError
 from ..memory import same
 from ..runnable import LadderLogic
 from ..schedule import Task
-from .assembly import Parts, harness_of, implicit_task, trial_tasks
+from ..tree import Routine
+from .assembly import Parts, does_nothing, harness_of, implicit_task, trial_tasks
 from .importer import Imported
 
 SCANS = 100
@@ -91,6 +92,15 @@ def _run(
     report = imported.report
     try:
         outcome = lockstep(controller or parts.assemble(report, tasks), work)
+    except TooLongError as error:
+        owner, _, routine = error.routine.removeprefix("\\").partition(".")
+        reason, _, remedy = str(error).rpartition(": ")
+        if not imported.reader.refuse_routine(owner, routine, reason, remedy):
+            report.faults[owner] = reason
+            return
+        parts = _without(parts, owner, routine)
+        _run(imported, parts, tasks, None, work)
+        return
     except BuildError as error:  # one of the programs, since each rung can be built
         report.faults[names[0] if names else parts.name] = f"it can't be tried: {error.problems[0].text}"
         for name in names if len(names) > 1 else ():
@@ -107,6 +117,17 @@ def _run(
     else:
         for name in names:
             _run(imported, parts, trial_tasks(parts, [name]), None, work)
+
+
+def _without(parts: Parts, owner: str, routine: str) -> Parts:
+    """Return the same parts in which a routine of a program, or of an add-on, does nothing."""
+    part, definition = parts.programs.get(owner.upper()), parts.add_ons.get(owner.upper())
+    if part is not None and routine.upper() in part.routines:
+        part.functions[routine.upper()] = does_nothing(part.routines.pop(routine.upper()).name)
+    elif definition is not None:
+        kept = (each for each in definition.routines if each.name.upper() != routine.upper())
+        parts.add_ons[owner.upper()] = definition.with_routines((Routine(routine, ()), *kept))
+    return parts
 
 
 def _count(imported: Imported, names: Iterable[str]) -> None:

@@ -44,7 +44,7 @@ def _ladders(program: Program) -> Iterator[str]:
         name = f' "{routine.comment}"' if routine.comment else ""
         yield f"LADDER {routine.name[len(ROUTINE) :]}{name}"
         for rung in routine.rungs:
-            yield from (f"% {line} %" for line in rung.comment.splitlines())
+            yield from (f"% {line.replace('%', 'percent')} %" for line in rung.comment.splitlines())
             yield " ".join(f"SOR {rung_text(rung.series, program.builtin)} EOR".split())
 
 

@@ -12,15 +12,12 @@ from pathlib import Path
 
 from ...ladder.instructions import BY_NAME
 from ...ladder.l5x import Imported
-from ...ladder.l5x.modules import prefix_of, slot_of
+from ...ladder.l5x.modules import GENERIC, prefix_of, slot_of
 from ...ladder.l5x.records import ModuleRecord
 from ...ladder.l5x.report import Refusal
 from ..config.rackspec import DECLARE, EMPTY, MISSING_TAGS, REFUSED
 from .export_slots import STEPPER, ExportSlot, simulated, slot_tables, with_steppers
 from .toml_text import comment, key, text
-
-GENERIC = "1769-MODULE"
-"""Catalog number of the generic profile."""
 
 BYTES_OUT, BYTES_IN = 16, (16, 20)
 """Sizes of a 3601's connection; 4 more bytes in are the Fault [3601 manual, chapter 2, "16+4"]."""

@@ -1,6 +1,9 @@
 """Mutated exports: each is refused with the import's own error, or every rung is imported or refused."""
 
+import json
 import re
+import tomllib
+from pathlib import Path
 
 from amounts import amount
 from hypothesis import given, settings
@@ -26,6 +29,7 @@ from scanrack.ladder.l5x import L5xError
 from scanrack.ladder.l5x.document import parse_document
 from scanrack.ladder.l5x.importer import Importer
 from scanrack.ladder.l5x.trial import run_trial
+from scanrack.runtime.app.l5x_rack import rack_of
 
 INPUTS = """<InputTag><Data Format="Decorated"><Structure DataType="AB:1769_DI16:I:0">
 <DataValueMember Name="Fault" DataType="DINT" Value="2#0"/>
@@ -55,6 +59,21 @@ RUNGS = (
     "LBL(Here)NOP();",
 )
 TEXT = "IF N > 3 THEN\n    N := 0;  // again\nEND_IF;\nFOR N := 0 TO 2 DO R[0].Steps[N] := N; END_FOR;"
+
+
+def bytes_of(text):
+    return f"<Data>{text}</Data>"
+
+
+def said(form, text):
+    return f'<Data Format="{form}"><![CDATA[{text}]]></Data>'
+
+
+def untyped(name, kind, dims, *data):
+    length = f' Dimensions="{dims}"' if dims else ""
+    return f'<Tag Name="{name}" TagType="Base" DataType="{kind}"{length}>{"".join(data)}</Tag>'
+
+
 TAGS = (
     alias("Start", "Local:2:I.Data.3"),
     tag("Stop", "BOOL", data=value("BOOL", 0)),
@@ -64,11 +83,27 @@ TAGS = (
     tag("T", "Twice"),
     tag("Now", "DINT", "7"),
     tag("M", "MESSAGE"),
+    untyped("Raw", "Recipe", "2", bytes_of("0A 00 00 00 " * 56)),
+    untyped("Names", "STRING", "2", bytes_of("01 00 00 00 " * 44), said("String", "'a'")),
+    untyped("Old", "Recipe", "", said("L5K", "[1,[1,2,3],[0,5,0]]")),
+    tag("Nested", "Outer"),
+)
+OUTER = add_on(
+    "Outer",
+    ['<Parameter Name="P" TagType="Alias" DataType="DINT" Usage="Input" Required="false" AliasFor="In.Q"/>'],
+    ['<LocalTag Name="In" DataType="Inner"/>'],
+    ladder("Logic", "Inner(In);"),
+)
+INNER = add_on(
+    "Inner",
+    ['<Parameter Name="Q" TagType="Alias" DataType="DINT" Usage="Input" Required="false" AliasFor="W[1]"/>'],
+    ['<LocalTag Name="W" DataType="DINT" Dimensions="3"/>'],
+    ladder("Logic", "ADD(W[1],1,W[2]);"),
 )
 WHOLE = document(
     types=[RECIPE],
     modules=[module("DI", 2, INPUTS)],
-    add_ons=[TWICE],
+    add_ons=[TWICE, OUTER, INNER],
     tags=TAGS,
     programs=[program("P", ladder("Main", *RUNGS), structured("Text", TEXT), diagram("Blocks", "FBD"))],
     tasks=[task("Cycle", "P"), task("Fast", kind="PERIODIC", rate=20)],
@@ -123,14 +158,18 @@ def test_mutated_exports(text):
         return
     report = imported.report
     assert report.imported + len(report.refused) == report.rungs
+    slots = [each["number"] for each in tomllib.loads(rack_of(imported, Path("machine.L5X")))["slot"]]
+    assert len(set(slots)) == len(slots) > 0
     run_trial(imported, scans=2)
     assert 0 <= report.ran <= report.imported
     assert not [text for text in report.faults.values() if "compiled" in text]
+    assert json.dumps(report.as_json())
+    assert list(report.lines())
 
 
 def test_what_is_mutated_is_imported():
     absent = "Twice: there is no instruction Twice, and no add-on in the export"
-    for text, declared, refused in ((WHOLE, 0, []), (PARTIAL, len(TAGS) + 2, [absent])):  # and a routine
+    for text, declared, refused in ((WHOLE, 0, []), (PARTIAL, 10, [absent])):
         imported = Importer(parse_document(text.encode(), "machine.L5X")).run(trial=True)
         run_trial(imported, scans=2)
         assert [each.reason for each in imported.report.refused] == refused

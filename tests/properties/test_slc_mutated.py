@@ -1,10 +1,15 @@
 """Mutated exports of RSLogix 500: refused in our own words, counted, and kept by export and import."""
 
+import json
 import random
+import tomllib
+from pathlib import Path
 
 import pytest
 from scanrack.ladder.errors import LadderError
 from scanrack.ladder.slc import export_text, import_text
+from scanrack.runtime.app.slc_rack import rack_of_slc
+from slc_files import FUNCTION_FILES, elements, export, forces, image, ladder, slot, texts, words
 
 TEXT = """PROJECT "feeder"
 SLOT 1 OTHER 3 10 25
@@ -22,6 +27,26 @@ DATA N7:0
 % N7:0 % 1 2 3 -4
 DATA T4:0 0 500 7
 """
+SAVED = export(
+    ladder(2, "XIC I:1/0 BST TON T33:0 1.0 60 60 NXB MUL N7:1 N7:0 T33:1.PRE BND", "JSR 3"),
+    "% TITLE/RUNG DESCRIPTION\nTITLE: Start\nRUNG DESCRIPTION: 50 % of\nthe speed %\n",
+    ladder(3, "CTU C5:0 10 3 MOV RTC:0.MIN L41:0", "BSL #B31:0 R6:0 I:1/0 12"),
+    image("O:3", "0X0002"),
+    words("S", [4, 5414, 0]),
+    words("N7", [60, -3, "0XFFF0"]),
+    words("F8", ["0.01666667", "1.#INF"]),
+    words("L41", [2147483647, "0XFFFFFFFE"], per_line=5),
+    elements("T33", [("0XA200", 60, 60), ("0X0200", 60, 0)]),
+    elements("C5", [("0X3000", -10, 3)]),
+    elements("R6", [("0X8000", 16, 5)], ".LEN   .POS"),
+    texts("ST9", "50 % of it", ""),
+    FUNCTION_FILES,
+    forces("O:03", ("0X0001", "0XFFFF")),
+    slots=[slot(1, "1762-IQ16", "16-Input", 1), slot(3, "1762-OB16", "16-Output", 0, 1)],
+    names={2: "MAIN", 3: "FEED"},
+)
+"""As RSLogix 500 saves it."""
+
 PIECES = [
     "",
     "0",
@@ -43,28 +68,40 @@ PIECES = [
     "EOR",
     "SOR",
     "\x01",
+    "0X",
+    "99999",
+    "DATA ",
+    "FORCE ",
+    "1.#",
+    "...",
 ]
 
 
 def mutated(seed):
-    """Return the text with a few characters or words in place of others."""
+    """Return a text with a few characters or words in place of others."""
     dice = random.Random(seed)
+    whole = SAVED if seed % 3 else TEXT
     if seed % 2:
-        letters = list(TEXT)
+        letters = list(whole)
         for _ in range(dice.randint(1, 6)):
             letters[dice.randrange(len(letters))] = dice.choice(PIECES)
         return "".join(letters)
-    lines = [line.split(" ") for line in TEXT.split("\n")]
-    words = TEXT.split()
+    lines = [line.split(" ") for line in whole.split("\n")]
+    listed = whole.split()
     for _ in range(dice.randint(1, 4)):
         line = dice.choice(lines)
-        line[dice.randrange(len(line))] = dice.choice(words)
+        line[dice.randrange(len(line))] = dice.choice(listed)
     return "\n".join(" ".join(line) for line in lines)
 
 
-def test_the_text_itself():
-    found = import_text(TEXT, "x")
-    assert (found.report.rungs, found.report.refused) == (8, [])
+def series_of(program):
+    return [[rung.series for rung in routine.rungs] for routine in program.routines]
+
+
+@pytest.mark.parametrize(("text", "rungs", "lost"), [(TEXT, 8, []), (SAVED, 4, ["RTC0"])])
+def test_the_text_itself(text, rungs, lost):
+    report = import_text(text, "x").report
+    assert (report.rungs, report.refused, report.lost) == (rungs, [], lost)
 
 
 @pytest.mark.parametrize("seed", range(60))
@@ -77,9 +114,11 @@ def test_a_mutated_export(seed, pytestconfig):
             continue
         report = found.report
         assert report.imported + len(report.refused) == report.rungs
+        assert json.dumps(report.as_json())
+        assert list(report.lines())
+        slots = [each["number"] for each in tomllib.loads(rack_of_slc(found, Path("x.SLC")))["slot"]]
+        assert len(set(slots)) == len(slots) > 0
         if found.program is not None:
             again = import_text(export_text(found.program, found.document), "x")
             assert again.program is not None
-            assert [each.rungs for each in again.program.routines] == [
-                each.rungs for each in found.program.routines
-            ]
+            assert series_of(again.program) == series_of(found.program)

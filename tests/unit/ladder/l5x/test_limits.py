@@ -2,6 +2,7 @@
 
 import pytest
 from l5x_files import document, ladder, machine, program, structured, tag, task
+from scanrack.ladder.compiler import writer
 from scanrack.ladder.l5x import L5xError, limits, trial
 
 TAGS = [tag("a", "BOOL"), tag("b", "BOOL"), tag("i", "DINT")]
@@ -61,3 +62,13 @@ def test_a_trial_counts_the_rungs_of_all_its_scans(imported, monkeypatch):
     report = imported(text).report
     assert (report.imported, report.ran) == (10, 0)
     assert list(report.faults) == ["Plant", "Main"]
+
+
+def test_a_routine_that_compiles_to_too_much_is_refused_alone(imported, monkeypatch):
+    monkeypatch.setattr(writer, "MOST_LINES", 20)
+    tags = [tag("A", "DINT"), tag("B", "BOOL")]
+    long = ladder("Long", *["ADD(A,1,A);"] * 20)
+    main = ladder("Main", "JSR(Long,0);", "OTE(B);")
+    found = imported(document(tags=tags, programs=[program("P", main, long)], tasks=[task("T", "P")]))
+    assert (len(found.report.refused), found.report.imported, found.report.ran) == (20, 2, 2)
+    assert found.report.refused[0].reason == r"routine \P.Long compiles to more than 20 lines of Python"

@@ -4,6 +4,7 @@ import tomllib
 
 import pytest
 from l5x_files import document, ladder, module, program, tag, task
+from scanrack.ladder.l5x import import_l5x
 from scanrack.runtime.app.export_slots import ExportSlot, differences, slot_tables
 from scanrack.runtime.cli import build
 from slc_files import export, slot
@@ -65,6 +66,18 @@ def test_a_module_that_is_not_simulated_keeps_its_slot(tmp_path):
     status, shown = run("run", rack, "--scans", 5, "--no-record")
     assert status == 0, shown
     assert "warning" not in shown
+
+
+def test_a_module_without_data_has_the_words_of_its_connection(tmp_path):
+    """66 bytes in are 31 words and the Fault."""
+    bare = generic("Valves", 1, 31, 31)
+    for kind in ("Input", "Output"):
+        start, end = bare.index(f"<{kind}Tag>"), bare.index(f"</{kind}Tag>")
+        bare = bare[:start] + f"<{kind}Tag><Data>00 00</Data>" + bare[end:]
+    imported = import_l5x(machine(tmp_path, bare, rungs=("MOV(Local:1:I.Data[30],Local:1:O.Data[30]);",)))
+    assert imported.report.refused == []
+    assert len(imported.controller.tags["Local:1:I.Data"]) == 31
+    assert imported.controller.tags["Local:1:I.Fault"] == 0
 
 
 def test_cards_stay_where_they_are(tmp_path):
