@@ -346,7 +346,8 @@ class Axis3601(Device):
 
         It does not take the axis. The value is in steps, or in encoder counts if an encoder is configured.
         """
-        return Captured(self.name, self._words, self.status, lambda: self._drive.state)
+        drive = self._drive
+        return Captured(self.name, self._words, self.status, lambda: drive.state, drive.link)
 
     # -- a part of the logic
 

@@ -9,13 +9,12 @@ from typing import TYPE_CHECKING
 from typing_extensions import override
 
 from ...io_images.image import Image
-from ..sequences.waits import Wait
 from .errors import AxisError, CommandAborted, ErrorId, reasons
 from .kinds import Kind
+from .link import LinkedWait
 
 if TYPE_CHECKING:
     from .drive import Drive
-    from .link import Link
 
 
 class Outcome(Enum):
@@ -27,7 +26,7 @@ class Outcome(Enum):
     ERROR = "error"
 
 
-class Command(Wait[None]):
+class Command(LinkedWait[None]):
     """A requested command: await its end, or read its outcome.
 
     Attributes:
@@ -43,18 +42,7 @@ class Command(Wait[None]):
         text: the call, as in "move_to(4000)".
     """
 
-    __slots__ = (
-        "_axis",
-        "_is_active",
-        "_link",
-        "_link_changes",
-        "detail",
-        "error_id",
-        "kind",
-        "outcome",
-        "text",
-        "words",
-    )
+    __slots__ = ("_axis", "_is_active", "detail", "error_id", "kind", "outcome", "text", "words")
 
     attended = False
     """Whether it acts in each scan while it is under way."""
@@ -63,6 +51,7 @@ class Command(Wait[None]):
     """Whether a handshake with the module over several scans is complete."""
 
     def __init__(self, axis: str, kind: Kind, text: str) -> None:
+        super().__init__()
         self._axis = axis
         self.kind = kind
         self.text = text
@@ -71,8 +60,6 @@ class Command(Wait[None]):
         self.error_id = ErrorId(0)
         self.detail = ""
         self._is_active = False
-        self._link: Link | None = None
-        self._link_changes = 0
 
     @property
     def busy(self) -> bool:
@@ -99,12 +86,6 @@ class Command(Wait[None]):
         """Whether it failed or was refused."""
         return self.outcome is Outcome.ERROR
 
-    @property
-    @override
-    def moved(self) -> int:
-        """How often the link was lost or came back since: what it waits for reads otherwise then."""
-        return 0 if self._link is None else self._link.changes - self._link_changes
-
     @override
     def poll(self, now_ns: int) -> bool:
         return self.outcome is not Outcome.BUSY
@@ -122,19 +103,16 @@ class Command(Wait[None]):
         if self.outcome is Outcome.ABORTED:
             raise CommandAborted(f"{self!r}: another command has taken the axis")
 
-    def __repr__(self) -> str:
-        call = f"{self._axis}.{self.text}"
-        return f"{call} ({self._link})" if self._link is not None and self._link.down else call
+    @property
+    @override
+    def call(self) -> str:
+        return f"{self._axis}.{self.text}"
 
     # -- what the drive does
 
     def take(self, image: Image) -> None:
         """Take the words of an image as those that start it."""
         self.words = array("h", image.words)
-
-    def follow(self, link: Link) -> None:
-        """Say of this link when it is lost."""
-        self._link, self._link_changes = link, link.changes
 
     def attend(self, drive: Drive, now_ns: int) -> None:
         """Act in a scan while it is under way."""

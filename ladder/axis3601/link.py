@@ -2,7 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Generic, TypeVar
+
+from typing_extensions import override
+
 from ..sequences.parts import Slot
+from ..sequences.waits import Wait
+
+T_co = TypeVar("T_co", covariant=True)
 
 
 class Link:
@@ -43,6 +50,34 @@ class Link:
         """Return when it was lost last, in words."""
         lost = f"the link to slot {self.number} was lost at {_seconds(self.lost_ns)}"
         return lost if self.down else f"{lost} and came back at {_seconds(self.back_ns)}"
+
+
+class LinkedWait(Wait[T_co], Generic[T_co]):
+    """A wait for a module: it says so while its link is lost."""
+
+    __slots__ = ("_changes", "_link")
+
+    def __init__(self) -> None:
+        self.follow(Link())
+
+    def follow(self, link: Link) -> None:
+        """Say of this link when it is lost."""
+        self._link, self._changes = link, link.changes
+
+    @property
+    @override
+    def moved(self) -> int:
+        """How often the link was lost or came back since: the wait reads otherwise then."""
+        return self._link.changes - self._changes
+
+    def __repr__(self) -> str:
+        call = self.call
+        return f"{call} ({self._link})" if self._link.down else call
+
+    @property
+    def call(self) -> str:
+        """The call that made it."""
+        raise NotImplementedError(f"{type(self).__name__} has no call")
 
 
 def _seconds(time_ns: int) -> str:

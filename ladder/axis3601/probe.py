@@ -8,14 +8,14 @@ from typing_extensions import override
 
 from ...io_images.amci3601.bits import StatusLsw
 from ...io_images.amci3601.status import StatusView
-from ..sequences.waits import Wait
 from .errors import AxisError, ErrorId, reasons
 from .kinds import State
+from .link import Link, LinkedWait
 
 _CAPTURE = StatusLsw.IN_CAPTURE.value
 
 
-class Captured(Wait[int]):
+class Captured(LinkedWait[int]):
     """A rising capture input; one shorter than a scan shows in the captured value alone.
 
     Args:
@@ -23,11 +23,16 @@ class Captured(Wait[int]):
         words: input words of the module.
         status: a view of them.
         state: returns the state of the axis.
+        link: to the module.
     """
 
     __slots__ = ("_axis", "_before", "_last", "_state", "_status", "_words")
 
-    def __init__(self, axis: str, words: memoryview, status: StatusView, state: Callable[[], State]) -> None:
+    def __init__(
+        self, axis: str, words: memoryview, status: StatusView, state: Callable[[], State], link: Link
+    ) -> None:
+        super().__init__()
+        self.follow(link)
         self._axis, self._words, self._status, self._state = axis, words, status, state
         self._before = True
         self._last = 0
@@ -51,5 +56,7 @@ class Captured(Wait[int]):
         """Return the captured value: steps, or encoder counts if an encoder is configured."""
         return self._last
 
-    def __repr__(self) -> str:
+    @property
+    @override
+    def call(self) -> str:
         return f"{self._axis}.captured()"

@@ -290,6 +290,19 @@ def test_the_wait_names_the_link_while_it_is_lost():
     assert (cycle.waits_for, cycle.resumed) == ("axis.move_to(90000)", before + 2)
 
 
+def test_so_does_a_wait_for_the_capture_input():
+    class Probes(OneAxis):
+        @sequence
+        async def cycle(self):
+            await self.axis.configure()
+            await self.axis.captured()
+
+    bench = SequenceBench(Probes).scan(100)
+    bench.module.inject(ModuleFault.LINK_LOST)
+    bench.scan()
+    assert bench.sequences[0].waits_for == "axis.captured() (the link to slot 1 was lost at 0.2 s)"
+
+
 def test_the_power_that_fails_is_no_lost_link():
     bench = rungs("Move")
     bench.module.power_cycle()

@@ -233,6 +233,19 @@ def test_an_emergency_stop_is_a_fault_that_mafr_resets(rig):
     assert bench["Feed.PhysicalAxisFault"] is False
 
 
+LOST = '[[incident]]\nat_s = 1.0\nwhat = "link-lost"\nfor_ms = 400\n'
+
+
+def test_a_link_that_is_lost_in_a_jog_is_a_fault(rig):
+    """Cut by the loss, 400 ms: ER behind it, and the block knows the link."""
+    bench = rig(f"XIC(Go){jog('Forward', speed=1)};", rack=RACK + LOST).until("On.DN")
+    bench["Go"] = True
+    bench.until("Feed_3601.LinkDown", 300)
+    assert bench["Do.IP"] is True
+    bench.until("Do.ER", 300)
+    assert (bench["Do.ERR"], bench["Do.IP"], bench["Feed_3601.ErrorID"]) == (20, False, 1024 + 512)
+
+
 def test_a_newer_move_takes_the_axis(rig):
     """The first one's IP ends without PC."""
     bench = homed(rig, f"XIC(Go)XIO(More){move(8)};", f"XIC(More){move(2, control='Then')};")
