@@ -81,7 +81,9 @@ def program_of(*, told: bool = True) -> Program:
         rungs.append(f"{block}({','.join(operands)});")
     rungs.append("Amci3601(Drive,Axis,module.I.Data[0],module.O.Data[0]);")
     lines = ["PROGRAM bench", "USE axis3601", *tags, "ROUTINE Main", *rungs, "END", ""]
-    return parse_program("\n".join(lines))
+    program = parse_program("\n".join(lines))
+    assert isinstance(program, Program)
+    return program
 
 
 SAYING = {

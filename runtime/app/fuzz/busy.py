@@ -6,9 +6,9 @@ programmed at rest, in phases; each begins the second anew.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 from ....io_images.amci3601.bits import StatusLsw, StatusMsw
 from ....ladder.axis3601 import Axis3601
@@ -18,6 +18,15 @@ from ....ladder.sequences import Logic as SequenceLogic
 from ....ladder.sequences import parts_of
 from ...loop.scan import Logic
 from ..wrapped import unwrapped
+
+
+class NamedTags(Protocol):
+    """The tags of a program by name."""
+
+    def __iter__(self) -> Iterator[str]: ...
+    def __contains__(self, name: str, /) -> bool: ...
+    def __getitem__(self, name: str, /) -> Any: ...
+
 
 SECOND_NS = 1_000_000_000
 
@@ -46,7 +55,7 @@ Question = Callable[[], Busy | None]
 """Returns the command of an axis that is under way now."""
 
 
-def axes_in(logic: Logic, tags: Mapping[str, Any]) -> tuple[Question, ...]:
+def axes_in(logic: Logic, tags: NamedTags) -> tuple[Question, ...]:
     """Return a question for each axis of a program: axes in Python, and those of the motion blocks."""
     inside = unwrapped(logic)
     parts = parts_of(inside) if isinstance(inside, SequenceLogic) else ()
@@ -66,7 +75,7 @@ def _of_python(axis: Axis3601) -> Question:
     return ask
 
 
-def _of_blocks(tags: Mapping[str, Any], name: str) -> Question:
+def _of_blocks(tags: NamedTags, name: str) -> Question:
     def ask() -> Busy | None:
         step = tags[f"{name}.Step"]
         if not step and tags[f"{name}.Ticket"] == tags[f"{name}.Taken"]:
