@@ -35,14 +35,15 @@ class Draft:
         file: it, open for writing.
         place: its path.
         target: whose place it takes.
+        kind: what is written.
 
     Attributes:
         file: it, open for writing.
         place: its path.
     """
 
-    def __init__(self, file: IO[Any], place: Path, target: Path) -> None:
-        self.file, self.place, self._target = file, place, target
+    def __init__(self, file: IO[Any], place: Path, target: Path, kind: Kind) -> None:
+        self.file, self.place, self._target, self._kind = file, place, target, kind
 
     def sync(self) -> None:
         """Put what was written on the disk."""
@@ -50,7 +51,13 @@ class Draft:
         os.fsync(self.file.fileno())
 
     def put(self) -> None:
-        """Let it take the place of the target."""
+        """Let it take the place of the target.
+
+        Raises:
+            OwnedError: there is something by now that may not be replaced.
+            OSError: it can't be put on the disk; the target is as it was.
+        """
+        check_output(self._target, self._kind)
         self.sync()
         self.file.close()
         os.replace(self.place, self._target)
@@ -106,11 +113,12 @@ def replacing(
     target = check_output(path, kind, used)
     place = beside(target, f"{secrets.token_hex(8)}.part")
     with naming(path, place, beside(target, "lock")), nullcontext() if locked else held(target):
+        file = open(place, mode, opener=_exclusive, **options)  # noqa: SIM115 - what is not ours stays
         try:
-            with open(place, mode, opener=_exclusive, **options) as file:
+            with file:
                 if target.exists():
                     shutil.copymode(target, place)
-                yield Draft(file, place, target)
+                yield Draft(file, place, target, kind)
         finally:
             with suppress(OSError):
                 place.unlink(missing_ok=True)
