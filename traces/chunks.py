@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import zlib
 from array import array
+from collections.abc import Mapping
 from struct import Struct
 from typing import Protocol
 
@@ -22,13 +23,16 @@ from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Chunk, Header, Metadata, Schema
 from numpy.typing import NDArray
 
+from .output import TraceFile
 from .records import MAGIC
-from .summary import Summary, encoded
+from .summary import Entries, Summary, encoded
 
 _MESSAGE = Struct("<BQHIQQ")
 _MESSAGE_OPCODE = int(Opcode.MESSAGE)
 _MESSAGE_FIELDS_BYTES = 22
 _ZSTD_LEVEL = 1
+_GAPS, _GAP_MORE = 2, 1 << 16
+"""The room for a chunk before its draft: so many times its uncompressed size, and so many bytes."""
 
 
 class Sink(Protocol):
@@ -63,6 +67,7 @@ class ChunkWriter:
         self._entries: dict[int, array[int]] = {}  # channel -> time, offset, time, offset, ...
         self._summary = Summary()
         self._crc = 0
+        self._drafted = 0
         self._write(MAGIC + encoded(Header(profile, library)))
 
     @property
@@ -118,6 +123,17 @@ class ChunkWriter:
         if len(self._records) >= self._chunk_bytes:
             self._write_chunk()
 
+    def draft(self, file: TraceFile) -> None:
+        """Write the messages of the open chunk that are not in the file yet, as they are.
+
+        Args:
+            file: the file of this writer. It takes the chunk in their place.
+        """
+        if len(self._records) > self._drafted:
+            gap = _GAPS * self._chunk_bytes + _GAP_MORE
+            file.draft(bytes(memoryview(self._records)[self._drafted :]), gap)
+            self._drafted = len(self._records)
+
     def finish(self) -> None:
         """Write the open chunk, the summary and the footer. The file stays open."""
         if self._records:
@@ -131,14 +147,7 @@ class ChunkWriter:
             for channel, entries in self._entries.items()
             if entries
         }
-        chunk = Chunk(
-            compression="zstd",
-            data=self._compressor.compress(records),
-            message_end_time=max(int(entries[:, 0].max()) for entries in used.values()),
-            message_start_time=min(int(entries[:, 0].min()) for entries in used.values()),
-            uncompressed_crc=zlib.crc32(records),
-            uncompressed_size=len(records),
-        )
+        chunk = chunk_of(records, used, self._compressor)
         content = encoded(chunk)
         indexes = self._summary.chunk(self._file.tell(), len(content), chunk, used)
         records.clear()
@@ -147,6 +156,30 @@ class ChunkWriter:
         self._write(content + indexes)
 
     def _write(self, data: bytes) -> None:
-        """Write records of the data section, which the CRC at its end guards."""
+        """Write records of the data section, which the CRC at its end guards; a draft goes."""
+        self._drafted = 0
         self._file.write(data)
         self._crc = zlib.crc32(data, self._crc)
+
+
+def chunk_of(
+    records: bytes | bytearray,
+    used: Mapping[int, Entries],
+    compressor: zstandard.ZstdCompressor | None = None,
+) -> Chunk:
+    """Return the chunk of some messages.
+
+    Args:
+        records: the messages.
+        used: their times and offsets, by channel.
+        compressor: of level 1; None = one of its own.
+    """
+    compressor = compressor or zstandard.ZstdCompressor(level=_ZSTD_LEVEL)
+    return Chunk(
+        compression="zstd",
+        data=compressor.compress(records),
+        message_end_time=max(int(entries[:, 0].max()) for entries in used.values()),
+        message_start_time=min(int(entries[:, 0].min()) for entries in used.values()),
+        uncompressed_crc=zlib.crc32(records),
+        uncompressed_size=len(records),
+    )

@@ -20,7 +20,7 @@ from typing import BinaryIO
 from mcap.opcode import Opcode
 from mcap.records import DataEnd, Footer
 
-from .records import DAMAGED, MAGIC, RECORD_HEAD, Span, TraceError, check_count, read_record
+from .records import DAMAGED, DRAFT, MAGIC, RECORD_HEAD, Span, TraceError, check_count, read_record
 
 _COMPRESSION = re.compile(rb"\x04\x00\x00\x00zstd|\x03\x00\x00\x00lz4")
 _COMPRESSION_BYTES_MAX = 8
@@ -38,13 +38,19 @@ _FIRST_PRIVATE_OPCODE = 0x80
 _OPCODES = frozenset(opcode.value for opcode in Opcode)
 
 
-def find_records(file: BinaryIO, size: int, known: Sequence[Span] = ()) -> tuple[list[Span], list[str]]:
+UNDER_WAY = "it is being recorded; what follows its last whole chunk is left out"
+
+
+def find_records(
+    file: BinaryIO, size: int, known: Sequence[Span] = (), *, drafts: bool = True
+) -> tuple[list[Span], list[str]]:
     """Hop over the records of a file. After a damaged length, continue at the next chunk, or the end.
 
     Args:
         file: the file.
         size: its size in bytes.
         known: its first records; those after them are looked for.
+        drafts: whether a chunk that was not finished is taken; if not, the file ends before it.
 
     Returns:
         The whole records in order, and what is wrong with the file; the last note says how it ends, if it
@@ -56,7 +62,9 @@ def find_records(file: BinaryIO, size: int, known: Sequence[Span] = ()) -> tuple
     spans = list(known)
     notes: list[str] = []
     offset = _last(spans)[1]
-    while (trouble := _hop(file, size, offset, spans, notes)) is not None:
+    while (trouble := _hop(file, size, offset, spans, notes, drafts=drafts)) is not None:
+        if trouble == UNDER_WAY:
+            return spans, [*notes, trouble]
         last_start, last_end = _last(spans)
         what, found = "next chunk", _next_chunk(file, size, last_start + 1)
         if found is None:
@@ -69,10 +77,14 @@ def find_records(file: BinaryIO, size: int, known: Sequence[Span] = ()) -> tuple
     return spans, notes
 
 
-def _hop(file: BinaryIO, size: int, offset: int, spans: list[Span], notes: list[str]) -> str | None:
+def _hop(
+    file: BinaryIO, size: int, offset: int, spans: list[Span], notes: list[str], *, drafts: bool
+) -> str | None:
     """Add the records from `offset` on; return what ended them before the footer."""
     while offset + RECORD_HEAD.size <= size:
         span = _record_at(file, size, offset, notes)
+        if span.opcode == DRAFT and not drafts:
+            return UNDER_WAY
         if not _is_known(span.opcode):
             return f"{DAMAGED}at byte {offset:,}: no record begins with {span.opcode:#04x}"
         if span.end > size:

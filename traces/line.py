@@ -95,6 +95,10 @@ class LineRecorder:
             self._latest[address] = dict(values)
             self._message(self._units[address], now_ns, values)
 
+    def draft(self) -> None:
+        """Write the open chunk as it is: a process that is killed leaves it."""
+        self._writer.draft(self._file)
+
     def close(self) -> None:
         """Write the open chunk and the summary, and close the file."""
         try:

@@ -38,12 +38,12 @@ def beside(path: Path, ending: str) -> Path:
     return path.with_name(f".{own}.{ending}")
 
 
-def could_lock(number: int) -> bool:
+def could_lock(number: int, *, shared: bool = False) -> bool:
     """Lock an open file by its descriptor; return whether it is locked now, or can't be locked at all."""
     if sys.platform == "win32":
         return True
     try:
-        fcntl.flock(number, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        fcntl.flock(number, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
     except BlockingIOError:
         return False
     except OSError:  # a file system without locks
@@ -57,7 +57,7 @@ def is_being_recorded(path: Path) -> bool:
         return False
     try:
         with path.open("rb") as file:
-            return not could_lock(file.fileno())
+            return not could_lock(file.fileno(), shared=True)  # others may look at the same time
     except OSError:  # reading it reports the error
         return False
 

@@ -9,6 +9,14 @@ else fits: the open chunk, its index and the summary.
     disk  | trace .......................|X         no room: the ballast goes,
     disk  | trace ...........chunk|                 the chunk is finished,
     disk  | trace ...........chunk|summary|         the recorder is notified, the summary written
+
+What belongs to a chunk that is not finished can be written as a draft, far enough behind the trace that the
+chunk fits before it. The chunk is written into that gap, its first bytes last; then the draft is cut off.
+So a killed process leaves the draft or the chunk, whole.
+
+    trace | DRAFT, gap ......... | message | message |
+    trace | DRAFT, ..chunk|index | message | message |
+    trace | chunk, ..chunk|index |
 """
 
 from __future__ import annotations
@@ -16,13 +24,14 @@ from __future__ import annotations
 import errno
 import os
 import tempfile
-from contextlib import nullcontext
+from contextlib import nullcontext, suppress
 from pathlib import Path
 from typing import BinaryIO, Protocol
 
 from .guard import TRACE, OwnedError, check_output
 from .keeping import Keeping, check_recordings
 from .locking import could_lock, held
+from .records import DRAFT, RECORD_HEAD
 
 NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT})
 """What a full disk and a used-up quota answer."""
@@ -52,6 +61,10 @@ class RawFile(Protocol):
 
     def write(self, data: memoryview, /) -> int | None:
         """Write as much of `data` as goes; return how much that was."""
+        ...
+
+    def seek(self, place: int, /) -> int:
+        """Go on writing at a place; only used for drafts."""
         ...
 
     def truncate(self, size: int, /) -> int:
@@ -122,10 +135,17 @@ class TraceFile:
         room: the ballast, None to do without. Without one, a full disk costs the open chunk
             and the summary.
         keeping: keeps the recordings before it; None to keep none.
+        drafts: whether drafts can be written: to a file, but to no device.
     """
 
     def __init__(
-        self, raw: RawFile, name: str, room: Room | None = None, keeping: Keeping | None = None
+        self,
+        raw: RawFile,
+        name: str,
+        room: Room | None = None,
+        keeping: Keeping | None = None,
+        *,
+        drafts: bool = False,
     ) -> None:
         self.name = name
         self.full = False
@@ -134,6 +154,8 @@ class TraceFile:
         self._room = room
         self._keeping = keeping
         self._whole = 0
+        self._drafts = drafts
+        self._gap = self._draft_end = 0
         self._summary_room = SUMMARY_ROOM
 
     def tell(self) -> int:
@@ -154,12 +176,34 @@ class TraceFile:
             raise self.failure
         if data:
             try:
-                self._push(memoryview(data))
+                self._append(memoryview(data))
             except OSError as error:
                 self._abandon(error)
             self._whole += len(data)
             self._keep_up()
         return len(data)
+
+    def draft(self, data: bytes, gap: int) -> None:
+        """Write records that the next `write` replaces; until then a killed process leaves them.
+
+        Where that fails, such as on a full disk, there are no drafts any more.
+
+        Args:
+            data: whole records, which follow those of earlier calls.
+            gap: room for what the next `write` is given; what is longer is written less safely.
+        """
+        if not self._drafts or self.full:
+            return
+        try:
+            if not self._draft_end:
+                self._gap, self._draft_end = gap, self._whole + gap
+                self._put(self._whole, RECORD_HEAD.pack(DRAFT, gap - RECORD_HEAD.size))
+            self._put(self._draft_end, data)
+            self._draft_end += len(data)
+        except OSError:
+            self._drafts = False
+            with suppress(OSError):
+                self._cut_draft()
 
     def reserve(self, size: int) -> bool:
         """Let the ballast grow by `size` bytes, for records larger than it was made for.
@@ -187,6 +231,34 @@ class TraceFile:
         if self._keeping is not None:
             self._keeping.end()
             self._keeping = None
+
+    def _append(self, data: memoryview) -> None:
+        """Write records behind the others, in place of a draft."""
+        if not self._draft_end:
+            self._push(data)
+        elif len(data) > self._gap:
+            self._cut_draft()
+            self._push(data)
+        else:
+            head, rest = data[: RECORD_HEAD.size], data[RECORD_HEAD.size :]
+            self._raw.seek(self._whole + len(head))
+            self._push(rest)
+            self._raw.seek(self._whole)
+            self._push(head)
+            self._cut_draft(len(data))
+
+    def _cut_draft(self, more: int = 0) -> None:
+        """Cut the file behind its whole records and so many bytes; go on there."""
+        self._draft_end = 0
+        self._raw.truncate(self._whole + more)
+        self._raw.seek(self._whole + more)
+
+    def _put(self, place: int, data: bytes) -> None:
+        """Write at a place, without the help of the ballast."""
+        self._raw.seek(place)
+        rest = memoryview(data)
+        while rest:
+            rest = rest[self._raw.write(rest) or 0 :]
 
     def _push(self, rest: memoryview) -> None:
         while rest:
@@ -260,7 +332,7 @@ def open_trace_file(path: Path, ballast_bytes: int, keeping: Keeping | None = No
         if isinstance(error, OwnedError):
             raise
         raise _refusal(path, str(error.strerror)) from error
-    return TraceFile(raw, str(path), room, keeping)
+    return TraceFile(raw, str(path), room, keeping, drafts=path.is_file())
 
 
 def _beginning(path: Path, keeping: Keeping) -> RawFile:

@@ -13,7 +13,7 @@ from __future__ import annotations
 import json
 import os
 from bisect import bisect_right
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -24,12 +24,14 @@ from mcap.records import Attachment, Channel, Schema
 from typing_extensions import override
 
 from ..io_images.image import IMAGE_BYTES, Image
-from .finding import data_damage, ends_whole, find_records, summary_damage
+from .finding import UNDER_WAY, data_damage, ends_whole, find_records, summary_damage
 from .head import read_head
 from .image_text import seconds
 from .layout import SLOT_BYTES
+from .locking import is_being_recorded
 from .records import (
     DAMAGED,
+    DRAFT,
     MAGIC,
     Message,
     Span,
@@ -42,6 +44,8 @@ from .schema import LIBRARY, SCAN_HEAD
 from .sections import Part, ScanRows, ScanShape, Section, find_sections, held, take_apart, torn_chunk
 from .tagplan import FIELD
 from .topics import ALL_TOPICS, SCAN_TOPIC, TEXTS
+
+ENDED = "its recording was ended from outside, or by os._exit; scanrack repair completes it"
 
 
 class Scan(NamedTuple):
@@ -99,6 +103,7 @@ class Records:
     Args:
         file: the file, open for reading. It is closed with the records.
         size: its size in bytes.
+        grows: whether it is being recorded: the draft at its end, which may go at any time, is left out.
 
     Attributes:
         size: its size in bytes.
@@ -113,12 +118,14 @@ class Records:
         TraceLimitError: it has more records than the limits allow.
     """
 
-    def __init__(self, file: BinaryIO, size: int) -> None:
-        self.size = size
+    def __init__(self, file: BinaryIO, size: int, *, grows: bool = False) -> None:
         self.file = file
         if file.read(len(MAGIC)) != MAGIC:
             raise TraceError("it is not an MCAP file")
-        self.spans, self.notes = find_records(file, size)
+        self._grows = grows
+        self.size, self.spans, self.notes = self._found(size)
+        if any(span.opcode == DRAFT for span in self.spans):
+            self.notes.insert(0, ENDED)
         self._of_the_end = [] if ends_whole(file, self.spans) else self.notes[-1:]
         self.sections = find_sections(file, self.spans)
         self.shape = ScanShape(None, 0)
@@ -154,7 +161,7 @@ class Records:
         before = self.spans[-1].end if self.spans else 0
         chunks = [place for place, span in enumerate(self.spans) if span.opcode == Opcode.CHUNK]
         again = chunks[-1] if chunks else 0  # what is new may belong to the last chunk
-        self.spans, notes = find_records(self.file, size, self.spans[:again])
+        size, self.spans, notes = self._found(size, self.spans[:again])
         self.notes = [each for each in self.notes if each not in self._of_the_end]
         self.notes += [each for each in notes if each not in self.notes]
         self.size, self._of_the_end = size, [] if ends_whole(self.file, self.spans) else notes[-1:]
@@ -162,6 +169,12 @@ class Records:
         self.sections = [each for each in self.sections if each.span.offset < first]
         self.sections += find_sections(self.file, self.spans[again:])
         return bool(self.spans) and self.spans[-1].end > before
+
+    def _found(self, size: int, known: Sequence[Span] = ()) -> tuple[int, list[Span], list[str]]:
+        """Return the size of the file without a draft that may go, its records, and what is wrong with it."""
+        spans, notes = find_records(self.file, size, known, drafts=not self._grows)
+        cut = bool(notes) and notes[-1] == UNDER_WAY
+        return (spans[-1].end if cut and spans else size), spans, notes
 
     def parts(self, section: Section) -> list[Part] | None:
         """Take a section apart; note a damaged one and return None.
@@ -206,6 +219,7 @@ class Trace(Records):
     Args:
         file: the file, open for reading. It is closed with the trace.
         size: its size in bytes.
+        grows: see `Records`.
 
     Attributes:
         head: what it is a trace of.
@@ -215,8 +229,8 @@ class Trace(Records):
         TraceError: the file is not a trace, or not of a version that is known.
     """
 
-    def __init__(self, file: BinaryIO, size: int) -> None:
-        super().__init__(file, size)
+    def __init__(self, file: BinaryIO, size: int, *, grows: bool = False) -> None:
+        super().__init__(file, size, grows=grows)
         try:
             self.head = read_head(file, self.spans)
         except TraceLimitError:
@@ -469,7 +483,7 @@ def open_trace(path: Path | str) -> Trace:
 R = TypeVar("R", bound=Records)
 
 
-def _opened(path: Path, kind: Callable[[BinaryIO, int], R]) -> R:
+def _opened(path: Path, kind: Callable[..., R]) -> R:
     try:
         if path.exists() and not path.is_file() and not path.is_dir():
             raise TraceError(f"{path}: it is not a file")
@@ -477,7 +491,7 @@ def _opened(path: Path, kind: Callable[[BinaryIO, int], R]) -> R:
     except OSError as error:
         raise TraceError(f"{path}: {error.strerror}") from error
     try:
-        return kind(file, path.stat().st_size)
+        return kind(file, path.stat().st_size, grows=is_being_recorded(path))
     except TraceLimitError as error:
         file.close()
         raise TraceLimitError(f"{path}: {error}", error.limit) from error

@@ -165,6 +165,7 @@ class ScanRecorder:
         batch = self._channel, self._memory, self._batch_scans
         self._batch = ScanBatch(*batch) if self._tags is None else TagBatch(*batch, self._tags)
         self._refusal: str | None = None
+        self._draft_wanted = self._drafts = False
         if self._file.full:
             self.close()
             self._refuse("before the first scan")
@@ -183,8 +184,24 @@ class ScanRecorder:
         """
         if self._batch.add(scan, now_ns, flags):
             self._hand_over(scan)
+            if self._draft_wanted:
+                self._draft(scan)
             if self._tags is not None and self._tags.pending:
                 self._write_pending(scan, now_ns)
+
+    def draft_soon(self) -> None:
+        """Write the open chunk as it is with the next scan: a process that is killed leaves it.
+
+        The bytes of the finished trace do not depend on it.
+        """
+        if self._refusal is None:
+            self._draft_wanted = self._drafts = True
+            self._batch.room = 1
+
+    def _draft(self, scan: int) -> None:
+        self._draft_wanted = False
+        self._writer.draft(self._file)
+        self._after_writing(scan)
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, Value]) -> None:
         """Record an event. An unchanged state is not written again.
@@ -241,6 +258,9 @@ class ScanRecorder:
         """Check the disk, and set the batch's room to the rest of the chunk."""
         if self._file.full:
             self._refuse(f"at scan {scan}")
+        if self._draft_wanted:
+            self._batch.room = 1
+            return
         self._batch.room = max(1, -(-(self._chunk_bytes - self._writer.open_bytes) // self._batch.stride))
 
     def attach(self, scan: int, files: Sequence[Attachment]) -> None:
@@ -259,6 +279,8 @@ class ScanRecorder:
             raise TraceFull(self._refusal, complete=True)
         for each in files:
             self._writer.add_attachment(each.name, each.media_type, each.data)
+        if self._drafts:
+            self._writer.draft(self._file)  # in place of the one that has gone
 
     def close(self) -> None:
         """Write the open chunk and the summary, and close the file.

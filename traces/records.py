@@ -29,6 +29,9 @@ MAGIC = b"\x89MCAP0\r\n"
 RECORD_HEAD = struct.Struct("<BQ")
 """What every record begins with: opcode, length of the content."""
 
+DRAFT = 0xD7
+"""A record of our own: zeros in place of a chunk that is not finished; its messages follow."""
+
 _MESSAGE = struct.Struct("<HIQQ")
 _CRC = struct.Struct("<I")
 BROKEN = (McapError, struct.error, ValueError, OverflowError, RuntimeError, EOFError, MemoryError, ZstdError)

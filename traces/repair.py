@@ -26,6 +26,7 @@ from mcap.opcode import Opcode
 from mcap.reader import make_reader
 from mcap.records import Channel, Chunk, Header, Metadata, Schema
 
+from .chunks import chunk_of
 from .finding import DATA_DAMAGE, data_crc, ends_whole, sound_summary
 from .guard import TRACE
 from .keeping import begin_alike
@@ -35,6 +36,7 @@ from .reader import Records, Trace, open_records, open_trace
 from .records import (
     BROKEN,
     DAMAGED,
+    DRAFT,
     MAGIC,
     Message,
     Span,
@@ -200,6 +202,8 @@ class Rewriter:
         self._summary = Summary()
         self._guarded = list(_guarded(trace))
         self._registered = 0
+        drafts = [span.offset for span in trace.spans if span.opcode == DRAFT]
+        self._draft = min(drafts, default=trace.size)
 
     def run(self) -> None:
         """Write the repaired trace."""
@@ -287,6 +291,8 @@ class Rewriter:
         entries = self._entries(parts)
         if section.is_chunk:
             self._chunk(section, entries)
+        elif section.span.offset > self._draft:
+            self._write_chunk(chunk_of(self._trace.raw(section.span), entries), entries)
         else:
             self._write(self._trace.raw(section.span))
             self._summary.messages(entries)
@@ -299,6 +305,9 @@ class Rewriter:
         chunk = read_record(self._trace.file, section.span, Chunk.read)
         times = np.concatenate([rows[:, 0] for rows in entries.values()] or [np.zeros(1, np.uint64)])
         chunk.message_start_time, chunk.message_end_time = int(times.min()), int(times.max())
+        self._write_chunk(chunk, entries)
+
+    def _write_chunk(self, chunk: Chunk, entries: Mapping[int, Entries]) -> None:
         content, start = encoded(chunk), self._file.tell()
         self._write(content + self._summary.chunk(start, len(content), chunk, entries))
 
@@ -343,5 +352,6 @@ _NOT_COPIED = frozenset({Opcode.MESSAGE, Opcode.MESSAGE_INDEX, Opcode.FOOTER, Op
     Opcode.ATTACHMENT_INDEX,
     Opcode.METADATA_INDEX,
     Opcode.SUMMARY_OFFSET,
+    DRAFT,
 }
 """Records that are rebuilt, or copied with their section."""

@@ -7,6 +7,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from .output import TraceFile
+
 
 class TraceWriter(Protocol):
     """What a recorder asks of a writer: channels and metadata first, then messages.
@@ -39,6 +41,10 @@ class TraceWriter(Protocol):
 
     def add_block(self, channel_id: int, log_times: NDArray[np.uint64], block: bytes | memoryview) -> None:
         """Take message records of one size that are laid out already, with their times in ns."""
+        ...
+
+    def draft(self, file: TraceFile) -> None:
+        """Write the messages of the open chunk that are not in the file yet, as they are."""
         ...
 
     def finish(self) -> None:

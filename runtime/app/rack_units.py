@@ -44,6 +44,11 @@ class UnitsBeside:
             self._recorder.said(now_ns, said)
         self._record(now_ns)
 
+    def draft(self) -> None:
+        """Write what is recorded as it is: a process that is killed leaves it."""
+        if self._recorder is not None:
+            self._recorder.draft()
+
     def close(self) -> None:
         """Finish the recording."""
         if self._recorder is not None:

@@ -109,6 +109,7 @@ class JobRun:
         self._followers: list[WatchesSequences] = []
         self.on_edit: Callable[[Edited], object] = lambda _edited: None
         recording: list[ScanListener] = []
+        drafts: list[Callable[[], object]] = []
         if trace is not None:
             recorder = recorder_for(
                 job,
@@ -121,13 +122,17 @@ class JobRun:
                 keep=keep,
                 warn=warn,
             )
+            drafts.append(recorder.draft_soon)
             recording.append(self.following(self._with_edits(recorder)))
         if units:
             from .rack_units import UnitsBeside  # the controllers take time to import
 
-            heard.append(UnitsBeside(units, trace))
+            beside = UnitsBeside(units, trace)
+            drafts.append(beside.draft)
+            heard.append(beside)
         heard += recording  # closed last: its end looks at all files of the recording
         self._pacer = pacer or FreeRun()
+        self._pacer.beat = lambda: [each() for each in drafts]
         self.cpu = build_cpu(job.spec, self.logic, self.rack, listeners=heard, pacer=self._pacer)
         if self.debugger is not None:
             tell_cpu(self.debugger, self.cpu)

@@ -360,8 +360,9 @@ def _serve(
 
 
 def _record(units: list[Unit], clock: Clock, recorder: LineRecorder | None) -> None:
-    """Record how the units are now."""
+    """Record how the units are now, and let a process that is killed leave it."""
     if recorder is not None:
+        recorder.draft()
         now_ns = clock.now_ns()
         for unit in units:
             recorder.unit(now_ns, unit.address, unit.values())

@@ -46,6 +46,14 @@ SPIN_MAX_NS = 200_000
 """And no longer than this: a sleep on a system that has the time rarely ends later."""
 
 
+BEAT_NS = 100_000_000
+"""Within this time of the wall clock a recording is on its way to the disk."""
+
+
+def _nothing() -> None:
+    """Do nothing."""
+
+
 class Pacer(Protocol):
     """Says when scans begin."""
 
@@ -60,6 +68,9 @@ class Pacer(Protocol):
 
     late: list[int]
     """Scans by how late they began: on time, then those of each size in `LATE_FROM_NS`; empty if free."""
+
+    beat: Callable[[], object]
+    """Called between two scans, within `BEAT_NS` again where scans are shorter than that; never, if free."""
 
     def begin(self, period_ns: int) -> None:
         """A run begins: its first scan is due now."""
@@ -79,6 +90,7 @@ class FreeRun(Pacer):
 
     def __init__(self) -> None:
         self.late: list[int] = []
+        self.beat = _nothing
 
     @override
     def begin(self, period_ns: int) -> None:
@@ -111,6 +123,8 @@ class RealTime(Pacer):
         self._spin_ns = 0
         self._period_ns = 0
         self._due_ns: int | None = None
+        self.beat: Callable[[], object] = _nothing
+        self._beat_ns = 0
 
     @override
     def begin(self, period_ns: int) -> None:
@@ -121,6 +135,8 @@ class RealTime(Pacer):
     @override
     def wait(self) -> bool:
         now_ns = time.monotonic_ns()
+        if now_ns >= self._beat_ns:
+            self._beat(now_ns)
         due_ns = now_ns if self._due_ns is None else self._due_ns
         self._due_ns = due_ns + self._period_ns
         overrun = now_ns > due_ns
@@ -132,6 +148,10 @@ class RealTime(Pacer):
         self.late[size] += 1
         self.overruns += overrun
         return size > 0
+
+    def _beat(self, now_ns: int) -> None:
+        self._beat_ns = now_ns + max(0, BEAT_NS - 2 * self._period_ns)
+        self.beat()
 
     def _wait_until(self, due_ns: int, now_ns: int) -> int:
         """Sleep, and spin if that is wanted, until an instant; return when it was over."""
@@ -174,7 +194,12 @@ class Paced(RealTime):
 
     @override
     def wait(self) -> bool:
-        return False if self._speed is None else super().wait()
+        if self._speed is not None:
+            return super().wait()
+        now_ns = time.monotonic_ns()
+        if now_ns >= self._beat_ns:
+            self._beat(now_ns)
+        return False
 
 
 class Clock:

@@ -253,7 +253,8 @@ def test_a_file_that_takes_nothing_is_not_waited_for() -> None:
 def test_the_ballast_that_a_recorder_asks_for_is_enough(monkeypatch: pytest.MonkeyPatch, room: int) -> None:
     disks: list[Disk] = []
 
-    def on_a_small_disk(path: Path, ballast_bytes: int) -> TraceFile:
+    def on_a_small_disk(path: Path, ballast_bytes: int, keeping: object) -> TraceFile:
+        assert keeping is None
         disks.append(Disk(room + ballast_bytes, ballast=ballast_bytes))
         return TraceFile(disks[0], str(path), disks[0])
 
