@@ -9,6 +9,8 @@ For 1, 4 and 16 slots, all of them mid-move (position words change in every scan
     recorder   ScanRecorder.scan, per scan, closing the file included
     Rust       the writer of foxglove-sdk, if that is installed: pip install foxglove-sdk
     stock      the `mcap` library's writer, one add_message per scan
+    busy       the recorder with a draft every 0.1 s of scans of 20 µs, as a session at speed max has it
+    paced      the same with scans of 2 ms, as in real time: a draft every 50 scans
 
 The loop that moves the positions is timed alone and taken off all of them; times are processor time,
 the best of some rounds taken in turns, so what counts on a busy machine is the ratio. All compress with
@@ -36,9 +38,14 @@ from scanrack.traces.schema import CDR_PREFIX, MESSAGE_ENCODING, SCAN_HEAD, SCHE
 from scanrack.traces.topics import SCAN_TOPIC
 
 PERIOD_NS = 2_000_000
+BUSY_NS = 20_000
 SLOTS = (1, 4, 16)
 
 Tell = Callable[[int, int, int], None]
+Write = Callable[["Rack", int, Path], None]
+
+DRAFT_NS = 100_000_000
+"""Time on the clock from draft to draft."""
 
 
 class Rack:
@@ -62,9 +69,9 @@ class Rack:
             words[at_msw] = msw & 0x7FFF
             words[at_lsw] = lsw
 
-    def run(self, scans: int, tell: Tell) -> None:
+    def run(self, scans: int, tell: Tell, first: int = 0) -> None:
         """Move and tell, scan by scan."""
-        for scan in range(scans):
+        for scan in range(first, first + scans):
             self.move(scan)
             tell(scan, scan * PERIOD_NS, 1)
 
@@ -84,6 +91,19 @@ def record(rack: Rack, scans: int, path: Path) -> None:
     recorder = ScanRecorder(path, rack.memory, rack.slots, scan_period_ns=PERIOD_NS)
     rack.run(scans, recorder.scan)
     recorder.close()
+
+
+def drafting(every: int) -> Write:
+    """Return what records with a draft every so many scans; the bytes are those of a recording without."""
+
+    def write(rack: Rack, scans: int, path: Path) -> None:
+        recorder = ScanRecorder(path, rack.memory, rack.slots, scan_period_ns=PERIOD_NS)
+        for first in range(0, scans, every):
+            recorder.draft_soon()
+            rack.run(min(every, scans - first), recorder.scan, first)
+        recorder.close()
+
+    return write
 
 
 def record_stock(rack: Rack, scans: int, path: Path) -> None:
@@ -160,14 +180,12 @@ def check(rack: Rack, scans: int, path: Path) -> None:
         raise AssertionError(f"{count} scans recorded instead of {scans}")
 
 
-Write = Callable[[Rack, int, Path], None]
-
-
 def writers() -> dict[str, Write]:
     """Return the writers by name, the floor first."""
     found: dict[str, Write] = {"floor": join_and_compress, "recorder": record}
     if find_spec("foxglove"):
         found["Rust"] = record_rust
+    found |= {"busy": drafting(DRAFT_NS // BUSY_NS), "paced": drafting(DRAFT_NS // PERIOD_NS)}
     return found | {"stock": record_stock}
 
 

@@ -172,6 +172,8 @@ class Records:
 
     def _found(self, size: int, known: Sequence[Span] = ()) -> tuple[int, list[Span], list[str]]:
         """Return the size of the file without a draft that may go, its records, and what is wrong with it."""
+        if self._grows:
+            self.file.seek(0, os.SEEK_END)  # drops what is buffered: a chunk may stand there by now
         spans, notes = find_records(self.file, size, known, drafts=not self._grows)
         cut = bool(notes) and notes[-1] == UNDER_WAY
         return (spans[-1].end if cut and spans else size), spans, notes

@@ -149,6 +149,21 @@ def test_a_recording_under_way_is_read_to_its_last_chunk(tmp_path: Path) -> None
     recorder.close()
 
 
+def test_who_follows_a_recording_gets_its_chunks(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    recorder = ScanRecorder(path, bytearray(32), SLOTS, scan_period_ns=1, chunk_scans=50)
+    recorder.scan(0, 0, 0)
+    with open_trace(path) as trace:
+        for scan in range(1, 170):
+            recorder.draft_soon()
+            recorder.scan(scan, scan, 0)
+            assert trace.follow() is ((scan + 1) % 50 == 0)
+            assert len(list(trace.scans())) == (scan + 1) // 50 * 50
+        recorder.close()
+        assert trace.follow()
+        assert (len(list(trace.scans())), trace.notes) == (170, [])
+
+
 def test_the_line_of_units_has_drafts_too(tmp_path: Path) -> None:
     path = tmp_path / "line.mcap"
     recorder = LineRecorder(path, [UnitColumns(1, ["position"])], {})
