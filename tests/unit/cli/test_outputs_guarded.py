@@ -31,7 +31,8 @@ INPUTS = {
 """Parameters that name files to be read."""
 
 WORDS = {
-    "run duration", "run tag", "watch speed", "watch duration", "show scans", "query text", "query show",
+    "run duration", "run tag", "watch speed", "watch duration", "show scans", "show time",
+    "query text", "query show",
     "plot tag", "plot title", "plot scans", "plot time", "export signal", "export scans", "export time",
     "compare tolerance_time", "compare align_at", "compare realign_at", "replay tolerance_time",
     "ladder routine", "ladder at", "l5x export", "l5x stepper",
