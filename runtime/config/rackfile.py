@@ -106,19 +106,24 @@ def parse_toml(text: str, path: Path) -> dict[str, Any]:
         raise RackFileError(_syntax_error(path, str(error))) from None
 
 
+MISTAKES = 200
+"""Most mistakes of a file that are explained."""
+
+
 def explain(error: ValidationError, path: Path, lines: KeyLines | None = None) -> str:
-    """Return what is wrong with a specification, a line for every mistake.
+    """Return what is wrong with a specification, a line for every mistake; of many, the first are explained.
 
     Args:
         error: what pydantic found.
         path: the file that the specification is from.
         lines: lines of its keys, if known.
     """
-    found = error.errors(include_url=False)
+    found, more = error.errors(include_url=False)[:MISTAKES], error.error_count() - MISTAKES
     mistakes = [_mistake(details) for details in found if not _follows_from_others(details, found)]
     if lines is not None:
         mistakes.sort(key=lambda mistake: lines.line(mistake.path))
-    return "\n".join(mistake.message(path, lines) for mistake in mistakes)
+    messages = [mistake.message(path, lines) for mistake in mistakes]
+    return "\n".join([*messages, f"{path}: and {more:,} more mistakes"] if more > 0 else messages)
 
 
 def _read(path: Path) -> str:

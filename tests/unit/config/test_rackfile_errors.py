@@ -3,6 +3,7 @@
 # ruff: noqa: E501 - messages are one line each
 
 import pytest
+from scanrack.runtime.config import rackfile
 from scanrack.runtime.config.rackfile import RackFileError, load_rack_file
 
 GOOD = """\
@@ -403,3 +404,13 @@ def test_a_value_that_only_later_turns_out_to_be_wrong(tmp_path):
     path.write_text(GOOD, "utf-8")
     refusal = load_rack_file(path).refusal("program", "there is no such program file")
     assert str(refusal) == f'{path}:2: program = "line.py": there is no such program file'
+
+
+def test_of_many_mistakes_the_first_are_explained(tmp_path):
+    most, path = rackfile.MISTAKES, tmp_path / "rack.toml"
+    path.write_text("".join(f"a{number} = 1\n" for number in range(most + 7)) + GOOD, encoding="utf-8")
+    with pytest.raises(RackFileError) as refused:
+        load_rack_file(path)
+    *explained, more = str(refused.value).splitlines()
+    assert len(explained) == most
+    assert more == f"{path}: and 7 more mistakes"

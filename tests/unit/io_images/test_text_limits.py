@@ -47,11 +47,15 @@ def scenario(text: str) -> object:
     return json.loads(text)
 
 
+TOO_SHORT = '[[slot]]\nnumber = 1\nmodule = "amci3601"\n'
+
 CASES: dict[str, tuple[Callable[[str], object], Callable[[int], str]]] = {
     "toml: a dotted key": (toml, lambda n: "a." * n + "a = 1"),
     "toml: a dotted header": (toml, lambda n: f"[{'a.' * n}a]"),
     "toml: a dotted key of quoted parts": (toml, lambda n: '"a".' * n + "a = 1"),
     "toml: dotted keys": (toml, lambda n: "".join(f"{'a.' * 15}a{i} = 1\n" for i in range(n // 40))),
+    "toml: unknown keys": (toml, lambda n: "".join(f"a{i} = 1\n" for i in range(n // 8))),
+    "toml: arrays that are too short": (toml, lambda n: TOO_SHORT + "[[slot.machine.slips]]\n" * (n // 20)),
     "toml: brackets": (toml, lambda n: "a = " + "[" * n),
     "toml: tables": (toml, lambda n: "".join(f"[a{i}]\n" for i in range(n // 40))),
     "toml: a string without an end": (toml, lambda n: 'a = "' + '\\"' * n),

@@ -152,6 +152,11 @@ FORGERIES = {
         "line.py",
         OUT,
     ),
+    "rack file with a long key": Forgery(
+        {"rack.toml": "a." * 20_000 + "a = 1", "line.py": LINE, "helper.py": HELPER},
+        "line.py",
+        "a name of more than 16 parts",
+    ),
     "rack file nested without end": Forgery(
         {"rack.toml": "a = " + "[" * 100_000, "line.py": LINE, "helper.py": HELPER},
         "line.py",
@@ -362,6 +367,7 @@ def test_a_search_finds_no_module_that_was_left_in_its_folder(place: Path, left:
     forge(place, Forgery({"rack.toml": rack(), "line.py": LINE, "helper.py": HELPER}, "line.py", None))
     path = place / "forged-fuzz" / "recording" / left
     path.parent.mkdir(parents=True)
+    (place / "forged-fuzz" / ".lock").touch()  # as an earlier campaign leaves it
     if path.suffix:
         path.write_bytes(compiled(place.parent / "canary"))
     else:
@@ -375,6 +381,7 @@ def test_compiled_python_that_was_left_in_its_folder_is_dropped(place: Path) -> 
     forge(place, Forgery({"rack.toml": rack(), "line.py": LINE, "helper.py": HELPER}, "line.py", None))
     path = place / "forged-fuzz" / "recording" / PYC
     path.parent.mkdir(parents=True)
+    (place / "forged-fuzz" / ".lock").touch()
     path.write_bytes(compiled(place.parent / "canary"))
     result = scanrack(*COMMANDS["fuzz"])
     assert result.exit_code in (0, 1), result.output
