@@ -65,7 +65,7 @@ MISTAKES = {
         "sead = 3",
         9,
         "sead: unknown key; did you mean seed? Allowed are program, name, scan_ms, controller, rpi_ms, "
-        "watchdog_ms, run_for_s, trace, tags, stubs, axes, seed, mode, slot, force",
+        "watchdog_ms, run_for_s, trace, keep_traces, tags, stubs, axes, seed, mode, slot, force",
     ),
     "unknown key of a slot": (
         'firmware = "4.1"',
