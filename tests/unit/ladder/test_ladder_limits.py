@@ -136,11 +136,12 @@ def test_a_main_routine_takes_no_inputs():
 @pytest.mark.parametrize(
     ("line", "expected"),
     [
-        (f"TAG Z : DINT := {'[' * 100_000}", "an initial value in JSON"),
+        (f"TAG Z : DINT := {'[' * 900}", "an initial value in JSON"),
+        (f"TAG Z : DINT := {'[' * 100_000}", "brackets that are nested deeper than 1000"),
         ("TAG Z : DINT[,]", "the length of each dimension"),
-        (f"TAG Z : DINT[{'9' * 5000}]", "the length of each dimension"),
+        (f"TAG Z : DINT[{'9' * 4000}]", "the length of each dimension"),
         ("TAG Z : DINT[999999999]", "takes more than 33,554,432 bytes"),
-        (f"SLOT z : {'9' * 5000}", "USE, TYPE, INSTRUCTION"),
+        (f"SLOT z : {'9' * 4000}", "USE, TYPE, INSTRUCTION"),
     ],
     ids=lambda text: text[:20],
 )
