@@ -4,12 +4,13 @@
     Local:1:I.Data0.14              the same, as add-on profiles name the words
     Local:2:I.Data.3                CompactLogix, bit 3 of a digital card
     Local:3:I.Ch0Data               CompactLogix, channel 0 of an analog card
-    I:1.0/14                        MicroLogix, bit 14 of word 0
+    I:1.0/14, I:1/14                MicroLogix, bit 14 of word 0
     Local:1:I.ModuleOK              a bit of input word 0, as the module's profile of V20 names it
     Local:1:O.Data[2], O:1.2        output word 2 as a whole
     slot1.status.MOVE_COMPLETE      a bit of the module's status, by name
     slot1.command.HOLD_MOVE         a bit of the module's command, by name
     slot2.input.start               a bit of a card, as the rack file names it
+    slot2.in.start                  the same, as a trace names it
 
 Upper and lower case are the same.
 """
@@ -22,9 +23,10 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 from .image import WORDS
-from .module_words import ModuleWords
+from .module_words import BitPlace, Groups, ModuleWords
 
 BITS = 16
+_DIRECTIONS = {"in": "I", "out": "O"}
 FORMS = "Local:1:I.Data[0].14, I:1.0/14 or slot1.status.MOVE_COMPLETE"
 """Examples of every way to write an address, for messages."""
 
@@ -58,7 +60,7 @@ _RAW_FORMS = tuple(
     for form in (
         r"Local:(?P<slot>\d+):(?P<image>[IO])\.Data\[(?P<word>\d+)\](?:\.(?P<bit>\d+))?",
         r"Local:(?P<slot>\d+):(?P<image>[IO])\.Data(?P<word>\d+)(?:\.(?P<bit>\d+))?",
-        r"(?P<image>[IO]):(?P<slot>\d+)\.(?P<word>\d+)(?:/(?P<bit>\d+))?",
+        r"(?P<image>[IO]):(?P<slot>\d+)(?:\.(?P<word>\d+))?(?:/(?P<bit>\d+))?",
     )
 )
 _PROFILE_FORM = re.compile(
@@ -115,7 +117,7 @@ def _of_card(text: str, match: re.Match[str], bits: int) -> Address:
 
 def _raw(text: str, match: re.Match[str], slots: Mapping[int, ModuleWords]) -> Address:
     slot = int(match["slot"])
-    word = int(match["word"])
+    word = int(match["word"] or 0)
     bit = None if match["bit"] is None else int(match["bit"])
     _check_slot(text, slot, slots)
     if word >= WORDS:
@@ -159,6 +161,8 @@ def _named(text: str, match: re.Match[str], slots: Mapping[int, ModuleWords]) ->
     _check_slot(text, slot, slots)
     groups = slots[slot].groups
     group, name = match["group"].lower(), match["name"].upper()
+    if group in _DIRECTIONS and group not in groups:
+        groups = {**groups, group: _of_image(groups, _DIRECTIONS[group])}
     if group not in groups:
         raise ValueError(f"{text!r}: there is no {match['group']!r} in slot {slot}; {allowed(group, groups)}")
     places = {each.upper(): place for each, place in groups[group].items()}
@@ -167,6 +171,11 @@ def _named(text: str, match: re.Match[str], slots: Mapping[int, ModuleWords]) ->
             f"{text!r}: slot {slot} has no {group} bit {match['name']!r}; {_allowed_bit(name, groups[group])}"
         )
     return Address(slot, *places[name])
+
+
+def _of_image(groups: Groups, image: str) -> Mapping[str, BitPlace]:
+    """Return all named bits of an image, as a trace names them."""
+    return {name: at for names in groups.values() for name, at in names.items() if at.image == image}
 
 
 def _allowed_bit(name: str, names: Iterable[str]) -> str:

@@ -25,7 +25,7 @@ from .bound_axes import axis_tags, lower_axes, with_blocks
 from .checks import check_whole, recursive_routines, warnings_of
 from .errors import BuildError, LadderError, Problem
 from .front import RungMaker
-from .instructions.dialects import LOGIX
+from .instructions.dialects import LOGIX, SLC
 from .lowered import Lowered
 from .lowering import Lowering
 from .runnable import LadderLogic, wrong_initials
@@ -178,7 +178,7 @@ class Program(LadderLogic):
     @override
     def _lower(self) -> tuple[Lowered, list[Problem]]:
         self._declare_missing((self,))
-        layout = Layout([*self.declarations, *axis_tags(self.axes)])
+        layout = Layout([*self.declarations, *axis_tags(self.axes)], files=self.dialect == SLC)
         lowering = Lowering(
             self.name,
             layout,

@@ -14,11 +14,12 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from ..io_images.amci3601.bits import PROFILE_BITS, CommandLsw, CommandMsw, ConfigMsw, StatusLsw, StatusMsw
 from ..io_images.image import WORDS
+from ..io_images.tag_names import AmbiguousNameError, in_scope, normal
 from .errors import LadderError
 from .expressions import parse_address
 from .operands import Calculation, Constant, Group, Place, Quoted, Resolved, as_number, constant, is_integer
@@ -54,6 +55,10 @@ class AddressError(LadderError):
     def __init__(self, text: str, remedy: str) -> None:
         self.remedy = remedy
         super().__init__(text)
+
+
+class AmbiguousTagError(AddressError):
+    """A name that several programs have."""
 
 
 def _bits(word: int, bits: Iterable[object]) -> dict[str, tuple[int, int]]:
@@ -170,6 +175,55 @@ class Resolver:
             finally:
                 self._open.pop()
         return known
+
+    def meant(self, text: str) -> Address:
+        """Return the address that a person's name of a tag means, see `io_images.tag_names`.
+
+        Raises:
+            LadderError: it is no name, or several programs have a tag of that name.
+        """
+        address = parse_address(normal(text))
+        name = address.name.upper()
+        if is_image(name) or self._layout.declaration(name, self._program) is not None:
+            return address
+        try:
+            return Address(in_scope(address.name, self._layout.scoped_names()), address.steps)
+        except AmbiguousNameError as error:
+            raise AmbiguousTagError(*str(error).split("; ")) from None
+
+    def named(self, text: str) -> Place | Group:
+        """Resolve a person's name of a tag.
+
+        Raises:
+            LadderError: there is nothing of that name, or several programs have it.
+        """
+        return self.address(self.meant(text))
+
+    def full_name(self, text: str) -> str:
+        """Return the program's own name of what a person's name means, as it is declared.
+
+        Raises:
+            LadderError: as `named`.
+        """
+        address = self.meant(text)
+        where = self.address(address)
+        declaration = self._layout.declaration(address.name.upper(), self._program)
+        if not isinstance(declaration, Tag):
+            return str(address if declaration is None else replace(address, name=declaration.name))
+        path = where.leaf.path if isinstance(where, Place) else where.path
+        members = path.removeprefix(declaration.name).split(".")[1:]
+        return str(Address(declaration.name, tuple(self._spelled(address.steps, members))))
+
+    def _spelled(self, steps: Iterable[Step], members: Sequence[str]) -> Iterator[Step]:
+        """Yield the steps of an address: members as declared, elements as the program writes them."""
+        names = {each.upper(): each for each in members}
+        for step in steps:
+            if isinstance(step, MemberStep):
+                yield MemberStep(names.get(step.name.upper(), step.name))
+            elif isinstance(step, SubscriptStep) and self._layout.files:
+                yield WordStep(int(str(step.indices[0])), ":") if str(step.indices[0]).isdigit() else step
+            else:
+                yield step
 
     def hold(self) -> str:
         """Return the name of a new tag that keeps a subscript for the time of a call."""

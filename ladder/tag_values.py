@@ -17,12 +17,12 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
-from itertools import product
 
+from ..io_images.tag_names import element_of, normal, without_ranges
 from .errors import LadderError
 from .expressions import parse_address
 from .operands import Constant, Group, Place
-from .resolver import Resolver
+from .resolver import AmbiguousTagError, Resolver
 from .tags import Alias, Layout, Leaf
 from .tree import Address, BitStep
 from .types import DataType, Elementary, Member, Structure, count_of
@@ -37,7 +37,7 @@ class TagValue:
     """A value, or the elements of an array, of a program.
 
     Attributes:
-        name: its full name.
+        name: its full name; of an array see `io_images.tag_names`.
         type: name of its elementary type, such as DINT; TEXT for a STRING.
         length: elements of an array; 0 for a single value.
         source: the expression that reads it: `*name` for an array, length and data for a TEXT.
@@ -71,12 +71,17 @@ def tag_values(layout: Layout, patterns: Sequence[str]) -> list[TagValue]:
 
 
 def _matching(layout: Layout, known: Sequence[TagValue], pattern: str) -> list[TagValue]:
-    matches = [each for each in known if matches_part(pattern, each.name, fold=True)]
-    if matches:
+    wanted = without_ranges(normal(pattern))
+    one_element = "[" in wanted and not {"*", "?"} & set(wanted)
+    matches = [each for each in known if matches_part(wanted, without_ranges(each.name), fold=True)]
+    if matches and not one_element:
         return matches
     try:
-        return _at_address(layout, known, parse_address(pattern))
-    except ImageNamedError:
+        address = Resolver(layout).meant(wanted)
+        if str(address) != wanted:
+            return _matching(layout, known, str(address))
+        return _at_address(layout, known, address)
+    except (ImageNamedError, AmbiguousTagError):
         raise
     except LadderError as error:
         close = get_close_matches(pattern.upper(), [each.name.upper() for each in known], 1)
@@ -102,7 +107,23 @@ def matches_part(pattern: str, name: str, *, fold: bool = False) -> bool:
 
 def _all_values(layout: Layout) -> Iterator[TagValue]:
     for tag in layout.tags().values():
-        yield from _values(layout, tag.name, tag.name, tag.type, 0, tag.dims)
+        yield from _values(layout, tag.name, f"{tag.name}{_ranges(layout, tag.dims)}", tag.type, 0, tag.dims)
+
+
+def _ranges(layout: Layout, dims: tuple[int, ...]) -> str:
+    """Return all subscripts of an array, as its name has them.
+
+    >>> _ranges(Layout([]), (2, 3)), _ranges(Layout([], files=True), (10,)), _ranges(Layout([]), ())
+    ('[0..1,0..2]', ':0..9', '')
+    """
+    ranges = ",".join(f"0..{length - 1}" for length in dims)
+    return f":{ranges}" if layout.files and dims else f"[{ranges}]" if dims else ""
+
+
+def _named(layout: Layout, name: str) -> str:
+    """Return the name of an array: without its subscript if that is the only one, and at the end."""
+    plain = without_ranges(name)
+    return plain if not layout.files and name.startswith(f"{plain}[") and name.count("..") == 1 else name
 
 
 def _values(
@@ -113,7 +134,7 @@ def _values(
     Args:
         layout: the memory.
         path: tag and members, without subscripts.
-        name: the same, with the subscripts that are settled.
+        name: the same, with the subscripts that are settled, and the ranges of those that are not.
         kind: the type of an element.
         at: which element of the dimensions that are settled.
         dims: the dimensions that are left.
@@ -122,9 +143,8 @@ def _values(
     if isinstance(kind, Elementary):
         yield _value(layout, name, layout.leaf(path), at * count, count if dims else 0)
     elif kind.is_string:
-        for number, indices in enumerate(product(*map(range, dims))):
-            subscript = f"[{','.join(map(str, indices))}]" if dims else ""
-            yield _text(layout, path, f"{name}{subscript}", at * count + number)
+        for number in range(count):
+            yield _text(layout, path, element_of(name, number) if dims else name, at * count + number)
     else:
         for member in kind.members:
             inner = f"{path}.{member.name}", f"{name}.{member.name}"
@@ -133,7 +153,8 @@ def _values(
             if member.at:
                 yield from _second_name(layout, path, inner[1], kind, member, at, dims)
             else:
-                yield from _values(layout, *inner, member.type, at, dims + member.dims)
+                shown = f"{inner[1]}{_ranges(layout, member.dims)}"
+                yield from _values(layout, inner[0], shown, member.type, at, dims + member.dims)
 
 
 def _second_name(
@@ -173,27 +194,29 @@ def _bit(layout: Layout, name: str, leaf: Leaf, bit: int, start: int, length: in
     if not length:
         return TagValue(name, "BOOL", 0, f"({source} >> {bit} & 1)")
     words = source.removeprefix("*")
-    return TagValue(name, "BOOL", length, f"*[each >> {bit} & 1 for each in {words}]")
+    return TagValue(_named(layout, name), "BOOL", length, f"*[each >> {bit} & 1 for each in {words}]")
 
 
 def _at_address(layout: Layout, known: Sequence[TagValue], address: Address) -> list[TagValue]:
     """Return the values at an address."""
+    resolver = Resolver(layout)
     declaration = layout.declarations.get(address.name.upper())
     if isinstance(declaration, Alias) and not declaration.type:
         target = declaration.target
         return _matching(layout, known, str(Address(target.name, (*target.steps, *address.steps))))
     if address.steps and isinstance(address.steps[-1], BitStep):
         return _matching(layout, known, str(Address(address.name, address.steps[:-1])))
-    where = Resolver(layout).address(address)
+    where = resolver.address(address)
     if isinstance(where, Place) and where.leaf.is_image:
         raise ImageNamedError(
             f"{address} is a part of slot {where.leaf.slot}'s images, which a trace has anyway: "
             f"leave it out, and ask for slot{where.leaf.slot}.in and slot{where.leaf.slot}.out"
         )
     if isinstance(where, Place) and where.fixed_index is not None:
-        return [_placed(layout, str(address), where)]
+        return [_placed(layout, resolver.full_name(str(address)), where)]
     if isinstance(where, Group) and all(isinstance(index, Constant) for index in where.indices):
-        return list(_values(layout, where.path, str(address), where.type, _flat(layout, where), where.dims))
+        name = f"{resolver.full_name(str(address))}{_ranges(layout, where.dims)}"
+        return list(_values(layout, where.path, name, where.type, _flat(layout, where), where.dims))
     raise LadderError(f"{address} is not a tag of its own")
 
 
@@ -209,7 +232,7 @@ def _flat(layout: Layout, group: Group) -> int:
 
 
 def _value(layout: Layout, name: str, leaf: Leaf, start: int, length: int) -> TagValue:
-    return TagValue(name, leaf.type.name, length, _source(layout, leaf, start, length))
+    return TagValue(_named(layout, name), leaf.type.name, length, _source(layout, leaf, start, length))
 
 
 def _text(layout: Layout, path: str, name: str, at: int) -> TagValue:

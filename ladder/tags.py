@@ -185,12 +185,14 @@ class Layout:
 
     Args:
         declarations: tags and aliases, under their full names.
+        files: they are data files of an SLC, whose elements are written N7:0.
     """
 
     frame = ""
     """The add-on instruction whose instances it is for, in capitals; "" for a program."""
 
-    def __init__(self, declarations: Iterable[Declaration]) -> None:
+    def __init__(self, declarations: Iterable[Declaration], *, files: bool = False) -> None:
+        self.files = files
         self.declarations: dict[str, Declaration] = {}
         self.leaves: dict[str, Leaf] = {}
         self.boxed: dict[str, str] = {}

@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from .expressions import parse_address
 from .lowered import Lowered
 from .memory import Memory, checked, mask_of
 from .operands import Calculation, Constant, Group, Place, Resolved, leaves_in
 from .resolver import Resolver
-from .tree import Address
 
 
 class Tags:
@@ -71,8 +69,7 @@ class Tags:
     def _find(self, name: str) -> Place | Group:
         found: Place | Group | None = self._known.get(name)
         if found is None:
-            address: Address = parse_address(name)
-            found = self._resolver.address(address)
+            found = self._resolver.named(name)
             if not all(map(self._memory.has, leaves_in(found))):
                 raise ValueError(f"{name}: the program does not use this image")
             self._known[name] = found

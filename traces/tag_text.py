@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..io_images.tag_names import element_of
 from .tagplan import TagField, TagPlan
 
 DISCRETE = ("BOOL", "ENUM", "TEXT")
@@ -53,7 +54,7 @@ class TagText:
         for place in np.flatnonzero(
             np.ones(len(values), bool) if codes else _differs(values, known)
         ).tolist():
-            name = f"{field.tag.name}[{place}]" if field.tag.length else field.tag.name
+            name = element_of(field.tag.name, place) if field.tag.length else field.tag.name
             if field.tag.type == "BOOL":
                 yield f"{'+' if values[place] else '-'}{name}"
             elif old is None:

@@ -33,6 +33,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
+from ..io_images.tag_names import element_of, without_ranges
 from .named_words import SEPARATOR
 
 VALUES_MAX = 10_000
@@ -99,7 +100,7 @@ class Tag:
     r"""A tag that is recorded.
 
     Attributes:
-        name: its full name: `Fill.ACC`, `\Main.Step`, `line.step`.
+        name: its full name: `Fill.ACC`, `\Main.Step`, `line.step`; of an array see `io_images.tag_names`.
         type: a key of `FORMATS`.
         length: elements of an array; 0 for a single value.
         names: of an ENUM: names of the codes 0, 1, ...
@@ -114,6 +115,13 @@ class Tag:
     def count(self) -> int:
         """How many values it has."""
         return self.length or 1
+
+    @property
+    def addresses(self) -> tuple[str, ...]:
+        """The program's own name of each of its values."""
+        if not self.length:
+            return (self.name,)
+        return tuple(element_of(self.name, place) for place in range(self.length))
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,6 +142,12 @@ class TagField:
     def letters(self) -> str:
         """Its format in the `struct` module."""
         return f"{self.tag.length or ''}{FORMATS[self.tag.type].letter}"
+
+    def columns(self, rows: np.ndarray[Any, Any]) -> Iterator[tuple[str, Any]]:
+        """Yield the program's own name of each value, and its column in some rows."""
+        values = rows[self.name]
+        for place, address in enumerate(self.tag.addresses):
+            yield address, values[:, place] if self.tag.length else values
 
     @property
     def enum_message(self) -> str:
@@ -207,6 +221,7 @@ class TagPlan:
         rows = [
             {"name": tag.name, "field": f"{FIELD}.{field.name}", "type": tag.type}
             | ({"length": tag.length} if tag.length else {})
+            | ({"elements": tag.addresses} if ".." in tag.name else {})
             | ({"names": tag.names} if tag.names else {})
             for field in self.fields
             for tag in [field.tag]
@@ -299,7 +314,7 @@ def field_name(name: str, taken: set[str]) -> str:
     >>> [field_name(each, taken) for each in ("Recipe[3].T", "_x", "7up", "Größe", "\u6b65")]
     ['recipe_3_t', 'x', 't_7up', 'grosse', 'tag']
     """
-    text = unicodedata.normalize("NFKD", name.removeprefix("Program:").replace("ß", "ss"))
+    text = unicodedata.normalize("NFKD", without_ranges(name).removeprefix("Program:").replace("ß", "ss"))
     text = text.encode("ascii", "ignore").decode()
     text = re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", text)
     stem = re.sub(r"[^a-z0-9]+", "_", text.lower()).strip("_") or "tag"

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 from ..errors import Site
-from ..expressions import parse_address
 from ..lowered import ADD_ON, AddOnCall, Call, Lowered, LoweredRoutine, Step, steps_of
 from ..operand_checks import WRITTEN
 from ..operands import Calculation, Constant, Group, Place, Resolved, constant, first_leaf
@@ -93,7 +92,7 @@ class CrossReference:
         Raises:
             LadderError: there is no such tag.
         """
-        wanted = self._resolver.address(parse_address(tag))
+        wanted = self._resolver.named(tag)
         found = _mentions(self._lowered, lambda operand: overlap(wanted, operand, stretch=True))
         return tuple(each for each in _once(found) if overlap(wanted, each.where, stretch=each.stretch))
 

@@ -10,7 +10,6 @@ from ..compiler.observed import LineKey
 from ..edit import Edit, carry_over
 from ..engine import STEP_MS
 from ..errors import LadderError
-from ..expressions import parse_address
 from ..memory import Value, checked
 from ..operands import Constant, Group, Place
 from ..resolver import Resolver
@@ -314,7 +313,7 @@ class Debugger:
             entry = ((known[0] or 0) | mask, int(known[1]) & ~mask | on)
         forces[key] = entry
         self._engine.hold(forces)
-        self._forces[tag] = checked(tag, place.type, value)
+        self._forces[self._resolver.full_name(tag)] = checked(tag, place.type, value)
         self.tags[tag] = value
 
     def unforce(self, tag: str | None = None) -> None:
@@ -328,10 +327,11 @@ class Debugger:
             self._engine.hold({})
             self.on_outside()
             return
-        if tag not in self._forces:
+        name = self._resolver.full_name(tag) if tag in self.tags else tag
+        if name not in self._forces:
             forced = ", ".join(self._forces) or "none"
             raise ValueError(f"{tag} is not forced; forced are {forced}")
-        del self._forces[tag]
+        del self._forces[name]
         key, mask = self._key(self._single(tag))
         forces = dict(self._engine.memory.forces)
         kept, value = forces.pop(key)
@@ -346,7 +346,7 @@ class Debugger:
         return dict(self._forces)
 
     def _single(self, tag: str) -> Place:
-        where = self._resolver.address(parse_address(tag))
+        where = self._resolver.named(tag)
         if isinstance(where, Group) or where.can_fault:
             raise ValueError(f"{tag} is not one value with a fixed place: force single values")
         if where.leaf.slot is not None:

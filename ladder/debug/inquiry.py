@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Container
 from typing import Any, Protocol
 
-from ..expressions import parse_address
 from ..operands import Place
 from ..resolver import Resolver
 from .crossref import CrossReference
@@ -51,7 +50,7 @@ class Inquiry:
         Raises:
             LadderError: there is no such tag.
         """
-        where = self._resolver.address(parse_address(tag))
+        where = self._resolver.named(tag)
         scan = None
         if is_counted(where):  # ACC changes in most scans, and says less than the bits
             scan = self._past.last_change(lambda engine: bits_of(engine.tags[tag]))
@@ -68,8 +67,8 @@ class Inquiry:
             LadderError: there is no such tag.
         """
         value = self._engine.tags[tag]
-        where = self._resolver.address(parse_address(tag))
-        if tag in self._forced:
+        where = self._resolver.named(tag)
+        if self._resolver.full_name(tag) in self._forced:
             return f"{tag} is {shown(value)} because it is forced."
         lowered = self._engine.lowered
         image = where.leaf if isinstance(where, Place) and where.leaf.slot is not None else None

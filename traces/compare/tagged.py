@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...io_images.tag_names import without_ranges
 from ..columns import Columns
 from ..reader import Trace
 from ..signals.tags import CODES, code_names
@@ -64,9 +65,10 @@ class CommonTags:
                 if field.tag.type in CODES:
                     values = self._shared(values, code_names(field, self._texts[side]))
                 values = wide(values) if _are_mixed(*pair) else values
-                for place in range(field.tag.length):
-                    tags[f"{name}[{place}]"] = values[:, place]
-                if not field.tag.length:
+                if field.tag.length:
+                    for place, address in enumerate(pair[0].tag.addresses):
+                        tags[address] = values[:, place]
+                else:
                     tags[name] = values
             yield columns._replace(tags=tags)
 
@@ -90,7 +92,11 @@ class CommonTags:
 
 
 def _by_name(trace: Trace) -> dict[str, TagField]:
-    return {} if trace.head.tags is None else {field.tag.name: field for field in trace.head.tags.fields}
+    return (
+        {}
+        if trace.head.tags is None
+        else {without_ranges(field.tag.name): field for field in trace.head.tags.fields}
+    )
 
 
 def _alike(name: str, one: Mapping[str, TagField], other: Mapping[str, TagField]) -> bool:
@@ -102,13 +108,10 @@ def _alike(name: str, one: Mapping[str, TagField], other: Mapping[str, TagField]
 
 
 def _values(one: TagField, other: TagField) -> Iterator[tuple[str, str]]:
-    """Yield name and numpy type of each value of a shared tag."""
+    """Yield address and numpy type of each value of a shared tag."""
     kind = "<i8" if one.tag.type in CODES else np.result_type(*_dtypes(one, other)).str
     kind = WIDE if _are_mixed(one, other) else kind
-    if not one.tag.length:
-        yield one.tag.name, kind
-    for place in range(one.tag.length):
-        yield f"{one.tag.name}[{place}]", kind
+    yield from ((address, kind) for address in one.tag.addresses)
 
 
 def _dtypes(*fields: TagField) -> list[np.dtype[Any]]:

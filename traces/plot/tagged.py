@@ -17,9 +17,7 @@ from numpy.typing import NDArray
 from ..flags import FLAGS
 from ..reader import Trace
 from ..signals import Block, Catalog, Kind, Selection, Signal, blocks
-from ..signals.sequences import FIELD as SEQUENCES
-from ..signals.tags import is_named
-from ..tagplan import FIELD
+from ..signals.names import RECORDED
 from .changes import StepFinder, Steps
 from .curves import CurveMaker
 from .lanes import Band, Lane
@@ -32,9 +30,6 @@ FROM_OUTSIDE = f"cpu.flags.{next(bit for bit, name in FLAGS.items() if name == '
 
 CHOSEN_MAX = 200
 """Most tags on a chart."""
-
-RECORDED = f"{FIELD}.", f"{SEQUENCES}."
-"""What names of signals of the program begin with."""
 
 C = TypeVar("C")
 
@@ -98,7 +93,7 @@ def choose(trace: Trace, catalog: Catalog, selection: Selection, patterns: Seque
 def _asked_for(catalog: Catalog, known: Sequence[Signal], patterns: Sequence[str]) -> Choice:
     found: dict[str, Signal] = {}
     for pattern in patterns:
-        matches = [signal for signal in known if is_named(signal, pattern)] or [catalog[pattern]]
+        matches = catalog.tags_named(pattern) or [catalog[pattern]]
         if not matches[0].name.startswith(RECORDED):
             raise ValueError(f"{matches[0].name} is not a recorded tag: recorded are {_some(known)}")
         found |= {signal.name: signal for signal in matches}

@@ -22,6 +22,7 @@ class Type(Enum):
     CONDITION = "a condition"
     NUMBER = "a number"
     DURATION = "a time"
+    TEXT = "a text"
 
 
 @dataclass(frozen=True, slots=True)

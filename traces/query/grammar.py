@@ -34,6 +34,7 @@ start: pattern                                          -> everything
        | DURATION                                       -> duration
        | NUMBER                                         -> number
        | NAME                                           -> name
+       | TEXT                                           -> text
 
 AGGREGATE.2: /(count|first|last|longest|shortest)\b/
 EDGE.2: /(rose|fell|changed)\b/
@@ -42,7 +43,8 @@ SIGN: "+" | "-"
 TIMES: "*"
 DURATION.3: /\d+(\.\d+)?\s*(ns|us|µs|ms|s|min|h)\b/
 NUMBER.1: /0[xX][0-9a-fA-F]+|\d[\d_]*(\.\d+)?/
-NAME: /[A-Za-z_]\w*(\.\w+)*/
+NAME: /(Program:(?=\w+\.)|\\)?[^\W\d]\w*(:[IOCSiocs]\d*(?=\W|$)|:\d+|\/\w+|\.\w+|\[([\w\s.,]*|"[^"]*")\])*/
+TEXT: /"[^"]*"|'[^']*'/
 
 _AND.2: /and\b/
 _OR.2: /or\b/
@@ -65,6 +67,7 @@ TERMS: Mapping[str, str] = {
     "DURATION": "a time such as 20 ms",
     "NUMBER": "a number",
     "NAME": "a signal",
+    "TEXT": "a text in quotes",
     "LPAR": "(",
     "RPAR": ")",
     "_AND": "and",

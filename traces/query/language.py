@@ -1,11 +1,12 @@
 """From the text of a query to a function of whole columns.
 
-Every expression has one of three types, and its place in the text, so that a
+Every expression has one of four types, and its place in the text, so that a
 mistake is reported with its column before the first scan is read:
 
     condition   true or false in every scan    slot1.in.COMMAND_ERROR, time > 2 s
     number      a number in every scan         slot1.in.position, scan, 4000
     duration    an amount of virtual time      time, 20 ms
+    text        of a step or a text            Step == "wait for oil"
 """
 
 from __future__ import annotations
@@ -145,6 +146,20 @@ def _two(
     )
 
 
+def _is_text(coded: Expression, text: Expression, sign: Token) -> Expression:
+    """Compare a step or a text with what it may be."""
+    signal = coded.signals[0] if coded.type is Type.NUMBER and len(coded.signals) == 1 else None
+    if signal is None or signal.kind is not Kind.CODE or sign not in ("==", "!="):
+        raise MeaningError(column_of(sign), "a text is compared with a step or a text, with == or !=")
+    wanted = text.text[1:-1]
+    codes = [code for code, name in signal.names.items() if name == wanted]
+    return derived(
+        Type.CONDITION,
+        coded,
+        lambda scans: np.isin(coded.evaluate(scans).values, codes, invert=sign == "!="),
+    )
+
+
 @v_args(inline=True)
 class _Builder(Transformer[Token, Any]):
     """Builds the query bottom up, one method per rule of the grammar."""
@@ -199,6 +214,8 @@ class _Builder(Transformer[Token, Any]):
         return derived(Type.CONDITION, part, lambda scans: find(part.evaluate(scans)))
 
     def compare(self, left: Expression, sign: Token, right: Expression) -> Expression:
+        if Type.TEXT in (left.type, right.type):
+            return _is_text(*((left, right) if right.type is Type.TEXT else (right, left)), sign)
         same(left, right, sign)
         if left.type is Type.CONDITION and sign not in ("==", "!="):
             raise MeaningError(column_of(sign), f"conditions are compared with == and !=, not with {sign}")
@@ -235,6 +252,9 @@ class _Builder(Transformer[Token, Any]):
     def number(self, token: Token) -> Expression:
         value = number_of(token)
         return leaf(Type.NUMBER, token, lambda scans: numbers.constant(value, len(scans)))
+
+    def text(self, token: Token) -> Expression:
+        return leaf(Type.TEXT, token, lambda scans: str(token)[1:-1])
 
     def name(self, token: Token) -> Expression:
         if token == "time":

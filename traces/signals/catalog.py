@@ -11,15 +11,17 @@ from types import MappingProxyType
 import numpy as np
 
 from ...io_images.amci3601 import CommandLsw, CommandMsw, StatusLsw, StatusMsw
+from ...io_images.tag_names import AmbiguousNameError, normal
 from ..layout import SlotInfo
 from ..reader import Trace
 from ..sequence_steps import sequence_steps
 from ..tagplan import TagPlan
 from . import decode
-from .sequences import Steps, sequence_names, sequence_signals
+from .names import DIRECTIONS, SignalNames, is_named
+from .sequences import Steps, sequence_signals
 from .signal import Array, Kind, Signal
 from .stream import Block
-from .tags import constant, is_named, short_names, tag_signals
+from .tags import constant, tag_signals
 
 FLAGS = Signal("cpu.flags", Kind.WORD, lambda block: block.flags)
 """What the CPU was doing, as recorded; see the table of flags in docs/traces.md."""
@@ -62,12 +64,10 @@ class Catalog(Mapping[str, Signal]):
     ) -> None:
         self.slots = tuple(slots)
         signals = [FLAGS, *(signal for slot in slots for signal in _slot_signals(slot))]
-        self._short = _terminals(slots)
         if tags is not None:
             signals += tag_signals(tags, texts)
-            self._short = {**self._short, **short_names(tags)}
         signals += sequence_signals(sequences)
-        self._short = {**sequence_names(sequences), **self._short}
+        self._names = SignalNames(signals, slots)
         self._signals = {signal.name: signal for signal in signals}
 
     @classmethod
@@ -76,18 +76,24 @@ class Catalog(Mapping[str, Signal]):
         return cls(trace.head.slots, trace.head.tags, trace.texts(), sequence_steps(trace))
 
     def __getitem__(self, name: str) -> Signal:
-        """Return a signal; a tag, or a terminal of a card, also by its plain name, where only one has it.
+        """Return a signal, by its name in the trace or in the program, or by the address of an image.
 
         Raises:
-            UnknownSignalError: there is none of that name; it names the closest.
+            UnknownSignalError: there is none of that name, with the closest; or the name is that of several.
         """
-        found = self._found(name) or self._found(self._full_name(name))
+        try:
+            found = self._found(name) or self._meant(name)
+        except AmbiguousNameError as error:
+            raise UnknownSignalError(str(error)) from None
         if found is None:
             raise UnknownSignalError(self._unknown(name))
         return found
 
     def __contains__(self, name: object) -> bool:
-        return isinstance(name, str) and self._found(name) is not None
+        try:
+            return isinstance(name, str) and (self._found(name) or self._meant(name)) is not None
+        except AmbiguousNameError:
+            return False
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._signals)
@@ -116,11 +122,23 @@ class Catalog(Mapping[str, Signal]):
         names: dict[str, None] = {}
         for pattern in patterns:
             matches = [name for name in self._signals if fnmatchcase(name, pattern)]
-            matches = matches or [signal.name for signal in self.tags if is_named(signal, pattern)]
+            matches = matches or [signal.name for signal in self.tags_named(pattern)]
             matches = matches or [self[pattern].name]
             names.update(dict.fromkeys(matches))
         order = {name: place for place, name in enumerate(self._signals)}
         return [self[name] for name in sorted(names, key=lambda name: order.get(name, len(order)))]
+
+    def tags_named(self, pattern: str) -> list[Signal]:
+        """Return the recorded tags that a pattern means.
+
+        Raises:
+            UnknownSignalError: several programs have a tag of that name.
+        """
+        try:
+            wanted = self._names.scoped(pattern)
+        except AmbiguousNameError as error:
+            raise UnknownSignalError(str(error)) from None
+        return [signal for signal in self.tags if is_named(signal, wanted)]
 
     def _is_plain(self, signal: Signal) -> bool:
         if signal.kind is not Kind.WORD or signal is FLAGS:
@@ -130,12 +148,15 @@ class Catalog(Mapping[str, Signal]):
     def _found(self, name: str) -> Signal | None:
         return self._signals.get(name) or self._numbered_bit(name) or self._constant(name)
 
-    def _full_name(self, name: str) -> str:
-        """Return the name of the signal that a plain name means, with what follows it."""
-        if name.lower() in self._short:
-            return self._short[name.lower()]
-        head, dot, rest = name.rpartition(".")
-        return f"{self._short[head.lower()]}{dot}{rest}" if head.lower() in self._short else name
+    def _meant(self, name: str) -> Signal | None:
+        """Return the signal that a person's name means: of a tag, a terminal, an image, or a part of it."""
+        name = normal(name)
+        whole = self._names(name)
+        if whole is not None:
+            return self._found(whole)
+        head, dot, rest = name.replace("/", ".").rpartition(".")
+        signal = self._names(head) if dot else None
+        return None if signal is None else self._found(f"{signal}.{rest}")
 
     def _constant(self, name: str) -> Signal | None:
         code, _, wanted = name.rpartition(".")
@@ -152,7 +173,11 @@ class Catalog(Mapping[str, Signal]):
         return Signal(name, Kind.BIT, partial(_bit_of, source, int(number)))
 
     def _unknown(self, name: str) -> str:
-        """Raise UnknownSignalError; its message suggests the closest names."""
+        """Return that there is no signal of a name, with the closest ones."""
+        parts = [signal.title for signal in self.tags_named(name)]
+        if parts:
+            some = [*parts[:3], *["..."] * (len(parts) > 3)]
+            return f"{name} has {len(parts)} values: write {' or '.join(some)}"
         folded = {known.lower(): known for known in self._signals}
         close = [folded[match] for match in get_close_matches(name.lower(), list(folded), 3, 0.7)]
         if not close:  # perhaps a name without its slot and direction
@@ -165,17 +190,6 @@ class Catalog(Mapping[str, Signal]):
             f"did you mean {' or '.join(close)}?" if close else f"there are cpu.flags and those of {places}"
         )
         return f"there is no signal {name!r}: {hint}"
-
-
-def _terminals(slots: Sequence[SlotInfo]) -> dict[str, str]:
-    """Return the names that rack files give to terminals of cards, with the signals they mean."""
-    meant: dict[str, list[str]] = {}
-    for slot in slots:
-        for names in slot.words.groups.values() if not slot.is_stepper else ():
-            for name, at in names.items():
-                direction = "in" if at.image == "I" else "out"
-                meant.setdefault(name.lower(), []).append(f"slot{slot.number}.{direction}.{name}")
-    return {name: signals[0] for name, signals in meant.items() if len(signals) == 1}
 
 
 def _slot_signals(slot: SlotInfo) -> Iterator[Signal]:
@@ -197,7 +211,7 @@ def _named_bits(slot: SlotInfo, stem: str) -> Iterator[Signal]:
     """Yield the bits that a module names."""
     for names in slot.words.groups.values():
         for name, (image, word, bit) in names.items():
-            direction = "in" if image == "I" else "out"
+            direction = DIRECTIONS[image]
             read = partial(_bit, slot.number, direction, word, bit)
             yield Signal(f"{stem}.{direction}.{name}", Kind.BIT, read)
 

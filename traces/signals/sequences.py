@@ -38,16 +38,6 @@ def sequence_signals(steps: Steps) -> Iterator[Signal]:
         yield Signal(f"{FIELD}.{name}.{LINE}", Kind.NUMBER, partial(_values, scans, lines), bits=32)
 
 
-def sequence_names(steps: Steps) -> Mapping[str, str]:
-    """Return names that a user may write instead, in lower case, with the signals they mean.
-
-    >>> sequence_names({"cycle": []})
-    {'cycle': 'sequences.cycle', 'cycle.line': 'sequences.cycle.line'}
-    """
-    names = [name for each in steps for name in (each, f"{each}.{LINE}")]
-    return {name.lower(): f"{FIELD}.{name}" for name in names}
-
-
 def _values(scans: Array, values: Array, block: Block) -> Array:
     """Return the value in force in each scan of a block; the first one before the first step."""
     found: Array = values[np.searchsorted(scans, block.scan, side="right")]

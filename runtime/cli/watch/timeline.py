@@ -8,7 +8,7 @@ A row from a trace has no figures and no wall-clock time: neither is recorded.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,7 @@ from ....traces.arrays import extent, read_columns
 from ....traces.columns import Columns, Selection
 from ....traces.reader import Trace, open_trace
 from ....traces.records import TraceError
-from ....traces.tagplan import TagField
+from ....traces.tagplan import TagField, TagPlan
 from ...live.ring import Row, Rows
 from .recent import Recent
 
@@ -93,18 +93,18 @@ class Timeline:
         """
         trace = self.opened()
         plan = None if trace is None else trace.head.tags
-        if trace is None or plan is None or not set(names) & {field.tag.name for field in plan.fields}:
+        if trace is None or plan is None or not set(names) & set(_addresses(plan)):
             return [], {}
         self.follow()
         columns = read_columns(trace, Selection(first, last), tags=True)
         if columns.tags is None:
             return [], {}
         texts = trace.texts() if plan.has_texts else {}
-        fields = [field for field in plan.fields if field.tag.name in names and not field.tag.length]
-        rows = {field.tag.name: columns.tags[field.name].tolist() for field in fields}
         shown = {
-            field.tag.name: [_shown(field, value, texts) for value in rows[field.tag.name]]
-            for field in fields
+            address: [_shown(field, value, texts) for value in values.tolist()]
+            for field in plan.fields
+            for address, values in field.columns(columns.tags)
+            if address in names
         }
         return columns.time_ns.tolist(), shown
 
@@ -201,7 +201,19 @@ def _recorded_tags(trace: Trace, scan: int) -> dict[str, Any]:
     if plan is None or rows is None or not len(rows):
         return {}
     texts = trace.texts() if plan.has_texts else {}
-    return {field.tag.name: _shown(field, rows[field.name][0].tolist(), texts) for field in plan.fields}
+    whole = {field.tag.name: _shown(field, rows[field.name][0].tolist(), texts) for field in plan.fields}
+    elements = {
+        address: _shown(field, values[0].item(), texts)
+        for field in plan.fields
+        if field.tag.length
+        for address, values in field.columns(rows)
+    }
+    return whole | elements
+
+
+def _addresses(plan: TagPlan) -> Iterator[str]:
+    """Yield the names of all recorded values."""
+    return (address for field in plan.fields for address in field.tag.addresses)
 
 
 def _shown(field: TagField, value: Any, texts: Mapping[int, str]) -> Any:

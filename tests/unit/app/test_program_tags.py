@@ -132,7 +132,7 @@ def test_texts_are_codes_and_messages(tmp_path: Path) -> None:
         (["F*.ACC"], ["Fill.ACC"]),
         (["Bit"], ["Step"]),
         (["Counts[2]"], ["Counts[2]"]),
-        (["Recipes.Time"], ["Recipes.Time"]),
+        (["Recipes.Time"], ["Recipes[0..1].Time"]),
         (["Step", "St*"], ["Step"]),
     ],
 )

@@ -49,18 +49,18 @@ def test_a_structure_is_recorded_by_its_bits_and_not_by_their_hidden_host() -> N
 
 
 def test_arrays_of_structures_are_arrays_of_bits() -> None:
-    assert ("Cells.Inner.Busy", "BOOL", 6) in names("Cells")
+    assert ("Cells[0..2].Inner[0..1].Busy", "BOOL", 6) in names("Cells")
     assert names("Cells[1].Inner[1].Busy") == [("Cells[1].Inner[1].Busy", "BOOL", 0)]
     assert names("Cells[1].Inner")[:2] == [
-        ("Cells[1].Inner.Ready", "BOOL", 2),
-        ("Cells[1].Inner.Busy", "BOOL", 2),
+        ("Cells[1].Inner[0..1].Ready", "BOOL", 2),
+        ("Cells[1].Inner[0..1].Busy", "BOOL", 2),
     ]
 
 
 def test_a_string_in_an_element_is_a_text() -> None:
     assert ("Cells[1].Name", "TEXT", 0) in names("Cells[1]")
     assert [name for name, kind, _ in names("Cells") if kind == "TEXT"] == [
-        f"Cells.Name[{at}]" for at in range(3)
+        f"Cells[{at}].Name" for at in range(3)
     ]
 
 

@@ -151,7 +151,7 @@ def test_patterns() -> None:
     ("name", "hint"),
     [
         ("slot1.in.positon", "did you mean slot1.in.position"),
-        ("slot1.in.command_error", "did you mean slot1.in.COMMAND_ERROR"),
+        ("slot1.in.comand_error", "did you mean slot1.in.COMMAND_ERROR"),
         ("MOVING_CW", "did you mean slot1.in.MOVING_CW or slot1.in.MOVING_CCW?"),
         ("cpu.flags.32", "did you mean cpu.flags"),
         ("slot7.in.word0.16", "did you mean slot7.in.word"),

@@ -1,0 +1,150 @@
+r"""Names of a program's tags, as every room reads them.
+
+    Run, Fill.ACC              a tag of the controller, a member
+    \Main.Step                 a tag of a program; `Program:Main.Step` is the same
+    Step                       the same, where neither the controller nor another program has a Step
+    Ps[1].Count, Grid[1,2]     an element; B[34] of a list
+    Word.3                     a bit
+    N7:3, T4:0.ACC, T4:0/DN    an element of an SLC's file, a member or bit of it
+    B3:1/4, B3/20              a bit of a file; the bits of a file are numbered from its beginning
+
+Case does not matter. A recorded array has one name for all of its elements: `B`, or `Ps[0..2].Count` where
+the subscript is not at the end, or is not the only one.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from functools import lru_cache
+
+_FILE_BITS = 16
+_PROGRAM = re.compile(r"^Program:(\w+)\.", re.IGNORECASE)
+_BASE = re.compile(r"(\\\w+\.)?(\w+)", re.ASCII)
+_FILE_BIT = re.compile(r"(?P<file>[A-Za-z]{1,2}\d{0,3})/(?P<bit>\d{1,6})", re.ASCII)
+_STEP = re.compile(
+    r"""\s*\[\s*(?P<quote>'[^']*'|"[^"]*")\s*\]|\s*\[(?P<index>[^\[\]]*)\]|:(?P<element>\d+)"""
+    r"""|/(?P<bit>\w+)|\.(?P<name>\w+)"""
+)
+_RANGE = re.compile(r"(\d+)\.\.(\d+)")
+_RANGES = re.compile(r"\[\d+\.\.\d+(?:,\d+\.\.\d+)*\]|:\d+\.\.\d+")
+
+
+class AmbiguousNameError(ValueError):
+    """A name that several programs have."""
+
+
+def normal(text: str) -> str:
+    r"""Return a name as rungs write it: the program with a backslash, the bit of a file in its element.
+
+    >>> print(normal("Program:Main.Step"), normal("B3/20"), normal(r"\Main.Step"))
+    \Main.Step B3:1/4 \Main.Step
+    """
+    text = _PROGRAM.sub(r"\\\1.", text.strip(), count=1)
+    bit = _FILE_BIT.fullmatch(text)
+    if bit is None:
+        return text
+    element, rest = divmod(int(bit["bit"]), _FILE_BITS)
+    return f"{bit['file']}:{element}/{rest}"
+
+
+@lru_cache(maxsize=65_536)
+def key_of(text: str) -> str | None:
+    r"""Return what all ways to write a name have in common; None for what is no name of a tag.
+
+    >>> key_of(r"\Main.Ps[ 1 ].Count"), key_of("Program:Main.Ps[1].COUNT"), key_of("N7:3"), key_of("N7[3]")
+    ('\\main.ps[1].count', '\\main.ps[1].count', 'n7[3]', 'n7[3]')
+    >>> key_of("B3/20"), key_of("B3:1/4"), key_of("T4:0/DN"), key_of("a + b")
+    ('b3[1].4', 'b3[1].4', 't4[0].dn', None)
+    """
+    text = normal(text)
+    base = _BASE.match(text)
+    if base is None:
+        return None
+    found, at = [base.group().lower()], base.end()
+    while at < len(text):
+        step = _STEP.match(text, at)
+        if step is None:
+            return None
+        found.append(_key_of_step(step))
+        at = step.end()
+    return "".join(found)
+
+
+def _key_of_step(step: re.Match[str]) -> str:
+    if step["quote"] is not None:
+        return f"[{step['quote'][1:-1]!r}]"
+    if step["index"] is not None:
+        return f"[{','.join(each.strip().lower() for each in step['index'].split(','))}]"
+    if step["element"] is not None:
+        return f"[{step['element']}]"
+    return f".{(step['bit'] or step['name']).lower()}"
+
+
+def in_scope(text: str, known: Iterable[str]) -> str:
+    r"""Return a name with the program that it is meant of, where it does not say it.
+
+    >>> in_scope("Step.3", ["Run", r"\Main.Step"]), in_scope("Run", ["Run", r"\Main.Run"])
+    ('\\Main.Step.3', 'Run')
+
+    Args:
+        text: the name of a tag, or of a part of it.
+        known: names of all tags, with their programs.
+
+    Raises:
+        AmbiguousNameError: several programs have a tag of that name.
+    """
+    text = normal(text)
+    base = _BASE.match(text)
+    if base is None or base[1]:
+        return text
+    wanted = base[2].lower()
+    owners = {}
+    for name in known:
+        scope, _, own = name.rpartition(".") if name.startswith("\\") else ("", "", name)
+        if own.lower() == wanted:
+            owners.setdefault(name.lower(), name)
+            if not scope:
+                return text
+    if len(owners) > 1:
+        raise AmbiguousNameError(
+            f"{base[2]} is ambiguous: {len(owners)} programs have it; write {' or '.join(owners.values())}"
+        )
+    return next(iter(owners.values()), base[2]) + text[base.end() :]
+
+
+def base_of(name: str) -> str:
+    r"""Return the tag that a name is of, or of a part of: `\Main.Fill` of `\Main.Fill.ACC`."""
+    found = _BASE.match(name)
+    return found.group() if found else name
+
+
+def without_ranges(name: str) -> str:
+    """Return the name of an array without its subscripts.
+
+    >>> without_ranges("Ps[0..2].Count"), without_ranges("N7:0..9"), without_ranges("Recipe[3].T")
+    ('Ps.Count', 'N7', 'Recipe[3].T')
+    """
+    return _RANGES.sub("", name) if ".." in name else name
+
+
+def element_of(name: str, place: int) -> str:
+    """Return the name of an element of an array.
+
+    >>> element_of("B", 34), element_of("Ps[0..2].Count", 1), element_of("Grid[0..1,0..2]", 5)
+    ('B[34]', 'Ps[1].Count', 'Grid[1,2]')
+    >>> element_of("T4:0..9.ACC", 7)
+    'T4:7.ACC'
+
+    Args:
+        name: of the array, as it is recorded.
+        place: of the element, from 0, the last subscript first.
+    """
+    ranges = [(int(low), int(high)) for low, high in _RANGE.findall(name)]
+    if not ranges:
+        return f"{name}[{place}]"
+    indices = []
+    for low, high in reversed(ranges):
+        place, index = divmod(place, high - low + 1)
+        indices.append(str(low + index))
+    return _RANGE.sub(lambda _: indices.pop(), name)

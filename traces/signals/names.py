@@ -1,0 +1,130 @@
+"""The names that a person may write for a signal: those of the program, of the rack and of the trace."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from functools import cached_property
+
+from ...io_images.addresses import Address, parse_address
+from ...io_images.tag_names import AmbiguousNameError, base_of, in_scope, key_of, normal
+from ..layout import SlotInfo
+from ..tagplan import FIELD
+from .sequences import FIELD as SEQUENCES
+from .signal import Signal
+
+RECORDED = f"{FIELD}.", f"{SEQUENCES}."
+"""What names of signals of the program begin with."""
+
+DIRECTIONS = {"I": "in", "O": "out"}
+
+_SUBSCRIPTS = re.compile(r"\[[^\]]*\]")
+_BY_MEANING = re.compile(r"\s*slot", re.IGNORECASE)
+_WILD = re.compile(r"[*?]")
+
+
+class SignalNames:
+    """Names of the tags and terminals of a trace.
+
+    Args:
+        signals: all signals.
+        slots: the slots of the trace.
+    """
+
+    def __init__(self, signals: Iterable[Signal], slots: Sequence[SlotInfo]) -> None:
+        own = [signal for signal in signals if signal.name.startswith(RECORDED)]
+        self._fields = {signal.name.partition(".")[2].lower(): signal.name for signal in own}
+        self._tags = [signal for signal in own if signal.title]
+        self._slots = slots
+
+    def __call__(self, text: str) -> str | None:
+        """Return the signal that a name means; None if there is none.
+
+        Raises:
+            AmbiguousNameError: it means several.
+        """
+        scoped = in_scope(text, self._bases)
+        key = key_of(scoped) or scoped.lower()
+        return self._by_key.get(key) or self._by_part(key) or self._of_image(text)
+
+    def scoped(self, pattern: str) -> str:
+        """Return a pattern with the program that it is meant of; see `in_scope`.
+
+        Raises:
+            AmbiguousNameError: several programs have a tag of that name.
+        """
+        return pattern if _WILD.search(pattern) else in_scope(pattern, self._bases)
+
+    @cached_property
+    def _bases(self) -> list[str]:
+        """The tags of which values are recorded."""
+        return list(dict.fromkeys(base_of(signal.title) for signal in self._tags))
+
+    @cached_property
+    def _by_key(self) -> Mapping[str, str]:
+        """Signals by their names in the program and in the trace."""
+        titles = {key_of(signal.title) or signal.title.lower(): signal.name for signal in self._tags}
+        return self._fields | titles
+
+    @cached_property
+    def _parts(self) -> Mapping[str, list[str]]:
+        """Signals by the last part of a tag's name, and by the name of a terminal."""
+        found: dict[str, list[str]] = {}
+        for signal in self._tags:
+            last = (key_of(signal.title) or signal.title.lower()).rpartition(".")[2]
+            found.setdefault(last, []).append(signal.name)
+        for slot in self._slots:
+            for names in slot.words.groups.values() if not slot.is_stepper else ():
+                for name, at in names.items():
+                    signal_name = f"slot{slot.number}.{DIRECTIONS[at.image]}.{name}"
+                    found.setdefault(name.lower(), []).append(signal_name)
+        return found
+
+    def _by_part(self, key: str) -> str | None:
+        meant = self._parts.get(key, [])
+        if len(meant) > 1:
+            some = " or ".join(meant[:4]) + (" or ..." if len(meant) > 4 else "")
+            raise AmbiguousNameError(f"{key} is ambiguous: write {some}")
+        return meant[0] if meant else None
+
+    def _of_image(self, text: str) -> str | None:
+        """Return the signal of a word or bit that has an address."""
+        words = {slot.number: slot.words for slot in self._slots}
+        try:
+            at = parse_address(text, words)
+        except ValueError:
+            return None
+        direction = DIRECTIONS[at.image]
+        stem = f"slot{at.slot}.{direction}"
+        by_meaning = _BY_MEANING.match(text) or not self._is_stepper(at)
+        name = next((name for name, bit in words[at.slot].bits(at.image, at.word) if bit == at.bit), None)
+        if name is not None and by_meaning:
+            return f"{stem}.{name}"
+        word = (words[at.slot].inputs if at.image == "I" else words[at.slot].outputs)[at.word]
+        return f"{stem}.{word}" if at.bit is None else f"{stem}.{word}.{at.bit}"
+
+    def _is_stepper(self, at: Address) -> bool:
+        return next(slot.is_stepper for slot in self._slots if slot.number == at.slot)
+
+
+def is_named(signal: Signal, pattern: str) -> bool:
+    r"""Return whether a pattern means a tag: by its name in the trace, or by its full name or the last part.
+
+    `*` and `?` are wildcards, brackets are subscripts; case does not matter. As in a rack file, a name
+    means all members and elements below it.
+
+    >>> from .signal import Kind
+    >>> signal = Signal("tags.main_fill_acc", Kind.NUMBER, lambda block: block.flags, title=r"\Main.Fill.ACC")
+    >>> [is_named(signal, each) for each in ("tags.*", "main_fill*", r"\main.fill", "fill.acc", "ACC", "Fi")]
+    [True, True, True, True, True, False]
+    """
+    if not signal.title:
+        return False
+    wanted = normal(pattern) if _WILD.search(pattern) else key_of(pattern) or pattern
+    text = "".join({"*": ".*", "?": "."}.get(each, re.escape(each)) for each in wanted)
+    begins = re.compile(rf"{text}(?:[.\[]|$)", re.IGNORECASE)
+    key = key_of(signal.title) or signal.title
+    names = [signal.name, signal.name.removeprefix(f"{FIELD}.")]
+    for name in dict.fromkeys((key, _SUBSCRIPTS.sub("", key))):
+        names += [name[start:] for start in (0, *(at.start() + 1 for at in re.finditer(r"\.", name)))]
+    return any(begins.match(name) for name in names)
