@@ -99,7 +99,7 @@ def in_scope(text: str, known: Iterable[str]) -> str:
     if base is None or base[1]:
         return text
     wanted = base[2].lower()
-    owners = {}
+    owners: dict[str, str] = {}
     for name in known:
         scope, _, own = name.rpartition(".") if name.startswith("\\") else ("", "", name)
         if own.lower() == wanted:
@@ -107,9 +107,7 @@ def in_scope(text: str, known: Iterable[str]) -> str:
             if not scope:
                 return text
     if len(owners) > 1:
-        raise AmbiguousNameError(
-            f"{base[2]} is ambiguous: {len(owners)} programs have it; write {' or '.join(owners.values())}"
-        )
+        raise AmbiguousNameError(f"{base[2]} is ambiguous: it is {' or '.join(owners.values())}")
     return next(iter(owners.values()), base[2]) + text[base.end() :]
 
 

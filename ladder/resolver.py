@@ -189,7 +189,7 @@ class Resolver:
         try:
             return Address(in_scope(address.name, self._layout.scoped_names()), address.steps)
         except AmbiguousNameError as error:
-            raise AmbiguousTagError(*str(error).split("; ")) from None
+            raise AmbiguousTagError(str(error), "write one of them") from None
 
     def named(self, text: str) -> Place | Group:
         """Resolve a person's name of a tag.

@@ -67,7 +67,9 @@ def tag_values(layout: Layout, patterns: Sequence[str]) -> list[TagValue]:
         except ImageNamedError as error:
             raise ImageNamedError(f"{pattern!r}: {error}") from None
         found.update((each.name, each) for each in matches if each.name not in found)
-    return list(found.values())
+    arrays = [each for each in found.values() if each.length]
+    elements = {element_of(each.name, place) for each in arrays for place in range(each.length)}
+    return [each for each in found.values() if each.name not in elements]
 
 
 def _matching(layout: Layout, known: Sequence[TagValue], pattern: str) -> list[TagValue]:

@@ -44,8 +44,8 @@ class CommonTags:
         self._texts = [trace.texts() for trace in (one, other)]
         self._pairs = {name: (own[0][name], own[1][name]) for name in own[0] if _alike(name, *own)}
         self._codes: dict[str, int] = {}
-        layout = [(name, kind) for pair in self._pairs.values() for name, kind in _values(*pair)]
-        self.dtype: np.dtype[np.void] = np.dtype(layout)
+        layout = dict(each for pair in self._pairs.values() for each in _values(*pair))
+        self.dtype: np.dtype[np.void] = np.dtype(list(layout.items()))
         a, b = (sorted(each.keys() - self._pairs.keys()) for each in own)
         self.only = (tuple(a), tuple(b))
 

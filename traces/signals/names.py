@@ -84,7 +84,7 @@ class SignalNames:
         meant = self._parts.get(key, [])
         if len(meant) > 1:
             some = " or ".join(meant[:4]) + (" or ..." if len(meant) > 4 else "")
-            raise AmbiguousNameError(f"{key} is ambiguous: write {some}")
+            raise AmbiguousNameError(f"{key} is ambiguous: it is {some}")
         return meant[0] if meant else None
 
     def _of_image(self, text: str) -> str | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from struct import pack
@@ -81,11 +82,32 @@ def test_the_order_of_the_row_is_that_of_the_plan() -> None:
         ("tags.recipe.0 == 7", 1),
         ("tags.recipe.1 == 7", 1),
         ("changed(tags.medium)", 2),
+        (r"\Main.Lamp and Recipe[0] < 20", 1),
+        ("Recipe[1] == 7", 1),
+        ('Step == "FILL"', SCANS // 30),
+        ('Step != "FILL"', SCANS // 30 + 1),
+        ("""Medium == 'oil, "hot"'""", 1),
+        ('"water" == Medium', 1),
+        ('Medium == "never there"', 0),
+        ("I:1.0/14", 0),
     ],
 )
 def test_queries(trace: Path, text: str, count: int) -> None:
     with open_trace(trace) as opened:
         assert query(opened, f"count({text})").count == count
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ('Level == "full"', "column 7: a text is compared with a step or a text, with == or !="),
+        ('Step > "FILL"', "a text is compared with a step or a text, with == or !="),
+        ("Recipe > 3", r"Recipe has 2 values: write Recipe[0] or Recipe[1]"),
+    ],
+)
+def test_texts_and_parts_that_are_refused(trace: Path, text: str, says: str) -> None:
+    with open_trace(trace) as opened, pytest.raises(ValueError, match=re.escape(says)):
+        query(opened, text)
 
 
 @pytest.mark.parametrize("name", ["tags.level.3", "tags.step.NONE", "tags.recipe.2", "Lam"])
