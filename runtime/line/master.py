@@ -4,6 +4,8 @@
     gap_ns                         gap_ns
             sent_ns ------ patience ------> failed
 
+An answer that has not come in time may come late, up to `LATE_NS`, and pass for that to a later question.
+
 A script is a generator. It yields a `Request` and is sent the `Reply`, or None
 where the exchange failed: no reply, a damaged one, or a reply to another request.
 It yields a `Pause` to wait, and `PUBLISH` when the caller should take what it has read.
@@ -80,6 +82,10 @@ Step = Request | Pause | Publish
 Script = Generator[Step, Reply | None, None]
 
 
+LATE_NS = 1_000_000_000
+"""So long after its question has failed an answer may still come."""
+
+
 @dataclass(frozen=True, slots=True)
 class LineTiming:
     """How a line is used.
@@ -88,11 +94,13 @@ class LineTiming:
         line_format: speed and characters.
         gap_ns: silence before a request.
         patience_ns: longest wait for a reply, its own time on the line not counted.
+        second_ns: wait for a second reply while answers may be late, where no reply says what it answers.
     """
 
     line_format: LineFormat
     gap_ns: int
     patience_ns: int
+    second_ns: int = 0
 
 
 class Master:
@@ -118,6 +126,17 @@ class Master:
         self._deadline_ns = 0
         self._pause_until_ns: int | None = None
         self._heard = bytearray()
+        self._late_until_ns: list[int] = []
+
+    @property
+    def overdue(self) -> int:
+        """How many answers have not come in time and may still come."""
+        self._late_until_ns = [each for each in self._late_until_ns if each > self.now_ns]
+        return len(self._late_until_ns)
+
+    def expect_nothing_late(self) -> None:
+        """Count no answer as overdue: the controller has lost what it was asked."""
+        self._late_until_ns.clear()
 
     def begin(self, script: Script) -> None:
         """Start to carry out a script, from its beginning."""
@@ -145,7 +164,10 @@ class Master:
         self._heard += data
         reply = self._request.read(bytes(self._heard))
         if isinstance(reply, Reply):
-            self._resume(reply)
+            if self._timing.second_ns and self.overdue:
+                self._deadline_ns = now_ns + self._timing.second_ns
+            else:
+                self._resume(reply)
 
     def advance(self, now_ns: int) -> bytes:
         """Advance to `now_ns`; return the bytes to send from then on."""
@@ -158,12 +180,21 @@ class Master:
             elif not self._sent:
                 return self._send(self._request) if now_ns >= self._quiet_from_ns else b""
             elif now_ns >= self._deadline_ns:
-                self.failures += 1
-                self._quiet_from_ns = max(self._quiet_from_ns, now_ns + self._timing.gap_ns)
-                self._resume(None)
+                self._end_wait(self._request)
             else:
                 return b""
         return b""
+
+    def _end_wait(self, request: Request) -> None:
+        """Resume with the reply if there is one, and no second one."""
+        reply = request.read(bytes(self._heard))
+        if isinstance(reply, Reply):
+            self._resume(reply)
+            return
+        self.failures += 1
+        self._late_until_ns.append(self.now_ns + LATE_NS)
+        self._quiet_from_ns = max(self._quiet_from_ns, self.now_ns + self._timing.gap_ns)
+        self._resume(None)
 
     def _send(self, request: Request) -> bytes:
         line_timing = self._timing

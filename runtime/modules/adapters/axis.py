@@ -11,13 +11,15 @@ from __future__ import annotations
 
 from typing import Any, Generic
 
-from ....io_images.amci3601 import Configuration
+from ....io_images.amci3601 import Configuration, InputBit
 from ...kinematics import Profile, Rate, Shape
 from ..amci3601 import Capabilities
 from ..amci3601.axis import BlendProgram
 from .capabilities import RowCapabilities
 from .driver import Driver
 from .task import Drive, Task, TaskKind
+
+CAPTURE = InputBit.CAPTURE.value
 
 
 class LinkedAxis(Generic[Drive]):
@@ -120,6 +122,8 @@ class LinkedAxis(Generic[Drive]):
         """Take over an accepted configuration, and configure the controller."""
         self.configuration = configuration
         if configuration is not None:
+            uses_it, active_high = configuration.inputs_used & CAPTURE, configuration.active_high & CAPTURE
+            self._driver.captures = bool(active_high) if uses_it else None
             self.note_configuration(configuration)
             self._driver.setup = True
 

@@ -85,6 +85,7 @@ class Driver(Exchanges[Drive]):
                 self._forget_wishes()
                 self._was_ready = False
                 self.findings.add(FindingKind.POWER_LOST)
+                self.master.expect_nothing_late()
                 self.cut = True
                 self.state = State.PRESENT
                 yield PUBLISH
@@ -154,16 +155,26 @@ class Driver(Exchanges[Drive]):
     def _look_around(self) -> Talk:
         """Poll while idle; what moves then has strayed."""
         before = self.position
-        for read in self.cycle:
+        for read in self.cycle if not self.master.overdue else (self._look_in_doubt, self.read_inputs):
             yield from read()
             if self.state is State.READY and (self.busy or self.position != before):
                 self.findings.add(FindingKind.STRAYED)
                 before = self.position
-            if self.cut or self.setup or self.tasks or self.errand() is not None:
+            if self._has_work():
                 return
         yield PUBLISH
         if self.state is State.READY and not self.busy and abs(self.position) < REBIAS_BELOW:
             yield from self.rebase(BIAS)
+
+    def _look_in_doubt(self) -> Talk:
+        """Look while answers may be late: what one of them shows is not a motion, what one more shows is."""
+        for _ in range(self.master.overdue + 1):
+            if (yield from self.rest(self._has_work)) or self._has_work():
+                self.busy = False
+                return
+
+    def _has_work(self) -> bool:
+        return self.cut or self.setup or bool(self.tasks) or self.errand() is not None
 
     # -- motions ------------------------------------------------------------------------------
 
@@ -176,11 +187,8 @@ class Driver(Exchanges[Drive]):
             if reply is not None:
                 self.note_refusal(reply)
                 return
-            for _ in range(2):
-                yield from self.read_status()
-                yield from self.read_position()
-                if self.cut or self.busy or self.position != before:
-                    return
+            if not (yield from self.rest()) or self.position != before:
+                return
 
     def note_refusal(self, reply: Reply) -> None:
         """Note a start that the controller has refused."""
@@ -207,9 +215,15 @@ class Driver(Exchanges[Drive]):
                     break
             else:
                 yield from self.watch(task)
-                if not self.busy:
+                if (yield from self._rests()):
                     return
                 yield PUBLISH
+
+    def _rests(self) -> Generator[Step, Reply | None, bool]:
+        """Return whether the position read last is final; look again while answers may be late."""
+        if self.busy or not self._is_final or not self.master.overdue:
+            return not self.busy and self._is_final
+        return (yield from self.rest())
 
     def slow_down(self, task: Task[Drive]) -> Talk:
         """Stop softly; an index stands still afterwards."""
@@ -225,10 +239,8 @@ class Driver(Exchanges[Drive]):
         mark = self.position
         task.stopping = True
         yield from self.slow_down(task)
-        self.busy = True
-        while self.busy and not self.cut:
-            yield from self.read_status()
-        yield from self.read_position()
+        while not self.cut and not (yield from self.rest()):
+            pass
         left = task.steps - abs(self.position - mark)
         if left > 0:
             drive = self.drive_over(task.drive, left)

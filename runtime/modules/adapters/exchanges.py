@@ -6,7 +6,7 @@ lost its power counts from 0, and the driver notices.
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from enum import Enum
 from typing import Generic
 
@@ -55,6 +55,7 @@ class Exchanges(Generic[Drive]):
         rebased: steps by which the counter was moved without motion.
         findings: what the adapter has not taken notice of yet.
         unfit: the controller reports a failure of its own: MODULE_OK is clear meanwhile.
+        captures: level of the capture input at which it captures, None if it does not.
 
     Args:
         line_timing: how the line is used.
@@ -72,12 +73,14 @@ class Exchanges(Generic[Drive]):
         self.rebased = 0
         self.findings = Findings()
         self.unfit = False
+        self.captures: bool | None = None
         self._was_ready = False
         self._failed = 0
         self._good_ns = 0
         self._read_ns = 0
         self._top_sps = 0
         self._rebasing_to: int | None = None
+        self._is_final = False
 
     # -- what a controller brings -------------------------------------------------------------
 
@@ -89,8 +92,8 @@ class Exchanges(Generic[Drive]):
         """Read whether the controller is busy."""
         raise NotImplementedError
 
-    def read_position(self) -> Talk:
-        """Read the counter, and `note_position`."""
+    def ask_position(self) -> Generator[Step, Reply | None, int]:
+        """Return the counter."""
         raise NotImplementedError
 
     def read_inputs(self) -> Talk:
@@ -131,10 +134,37 @@ class Exchanges(Generic[Drive]):
 
     # -- parts --------------------------------------------------------------------------------
 
+    def read_position(self) -> Talk:
+        """Read the counter, and take it over; near 0, read it again for each answer that may be late."""
+        self._is_final = not self.busy
+        for _ in range(self.master.overdue + 1):
+            position = yield from self.ask_position()
+            if abs(position) > NEAR_ZERO:
+                break
+        self.note_position(position)
+
+    def rest(self, enough: Callable[[], bool] = lambda: False) -> Generator[Step, Reply | None, bool]:
+        """Look until more looks in a row agree than answers may be late; return whether the axis rests.
+
+        A look is a status and then the position, which is final if the status is idle. Only a position that
+        all looks agree on is taken over. The looks end with the first that shows a motion, and when a hard
+        stop is requested meanwhile, or it is `enough`.
+        """
+        looks, cut = self.master.overdue + 1, self.cut
+        agreed, position = 0, self.position
+        while agreed < looks:
+            yield from self.read_status()
+            if self.busy or self.cut is not cut or enough():
+                return False
+            before, position = position, (yield from self.ask_position())
+            agreed = agreed + 1 if position == before else 1
+        self.note_position(position)
+        return True
+
     def read_all(self) -> Talk:
         """Read status, then the position, which is final if the status was idle, then inputs."""
-        yield from self.read_status()
-        yield from self.read_position()
+        if not (yield from self.rest()):
+            yield from self.read_position()
         yield from self.read_inputs()
 
     def note_position(self, position: int) -> None:
@@ -172,7 +202,6 @@ class Exchanges(Generic[Drive]):
     def stop_and_look(self) -> Talk:
         """Stop at once, wait for standstill, and read the position."""
         yield from self.stop()
-        self.busy = True
-        while self.busy:
-            yield from self.read_status()
-        yield from self.read_position()
+        while not (yield from self.rest()):
+            if self.master.overdue:  # what has answered the stop may be older
+                yield from self.stop()

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Generator, Iterable
 from typing import Any
 
 import pytest
-from scanrack.runtime.line.master import LineTiming
+from scanrack.runtime.line.master import LineTiming, Reply, Step
 from scanrack.runtime.line.wire import LineFormat
 from scanrack.runtime.modules.adapters.driver import REBIAS_BELOW, Driver
 from scanrack.runtime.modules.adapters.exchanges import BIAS, State, Talk
@@ -36,10 +36,10 @@ class Noted(Driver[int]):
         self.busy, self.looks = self.looks > 0, self.looks - 1
         yield from ()
 
-    def read_position(self) -> Talk:
+    def ask_position(self) -> Generator[Step, Reply | None, int]:
         self.asked.append("position")
-        self.note_position(next(self.positions, self.position))
         yield from ()
+        return next(self.positions, self.position)
 
     def read_inputs(self) -> Talk:
         self.asked.append("inputs")

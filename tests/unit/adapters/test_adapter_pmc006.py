@@ -140,7 +140,7 @@ def test_a_power_cycled_controller_is_noticed():
     bench = AdapterBench006().configured()
     bench.give(*move(10_000), ms=900)
     bench.module.cycle_device()
-    bench.run(300)
+    bench.run(500)
     assert list(bench.image) == [0x6400, 0, 0, 0, 0, 0, 0, 0]
 
 
@@ -150,7 +150,7 @@ def test_a_line_that_was_down_leaves_the_axis_stopped():
     bench.module.controller.line.take_down()
     assert bench.run(600).bits == {"POSITION_INVALID"}
     bench.module.controller.line.put_up()
-    bench.run(900)
+    bench.run(1200)
     assert bench.bits == {"MODULE_OK", "POSITION_INVALID", "STOPPED"}
     assert bench.position == bench.motor < 10_000
 
@@ -166,7 +166,7 @@ def test_without_the_line_the_mode_bit_of_configuration_mode_stays_with_the_plcs
     bench.module.plc_run(True)
     assert bench.release().bits == {"POSITION_INVALID"}
     bench.module.controller.line.put_up()
-    assert bench.run(900).bits == {"MODULE_OK", "POSITION_INVALID"}
+    assert bench.run(1200).bits == {"MODULE_OK", "POSITION_INVALID"}
 
 
 @pytest.mark.parametrize("after_ms", range(40, 65, 5))

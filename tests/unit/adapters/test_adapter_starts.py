@@ -10,7 +10,7 @@ STEPS = 40
 
 
 @pytest.mark.parametrize("lost", [1, 2])
-@pytest.mark.parametrize(("make", "rest_ms"), [(AdapterBench, 300), (AdapterBench006, 500)])
+@pytest.mark.parametrize(("make", "rest_ms"), [(AdapterBench, 400), (AdapterBench006, 1200)])
 def test_every_short_move_is_made_exactly_once(make, rest_ms, lost):
     bench = make(scan_ms=1).configured()
     for made, after_ms in enumerate(range(0, 120, 4), start=1):

@@ -55,9 +55,10 @@ class Pcl601Axis(LinkedAxis[Drive]):
 
     @override
     def note_configuration(self, configuration: Configuration) -> None:
-        """Note the emergency stop, which is wired to the hard limits, too, and the kind of homing."""
+        """Note the emergency stop, which is wired to the hard limits, too, homing, and the encoder."""
         self.driver.estop_on_limits = bool(configuration.inputs_used & InputBit.ESTOP.value)
         self.driver.has_proximity = configuration.backplane_proximity
+        self.driver.captures_encoder = configuration.quadrature_encoder
 
     @property
     @override

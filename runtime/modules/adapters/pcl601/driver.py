@@ -50,6 +50,7 @@ FUNCTIONS_OFF = (0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0)
 """4x21 to 4x31: everything off, encoder ratio 1."""
 
 ESTOP_INPUT = 1 << 3
+CAPTURE_INPUT = 1 << 4
 HARD_LIMIT = 1 << 6
 BOTH_SIDES = 2
 """Value of `Pcl601Driver.limit_side`: a limit is on, its side is unknown."""
@@ -69,6 +70,7 @@ class Pcl601Driver(Driver[Drive]):
         estop_on_limits: an active input 4 shows on both hard limits, too.
         polls_marks: a registration move stops when its input has been read, and indexes what is left.
         has_proximity: a search for home is slowed down by the proximity's output, and ends at the switch.
+        captures_encoder: what is captured is the encoder's count, not the position.
 
     Args:
         options: how it is wired, and whether its own program is kept from starting again.
@@ -86,6 +88,7 @@ class Pcl601Driver(Driver[Drive]):
         self.clear_encoder = False
         self.estop_on_limits = False
         self.has_proximity = False
+        self.captures_encoder = False
         self._takes_over = options.takeover
         self.polls_marks = False
         self._disobeys = False
@@ -209,9 +212,9 @@ class Pcl601Driver(Driver[Drive]):
                 self.findings.complain(bits, CAUSES[error])
 
     @override
-    def read_position(self) -> Talk:
+    def ask_position(self) -> Generator[Step, Reply | None, int]:
         reply = yield from self.insist(frames.read_registers(self.unit, Register.POSITION, 2))
-        self.note_position(pdus.signed_pair(*frames.words_of(reply)))
+        return pdus.signed_pair(*frames.words_of(reply))
 
     @override
     def write_position(self, position: int) -> Talk:
@@ -222,12 +225,20 @@ class Pcl601Driver(Driver[Drive]):
     def read_inputs(self) -> Talk:
         """Read the input register, and find out which limit a hard limit is."""
         reply = yield from self.insist(frames.read_inputs(self.unit))
-        (self.inputs,) = frames.words_of(reply)
+        (inputs,) = frames.words_of(reply)
+        if self._begins_to_capture(inputs):
+            yield from (self.read_status() if self.captures_encoder else self.read_position())
+        self.inputs = inputs
         diodes_conduct = self.estop_on_limits and self.inputs & ESTOP_INPUT
         if diodes_conduct or not self.inputs & HARD_LIMIT:
             self.limit_side = 0
         elif self.limit_side in (0, BOTH_SIDES):
             yield from self._attribute()
+
+    def _begins_to_capture(self, inputs: int) -> bool:
+        """Whether the capture input goes active: what is captured is read then, before the input shows."""
+        changed = (inputs ^ self.inputs) & CAPTURE_INPUT
+        return bool(changed) and bool(inputs & CAPTURE_INPUT) is self.captures
 
     @property
     @override

@@ -9,6 +9,8 @@ Nothing is ever saved (instruction t): the EEPROM wears out.
 
 from __future__ import annotations
 
+from collections.abc import Generator
+
 from typing_extensions import override
 
 from .....io_images.amci3601 import Configuration, InputBit, StatusMsw
@@ -16,7 +18,7 @@ from .....io_images.pmc006.frame import BAUD
 from .....io_images.pmc006.status import Level, Status1, Status2
 from ....controllers.pmc006.ramps import Speeds, plan_move, plan_run, plan_slowing
 from ....line import pmc006_frames as frames
-from ....line.master import LineTiming, Reply, Request
+from ....line.master import LineTiming, Reply, Request, Step
 from ....line.wire import LineFormat
 from ..driver import Driver
 from ..exchanges import BIAS, NEAR_ZERO, Talk
@@ -25,7 +27,7 @@ from .options import Pmc006Options
 from .units import START_MIN, fitted
 
 LINE_FORMAT = LineFormat(BAUD)
-LINE_TIMING = LineTiming(LINE_FORMAT, gap_ns=0, patience_ns=100_000_000)
+LINE_TIMING = LineTiming(LINE_FORMAT, gap_ns=0, patience_ns=100_000_000, second_ns=20_000_000)
 
 EXT1_STOP, EXT2_STOP = 1, 2
 """Bits of instructions f and J."""
@@ -152,12 +154,15 @@ class Pmc006Driver(Driver[Speeds]):
         self.unfit = any(self._ailments.get(each) for each in (LOW_SUPPLY, OVERHEATED))
 
     @override
-    def read_position(self) -> Talk:
-        """Read the position; ignore the zero that the controller sets at home."""
+    def ask_position(self) -> Generator[Step, Reply | None, int]:
         reply = yield from self.insist(frames.reading(self.unit, "read_position"))
-        position = frames.value_of(reply)
+        return frames.value_of(reply)
+
+    @override
+    def note_position(self, position: int) -> None:
+        """Take over a position read; ignore the zero that the controller sets at home."""
         if not (self._zeroing and abs(position) <= NEAR_ZERO):
-            self.note_position(position)
+            super().note_position(position)
 
     @override
     def write_position(self, position: int) -> Talk:
@@ -165,9 +170,12 @@ class Pmc006Driver(Driver[Speeds]):
 
     @override
     def read_inputs(self) -> Talk:
-        """Read the levels of the pins."""
+        """Read the levels of the pins; where the capture input goes active, the position first."""
         reply = yield from self.insist(frames.reading(self.unit, "read_levels"))
-        self.levels = Level(frames.value_of(reply) & 0xF)
+        levels = Level(frames.value_of(reply) & 0xF)
+        if (levels ^ self.levels) & Level.FSET and (not levels & Level.FSET) is self.captures:
+            yield from self.read_position()
+        self.levels = levels
         if self._polls % POLLS_PER_CHECKUP == 0:
             yield from self._check_up()
         self._polls += 1
