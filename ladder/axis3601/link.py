@@ -55,20 +55,20 @@ class Link:
 class LinkedWait(Wait[T_co], Generic[T_co]):
     """A wait for a module: it says so while its link is lost."""
 
-    __slots__ = ("_changes", "_link")
+    __slots__ = ("_link",)
 
     def __init__(self) -> None:
         self.follow(Link())
 
     def follow(self, link: Link) -> None:
         """Say of this link when it is lost."""
-        self._link, self._changes = link, link.changes
+        self._link = link
 
     @property
     @override
     def moved(self) -> int:
-        """How often the link was lost or came back since: the wait reads otherwise then."""
-        return self._link.changes - self._changes
+        """How often the link was lost or came back: the wait reads otherwise each time."""
+        return self._link.changes
 
     def __repr__(self) -> str:
         call = self.call

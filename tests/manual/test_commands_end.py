@@ -9,18 +9,18 @@ from axis_hand import Geared, Hand, OneAxis
 from bench3601 import ENCODER, configuration
 from blocks3601 import ERROR_STOP, STANDSTILL, BlocksBench
 from scanrack import AxisError, Direction, ErrorId, State, sequence
-from scanrack.io_images.amci3601 import BlendSegment, InputBit, Move, MoveKind
+from scanrack.io_images.amci3601 import BlendSegment, InputBit, Move, MoveKind, PresetPosition
 from scanrack.io_images.image import Image
 from scanrack.ladder.axis3601 import Command
 from scanrack.ladder.axis3601.drive import Drive
-from scanrack.ladder.axis3601.kinds import RELATIVE
+from scanrack.ladder.axis3601.kinds import PRESET, RELATIVE
 from scanrack.ladder.axis3601.link import Link
 from scanrack.ladder.sequences.parts import Clock
 from scanrack.runtime.modules.amci3601 import ModuleFault
 from sequence_bench import RATES, SLOW, SequenceBench
 
 LINK, NOT_DONE = 512, 1024
-MODULE_OK, COMMAND_ERROR = 0x4000, 0x1000
+MODULE_OK, COMMAND_ERROR, POSITION_INVALID = 0x4000, 0x1000, 0x0400
 LEAST = 60
 """Scans in which a command has to have ended behind a lost link: four round trips and more."""
 
@@ -56,6 +56,20 @@ def rungs(name=None, **options):
     """Return a bench at position 0, 400 ms into a motion."""
     bench = BlocksBench.ready(config=configuration(add=ENCODER), machine=MACHINE, **options)
     return bench if name is None else bench.go(name, **BLOCKS[name]).run(400)
+
+
+def drive_on(inputs):
+    """Return a drive on a module that shows these words whatever comes, and what lets scans pass."""
+    clock, drive = Clock(), Drive(10_000_000)
+    drive.attach(inputs, Image(), clock, Link())
+
+    def scans(number):
+        for _ in range(number):
+            clock.now_ns += 2_000_000
+            drive.judge(clock.now_ns)
+            drive.send(clock.now_ns)
+
+    return drive, scans
 
 
 # -- a motion that the loss has cut
@@ -129,6 +143,44 @@ def test_a_motion_seen_behind_the_loss_has_begun_behind_it():
     assert (run.done, hand.axis.position >= 3_000) == (True, True)
 
 
+@pytest.mark.parametrize("told", [True, False], ids=["told", "untold"])
+def test_a_registration_without_a_valid_position_ends_well_at_rest(told):
+    """Its position was invalid before, so that says nothing of its end."""
+    bench = BlocksBench.configured(told=told).go("Register", Distance=3_000).run(400)
+    bench.tags["Register.Register"] = True
+    bench.until("Register", "Done")
+    hand = Hand.configured()
+    run = hand.ask(ASKS["Register"])
+    hand.run(400)
+    run.register()
+    hand.bench.until(lambda: run.done)
+
+
+def test_a_registration_that_the_loss_cut_is_not_done_even_without_a_valid_position():
+    bench = BlocksBench.configured().go("Register", Distance=3_000).run(400)
+    lose(bench, 20)
+    bench.until("Register", "Error", LEAST)
+    hand = Hand.configured()
+    run = hand.ask(ASKS["Register"])
+    lose(hand.run(400).bench, 20)
+    hand.bench.until(lambda: run.error, LEAST)
+
+
+def test_a_loss_before_the_motion_began_is_not_blamed_for_its_end():
+    """The external input stops the motion: 1024 alone."""
+    bench = BlocksBench.ready(machine={"external": (3_000, None)})
+    bench.module.inject(ModuleFault.LINK_LOST)
+    lose(bench.scan().go("Move", Position=90_000), 20)
+    bench.until("Move", "Error")
+    assert bench.tags["Move.ErrorID"] == NOT_DONE
+    hand = Hand.ready(switches={"external": (3_000, None)})
+    hand.bench.module.inject(ModuleFault.LINK_LOST)
+    move = hand.ask(ASKS["Move"])
+    lose(hand.bench, 20)
+    hand.bench.until(lambda: move.error)
+    assert move.error_id == ErrorId.NOT_DONE
+
+
 # -- a command that the loss hides
 
 
@@ -178,6 +230,36 @@ def test_a_block_that_knows_nothing_of_the_link_does_not_lose_its_command_in_sil
 def test_a_move_to_where_the_axis_is_needs_no_motion(name, inputs):
     bench = rungs().go("Move", Position=100).until("Move", "Done").drop("Move").run(30)
     assert bench.go(name, **inputs).until(name, "Done", LEAST).position == 100
+    hand = Hand.ready()
+    hand.does(lambda axis: axis.move_to(100, **SLOW))
+    asks = {"Move": lambda axis: axis.move_to(100, **SLOW), "Relative": lambda axis: axis.move_by(0, **SLOW)}
+    hand.does(asks[name], LEAST)
+
+
+def test_a_move_that_no_scan_has_seen_is_done_where_it_ended():
+    """5 steps within a scan of 100 ms, MOVE_COMPLETE in both: the position has changed."""
+    bench = (
+        BlocksBench.ready(scan_ms=100).go("Move", Position=100).until("Move", "Done").drop("Move").run(500)
+    )
+    assert bench.go("Relative", Distance=5).until("Relative", "Done", 10).position == 105
+    hand = Hand.ready(scan_ms=100)
+    hand.does(lambda axis: axis.move_to(100, **SLOW))
+    hand.run(20).does(lambda axis: axis.move_by(5, **SLOW), 10)
+
+
+def test_a_preset_that_did_not_arrive_is_not_done_where_the_axis_is():
+    """Position 0, not valid: a preset to 0 shows in the bit alone."""
+    bench = BlocksBench.configured(told=False)
+    bench.module.inject(ModuleFault.LINK_LOST)
+    bench.go("SetPosition", Position=0).scan(LEAST)
+    bench.module.inject(None)
+    assert bench.scan(LEAST).tags["SetPosition.ErrorID"] == NOT_DONE
+    drive, scans = drive_on(Image([MODULE_OK | POSITION_INVALID]))
+    preset = Command("axis", PRESET, "preset")
+    preset.take(PresetPosition(0).to_image())
+    drive.ask(preset)
+    scans(LEAST)
+    assert preset.error_id == ErrorId.NOT_DONE
 
 
 @pytest.mark.parametrize("name", ["configure", "preset"])
@@ -243,16 +325,8 @@ def test_program_mode_ends_a_block():
 
 def test_an_error_that_no_reset_clears_does_not_hold_up_the_next_command():
     """A Hold at the very end of a move is a Command Error. This module shows it whatever comes."""
-    inputs, clock = Image([MODULE_OK]), Clock()
-    drive = Drive(10_000_000)
-    drive.attach(inputs, Image(), clock, Link())
-
-    def scans(number):
-        for _ in range(number):
-            clock.now_ns += 2_000_000
-            drive.judge(clock.now_ns)
-            drive.send(clock.now_ns)
-
+    inputs = Image([MODULE_OK])
+    drive, scans = drive_on(inputs)
     first, second = (Command("axis", RELATIVE, each) for each in ("first", "second"))
     for command, status in ((first, MODULE_OK | 1), (second, MODULE_OK | COMMAND_ERROR)):
         command.take(Move(MoveKind.RELATIVE, 10, 5_000, 10, 10).to_image())
