@@ -173,7 +173,7 @@ def test_a_loss_before_the_motion_began_is_not_blamed_for_its_end():
     lose(bench.scan().go("Move", Position=90_000), 20)
     bench.until("Move", "Error")
     assert bench.tags["Move.ErrorID"] == NOT_DONE
-    hand = Hand.ready(switches={"external": (3_000, None)})
+    hand = Hand.ready(switches={"external": (3_000, None)}).run(40)
     hand.bench.module.inject(ModuleFault.LINK_LOST)
     move = hand.ask(ASKS["Move"])
     lose(hand.bench, 20)
