@@ -9,8 +9,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from ...traces.guard import Used
 from ...traces.reader import Trace
@@ -92,6 +90,10 @@ def parse_time_range(text: str) -> tuple[int, int | None]:
 @contextmanager
 def reading(trace: Trace, selection: Selection = ALL, *, quiet: bool) -> Iterator[Callable[[int], None]]:
     """Show a bar of the scans gone through, on a terminal, unless --quiet."""
+    # a run, which has one of these options, does without
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
     console = Console(stderr=True)
     if quiet or not console.is_terminal:
         yield lambda scans: None
