@@ -12,7 +12,7 @@ from scanrack.runtime.app.loading import load_job
 from scanrack.runtime.app.running import JobRun
 from scanrack.runtime.app.watched_machines import PER_SLOT, MachineFigures
 from scanrack.runtime.app.watched_program import LadderNotes
-from scanrack.runtime.live.ring import Ring
+from scanrack.runtime.live.ring import ROWS, Ring
 from scanrack.runtime.live.session import Session
 from scanrack.runtime.live.tap import Tap
 from scanrack.runtime.loop.pace import Paced
@@ -45,7 +45,7 @@ class Script:
 class LiveSession:
     """A rack in a session; orders are (scan, message)."""
 
-    def __init__(self, orders=(), trace=None, rack=FEEDER, *, live=False):
+    def __init__(self, orders=(), trace=None, rack=FEEDER, *, live=False, rows=None, ring=None):
         self.told = []
         self.ports = ExitStack()
         job = load_job(str(rack))
@@ -53,7 +53,8 @@ class LiveSession:
         self.run = JobRun(job, self.ports, trace=trace, pacer=pacer, handled=True)
         self.program = self.run.logic if isinstance(self.run.logic, Debugger) else None
         figures = MachineFigures(self.run.rack)
-        self.ring = Ring(len(self.run.rack.memory), PER_SLOT * len(figures.slots))
+        self.machines = figures.slots
+        self.ring = ring or Ring(len(self.run.rack.memory), PER_SLOT * len(figures.slots), rows or ROWS)
         self.tap = Tap(self.ring, self.run.rack, self.run.cpu.period_ns, figures)
         if self.program is not None:
             self.tap.notes = LadderNotes(self.program, self.ring.snapshots)

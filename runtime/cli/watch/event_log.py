@@ -15,6 +15,7 @@ from operator import itemgetter
 from typing import Any, Protocol
 
 from ....traces.reader import TraceEvent
+from ....traces.topics import TOPICS
 from ...loop.faults import Cause, Fault
 
 Json = dict[str, Any]
@@ -25,6 +26,8 @@ FIRST = 200
 
 LAST_SCAN = 1 << 32
 """More than the number of any scan."""
+
+STATED = frozenset(topic.name for topic in TOPICS if topic.state)
 
 STATES = 10_000
 """Least number of changes of states that are kept: forces, lines, rules."""
@@ -81,6 +84,7 @@ class EventLog:
         self._forces = _Standing()
         self._lines = _Standing()
         self._faults: list[Fault] = []
+        self._stated: dict[str, Json] = {}
         self._rules: list[Json] = []
         self._latest_rules: dict[tuple[int, str], Json] = {}
 
@@ -108,6 +112,8 @@ class EventLog:
         topic, scan = event["topic"], event["scan"]
         if topic == FORCES:
             self.forced(scan, event)
+        if topic in STATED and not self._is_news(topic, event):
+            return
         if topic == SEQUENCES:
             self._take_line(event)
             return
@@ -130,6 +136,12 @@ class EventLog:
         if len(self._events) > 2 * self._kept:
             self.begin += self._kept
             del self._events[: self._kept]
+
+    def _is_news(self, topic: str, event: Mapping[str, Any]) -> bool:
+        """Return whether a state is another one than before; a recording has it only then."""
+        fields = {key: value for key, value in event.items() if key not in ("scan", "t", "topic")}
+        before, self._stated[topic] = self._stated.get(topic), fields
+        return before != fields
 
     def forced(self, scan: int, forces: Mapping[str, Any]) -> None:
         """Note the forces in effect from a scan on."""
