@@ -11,7 +11,6 @@ read once a scan.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 from threading import Event as Signal
@@ -20,24 +19,13 @@ from typing_extensions import override
 
 from ....io_images.amci3601 import Configuration
 from ....io_images.image import Image
-from ...controllers.pmc006.ramps import Speeds
 from ...line.clients.link import LinkError
 from ...line.liveport import LiveLine, open_port
 from ...line.wire import LineFormat
-from ...loop.events import JsonValue
 from ...loop.pace import Clock
 from ...machine import Machine
-from .module import Adapter
-from .pcl601.axis import Pcl601Axis
-from .pcl601.driver import LINE_FORMAT as PCL601_FORMAT
-from .pcl601.driver import Pcl601Driver
-from .pcl601.options import Pcl601Options
-from .pcl601.units import Drive as Pcl601Drive
+from .module import Adapter, Kit
 from .plant import LinkedController
-from .pmc006.axis import Pmc006Axis
-from .pmc006.driver import LINE_FORMAT as PMC006_FORMAT
-from .pmc006.driver import Pmc006Driver
-from .pmc006.options import Pmc006Options
 from .task import Drive
 
 STOP_S = 0.5
@@ -95,13 +83,14 @@ class LiveAdapter(Adapter[Drive]):
 
     Args:
         line: to the controller.
+        kit: what the controller is driven by.
     """
 
-    def __init__(self, line: LiveLine) -> None:
+    def __init__(self, line: LiveLine, kit: Kit[Drive]) -> None:
         self._line = line
         self._clock = Clock()
         self._present_ns = 0
-        super().__init__(RealController(line))
+        super().__init__(RealController(line), kit)
 
     @override
     def update(self, now_ns: int, outputs: Image) -> Image:
@@ -134,77 +123,18 @@ class LiveAdapter(Adapter[Drive]):
         return max(super()._wire_due_ns(), self._present_ns)
 
 
-class LivePcl601(LiveAdapter[Pcl601Drive]):
-    """A PCL601 on a real port that answers as a 3601.
-
-    Args:
-        line: to it.
-        options: by name.
-        unit: its address.
-    """
-
-    driver: Pcl601Driver
-
-    def __init__(self, line: LiveLine, options: Pcl601Options, unit: int) -> None:
-        self._options, self._unit = options, unit
-        super().__init__(line)
-
-    @override
-    def new_driver(self) -> Pcl601Driver:
-        return Pcl601Driver(self._options, self._unit)
-
-    @override
-    def new_axis(self) -> Pcl601Axis:
-        return Pcl601Axis(self.driver, self._options)
-
-
-class LivePmc006(LiveAdapter[Speeds]):
-    """A PMC006x3s on a real port that answers as a 3601.
-
-    Args:
-        line: to it.
-        options: by name.
-        unit: its address.
-    """
-
-    driver: Pmc006Driver
-
-    def __init__(self, line: LiveLine, options: Pmc006Options, unit: int) -> None:
-        self._options, self._unit = options, unit
-        super().__init__(line)
-
-    @override
-    def new_driver(self) -> Pmc006Driver:
-        return Pmc006Driver(self._options, self._unit)
-
-    @override
-    def new_axis(self) -> Pmc006Axis:
-        return Pmc006Axis(self.driver, self._options)
-
-
-def open_pcl601(port: str, unit: int, options: Mapping[str, JsonValue]) -> LivePcl601:
-    """Open a port and put a PCL601's adapter on it.
+def open_adapter(port: str, line_format: LineFormat, kit: Kit[Drive]) -> LiveAdapter[Drive]:
+    """Open a port and put an adapter on it.
 
     Args:
         port: serial device, or tcp:HOST:PORT.
-        unit: address of the controller.
-        options: by name.
+        line_format: of the line to the controller.
+        kit: what the controller is driven by.
 
     Raises:
-        ValueError: an option, or a port that can't be opened.
+        ValueError: a port that can't be opened.
     """
-    chosen = Pcl601Options.of(options)
-    return LivePcl601(_live_line(port, PCL601_FORMAT), chosen, unit)
-
-
-def open_pmc006(port: str, unit: int, options: Mapping[str, JsonValue]) -> LivePmc006:
-    """Open a port and put a PMC006's adapter on it; arguments as for `open_pcl601`."""
-    chosen = Pmc006Options.of(options)
-    return LivePmc006(_live_line(port, PMC006_FORMAT), chosen, unit)
-
-
-def _live_line(port: str, line_format: LineFormat) -> LiveLine:
     try:
-        return LiveLine(partial(open_port, port, line_format))
+        return LiveAdapter(LiveLine(partial(open_port, port, line_format)), kit)
     except LinkError as error:
         raise ValueError(str(error)) from error

@@ -11,8 +11,9 @@ during a hard stop or a configuration wait for its end.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import Generic
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Any, Generic
 
 from ....io_images.amci3601 import Firmware, InputBit, StatusMsw
 from ....io_images.image import Image, signed_word
@@ -43,6 +44,19 @@ ENDLESS = 1 << 62
 """More replies than there will ever be."""
 
 
+@dataclass(frozen=True, slots=True)
+class Kit(Generic[Drive]):
+    """What makes an adapter that of one controller.
+
+    Attributes:
+        driver: returns a driver that has not sent anything.
+        axis: returns the controller behind such a driver as an axis, not configured.
+    """
+
+    driver: Callable[[], Driver[Drive]]
+    axis: Callable[[Any], LinkedAxis[Drive]]
+
+
 class Adapter(Generic[Drive]):
     """A controller that answers as a 3601; satisfies `runtime.loop.module.Module`.
 
@@ -56,10 +70,12 @@ class Adapter(Generic[Drive]):
 
     Args:
         controller: at the far end of the line.
+        kit: what it is driven by.
     """
 
-    def __init__(self, controller: LinkedController) -> None:
+    def __init__(self, controller: LinkedController, kit: Kit[Drive]) -> None:
         self.machine = controller.machine
+        self._kit = kit
         self.controller: LinkedController = controller
         self.events: list[Event] = []
         self._now_ns = 0
@@ -73,16 +89,8 @@ class Adapter(Generic[Drive]):
         """The kind of the motion that runs, None while there is none."""
         return self.layer.under_way
 
-    def new_driver(self) -> Driver[Drive]:
-        """Return a driver that has not sent anything."""
-        raise NotImplementedError
-
-    def new_axis(self) -> LinkedAxis[Drive]:
-        """Return the controller as an axis, not configured."""
-        raise NotImplementedError
-
     def _power_up(self) -> None:
-        self.driver = self.new_driver()
+        self.driver = self._kit.driver()
         self.driver.master.now_ns = self._now_ns
         self._locked_out = False
         self._begin_anew()
@@ -91,7 +99,7 @@ class Adapter(Generic[Drive]):
 
     def _begin_anew(self) -> None:
         """Restart the command layer as after power-up, without a configuration."""
-        self.axis = self.new_axis()
+        self.axis = self._kit.axis(self.driver)
         self.layer = CommandLayer(
             self.axis, Firmware.parse("4.1"), Amci3601Options(), self.events, self._now_ns
         )

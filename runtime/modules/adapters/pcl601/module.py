@@ -4,16 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from typing_extensions import override
-
 from ....loop.events import JsonValue
 from ....machine import Machine
-from ..module import SimulatedAdapter
+from ..module import Kit, SimulatedAdapter
 from .axis import Pcl601Axis
 from .driver import Pcl601Driver
 from .options import Pcl601Options
 from .simulated import SimulatedPcl601
 from .units import Drive
+
+UNIT = 1
+
+
+def kit(options: Pcl601Options, unit: int) -> Kit[Drive]:
+    """Return what drives a PCL601 with these options at an address."""
+    return Kit(lambda: Pcl601Driver(options, unit), lambda driver: Pcl601Axis(driver, options))
 
 
 class Pcl601Adapter(SimulatedAdapter[Drive]):
@@ -28,18 +33,11 @@ class Pcl601Adapter(SimulatedAdapter[Drive]):
     """
 
     controller: SimulatedPcl601
-    driver: Pcl601Driver
 
     def __init__(
         self, machine: Machine | None = None, options: Mapping[str, JsonValue] | None = None
     ) -> None:
-        self.options = Pcl601Options.of(options)
-        super().__init__(SimulatedPcl601(Machine() if machine is None else machine, self.options))
-
-    @override
-    def new_driver(self) -> Pcl601Driver:
-        return Pcl601Driver(self.options)
-
-    @override
-    def new_axis(self) -> Pcl601Axis:
-        return Pcl601Axis(self.driver, self.options)
+        chosen = Pcl601Options.of(options)
+        super().__init__(
+            SimulatedPcl601(Machine() if machine is None else machine, chosen), kit(chosen, UNIT)
+        )

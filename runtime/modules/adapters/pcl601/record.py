@@ -15,9 +15,12 @@ def _made(machine: Machine, options: Options) -> Module:
 
 
 def _opened(port: str, address: int, options: Options) -> LiveModule:
-    from ..live import open_pcl601
+    from ..live import open_adapter
+    from .driver import LINE_FORMAT
+    from .module import kit
+    from .options import Pcl601Options
 
-    return open_pcl601(port, address, options)
+    return open_adapter(port, LINE_FORMAT, kit(Pcl601Options.of(options), address))
 
 
 def _refusals() -> str:

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from typing_extensions import override
-
 from ....controllers.pmc006.ramps import Speeds
 from ....loop.events import JsonValue
 from ....machine import Machine
-from ..module import SimulatedAdapter
+from ..module import Kit, SimulatedAdapter
 from .axis import Pmc006Axis
 from .driver import Pmc006Driver
 from .options import Pmc006Options
 from .simulated import UNIT, SimulatedPmc006
+
+
+def kit(options: Pmc006Options, unit: int) -> Kit[Speeds]:
+    """Return what drives a PMC006x3s with these options at an address."""
+    return Kit(lambda: Pmc006Driver(options, unit), lambda driver: Pmc006Axis(driver, options))
 
 
 class Pmc006Adapter(SimulatedAdapter[Speeds]):
@@ -28,18 +31,9 @@ class Pmc006Adapter(SimulatedAdapter[Speeds]):
     """
 
     controller: SimulatedPmc006
-    driver: Pmc006Driver
 
     def __init__(
         self, machine: Machine | None = None, options: Mapping[str, JsonValue] | None = None
     ) -> None:
-        self.options = Pmc006Options.of(options)
-        super().__init__(SimulatedPmc006(Machine() if machine is None else machine))
-
-    @override
-    def new_driver(self) -> Pmc006Driver:
-        return Pmc006Driver(self.options, UNIT)
-
-    @override
-    def new_axis(self) -> Pmc006Axis:
-        return Pmc006Axis(self.driver, self.options)
+        chosen = Pmc006Options.of(options)
+        super().__init__(SimulatedPmc006(Machine() if machine is None else machine), kit(chosen, UNIT))

@@ -16,9 +16,12 @@ def _made(machine: Machine, options: Options) -> Module:
 
 
 def _opened(port: str, address: int, options: Options) -> LiveModule:
-    from ..live import open_pmc006
+    from ..live import open_adapter
+    from .driver import LINE_FORMAT
+    from .module import kit
+    from .options import Pmc006Options
 
-    return open_pmc006(port, address, options)
+    return open_adapter(port, LINE_FORMAT, kit(Pmc006Options.of(options), address))
 
 
 def _refusals() -> str:
