@@ -112,7 +112,7 @@ def test_no_such_function(write, tmp_path):
 
 def test_no_function_at_all(write, tmp_path):
     path = write("line.py", "x = 1\n")
-    assert refusal("line.py", tmp_path) == f"{path}: there is no function logic among none"
+    assert refusal("line.py", tmp_path) == f"{path}: there is no function logic in it"
 
 
 def test_a_name_that_is_no_function(write, tmp_path):
