@@ -1,6 +1,7 @@
 """The rack file for an export: its tree wins, no slot is used twice, and what was decided is said."""
 
 import tomllib
+from typing import Any
 
 import pytest
 from l5x_files import document, ladder, module, program, tag, task
@@ -74,7 +75,9 @@ def test_a_module_without_data_has_the_words_of_its_connection(tmp_path):
     for kind in ("Input", "Output"):
         start, end = bare.index(f"<{kind}Tag>"), bare.index(f"</{kind}Tag>")
         bare = bare[:start] + f"<{kind}Tag><Data>00 00</Data>" + bare[end:]
-    imported = import_l5x(machine(tmp_path, bare, rungs=("MOV(Local:1:I.Data[30],Local:1:O.Data[30]);",)))
+    imported: Any = import_l5x(
+        machine(tmp_path, bare, rungs=("MOV(Local:1:I.Data[30],Local:1:O.Data[30]);",))
+    )
     assert imported.report.refused == []
     assert len(imported.controller.tags["Local:1:I.Data"]) == 31
     assert imported.controller.tags["Local:1:I.Fault"] == 0
