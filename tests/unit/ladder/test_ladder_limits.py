@@ -4,9 +4,10 @@ import pytest
 from ladder_bench import both, program_of
 from scanrack.ladder import DINT, MOV, BuildError, LadderError, LadderFault, Program, RungTextError, fault_log
 from scanrack.ladder.debug import Debugger
+from scanrack.ladder.expressions import parse_address
 from scanrack.ladder.rungfile import parse_program
 from scanrack.ladder.text import parse_rung
-from scanrack.ladder.tree import BRANCHES, LEVELS, SUBSCRIPT
+from scanrack.ladder.tree import BRANCHES, LEVELS, SUBSCRIPT, Address, Operand, Operation, addresses_in
 
 TAGS = "TAG N : DINT := 1\nTAG D : DINT[4]\nTAG B : BOOL := true\nTAG T : TIMER"
 
@@ -216,3 +217,13 @@ def test_subscripts_made_in_python_have_the_limit_of_text(depth, fits):
     else:
         with pytest.raises(LadderError, match=f"an operand of MOV has more than {LEVELS} levels"):
             program.routine(main)
+
+
+def test_addresses_of_a_long_sum_are_found_one_by_one():
+    """A generator within a generator for each level is quadratic in the terms, and ends at Python's depth."""
+    total: Operand = Address("V0")
+    for place in range(1, 5_000):
+        total = Operation("+", (total, Address(f"V{place}")))
+    assert [each.name for each in addresses_in(total)] == [f"V{place}" for place in range(5_000)]
+    nested = parse_address("A[B[C],D].[E]")
+    assert [each.name for each in addresses_in(nested)] == ["A", "B", "C", "D", "E"]
