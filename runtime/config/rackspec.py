@@ -27,6 +27,7 @@ from ..loop.forces import check_value
 from ..loop.incidents import ON_THE_LINE, FaultKind, Incident
 from ..loop.module import Module
 from ..machine import MachineSpec
+from ..machine.spec import INPUT_NAMES
 from ..modules.record import LiveModule, Trait
 from ..modules.registry import MODULES, has, live_port, words_of
 from .axis_tables import AxisTable
@@ -45,6 +46,12 @@ MISSING_TAGS, DECLARE = "missing_tags", "declare"
 REFUSED, EMPTY = "refused", "empty"
 STUB_SETTINGS = {MISSING_TAGS: DECLARE, REFUSED: EMPTY}
 """Keys among the stubs that are not instructions, each with its value."""
+
+
+_FAMILIES = {"micrologix": "1762", "compactlogix": "1769"}
+"""Cards by controller: 1762 I/O goes on a MicroLogix, 1769 Compact I/O on a CompactLogix."""
+
+_CONTROLLERS = {"micrologix": "MicroLogix", "compactlogix": "CompactLogix"}
 
 
 class MisplacedError(ValueError):
@@ -351,6 +358,22 @@ class RackSpec(Table):
                 path = ("slot", index, "firmware")
                 check = MODULES[slot.module].check_controller
                 _at(path, slot.firmware, check, slot.firmware, self.controller)
+            if "firmware" in slot.model_fields_set and not MODULES[slot.module].has_firmware:
+                says = f"a {slot.module} has no firmware here: leave the key out"
+                raise MisplacedError(("slot", index, "firmware"), slot.firmware, says)
+            self._check_family(index, slot)
+
+    def _check_family(self, index: int, slot: SlotSpec) -> None:
+        """Refuse a card that does not fit the controller, as far as the rack or its program says which it is."""
+        own = MODULES[slot.module].family
+        program = str(self.program).upper()
+        by_program = "micrologix" if program.endswith(".SLC") else "compactlogix" if program.endswith(".L5X") else ""
+        stated = self.controller if "controller" in self.model_fields_set else by_program
+        wanted = _FAMILIES.get(stated, own)
+        if own and own != wanted:
+            cards = ", ".join(name for name, record in MODULES.items() if record.family == wanted)
+            says = f"this card does not fit a {_CONTROLLERS[stated]}: allowed are {cards}, discrete16"
+            raise MisplacedError(("slot", index, "module"), slot.module, says)
 
     def _check_cams(self) -> None:
         """Refuse a card whose inputs follow a slot without a simulated machine."""
@@ -361,6 +384,18 @@ class RackSpec(Table):
                     there = ", ".join(map(str, bolted)) or "none"
                     says = f"cam: slot {number} has no simulated stepper; there is one in {there}"
                     raise MisplacedError(("slot", index, "options", "cam"), number, says)
+            for number, switch in MODULES[slot.module].switches(slot.options):
+                self._check_switch(index, number, switch)
+
+    def _check_switch(self, index: int, number: int, switch: str) -> None:
+        """Refuse a cam of a switch that the stepper's machine does not have."""
+        machine = next(each.machine for each in self.slot if each.number == number)
+        by_hand = sum({entry.input.value for entry in machine.timeline})
+        wired = machine.fed_inputs | by_hand
+        if not wired & INPUT_NAMES[switch].value:
+            there = ", ".join(name for name, bit in INPUT_NAMES.items() if wired & bit.value) or "none"
+            says = f"cam: the machine of slot {number} has no switch {switch!r}; its switches are {there}"
+            raise MisplacedError(("slot", index, "options", "cam"), switch, says)
 
     def _check_forces(self) -> None:
         words = {slot.number: slot.words for slot in self.slot}

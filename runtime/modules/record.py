@@ -158,6 +158,8 @@ class ModuleRecord:
         buttons: names of the inputs that a person operates, with these options.
         signals: analog inputs by name, with values that are worth a try, with these options.
         check_controller: refuses (firmware, controller) that do not go together, with a ValueError.
+        family: "1762" or "1769" for a card that fits one family of controllers only; "" for any other module.
+        switches: (slot, switch) of the machines' switches that operate its inputs, with these options.
         capabilities: the table of what it refuses, Markdown; None if it refuses nothing of its own.
         round_trip_ms: how long it takes at most to answer a command, ms; 0 = it answers at once.
     """
@@ -173,5 +175,7 @@ class ModuleRecord:
     buttons: Callable[[Options], tuple[str, ...]] = lambda _options: ()
     signals: Callable[[Options], Mapping[str, tuple[float, ...]]] = lambda _options: {}
     check_controller: Callable[[str, str], None] = _any_controller
+    family: str = ""
+    switches: Callable[[Options], tuple[tuple[int, str], ...]] = lambda _options: ()
     capabilities: Callable[[], str] | None = None
     round_trip_ms: int = 0

@@ -145,6 +145,10 @@ class CardOptions(Options):
     def _is_sound(self) -> Self:
         for field in ("inputs", "outputs"):
             _check_names(field, getattr(self, field))
+        both = sorted(set(self.inputs) & set(self.outputs))
+        if both:
+            raise ValueError(f"{both[0]!r} is the name of an input and of an output: each terminal has its own")
+        _check_presses(self.timeline)
         known = ", ".join(self.inputs) or "none"
         by_machine = [each.input for each in self.cam]
         by_hand = [press.input for press in self.timeline]
@@ -290,6 +294,23 @@ def _range_bits(kind: CardKind, options: CardOptions) -> dict[str, BitPlace]:
         places[f"{name}_over"] = BitPlace("I", kind.bits.word, over)
         places[f"{name}_under"] = BitPlace("I", kind.bits.word, over + 1)
     return places
+
+
+def _check_presses(timeline: Sequence[Press]) -> None:
+    """Refuse a press that begins while the input is still operated, and two values at one instant."""
+    last: dict[str, Press] = {}
+    for press in sorted(timeline, key=lambda each: each.begin_ns):
+        before = last.get(press.input)
+        last[press.input] = press
+        if before is None:
+            continue
+        end_ns = before.begin_ns + 1 if before.value is not None else before.end_ns
+        if end_ns is None or press.begin_ns < end_ns:
+            until = "for good" if end_ns is None else f"until {end_ns / 1e6:g} ms"
+            raise ValueError(
+                f"timeline: {press.input!r} is operated at {press.begin_ns / 1e6:g} ms, and it is already, "
+                f"from {before.begin_ns / 1e6:g} ms {until}: allowed is one at a time"
+            )
 
 
 def _check_choice(where: str, wanted: str, allowed: Sequence[str], card: str) -> None:

@@ -68,7 +68,11 @@ def _record(kind: CardKind) -> ModuleRecord:
         words=lambda options: CardOptions.of(options).words(kind),
         has_firmware=False,
         status=CardView,
+        family=kind.name.partition("-")[0] if "-" in kind.name else "",
         follows=lambda options: CardOptions.of(options).follows,
+        switches=lambda options: tuple(
+            (each.slot, each.switch) for each in CardOptions.of(options).cam if each.switch is not None
+        ),
         buttons=lambda options: () if kind.analog else CardOptions.of(options).buttons,
         signals=lambda options: CardOptions.of(options).signals if kind.channels_in else {},
     )
