@@ -4,6 +4,7 @@
     Local:1:I.Data0.14              the same, as add-on profiles name the words
     Local:2:I.Data.3                CompactLogix, bit 3 of a digital card
     Local:3:I.Ch0Data               CompactLogix, channel 0 of an analog card
+    Local:3:I.Ch1Overrange          a member of a card's tag, see `card_members`
     I:1.0/14, I:1/14                MicroLogix, bit 14 of word 0
     Local:1:I.ModuleOK              a bit of input word 0, as the module's profile of V20 names it
     Local:1:O.Data[2], O:1.2        output word 2 as a whole
@@ -22,6 +23,7 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
+from .card_members import member_of, members_of
 from .image import WORDS
 from .module_words import BitPlace, Groups, ModuleWords
 
@@ -135,6 +137,9 @@ def _of_profile(text: str, match: re.Match[str], slots: Mapping[int, ModuleWords
             f"{text!r}: the fault of a connection is not a word of an image; a ladder program reads it"
         )
     image, words = match["image"].upper(), slots[slot]
+    place = member_of(words.card, image, name) if words.card else None
+    if place is not None:
+        return _of_member(text, Address(slot, *place), match["bit"], words.data_bits)
     channels = {each: at for each, at in words.profile_words.items() if at[0] == image}
     by_name = {each.upper(): word for each, (_, word) in channels.items()}
     if name in by_name:
@@ -142,10 +147,23 @@ def _of_profile(text: str, match: re.Match[str], slots: Mapping[int, ModuleWords
     profile = words.profile if image == "I" and match["bit"] is None else {}
     bits = {each.upper(): bit for each, bit in profile.items()}
     if name not in bits:
-        names = allowed(match["name"], (*profile, *channels, "Data0"))
+        names = allowed(match["name"], (*profile, *members_of(words.card, image), *channels, "Data0"))
         what = "input" if image == "I" else "output"
         raise ValueError(f"{text!r}: slot {slot} has no {what} {match['name']!r}; {names}")
     return Address(slot, "I", 0, bits[name])
+
+
+def _of_member(text: str, at: Address, bit: str | None, data_bits: int) -> Address:
+    """Return a member of a card's tag, or a bit of it; bits 16 to 31 of `ReadBack` are in the next word."""
+    if bit is None or at.bit is not None:
+        if at.bit is not None and bit is not None:
+            raise ValueError(f"{text!r}: nothing can follow a bit")
+        return at
+    bits = max(BITS, data_bits)
+    if int(bit) >= bits:
+        raise ValueError(f"{text!r}: there is no bit {bit}, bits are 0 to {bits - 1}")
+    word, number = divmod(int(bit), BITS)
+    return replace(at, word=at.word + word, bit=number)
 
 
 def _word_of_profile(text: str, word: Address, bit: str | None) -> Address:

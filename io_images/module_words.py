@@ -49,6 +49,7 @@ class ModuleWords:
         data_bits: each image is one value called Data of so many bits, 16 or 32, from word 0 on:
             `Local:2:I.Data.3` is a bit of it; 0 = it is an array of words.
         terminals: of a card: how many bits of each image are terminals, from bit 0 of word 0 on.
+        card: of a card: its catalog number, by which `card_members` knows its members.
     """
 
     message: str
@@ -59,6 +60,7 @@ class ModuleWords:
     profile_words: Mapping[str, tuple[str, int]] = field(default_factory=dict, compare=False)
     data_bits: int = field(default=0, compare=False)
     terminals: Mapping[str, int] = field(default_factory=dict, compare=False)
+    card: str = field(default="", compare=False)
 
     def bits(self, image: str, word: int) -> Iterator[tuple[str, int]]:
         """Yield the named bits of a word: name and number."""

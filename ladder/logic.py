@@ -178,7 +178,8 @@ class Program(LadderLogic):
     @override
     def _lower(self) -> tuple[Lowered, list[Problem]]:
         self._declare_missing((self,))
-        layout = Layout([*self.declarations, *axis_tags(self.axes)], files=self.dialect == SLC)
+        declared = [*self.declarations, *axis_tags(self.axes)]
+        layout = Layout(declared, files=self.dialect == SLC, cards=self.cards)
         lowering = Lowering(
             self.name,
             layout,

@@ -18,6 +18,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from ..io_images.amci3601.bits import PROFILE_BITS, CommandLsw, CommandMsw, ConfigMsw, StatusLsw, StatusMsw
+from ..io_images.card_members import MemberPlace, member_of
 from ..io_images.image import WORDS
 from ..io_images.tag_names import AmbiguousNameError, in_scope, normal
 from .errors import LadderError
@@ -273,6 +274,9 @@ class Resolver:
         if name in _PROFILE_BITS and not output and len(steps) == 1:
             leaf = self._layout.image(slot, output=False)
             return Place(leaf, (constant(0),), constant(_PROFILE_BITS[name]), str(shown))
+        member = member_of(self._layout.cards.get(slot), "O" if output else "I", name)
+        if member is not None:
+            return self._member_of_card(slot, member, steps[1:], shown)
         if name == "FAULT" and not output:
             leaf = self._layout.fault(slot)
             return self._walk(Group(leaf.type, leaf.path, (), (), self._layout, str(shown)), steps[1:])
@@ -280,6 +284,20 @@ class Resolver:
         if not output:
             parts += ", ModuleOK, ConfigError, ConfigMode and Fault"
         raise AddressError(f"{shown} is not part of a module", f"there are {parts}, and bits of words")
+
+    def _member_of_card(
+        self, slot: int, member: MemberPlace, steps: tuple[Step, ...], shown: Address
+    ) -> Place | Group:
+        """Find a member of a card's tag; bits 16 to 31 of `ReadBack` are in the next word."""
+        output = member.image == "O"
+        if member.bit is not None:
+            here = Place(self._layout.image(slot, output=output), (constant(member.word),), None, str(shown))
+            if steps:
+                raise AddressError(f"nothing can follow the bit in {shown}", "end the address there")
+            return replace(here, bit=constant(member.bit))
+        if not member.word and len(steps) == 1 and isinstance(steps[0], BitStep):
+            return self._data(slot, output, steps, shown)
+        return self._data(slot, output, (WordStep(member.word, "."), *steps), shown)
 
     def _module(self, slot: int, output: bool, shown: Address) -> Group:
         self._layout.image(slot, output=output)

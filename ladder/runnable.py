@@ -85,6 +85,7 @@ class LadderLogic(ABC):
         if unknown:
             raise LadderError(f"{min(unknown)!r} can't be allowed; what can is {', '.join(ALLOWANCES)}")
         self.stubs: dict[str, Stub] = {}
+        self.cards: Mapping[int, str] = {}
         self.axes: Axes | None = None
         self.declares_missing = False
         self.declared_missing: list[Tag] = []
@@ -150,6 +151,7 @@ class LadderLogic(ABC):
             return
         self._refuse_if_built()
         self.declares_missing |= stubs.missing_tags
+        self.cards = {**self.cards, **stubs.cards}
         for name in stubs.by_name:
             check_stubbed(name)
         self.stubs.update(stubs.by_name)

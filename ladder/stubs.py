@@ -98,11 +98,13 @@ class Stubs:
         missing_tags: whether tags that the program uses and does not declare are declared by their use.
         refused: whether an export runs of which something is refused: its refused rungs, routines and
             add-ons do nothing.
+        cards: what sits in the slots of the rack: catalog numbers.
     """
 
     by_name: Mapping[str, Stub] = field(default_factory=dict)
     missing_tags: bool = False
     refused: bool = False
+    cards: Mapping[int, str] = field(default_factory=dict)
 
 
 NO_STUBS = Stubs()

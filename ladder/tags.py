@@ -12,6 +12,7 @@ import keyword
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any
 
 from .expressions import parse_address
@@ -186,13 +187,20 @@ class Layout:
     Args:
         declarations: tags and aliases, under their full names.
         files: they are data files of an SLC, whose elements are written N7:0.
+        cards: what sits in the slots of the rack, as far as it is known: catalog numbers.
     """
 
     frame = ""
     """The add-on instruction whose instances it is for, in capitals; "" for a program."""
 
-    def __init__(self, declarations: Iterable[Declaration], *, files: bool = False) -> None:
-        self.files = files
+    def __init__(
+        self,
+        declarations: Iterable[Declaration],
+        *,
+        files: bool = False,
+        cards: Mapping[int, str] = MappingProxyType({}),
+    ) -> None:
+        self.files, self.cards = files, cards
         self.declarations: dict[str, Declaration] = {}
         self.leaves: dict[str, Leaf] = {}
         self.boxed: dict[str, str] = {}

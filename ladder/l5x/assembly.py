@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -80,6 +80,7 @@ class Parts:
         add_ons: by name in capitals.
         stubs: replacements of instructions, by name in capitals.
         uncalled: add-ons that `harness_of` leaves out, in capitals.
+        cards: what sits in the slots of the rack: catalog numbers.
     """
 
     name: str
@@ -89,6 +90,7 @@ class Parts:
     add_ons: dict[str, AddOn] = field(default_factory=dict)
     stubs: dict[str, Stub] = field(default_factory=dict)
     uncalled: set[str] = field(default_factory=set)
+    cards: Mapping[int, str] = field(default_factory=dict)
     _indexes: dict[str, tuple[int, dict[str, Declaration]]] = field(default_factory=dict)
 
     def assemble(self, report: Report, tasks: Sequence[Task] | None = None) -> Controller:
@@ -100,7 +102,7 @@ class Parts:
         """
         controller = Controller(self.name)
         controller.use(*self.add_ons.values())
-        controller.take_stubs(Stubs(self.stubs))
+        controller.take_stubs(Stubs(self.stubs, cards=self.cards))
         self.declarations = _added(controller, self.declarations, report)
         for part in self.programs.values():
             program = controller.program(part.name, main=part.main, fault=part.fault)
@@ -222,7 +224,7 @@ def harness_of(parts: Parts) -> Parts:
             definition.name, declarations=list(tags), routines={"MAIN": Routine("Main", (rung,))}
         )
     tasks = trial_tasks(parts, [each.name for each in programs.values()])
-    return Parts(parts.name, [], programs, tasks, parts.add_ons, parts.stubs)
+    return Parts(parts.name, [], programs, tasks, parts.add_ons, parts.stubs, cards=parts.cards)
 
 
 def _values(kind: DataType, counts: dict[int, int]) -> int:

@@ -94,7 +94,7 @@ class Importer:
         self._reader = RoutineReader(self.report)
         self._types = Types(document.data_types, document.revision)
         self._add_ons = AddOns(document.add_ons, self._types, self.report)
-        self._parts = Parts(document.name, stubs=dict(stubs.by_name))
+        self._parts = Parts(document.name, stubs=dict(stubs.by_name), cards=stubs.cards)
         self._builder = Builder(self._parts, self._reader, self.report)
         self._completes = stubs.missing_tags
         self._absent: dict[str, str] = {}

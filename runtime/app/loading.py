@@ -256,7 +256,8 @@ def _stubs(spec: RackSpec, folder: Path, file: RackFile | None = None) -> Stubs:
             if file is None
             else file.refusal("stubs", text, REFUSED)
         )
-    return Stubs(read, MISSING_TAGS in spec.stubs, REFUSED in spec.stubs)
+    cards = {slot.number: slot.module for slot in spec.slot}
+    return Stubs(read, MISSING_TAGS in spec.stubs, REFUSED in spec.stubs, cards)
 
 
 def stub_files(spec: RackSpec) -> tuple[str, ...]:

@@ -51,6 +51,8 @@ STUB_SETTINGS = {MISSING_TAGS: DECLARE, REFUSED: EMPTY}
 _FAMILIES = {"micrologix": "1762", "compactlogix": "1769"}
 """Cards by controller: 1762 I/O goes on a MicroLogix, 1769 Compact I/O on a CompactLogix."""
 
+_BY_EXPORT = {".SLC": "micrologix", ".L5X": "compactlogix"}
+
 _CONTROLLERS = {"micrologix": "MicroLogix", "compactlogix": "CompactLogix"}
 
 
@@ -364,10 +366,9 @@ class RackSpec(Table):
             self._check_family(index, slot)
 
     def _check_family(self, index: int, slot: SlotSpec) -> None:
-        """Refuse a card that does not fit the controller, as far as the rack or its program says which it is."""
+        """Refuse a card that does not fit the controller, if the rack or its program says which it is."""
         own = MODULES[slot.module].family
-        program = str(self.program).upper()
-        by_program = "micrologix" if program.endswith(".SLC") else "compactlogix" if program.endswith(".L5X") else ""
+        by_program = _BY_EXPORT.get(str(self.program)[-4:].upper(), "")
         stated = self.controller if "controller" in self.model_fields_set else by_program
         wanted = _FAMILIES.get(stated, own)
         if own and own != wanted:

@@ -14,6 +14,7 @@ cam = [
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from decimal import Decimal
 from typing import Annotated, ClassVar, Self
 
@@ -147,7 +148,9 @@ class CardOptions(Options):
             _check_names(field, getattr(self, field))
         both = sorted(set(self.inputs) & set(self.outputs))
         if both:
-            raise ValueError(f"{both[0]!r} is the name of an input and of an output: each terminal has its own")
+            raise ValueError(
+                f"{both[0]!r} is the name of an input and of an output: each terminal has its own"
+            )
         _check_presses(self.timeline)
         known = ", ".join(self.inputs) or "none"
         by_machine = [each.input for each in self.cam]
@@ -249,7 +252,8 @@ class CardOptions(Options):
 
     def words(self, kind: CardKind) -> ModuleWords:
         """Names of the words and bits of a kind of card with this wiring."""
-        return _analog_words(kind, self) if kind.analog else _digital_words(kind, self)
+        words = _analog_words(kind, self) if kind.analog else _digital_words(kind, self)
+        return replace(words, card=kind.name)
 
 
 def _digital_words(kind: CardKind, options: CardOptions) -> ModuleWords:

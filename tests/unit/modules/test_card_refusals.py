@@ -8,7 +8,9 @@ from pathlib import Path
 import pytest
 from scanrack.runtime.config.rackfile import RackFileError, load_rack_file
 
-STEPPER = '[[slot]]\nnumber = 1\nmodule = "amci3601"\n\n[slot.machine]\nswitches = [{ input = "home", last = 0 }]\n'
+STEPPER = (
+    '[[slot]]\nnumber = 1\nmodule = "amci3601"\n\n[slot.machine]\nswitches = [{ input = "home", last = 0 }]\n'
+)
 
 
 def rack(tmp_path: Path, *lines: str, head: str = 'program = "x.rung"', module: str = "1769-IQ16") -> Path:
