@@ -18,6 +18,7 @@ from ..tags import program_of
 from ..tree import Routine
 from ..view import Tags
 from .crossref import CrossReference
+from .forces import Forces
 from .inquiry import Inquiry
 from .journal import MOST, Entry, Journal, Write
 from .values import with_values
@@ -65,14 +66,17 @@ class Debugger:
         program: the program.
         interpreted: whether every scan is interpreted, as programs with routines in Python always are.
         stops: the breakpoints that were met in the latest scan.
-        latest: what went into the latest scan from outside; None before the first.
+        latest: what went into the latest scan from outside; None before the first, and where nothing has to
+            be remembered and nothing was set from outside.
+        news: counts changes of `latest` and of what is forced.
         edits: edits of the running program, each with the number of the first scan after it.
         on_edit: called with every edit, once the edited program is in place.
         on_outside: called after a tag was set or forced between scans, or released.
 
     Args:
         program: the program; it is built if that has not been done.
-        remembered: snapshots of the memory that are kept, one per `journal.EVERY` scans.
+        remembered: snapshots of the memory that are kept, one per `journal.EVERY` scans. With 0 scans are
+            remembered only while there are breakpoints on rungs.
 
     Raises:
         BuildError: the program can't be built.
@@ -85,20 +89,21 @@ class Debugger:
         self.on_outside: Callable[[], object] = lambda: None
         self._remembered = remembered
         self.latest: Entry | None = None
-        self._use(program, WatchedEngine(program.build(), program.scanner))
+        self.news = 0
         self._on_rungs: dict[LineKey, bool] = {}
         self._on_tags: dict[str, Any] = {}
+        self._pictured: int | None = None
+        self._use(program, WatchedEngine(program.build(), program.scanner))
         self._forces: dict[str, Value] = {}
         self._cross_reference: CrossReference | None = None
         self._truths: Truths = {}
         self._truths_of: int | None = None
-        self._pictured: int | None = None
 
     def _use(self, program: LadderLogic, engine: WatchedEngine) -> None:
         """Go on with a program; what is remembered begins with its next scan."""
         self.program, self._engine = program, engine
         self.interpreted = bool(program.functions)
-        self._journal = Journal(engine.lowered, program.scanner, engine.variants, self._remembered)
+        self._journal = Journal(engine.lowered, program.scanner, engine.variants, max(1, self._remembered))
         self._outside: list[Write] = []
         engine.memory.outside = self._outside
         engine.memory.on_outside = lambda: self.on_outside()
@@ -106,6 +111,14 @@ class Debugger:
         self._resolver = Resolver(engine.lowered.layout)
         self._cross_reference = None
         self._truths_of = None
+        self._settle()
+
+    def _settle(self) -> None:
+        """Note whether scans need nothing beside the program, as long as no tag is set from outside."""
+        self.news += 1
+        copies = self._engine.lowered.written_inputs
+        looking = self._on_rungs or self._on_tags or self._pictured is not None
+        self._plain = not (self._remembered or self.interpreted or copies or looking)
 
     def edit(self, program: LadderLogic) -> Edit:
         """Go on with an edited program, between two scans: an online edit, see `LadderLogic.take_over`.
@@ -155,9 +168,11 @@ class Debugger:
 
     def __call__(self, scan: Any) -> None:
         """Do one scan of a rack, see `Engine`."""
-        engine = self._engine
-        engine.attach(scan)
-        self._do(scan.now_ns, first=scan.first)
+        self._engine.attach(scan)
+        if self._plain and not self._outside:
+            self._do_plainly(self._engine, scan.now_ns, scan.first)
+        else:
+            self._do_noted(self._engine, scan.now_ns, first=scan.first)
 
     def scan(self, scans: int = 1, ms: float = STEP_MS) -> tuple[Stop, ...]:
         """Do scans without a rack, until a breakpoint is met; return those that are.
@@ -177,25 +192,37 @@ class Debugger:
         return self.stops
 
     def _do(self, now_ns: int, *, first: bool) -> None:
-        engine = self._engine
+        if self._plain and not self._outside:
+            self._do_plainly(self._engine, now_ns, first)
+        else:
+            self._do_noted(self._engine, now_ns, first=first)
+
+    def _do_plainly(self, engine: WatchedEngine, now_ns: int, first: bool) -> None:
+        memory, outside = engine.memory, self._outside
+        self.latest, self.stops, memory.outside = None, (), None
+        try:
+            engine.do(now_ns, first=first)
+        finally:
+            outside.clear()
+            memory.outside = outside
+
+    def _do_noted(self, engine: WatchedEngine, now_ns: int, *, first: bool) -> None:
         engine.watching = self.interpreted
         self._note_power(engine)
         writes = tuple(self._outside)
-        self._journal.note(
-            engine.memory,
-            now_ns,
-            first=first,
-            writes=writes,
-            forces=engine.memory.forces,
-        )
-        self.latest = self._journal.latest
+        forces, keeps = engine.memory.forces, bool(self._remembered or self._on_rungs)
+        self.news += 1
+        self.latest = self._journal.entry(engine.memory, now_ns, first=first, writes=writes, forces=forces)
+        if keeps:
+            self._journal.note(self.latest)
         engine.memory.outside = None
         try:
             engine.do(now_ns, first=first)
         finally:
             self._outside.clear()
             engine.memory.outside = self._outside
-            self._journal.begin(engine.memory, engine.scans)
+            if keeps:
+                self._journal.begin(engine.memory, engine.scans)
         self._look()
 
     def _note_power(self, engine: WatchedEngine) -> None:
@@ -204,6 +231,7 @@ class Debugger:
             engine.note_all()
         else:
             self._pictured = None
+            self._settle()
             engine.note(tuple(self._on_rungs))
 
     def run_until(self, condition: Condition, limit: int, ms: float = STEP_MS) -> bool:
@@ -243,7 +271,10 @@ class Debugger:
             LadderError: there is no such rung.
         """
         self._routine(routine).numbered(rung)
+        if not self._remembered and not self._on_rungs:
+            self._journal.begin_anew(self._engine.memory, self.scans)
         self._on_rungs[routine.upper(), rung] = False
+        self._settle()
 
     def break_on(self, tag: str) -> None:
         """Set a breakpoint that is met when a tag has another value than a scan before.
@@ -252,11 +283,13 @@ class Debugger:
             LadderError: there is no such tag.
         """
         self._on_tags[tag] = self.tags[tag]
+        self._settle()
 
     def clear_breakpoints(self) -> None:
         """Take all breakpoints away."""
         self._on_rungs.clear()
         self._on_tags.clear()
+        self._settle()
 
     def _look(self) -> None:
         """Note which breakpoints are met."""
@@ -312,9 +345,13 @@ class Debugger:
             on = mask if checked(tag, place.type, value) else 0
             entry = ((known[0] or 0) | mask, int(known[1]) & ~mask | on)
         forces[key] = entry
-        self._engine.hold(forces)
+        self._hold(forces)
         self._forces[self._resolver.full_name(tag)] = checked(tag, place.type, value)
         self.tags[tag] = value
+
+    def _hold(self, forces: Forces) -> None:
+        self.news += 1
+        self._engine.hold(forces)
 
     def unforce(self, tag: str | None = None) -> None:
         """Let a forced tag go, or all of them; it stays as it is until the program writes it.
@@ -324,7 +361,7 @@ class Debugger:
         """
         if tag is None:
             self._forces.clear()
-            self._engine.hold({})
+            self._hold({})
             self.on_outside()
             return
         name = self._resolver.full_name(tag) if tag in self.tags else tag
@@ -337,7 +374,7 @@ class Debugger:
         kept, value = forces.pop(key)
         if mask is not None and kept is not None and kept & ~mask:
             forces[key] = (kept & ~mask, int(value) & ~mask)
-        self._engine.hold(forces)
+        self._hold(forces)
         self.on_outside()
 
     @property
@@ -380,6 +417,7 @@ class Debugger:
     def _latest_truths(self) -> Truths:
         """Return the truth of all rungs that the latest scan ran, and see that the next scans note it."""
         self._pictured = self.scans
+        self._settle()
         if self._truths_of != self.scans:
             if self._engine.watching or self._engine.notes_all:
                 self._truths = self._noted_truths()

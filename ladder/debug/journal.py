@@ -101,12 +101,6 @@ class Journal:
         last = self._chapters[-1]
         return range(self._chapters[0].scan, last.scan + len(last.entries))
 
-    @property
-    def latest(self) -> Entry | None:
-        """The latest scan that was noted; None directly after a snapshot."""
-        entries = self._chapters[-1].entries if self._chapters else []
-        return entries[-1] if entries else None
-
     def begin(self, memory: Memory, scan: int) -> None:
         """Take a snapshot if one is due: before anything was written, and after every `EVERY` scans.
 
@@ -117,7 +111,16 @@ class Journal:
         if not self._chapters or len(self._chapters[-1].entries) == EVERY:
             self._chapters.append(Chapter(scan, snapshot(memory), []))
 
-    def note(
+    def begin_anew(self, memory: Memory, scan: int) -> None:
+        """Forget all, and take a snapshot: scans before have not been noted."""
+        self._chapters.clear()
+        self.begin(memory, scan)
+
+    def note(self, entry: Entry) -> None:
+        """Note a scan that is about to be done."""
+        self._chapters[-1].entries.append(entry)
+
+    def entry(
         self,
         memory: Memory,
         now_ns: int,
@@ -125,8 +128,8 @@ class Journal:
         first: bool,
         writes: tuple[Write, ...],
         forces: Forces,
-    ) -> None:
-        """Note a scan that is about to be done.
+    ) -> Entry:
+        """Return what goes into a scan that is about to be done.
 
         Args:
             memory: the program's, with the input images of this scan in it.
@@ -136,7 +139,7 @@ class Journal:
             forces: what is forced.
         """
         images = tuple(bytes(memory.cells[leaf.ident].cell_contents) for leaf in self._images)
-        self._chapters[-1].entries.append(Entry(now_ns, first, images, writes, forces))
+        return Entry(now_ns, first, images, writes, forces)
 
     def again(self, scan: int, *, noted: bool = False) -> WatchedEngine:
         """Run again up to a scan, watch that one, and return the engine after it.

@@ -143,7 +143,18 @@ class WatchedEngine(Engine):
         Raises:
             LadderFault: a major fault.
         """
-        self._do(now_ns, first=first)
+        compiled = self._compiled
+        if self._scan is not compiled or self._bound is not compiled or self.outside or self.watching:
+            self._do(now_ns, first=first)
+            return
+        scheduler = self.scheduler
+        handled = 0 if scheduler is None else scheduler.handled
+        self.broken_off = True
+        try:
+            super()._do(now_ns, first=first)  # nothing is observed, as in the scan before
+            self.broken_off = scheduler is not None and handled != scheduler.handled
+        finally:
+            self.scans += 1
 
     def _do(self, now_ns: int, *, first: bool) -> None:
         self.history.clear()

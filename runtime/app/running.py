@@ -219,4 +219,4 @@ def _debugger_of(logic: Logic) -> Debugger | None:
         return None
     from ...ladder.debug import Debugger
 
-    return Debugger(logic, remembered=1)
+    return Debugger(logic, remembered=0)

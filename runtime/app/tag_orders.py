@@ -50,7 +50,7 @@ class TagOrders:
             return logic
         from ...ladder.debug import Debugger  # most recordings need none
 
-        return Debugger(logic, remembered=1)
+        return Debugger(logic, remembered=0)
 
     def give(self, cpu: Cpu, rack: Rack, logic: Logic) -> Repeated:
         """Carry out the orders while a CPU runs, before the same scans.

@@ -1,6 +1,6 @@
 """Notes with which a monitor runs the scans of a program again: their inputs, and values now and then.
 
-    scan          n         n+1       n+2  ...  n+255
+    scan          n         n+1       n+2  ...  n+1023
     notes         values    -         writes    -          values before n, writes before n+2
 
 Everything else that goes into a scan is in the ring: images, times and flags.
@@ -19,7 +19,7 @@ from ...ladder.debug.journal import Entry, snapshot
 from ..live.ring import Records
 from ..loop.pace import wall_ns
 
-EVERY = 256
+EVERY = 1024
 """Scans between values."""
 
 IMPURE_NS = 30_000_000
@@ -74,24 +74,29 @@ class LadderNotes:
         self._debugger, self._records = debugger, records
         self._entry: Entry | None = None
         self._forces: object = None
-        self._due_ns = 0
+        self._due_ns, self._news = 0, -1
 
     def note(self, scan: int) -> None:
         """Write what went into a scan, if it is more than images; now and then the values after it."""
-        entry = self._debugger.latest
-        if entry is not None and entry is not self._entry:
-            self._entry = entry
-            if entry.writes or entry.forces is not self._forces or self._debugger.engine.memory.copies_inputs:
-                self._forces = entry.forces
-                self._write(inputs_of(self._debugger, entry, scan))
-        if scan % EVERY == EVERY - 1 or (self._debugger.interpreted and wall_ns() >= self._due_ns):
+        debugger = self._debugger
+        if debugger.news != self._news:
+            self._note(debugger, scan)
+        if scan % EVERY == EVERY - 1 or (debugger.interpreted and wall_ns() >= self._due_ns):
             self._due_ns = wall_ns() + IMPURE_NS
             self.give(scan + 1)
+
+    def _note(self, debugger: Debugger, scan: int) -> None:
+        entry, forces = debugger.latest, debugger.engine.memory.forces
+        fresh = None if entry is self._entry else entry
+        written = fresh is not None and (fresh.writes or debugger.engine.memory.copies_inputs)
+        if written or forces is not self._forces:
+            self._write(inputs_of(debugger, scan))
+        self._entry, self._forces, self._news = entry, forces, debugger.news
 
     def give(self, scan: int) -> None:
         """Write the values before a scan."""
         self._write(values_of(self._debugger, scan))
-        self._forces = None
+        self._forces, self._news = None, -1
 
     def _write(self, record: Values | Inputs) -> None:
         self._records.write(pickle.dumps(record, pickle.HIGHEST_PROTOCOL))
@@ -104,8 +109,10 @@ def values_of(debugger: Debugger, scan: int) -> Values:
     return Values(scan, snapshot(engine.memory), len(debugger.edits), truths)
 
 
-def inputs_of(debugger: Debugger, entry: Entry, scan: int) -> Inputs:
-    """Return the inputs of a scan beside its images."""
-    writes = tuple((leaf.ident, index, value) for leaf, index, value in entry.writes)
-    images = entry.images if debugger.engine.memory.copies_inputs else None
-    return Inputs(scan, writes, dict(entry.forces), images, len(debugger.edits))
+def inputs_of(debugger: Debugger, scan: int) -> Inputs:
+    """Return the inputs of a scan that was the latest one, beside its images."""
+    entry, memory = debugger.latest, debugger.engine.memory
+    writes = () if entry is None else entry.writes
+    images = entry.images if entry is not None and memory.copies_inputs else None
+    told = tuple((leaf.ident, index, value) for leaf, index, value in writes)
+    return Inputs(scan, told, dict(memory.forces), images, len(debugger.edits))

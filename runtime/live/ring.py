@@ -1,6 +1,6 @@
 """Scans, messages and snapshots to another process, through shared memory, without a lock.
 
-    head      numbers of 8 bytes, one writer each, see `_Head`
+    head      numbers of 8 bytes, one writer each, see `_ROWS` and the others
     rows      ROWS rows, one per scan: number, flags, times, figures, the rack's memory, the number again
     messages  records of bytes: events and answers
     snapshots records of bytes: the program's values now and then
@@ -14,7 +14,7 @@ from __future__ import annotations
 import mmap
 import os
 import tempfile
-from enum import IntEnum
+from collections.abc import Callable
 from struct import Struct
 from typing import Any, NamedTuple
 
@@ -34,20 +34,9 @@ Rows = NDArray[np.void]
 """Rows of a ring: scan, flags, now_ns, wall_ns, figures, memory, again."""
 
 
-class _Head(IntEnum):
-    """Numbers in the head."""
-
-    ROWS = 0
-    """Rows written so far."""
-    MESSAGES = 1
-    """Bytes of messages written so far."""
-    SNAPSHOTS = 2
-    """Bytes of snapshots written so far."""
-    ORDERS = 3
-    """Orders sent so far; the monitor writes it."""
-    ASKED = 4
-    """Snapshots asked for; the monitor writes it."""
-
+_ROWS, _MESSAGES, _SNAPSHOTS, _ORDERS, _ASKED = range(5)
+"""Numbers in the head: rows written so far, bytes of messages, bytes of snapshots; and two that the monitor
+writes: orders sent so far, snapshots asked for."""
 
 _HEAD_BYTES = 128
 
@@ -80,6 +69,10 @@ class Taken(NamedTuple):
     lost: int
 
 
+Put = Callable[[int, int, int, int, tuple[int, ...], bytearray], None]
+"""Takes scan, flags, now_ns, wall_ns, figures and the rack's memory."""
+
+
 class Ring:
     """The shared memory of a session.
 
@@ -91,7 +84,10 @@ class Ring:
     Attributes:
         shape: what another process needs to open it, with the file.
         file: the file that another process is given; its memory is shared.
+        put: writes a row; called after every scan.
     """
+
+    put: Put
 
     def __init__(self, memory_bytes: int, figures: int = 0, rows: int = ROWS) -> None:
         if rows & (rows - 1) or rows < 2:
@@ -116,30 +112,18 @@ class Ring:
         start = _HEAD_BYTES + shape.rows * self._stride
         self._head = whole[:_HEAD_BYTES].cast("Q")
         self._rows = whole[_HEAD_BYTES:start]
-        self.messages = Records(self._head, _Head.MESSAGES, whole[start : start + MESSAGE_BYTES])
+        self.messages = Records(self._head, _MESSAGES, whole[start : start + MESSAGE_BYTES])
         start += MESSAGE_BYTES
-        self.snapshots = Records(self._head, _Head.SNAPSHOTS, whole[start : start + SNAPSHOT_BYTES])
+        self.snapshots = Records(self._head, _SNAPSHOTS, whole[start : start + SNAPSHOT_BYTES])
         pad = self._stride - _row_struct(shape, 0).size
-        self._pack = _row_struct(shape, pad).pack_into
-
-    # --- the scan loop
-
-    def put(
-        self, scan: int, flags: int, now_ns: int, wall_ns: int, figures: tuple[int, ...], memory: bytearray
-    ) -> None:
-        """Write a row."""
-        written = self._head[0]
-        number = scan & SCAN_MASK
-        at = (written & self._mask) * self._stride
-        self._pack(self._rows, at, number, flags, now_ns, wall_ns, *figures, memory, number)
-        self._head[0] = written + 1
+        self.put = _putter(self._head, self._rows, _row_struct(shape, pad), self._mask)
 
     # --- the monitor
 
     @property
     def written(self) -> int:
         """Rows written so far."""
-        return int(self._head[_Head.ROWS])
+        return int(self._head[_ROWS])
 
     def take(self, since: int) -> Taken:
         """Return the rows from a place on, as far as they are still there."""
@@ -157,20 +141,20 @@ class Ring:
     @property
     def orders(self) -> int:
         """Orders sent so far."""
-        return int(self._head[_Head.ORDERS])
+        return self._head[_ORDERS]
 
     @orders.setter
     def orders(self, orders: int) -> None:
-        self._head[_Head.ORDERS] = orders
+        self._head[_ORDERS] = orders
 
     @property
     def asked(self) -> int:
         """Snapshots asked for so far."""
-        return int(self._head[_Head.ASKED])
+        return self._head[_ASKED]
 
     @asked.setter
     def asked(self, asked: int) -> None:
-        self._head[_Head.ASKED] = asked
+        self._head[_ASKED] = asked
 
     def close(self) -> None:
         """Close it. The memory is gone when the last process has closed it, or has ended."""
@@ -179,6 +163,21 @@ class Ring:
         self._head.release()
         self._rows.release()
         os.close(self.file)
+
+
+def _putter(head: memoryview, rows: memoryview, row: Struct, mask: int) -> Put:
+    """Return what writes rows: a function with all it needs at hand."""
+    pack, stride = row.pack_into, row.size
+
+    def put(
+        scan: int, flags: int, now_ns: int, wall_ns: int, figures: tuple[int, ...], memory: bytearray
+    ) -> None:
+        written = head[0]
+        number = scan & SCAN_MASK
+        pack(rows, (written & mask) * stride, number, flags, now_ns, wall_ns, *figures, memory, number)
+        head[0] = written + 1
+
+    return put
 
 
 def size_of(shape: Shape) -> int:

@@ -216,10 +216,21 @@ class Session:
         self._inbox.wait(WAIT_S)
         self.obey_all(self._cpu.now_ns, self._cpu.scan)
 
-    def look(self) -> None:
-        """See whether a breakpoint was met; called after every scan."""
+    def attend_scan(self, at_ns: int, scan: int) -> None:
+        """See whether a breakpoint was met, and carry out orders; called after every scan.
+
+        Args:
+            at_ns: virtual time of the next scan.
+            scan: its number.
+        """
+        if self.state.breakpoints:
+            self._look()
+        if self._inbox.pending or self.takeover is not None:
+            self.obey_all(at_ns, scan)
+
+    def _look(self) -> None:
         stops = self._stops.stops if self._stops is not None else ()
-        if stops and self.state.breakpoints and not self._repeats:
+        if stops and not self._repeats:
             self.state.met = [str(each) for each in stops]
             self._pause()
 

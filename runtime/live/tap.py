@@ -16,6 +16,9 @@ from .session import Session
 FIGURES_NS = 10_000_000
 """Machines are looked at a hundred times a second at most."""
 
+FIGURES_SCANS = 512
+"""And at full speed no more often than this: modules are run ahead, which a look ends."""
+
 
 class Notes(Protocol):
     """The notes that a monitor needs to run a program's scans again."""
@@ -68,7 +71,7 @@ class Tap:
         self._figures = figures
         self.notes: Notes = NoNotes()
         self._latest: tuple[int, ...] = (0,) * ring.shape.figures
-        self._due_ns = 0
+        self._due_ns = self._due = 0
         self._seen_asked = self._next = 0
         self._forces: Mapping[str, JsonValue] = {}
         self._last: tuple[int, int, int] | None = None
@@ -82,18 +85,16 @@ class Tap:
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
         """Pass a scan on, and let orders act."""
         wall = wall_ns()
-        if wall >= self._due_ns:
-            self._due_ns = wall + FIGURES_NS
+        if wall >= self._due_ns and (scan >= self._due or self.session.state.speed is not None):
+            self._due_ns, self._due = wall + FIGURES_NS, scan + FIGURES_SCANS
             self._latest = self._figures.read(now_ns)
         self._ring.put(scan, flags, now_ns, wall, self._latest, self._memory)
         self.notes.note(scan)
         if self._ring.asked != self._seen_asked:
             self._give(scan + 1)
         self._next = scan + 1
-        session = self.session
-        session.look()
-        session.obey_all(now_ns + self._period_ns, scan + 1)
         self._last = scan, now_ns, flags
+        self.session.attend_scan(now_ns + self._period_ns, scan + 1)
 
     def attend(self) -> None:
         """Serve the monitor during a pause."""

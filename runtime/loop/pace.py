@@ -167,6 +167,9 @@ class RealTime(Pacer):
 class Paced(RealTime):
     """Scans in step with the wall clock, at a speed that may change between two scans.
 
+    As fast as possible it is free: modules may be run ahead, as without a session. The CPU takes note of
+    another speed when it prepares the next scans.
+
     Args:
         speed: how many seconds of virtual time pass in one second, above 0; None = as fast as possible.
     """
@@ -175,6 +178,7 @@ class Paced(RealTime):
         super().__init__()
         self._nominal_ns = 0
         self._speed = speed
+        self.free = speed is None
 
     @property
     def speed(self) -> float | None:
@@ -184,6 +188,7 @@ class Paced(RealTime):
     @speed.setter
     def speed(self, speed: float | None) -> None:
         self._speed = speed
+        self.free = speed is None
         if self._nominal_ns:
             self.begin(self._nominal_ns)
 

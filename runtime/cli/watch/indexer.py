@@ -68,7 +68,7 @@ class Indexer:
         self._modules = {slot: RecordedInputs([], []) for slot in slots}
         self._rack = Rack(Card(slot, self._modules[slot], words=words) for slot, words in slots.items())
         self._view = Scan(self._rack.slots, period_ns)
-        self._debugger = Debugger(program, remembered=1)
+        self._debugger = Debugger(program, remembered=0)
         self._keep = keep
         self._words = slots
         self._recorded = recorded
@@ -141,7 +141,7 @@ class Indexer:
             self._debugger(view)
         except LadderFault:
             return  # it has stopped that scan then, too
-        entry = self._debugger.latest
-        if entry is not None and (entry.writes or entry.forces is not self._forces):
-            self._forces = entry.forces
-            self._keep(inputs_of(self._debugger, entry, scan))
+        entry, forces = self._debugger.latest, self._debugger.engine.memory.forces
+        if forces is not self._forces or (entry is not None and entry.writes):
+            self._forces = forces
+            self._keep(inputs_of(self._debugger, scan))

@@ -42,7 +42,7 @@ THINNED = 4096
 MOST_REPEATED = 2 * THINNED
 """Scans that are repeated at once to get to one; a tenth of a second of most programs."""
 
-CHAPTERS = 60
+CHAPTERS = 15
 """Stretches of scans that are searched for a change: half a minute at 2 ms."""
 
 Truths = Mapping[LineKey, tuple[bool, ...]]

@@ -1,0 +1,53 @@
+"""A session at full speed does what a run does, and little more.
+
+Broken on purpose: a paced CPU that never runs its modules ahead, a journal of every scan: a test turns red.
+"""
+
+from contextlib import ExitStack
+
+from live_sessions import FEEDER, LiveSession
+from scanrack.ladder.debug import Debugger
+from scanrack.runtime.app.loading import load_job
+from scanrack.runtime.app.running import JobRun
+from scanrack.traces.arrays import read_columns
+from scanrack.traces.reader import open_trace
+
+SCANS = 3000
+
+
+def test_modules_are_run_ahead_at_full_speed_and_the_images_are_those_of_a_run(tmp_path, monkeypatch):
+    with ExitStack() as ports:
+        JobRun(load_job(str(FEEDER)), ports, trace=tmp_path / "run.mcap").run(SCANS)
+    session = LiveSession(trace=tmp_path / "session.mcap")
+    exchange, foreseen = session.run.cpu._exchange, []
+    foresee = exchange.foresee
+
+    def counted(self, now_ns, period_ns, count, most_rows):
+        foreseen.append(count)
+        return foresee(now_ns, period_ns, count, most_rows)
+
+    monkeypatch.setattr(type(exchange), "foresee", counted)
+    session.play(SCANS)
+    assert foreseen
+    with open_trace(tmp_path / "run.mcap") as run, open_trace(tmp_path / "session.mcap") as live:
+        one, other = read_columns(run), read_columns(live)
+    assert (one.scan == other.scan).all()
+    assert (one.words == other.words).all()
+    assert (one.flags == other.flags).all()
+
+
+def test_another_speed_than_the_fullest_waits_for_the_clock_from_the_next_scan_on():
+    session = LiveSession([(100, {"do": "speed", "factor": 1000})])
+    session.play(300)
+    assert session.run.cpu.pacer.late[0] + sum(session.run.cpu.pacer.late[1:]) >= 190
+
+
+def test_scans_are_remembered_only_while_there_are_breakpoints_on_rungs():
+    program, other = (load_job(str(FEEDER)).logic for _ in range(2))
+    bare, whole = Debugger(program, remembered=0), Debugger(other)
+    for debugger in (bare, whole):
+        debugger.scan(10)
+        debugger.break_at("Main", 0)
+    assert bare.latest is None
+    assert [str(each) for each in bare.scan(5)] == [str(each) for each in whole.scan(5)]
+    assert bare.truth("Main") == whole.truth("Main")
