@@ -106,6 +106,7 @@ ROOMS: dict[str, Room] = {
         (
             "tests/manual/test_adapter_worked_bytes.py",
             "tests/manual/test_one_list_three_hardwares.py",
+            "tests/properties/test_adapter_late_replies.py",
             "tests/unit/adapters",
         ),
     ),
