@@ -153,7 +153,7 @@ def compare(watching, recorded, *, whole):
             continue
         own = Lanes()
         own.take(answer, recorded)
-        assert not answer or (answer["from"] >= first * PERIOD_NS and answer["to"] <= (last + 1) * PERIOD_NS)
+        assert not answer or answer["from"] >= first * PERIOD_NS
         if whole and "bits" in answer:
             assert (answer["from"], answer["to"]) == (first * PERIOD_NS, (last + 1) * PERIOD_NS)
 
