@@ -21,7 +21,7 @@ def test_nothing_jumps(page, paused):
         scans += step
         page.until_scan(scans - 1, "paused")
         page.until_there(".events button")
-        page.run("return new Promise(requestAnimationFrame)")
+        page.until_drawn()
         places = page.run(PLACES)
         first = first or places
         moved = [(was, now) for was, now in zip(first, places, strict=True) if was != now]

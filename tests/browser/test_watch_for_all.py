@@ -154,7 +154,7 @@ def test_long_names_do_not_widen_a_narrow_window(page, tmp_path):
         page.until_there(".variables .chip")
         page.click(".variables .chip")
         page.watch(f"line.{name}")
-        page.press(f"Press {name}")
+        page.control(f"Press {name}").send_keys(ENTER)
         page.until_there(".events button")
         for width in (400, 1600):
             page.look(width, 800)

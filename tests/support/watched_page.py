@@ -199,10 +199,6 @@ class Look:
         """Wait until a handle of the whole page is as wanted."""
         until(lambda: self.handle(name) == wanted)
 
-    def until_speed(self, factor: float) -> None:
-        """Wait until the speed reached is about this one."""
-        until(lambda: abs(float(self.handle("speed") or 0) - factor) < factor / 10)
-
     def until_value(self, name: str, wanted: str) -> None:
         """Wait until the page shows this value of a name."""
         until(lambda: self.value(name) == wanted)
@@ -220,14 +216,8 @@ class Look:
         until(lambda: self.run("return document.querySelector(arguments[0]) !== null", selector))
 
     def until_drawn(self) -> None:
-        """Wait until the rungs stay: they are drawn again for the width that they have found."""
-
-        def stays() -> bool:
-            self.run("window.drawn = document.querySelector('svg.rung')")
-            time.sleep(0.4)  # the page waits 0.2 s for a width to settle
-            return bool(self.run("return document.querySelector('svg.rung') === drawn"))
-
-        until(stays)
+        """Wait until the rungs are drawn for their width, and all that was asked has come and is painted."""
+        until(lambda: self.run(DRAWN))
 
     def press(self, name: str) -> None:
         """Click the control with an accessible name."""
@@ -263,6 +253,12 @@ class Look:
         """Return what the browser's console has said since it was last asked."""
         return [str(each["message"]) for each in self.browser.get_log("browser")]
 
+
+DRAWN = """
+const parts = ["program", "socket", "state"].map(name => import(`/${name}.js`));
+const [program, socket, state] = await Promise.all(parts);
+return program.isDrawn() && !socket.unanswered() && state.isPainted();
+"""
 
 CALLED = """
 return [...document.querySelectorAll("button, input, select, [role=button]")].filter(each =>

@@ -17,7 +17,7 @@ const tabs = el("div", { class: "tabs", role: "tablist", "aria-label": "Routines
 const sheet = el("div", { class: "sheet", role: "tabpanel", "aria-label": "Routine" });
 const unknown = el("p", { class: "unknown", role: "status" }, "Power and values of this scan are being worked out.");
 const fault = el("p", { class: "fault", role: "alert", hidden: true });
-let routine = null, columns = 0, shownAt = "", wantedRung = null, generation = 0;
+let routine = null, columns = 0, shownAt = "", drawnAt = "", wantedRung = null, generation = 0;
 
 const columnsNow = () => Math.max(LEAST, Math.min(MOST, Math.floor((sheet.clientWidth - 64) / UNIT)));
 
@@ -65,6 +65,7 @@ async function open(name) {
     return tell(refused.message);
   }
   if (mine !== generation) return;
+  drawnAt = wish;
   const focused = sheet.contains(document.activeElement) ? document.activeElement.dataset.element : undefined;
   unplace(sheet);
   sheet.replaceChildren(answer.rungs ? buildRungs(name, answer.rungs) : buildText(found, answer));
@@ -76,6 +77,9 @@ async function open(name) {
   if (focused) sheet.querySelector(`[data-element="${CSS.escape(focused)}"]`)?.focus({ preventScroll: true });
   reveal();
 }
+
+// Whether the routine that was chosen is there, drawn for the width that it has.
+export const isDrawn = () => shownAt !== "" && drawnAt === shownAt && columnsNow() === columns;
 
 const routineOf = rung => rung.slice(0, rung.lastIndexOf("."));
 

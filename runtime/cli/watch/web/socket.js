@@ -40,6 +40,8 @@ function closed(key, event) {
   if (event.code !== 1008 && event.code !== 4401) setTimeout(connect, wait, key, listener); // not for a wrong key
 }
 
+export const unanswered = () => waiting.size;
+
 // Asks or orders something; the answer, or a Refused.
 export function ask(what, fields = {}) {
   return new Promise((resolve, reject) => {

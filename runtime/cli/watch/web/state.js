@@ -79,6 +79,8 @@ function forget(changes) {
   changes.tags = Object.fromEntries(Object.keys(run.tags).map(name => [name, null]));
 }
 
+export const isPainted = () => !due;
+
 // What scripts wait for, see docs/watch.md.
 export function handles() {
   const root = document.documentElement;

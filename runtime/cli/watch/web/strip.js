@@ -163,6 +163,13 @@ function draw() {
   to.line(now, 0, now, high - AXIS, run.state === "past" ? colours.mark : colours.edge, run.state === "past" ? 1.5 : 1);
 }
 
+// Where a bit is drawn: its top and left, CSS pixels, and the time of a place, ns.
+export function placeOf(bit) {
+  const wide = canvas.clientWidth, left = leftOf(wide), [from, end] = view(), tags = tagNames().reduce((sum, name) => sum + highOf(pointsOf(name)), 0);
+  const time = x => from + (x - left) / (wide - left - 8) * (end - from);
+  return { top: TOP + axes.length * CURVE + tags + drawn().indexOf(bit) * LANE, left, time };
+}
+
 const leftOf = wide => (wide < 400 ? 104 : wide < 600 ? 140 : 168); // where time begins, beside the names
 
 // The edges of one signal in words, for a reader of the screen and for scripts.
