@@ -121,6 +121,11 @@ class Axis3601(Device):
         return self._drive.out[1]
 
     @property
+    def trip_ns(self) -> int:
+        """How long it waits for an answer of the module, ns."""
+        return self._drive.trip_ns
+
+    @property
     def position(self) -> int:
         """Current position, steps; not valid in configuration mode."""
         return self.status.position

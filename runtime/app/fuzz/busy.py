@@ -1,7 +1,8 @@
 """The law of commands: none is under way while its axis rests for a second and the link is good.
 
 A search for home may rest longer: two seconds on an end limit. A follower rests with its encoder. A blend is
-programmed at rest, in phases; each begins the second anew.
+programmed at rest, in phases; each begins the second anew. With a round trip of more than a third of a
+second it is three of them.
 """
 
 from __future__ import annotations
@@ -39,13 +40,13 @@ class Busy:
     """A command under way.
 
     Attributes:
-        text: what it is called.
+        text: what it is called, or what says so.
         rests: its axis rests, and answers.
         phase: differs when it goes on at rest.
         limit_ns: how long it may rest.
     """
 
-    text: str
+    text: object
     rests: bool
     phase: int
     limit_ns: int
@@ -70,7 +71,7 @@ def _of_python(axis: Axis3601) -> Question:
             return None
         idle = axis.status.MODULE_OK and not axis.moving
         rests = idle and not (command.kind is GEAR and axis.status.ENC_FOLLOWER)
-        return Busy(repr(command), rests, axis.phase, _limit_ns(searches=command.kind is HOME))
+        return Busy(command, rests, axis.phase, _limit_ns(axis.trip_ns, searches=command.kind is HOME))
 
     return ask
 
@@ -84,14 +85,14 @@ def _of_blocks(tags: NamedTags, name: str) -> Question:
         msw, lsw = tags[f"{name}.In[0]"], tags[f"{name}.In[1]"]
         idle = msw & StatusMsw.MODULE_OK.value and not tags[f"{name}.Moving"]
         rests = bool(idle) and not (kind == FOLLOWER and lsw & StatusLsw.ENC_FOLLOWER.value)
-        limit_ns = _limit_ns(searches=kind == SEARCH)
+        limit_ns = _limit_ns(1_000_000 * tags[f"{name}.RoundTrip"], searches=kind == SEARCH)
         return Busy(f"{name}, kind {kind}, step {step}", rests, tags[f"{name}.Out[1]"], limit_ns)
 
     return ask
 
 
-def _limit_ns(*, searches: bool) -> int:
-    return SECOND_NS + HOME_REST_NS * searches
+def _limit_ns(trip_ns: int, *, searches: bool) -> int:
+    return max(SECOND_NS, 3 * trip_ns) + HOME_REST_NS * searches
 
 
 class Rests:

@@ -153,7 +153,7 @@ class Amci3601:
     @property
     def linked(self) -> bool:
         """Whether the PLC reaches the module; one with a fatal error answers with MODULE_OK clear."""
-        return self.trouble in (None, ModuleFault.FATAL_ERROR)
+        return self.trouble is None or self.trouble is ModuleFault.FATAL_ERROR
 
     @property
     def under_way(self) -> str | None:

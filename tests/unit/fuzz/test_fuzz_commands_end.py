@@ -45,7 +45,7 @@ def test_an_axis_that_does_not_is_found(monkeypatch):
 
 MODULE_OK, FOLLOWING = 0x4000, 0x80
 AXIS = {"Step": 2, "Ticket": 3, "Taken": 3, "RunKind": 1, "Moving": False}
-AXIS |= {"In[0]": MODULE_OK, "In[1]": 0, "Out[1]": 0}
+AXIS |= {"In[0]": MODULE_OK, "In[1]": 0, "Out[1]": 0, "RoundTrip": 10}
 
 
 @pytest.mark.parametrize(
@@ -58,6 +58,7 @@ AXIS |= {"In[0]": MODULE_OK, "In[1]": 0, "Out[1]": 0}
         ({"In[0]": 0}, True, None),
         ({}, False, None),
         ({"RunKind": 4}, True, 4),
+        ({"RoundTrip": 600}, True, 1.8),
         ({"RunKind": 10}, True, 1),
         ({"RunKind": 10, "In[1]": FOLLOWING}, True, None),
     ],
