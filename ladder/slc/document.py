@@ -96,7 +96,15 @@ def read_document(path: Path | str) -> Document:
         raise SlcError(f"{path}: the file has more than {MOST_BYTES:,} bytes")
     if b"\0" in data:
         raise SlcError(f"{path}: this is not text: export the program as text, with SOR and EOR")
-    return parse_document(data.decode("utf-8-sig", errors="replace"), str(path), file.stem)
+    return parse_document(_text_of(data), str(path), file.stem)
+
+
+def _text_of(data: bytes) -> str:
+    """Return the text: RSLogix 500 writes Windows' characters, other programs UTF-8."""
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return data.decode("cp1252", errors="replace")
 
 
 def parse_document(text: str, file: str, name: str) -> Document:

@@ -99,6 +99,7 @@ class _Importer:
             report.note(text, "the force is not applied: set it in the rack file", line)
         routines = [self._routine(each) for each in document.ladders.values()]
         program = None
+        reason = f"it can't be built in {ROUNDS} attempts"
         for _ in range(ROUNDS):
             try:
                 program = self._program(routines)
@@ -107,8 +108,11 @@ class _Importer:
             except BuildError as error:
                 program = None
                 if not self._refuse_all(error.problems, routines):
-                    raise
-        if program is not None:
+                    reason = error.problems[0].text
+                    break
+        if program is None:
+            self._refuse_rest(reason)
+        else:
             for each in program.stubs_in_use:
                 name, _, text = each.partition(" = ")
                 report.stubs[name] = text
@@ -158,6 +162,13 @@ class _Importer:
             rungs[rung] = replace(rungs[rung], series=())
             routines[place] = replace(routines[place], rungs=tuple(rungs))
         return bool(empty)
+
+    def _refuse_rest(self, reason: str) -> None:
+        """Refuse all rungs that are left, because they can't be built together."""
+        gone = {(each.routine, each.rung) for each in self._report.refused}
+        for file, rung in self._rungs:
+            if (routine_name(file, {}), rung) not in gone:
+                self._refuse(file, rung, reason, "correct the program")
 
     # --- the program
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from ..errors import TooLongError
 from ..l5x.trial import SCANS, Work, lockstep
 from .importer import Imported
 
@@ -11,7 +12,11 @@ def run_trial(imported: Imported, scans: int = SCANS) -> None:
     program, report = imported.program, imported.report
     if program is None:
         return
-    outcome = lockstep(program, Work(scans))
+    try:
+        outcome = lockstep(program, Work(scans))
+    except TooLongError as error:
+        report.faults[program.name] = str(error)
+        return
     if outcome.difference or outcome.fault:
         report.faults[program.name] = outcome.difference or outcome.fault
     if outcome.scans and not outcome.difference:

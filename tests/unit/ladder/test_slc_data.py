@@ -1,7 +1,11 @@
 """Data files of RSLogix 500 as it saves them: every kind, each value at its place; what is lost is told."""
 
 import pytest
-from scanrack.ladder.slc import export_text, import_text
+from scanrack.ladder import BuildError, Program
+from scanrack.ladder.compiler import writer
+from scanrack.ladder.errors import Problem
+from scanrack.ladder.slc import export_text, import_slc, import_text
+from scanrack.ladder.slc.trial import run_trial
 from slc_files import FUNCTION_FILES, elements, export, forces, image, ladder, slot, texts, words
 
 TIMERS = [("0XA200", 60, 60), *[("0X0200", 60 + place, 0) for place in range(1, 60)]]
@@ -188,3 +192,33 @@ def test_exporting_keeps_the_values():
     again = import_text(export_text(first.program, first.document), "machine")
     for name in ("T33", "F8"):
         assert again.program.tags[name] == first.program.tags[name]
+
+
+def test_what_no_rung_is_to_blame_for_refuses_the_rungs_and_not_the_file(monkeypatch):
+    problem = Problem("somewhere", "", "it does not fit", "correct it")
+
+    def refuse(program):
+        raise BuildError(program.name, [problem])
+
+    monkeypatch.setattr(Program, "build", refuse)
+    found = imported(ladder(2, "NOP", "SVC 1"))
+    assert found.program is None
+    assert [(each.rung, each.reason) for each in found.report.refused] == [
+        (1, "there is no instruction SVC"),
+        (0, "it does not fit"),
+    ]
+
+
+def test_a_file_that_compiles_to_too_much_is_no_error(monkeypatch):
+    monkeypatch.setattr(writer, "MOST_LINES", 5)
+    found = imported(ladder(2, *["ADD N7:0 1 N7:0"] * 9))
+    run_trial(found, 2)
+    assert found.report.ran == 0
+    assert "compiles to more than 5 lines of Python" in found.report.faults["LINE"]
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "cp1252"])
+def test_characters_of_windows_and_of_utf_8(tmp_path, encoding):
+    path = tmp_path / "line.SLC"
+    path.write_bytes(export(ladder(2, "NOP"), project="Größe").encode(encoding))
+    assert import_slc(path).document.name == "Größe"
