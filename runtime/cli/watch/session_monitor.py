@@ -285,20 +285,19 @@ class SessionMonitor(Monitor):
         subject = self.subject
         programs, end = indexable(subject.programs.all)
         first = next((min(each.kept.scans) for each in subject.programs.all if each.kept.scans), None)
-        if not programs:
+        if programs and first is None:
+            return
+        self._index_to = min(first - 1, end) if first is not None and programs else -1
+        if self._index_to < 0 and not self._setup.started:
             self._indexed = True
-            return
-        if first is None:
-            return
-        self._indexed = True
-        self._index_to = min(first - 1, end)
-        if self._index_to < 0:
             return
         trace = subject.timeline.opened()
         if trace is None:
-            self._indexed = False  # nothing of it has been written yet
-            return
+            return  # nothing of it has been written yet
+        self._indexed = True
         recorded = self.log.earlier = RecordedEvents(trace)
+        if self._index_to < 0:
+            return
         self._indexer = Indexer(programs, subject.words, subject.spec.scan_ns, recorded, subject.keep)
 
     # --- orders

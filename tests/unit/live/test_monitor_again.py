@@ -1,0 +1,39 @@
+"""A monitor that is started again shows the session at once, however long it has run.
+
+Broken on purpose: all events of the recording read at the start: a test turns red.
+"""
+
+import socket
+from multiprocessing.connection import Connection
+
+import pytest
+from live_sessions import FEEDER, LiveSession
+from recordings import chunks_read
+from scanrack.runtime.cli.watch.monitor import About
+from scanrack.runtime.cli.watch.page import Page
+from scanrack.runtime.cli.watch.session_monitor import Ran, SessionMonitor, Setup
+
+PRESSED = 50
+
+
+@pytest.mark.parametrize("scans", [6_000, 20_000])
+def test_its_first_picture_takes_a_few_chunks(tmp_path, monkeypatch, scans):
+    trace = tmp_path / "session.mcap"
+    press = {"do": "press", "slot": 1, "name": "capture", "on": True}
+    session = LiveSession([(PRESSED, press)], trace)
+    session.play(scans)
+    ran = Ran(0, str(FEEDER.parent), "feeder.toml", "feeder.rung")
+    about = About("0", "feeder", str(FEEDER), "rack", False, False, None)
+    setup = Setup(session.ring.shape, about, "", "", 0, (1,), str(trace), (ran,), started=1)
+    for _ in range(8):  # what the monitor before has read is overwritten
+        session.ring.messages.write(b'{"values":{"scan":0,"values":{}}}' + b" " * (1 << 17))
+    mine, theirs = socket.socketpair()
+    with theirs, Connection(mine.detach()) as pipe:
+        read = chunks_read(monkeypatch)
+        monitor, page = SessionMonitor(setup, session.ring, pipe), Page()
+        monitor.join(page)
+        monitor.tick()
+        assert monitor.frame(page)["scan"] == scans - 1
+        assert len(read) <= 12
+        assert any(each["scan"] == PRESSED + 1 for each in monitor.log.earlier.up_to(PRESSED + 10))
+        monitor.subject.timeline.close()
