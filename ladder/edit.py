@@ -10,6 +10,7 @@ A file of retained tags is JSON: the program's name, and per tag its type and it
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -143,7 +144,25 @@ def _take(engine: Engine, tag: Tag, kind: str, value: Any) -> list[str]:
     except ValueError as error:
         engine.tags[tag.name] = before
         return [str(error)]
-    return []
+    short = next(_shortages(tag.name, value, before), None)
+    if short is not None:
+        engine.tags[tag.name] = before
+    return [] if short is None else [short]
+
+
+def _shortages(name: str, value: Any, whole: Any) -> Iterator[str]:
+    """Yield where a stored value has fewer elements or members than the tag."""
+    if isinstance(value, list) and isinstance(whole, list):
+        if len(value) < len(whole):
+            yield f"{name} has {len(whole)} elements, in the file {len(value)}"
+        for number, (each, own) in enumerate(zip(value, whole, strict=False)):
+            yield from _shortages(f"{name}[{number}]", each, own)
+    elif isinstance(value, dict) and isinstance(whole, dict):
+        for key, own in whole.items():
+            if key not in value:
+                yield f"{name}.{key} is not in the file"
+            else:
+                yield from _shortages(f"{name}.{key}", value[key], own)
 
 
 def _stored(text: str) -> dict[str, list[Any]]:

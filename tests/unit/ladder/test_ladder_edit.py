@@ -1,5 +1,7 @@
 """Values that outlive a program: in an edited one, and in the next run."""
 
+import json
+
 import pytest
 from scanrack.ladder import Controller, LadderError
 from scanrack.ladder.debug import Debugger
@@ -165,3 +167,37 @@ def test_values_out_of_range_are_refused_tag_by_tag():
 def test_another_file_is_refused(text):
     with pytest.raises(LadderError):
         retain(parse_program(BEFORE).engine, text)
+
+
+ARRAYS = """PROGRAM line
+TYPE Pair (A : DINT, B : DINT[3])
+TAG One : DINT[5]
+TAG Two : DINT[2,3]
+TAG Both : Pair[2]
+ROUTINE Main
+;
+END
+"""
+
+WHOLE = {"A": 1, "B": [1, 2, 3]}
+
+
+@pytest.mark.parametrize(
+    ("tag", "value", "said"),
+    [
+        ("One", [1, 2], "One has 5 elements, in the file 2"),
+        ("One", [], "One has 5 elements, in the file 0"),
+        ("Two", [[1, 2, 3]], "Two has 2 elements, in the file 1"),
+        ("Two", [[1, 2, 3], [4]], "Two[1] has 3 elements, in the file 1"),
+        ("Both", [WHOLE, {"A": 1}], "Both[1].B is not in the file"),
+        ("Both", [WHOLE, {"A": 1, "B": [1]}], "Both[1].B has 3 elements, in the file 1"),
+    ],
+)
+def test_a_retained_value_that_is_too_short_is_told_and_not_taken(tag, value, said):
+    """Once the rest was filled with zeros without a word."""
+    program = parse_program(ARRAYS)
+    stored = json.loads(retained_text(program.engine))
+    stored["tags"][tag][1] = value
+    before = program.engine.tags[tag]
+    assert retain(program.engine, json.dumps(stored)) == [said]
+    assert program.engine.tags[tag] == before
