@@ -9,7 +9,7 @@ from pathlib import Path
 
 from ....traces.guard import NOTHING, Kind, OwnedError, Used
 from ....traces.locking import could_lock
-from ....traces.newfile import new_file
+from ....traces.newfile import naming, new_file
 
 OF_A_CAMPAIGN = Kind("a file of a campaign", lambda _content: True)
 """Anything in a folder that passed `locked`."""
@@ -33,16 +33,16 @@ def locked(folder: Path) -> Iterator[None]:
     folder.mkdir(parents=True, exist_ok=True)
     if any(folder.iterdir()) and not any((folder / name).exists() for name in (NAME, STATE_NAME)):
         raise OwnedError(f"{folder} has files in it that are not of a campaign: give --out another folder")
-    with (folder / NAME).open("a+", encoding="utf-8") as file:
+    with (folder / NAME).open("a+b", buffering=0) as file:
         if not could_lock(file.fileno()):
             file.seek(0)
             raise ValueError(
-                f"{folder}: another campaign{_of(file.read())} is at work there: wait for its end, or give "
-                "--out another folder"
+                f"{folder}: another campaign{_of(file.read().decode('ascii', 'replace'))} is at work there: "
+                "wait for its end, or give --out another folder"
             )
-        file.truncate(0)
-        file.write(str(os.getpid()))
-        file.flush()
+        with naming(folder / NAME):  # a full disk
+            file.truncate(0)
+            os.write(file.fileno(), str(os.getpid()).encode())
         yield
 
 

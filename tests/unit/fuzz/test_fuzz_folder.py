@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import errno
 import json
+import os
 from collections import Counter
 
 import pytest
 from scanrack.io_images.amci3601 import InputBit
-from scanrack.runtime.app.fuzz import Broken, Found, Press, Scenario
+from scanrack.runtime.app.fuzz import Broken, Found, Press, Scenario, folder_lock
 from scanrack.runtime.app.fuzz.folder_lock import locked
 from scanrack.runtime.app.fuzz.state import CampaignError, State, read_state, write_state
 from scanrack.runtime.cli import build
@@ -30,6 +32,16 @@ def test_a_second_campaign_is_refused_and_the_folder_is_free_afterwards(tmp_path
     assert refused.stderr.startswith(f"scanrack: {out}: another campaign (process ")
     assert not (out / "state.json").exists()
     assert CliRunner().invoke(build(), command).exit_code == 0
+
+
+def test_a_full_disk_is_told_with_the_file(tmp_path, monkeypatch):
+    def full(_number, _data):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(folder_lock.os, "write", full)
+    with pytest.raises(OSError, match="No space left on device") as told, locked(tmp_path):
+        pass
+    assert told.value.filename == str(tmp_path / ".lock")
 
 
 @pytest.fixture
