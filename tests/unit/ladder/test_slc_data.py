@@ -190,6 +190,8 @@ def test_exporting_keeps_the_values():
         ladder(2, "TON T33:0 1.0 60 60"), elements("T33", TIMERS), words("F8", ["1.#INF", "0.5"])
     )
     again = import_text(export_text(first.program, first.document), "machine")
+    assert first.program is not None
+    assert again.program is not None
     for name in ("T33", "F8"):
         assert again.program.tags[name] == first.program.tags[name]
 
