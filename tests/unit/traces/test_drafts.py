@@ -56,15 +56,15 @@ class Disk(io.BytesIO):
         self.content = self.getvalue()
 
 
-def recorder_of(disk: Disk, memory: bytearray, **options: bool) -> ScanRecorder:
-    file = TraceFile(disk, "run.mcap", **options)
+def recorder_of(disk: Disk, memory: bytearray) -> ScanRecorder:
+    file = TraceFile(disk, "run.mcap", drafts=True)
     return ScanRecorder(file, memory, SLOTS, scan_period_ns=2_000_000, chunk_scans=50)
 
 
 def record(disk: Disk, *, every: int = 0, scans: int = SCANS, attach: int = -1) -> Iterator[int]:
     """Record noise, with events, and a draft every so many scans; yield each recorded scan's number."""
     memory, noise = bytearray(32), random.Random(5)
-    recorder = recorder_of(disk, memory, drafts=True)
+    recorder = recorder_of(disk, memory)
     for scan in range(scans):
         if scan == attach:
             recorder.attach(scan, [Attachment("more.py", b"x = 1\n" * 20)])

@@ -51,6 +51,9 @@ class Disk:
         self.content += data[:taken]
         return taken
 
+    def seek(self, place: int, /) -> int:
+        raise NotImplementedError("only drafts seek")
+
     def truncate(self, size: int, /) -> int:
         del self.content[size:]
         return size
