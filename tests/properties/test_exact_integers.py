@@ -147,8 +147,8 @@ def test_numbers_of_two_types_compare_as_pythons(
             )
             for side in (0, 1)
         ]
-        with open_trace(paths[0]) as one, open_trace(paths[1]) as other:
-            found = compare(one, other, Tolerance(time_ns=PERIOD_NS if tolerant else 0))
+        with open_trace(paths[0]) as first, open_trace(paths[1]) as second:
+            found = compare(first, second, Tolerance(time_ns=PERIOD_NS if tolerant else 0))
     extents = {extent.name: extent for extent in found.extents}
     for at, ((_, a), (_, b)) in enumerate(pairs):
         wanted = {scan for scan in range(SCANS) if missing(a, b, scan, int(tolerant))}
@@ -162,9 +162,9 @@ def test_numbers_of_two_types_compare_as_pythons(
         else:
             assert (0 if extent is None else extent.scans) == len(wanted)
     for detail in found.first.details if found.first else ():
-        a, b = pairs[int(detail.name[1:])]
+        one, other = pairs[int(detail.name[1:])]
         assert found.first is not None
-        said = a[1][found.first.scan], b[1][found.first.scan_b]
+        said = one[1][found.first.scan], other[1][found.first.scan_b]
         assert (float(detail.text_a), float(detail.text_b)) == pytest.approx(said, nan_ok=True)
 
 

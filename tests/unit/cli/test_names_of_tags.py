@@ -10,7 +10,6 @@ from typing import Any
 
 import click
 import pytest
-from click.testing import Result
 from l5x_files import data_type, document, ladder, member, program, tag, task
 from scanrack.ladder.debug import Debugger
 from scanrack.runtime.app.bench.opening import open_bench
@@ -18,7 +17,7 @@ from scanrack.runtime.cli import build
 from scanrack.traces.compare import compare, report
 from scanrack.traces.reader import open_trace
 from typer.main import get_command
-from typer.testing import CliRunner
+from typer.testing import CliRunner, Result
 
 STEPS = ("ADD(Step,1,Step);", "GRT(Step,4)OTE(Go);")
 LOCAL = [tag("Step", "DINT"), tag("Go", "BOOL")]
