@@ -1,6 +1,7 @@
 """For everybody: keyboard, names, no colour alone, dark and light, reduced motion, narrow; markup is text."""
 
 import json
+from functools import partial
 
 import pytest
 from contrast import contrast
@@ -158,7 +159,7 @@ def test_long_names_do_not_widen_a_narrow_window(page, tmp_path):
         page.until_there(".events button")
         for width in (400, 1600):
             page.look(width, 800)
-            until(lambda wide=width: page.run("return innerWidth") == wide)
+            until(partial(page.run, "return innerWidth === arguments[0]", width))
             assert page.run(WIDE)[0] <= width
 
 

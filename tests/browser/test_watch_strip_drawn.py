@@ -56,7 +56,7 @@ def test_bars_behind_the_present_are_those_of_the_recording(page, tmp_path, feed
     for begin, end in seen["own"]:
         inside = levels[int((begin + PIXEL_NS) // PERIOD_NS) : int((end - PIXEL_NS) // PERIOD_NS)]
         assert all(inside), (begin, end)
-    for scan, level in enumerate(levels[: seen["scan"]]):
+    for scan, on in enumerate(levels[: seen["scan"]]):
         time = scan * PERIOD_NS
-        if level and time > first:
+        if on and time > first:
             assert any(begin - PIXEL_NS <= time <= end + PIXEL_NS for begin, end in seen["own"]), scan

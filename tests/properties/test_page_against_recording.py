@@ -15,7 +15,7 @@ import pytest
 from live_sessions import FEEDER, LiveSession
 from page_model import PERIOD_NS, TAGS, Lanes, Recorded
 from scanrack.runtime.app.repeating import orders_of
-from scanrack.runtime.cli.watch.monitor import About
+from scanrack.runtime.cli.watch.monitor import About, Monitor
 from scanrack.runtime.cli.watch.page import Page
 from scanrack.runtime.cli.watch.recorded import Place, Recording
 from scanrack.runtime.cli.watch.session_monitor import Ran, SessionMonitor, Setup
@@ -69,7 +69,7 @@ class Watching:
         ring, machines = self.session.ring, tuple(self.session.machines)
         about = About("0", "feeder", str(rack), "rack", False, False, str(trace), True)
         setup = Setup(ring.shape, about, "", "", 0, machines, str(trace), self.programs())
-        self.monitor = SessionMonitor(setup, ring, Pipe()[0])
+        self.monitor: Monitor = SessionMonitor(setup, ring, Pipe()[0])
         self.page, self.asking = Page(), Page()
         for each in (self.page, self.asking):
             self.monitor.join(each)

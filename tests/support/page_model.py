@@ -80,7 +80,7 @@ class Lanes:
 
     def known(self, name, recorded):
         """Return the scans of which a value is known, after checking each with the recording."""
-        found = set()
+        found: set[int] = set()
         points = self.points.get(name, [])
         for point, following in pairwise(points):
             first, last = point[0] // PERIOD_NS, following[0] // PERIOD_NS
