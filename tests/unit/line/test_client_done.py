@@ -30,7 +30,7 @@ def idle_pcl601() -> Pcl601:
     """Return a controller that answers commands and outputs, and does nothing."""
     device = Pcl601()
     device.controller.do = lambda code: True  # type: ignore[method-assign]
-    device.controller.set_outputs = lambda values, mask: True  # type: ignore[method-assign]
+    device.controller.set_outputs = lambda outputs, mask=0xFF: True  # type: ignore[method-assign]
     return device
 
 
@@ -119,7 +119,8 @@ def test_speed_mode_is_left_when_the_status_says_so() -> None:
     controller = Controller()
     client = Pmc006Client(BusLink(Pmc006(controller)))
     client.run()
-    controller.execute = lambda code, data, of=controller.execute: of(code, data) if code != ord("N") else 0  # type: ignore
+    execute = controller.execute
+    controller.execute = lambda code, data: 0 if code == ord("N") else execute(code, data)  # type: ignore[method-assign]
     with pytest.raises(RefusedError, match="the motor is still in speed mode"):
         client.slow_down()
 
