@@ -6,6 +6,7 @@ Broken on purpose: a paced CPU that never runs its modules ahead, a journal of e
 from contextlib import ExitStack
 
 from live_sessions import FEEDER, LiveSession
+from scanrack.ladder import LadderLogic
 from scanrack.ladder.debug import Debugger
 from scanrack.runtime.app.loading import load_job
 from scanrack.runtime.app.running import JobRun
@@ -44,6 +45,8 @@ def test_another_speed_than_the_fullest_waits_for_the_clock_from_the_next_scan_o
 
 def test_scans_are_remembered_only_while_there_are_breakpoints_on_rungs():
     program, other = (load_job(str(FEEDER)).logic for _ in range(2))
+    assert isinstance(program, LadderLogic)
+    assert isinstance(other, LadderLogic)
     bare, whole = Debugger(program, remembered=0), Debugger(other)
     for debugger in (bare, whole):
         debugger.scan(10)

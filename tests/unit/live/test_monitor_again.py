@@ -35,5 +35,7 @@ def test_its_first_picture_takes_a_few_chunks(tmp_path, monkeypatch, scans):
         monitor.tick()
         assert monitor.frame(page)["scan"] == scans - 1
         assert len(read) <= 12
-        assert any(each["scan"] == PRESSED + 1 for each in monitor.log.earlier.up_to(PRESSED + 10))
+        assert monitor.log.earlier is not None
+        earlier = monitor.log.earlier.up_to(PRESSED + 10, 100)
+        assert any(each["scan"] == PRESSED + 1 for each in earlier)
         monitor.subject.timeline.close()

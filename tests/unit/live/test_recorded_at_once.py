@@ -107,6 +107,7 @@ def test_the_first_picture_of_a_long_recording_does_not_wait_for_its_values(coun
 def test_values_of_another_scan_are_not_shown_for_one_whose_are_not_known(counted, tmp_path):
     with opened(counted, tmp_path, scan=3) as seen:
         seen.monitor.ask(seen.page, {"id": 1, "do": "show", "routine": "Main"})
+        assert seen.monitor._indexer is not None
         while seen.monitor._indexer.next <= 10:
             seen.monitor.tick()
         assert seen.hear()["tags"]["Count"] == 4
