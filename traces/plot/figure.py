@@ -23,9 +23,8 @@ from . import axis, colours
 from .chart import Chart, Panel, groups_of
 from .envelope import Curve
 from .figure_lanes import draw_lanes, rows_of
-from .labels import placed, shortened
+from .labels import Label, placed, shortened
 from .lanes import RAMP_STATES
-from .marks import Mark
 from .sizes import (
     AXIS,
     DPI,
@@ -233,8 +232,8 @@ def _draw_marks(canvas: _Canvas, panel: Panel[Curve], top: float) -> None:
         axes.vlines(times, 0, 0.12, color=colour, linewidth=1.0)
     letter = LETTER / (WIDTH - LEFT - RIGHT)  # as a part of the axis
     labels = placed(panel.marks, canvas.chart.start_ns, canvas.chart.end_ns, letter, LABEL_ROWS)
-    for mark, row in labels:
-        _draw_label(axes, mark, 0.16 + 0.29 * row)
+    for label in labels:
+        _draw_label(axes, label, 0.16 + 0.29 * label.row)
     name = f"{panel.name}  {panel.about}"
     axes.text(-0.145, 0.62 if panel.marks else 0.5, name, transform=axes.transAxes, size=9.5, weight="bold")
     untold = len(panel.marks) - len(labels)
@@ -243,14 +242,16 @@ def _draw_marks(canvas: _Canvas, panel: Panel[Curve], top: float) -> None:
         axes.text(-0.145, 0.25, f"{untold:,} {more}", transform=axes.transAxes, size=LABEL_SIZE)
 
 
-def _draw_label(axes: Any, mark: Mark, height: float) -> None:
+def _draw_label(axes: Any, label: Label, height: float) -> None:
+    mark = label.mark
     colour = colours.MARKS[mark.kind]
     axes.vlines(mark.time_ns, 0, height + 0.2, color=colour, linewidth=0.5, zorder=1)
     axes.annotate(
         mark.label,
         (mark.time_ns, height),
-        xytext=(2, 0),
+        xytext=(-2 if label.before else 2, 0),
         textcoords="offset points",
+        ha="right" if label.before else "left",
         size=LABEL_SIZE,
         color=colour,
         bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.3},

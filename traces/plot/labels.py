@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 from .marks import KINDS, Mark
 
@@ -15,10 +16,22 @@ MANY = 30
 """A label that occurs more often than this is given once, with how often."""
 
 
-def placed(
-    marks: Sequence[Mark], start_ns: int, end_ns: int, letter: float, rows: int
-) -> list[tuple[Mark, int]]:
-    """Choose the marks with labels, and a row for each label; a label begins at its mark.
+class Label(NamedTuple):
+    """A label that is drawn.
+
+    Attributes:
+        mark: what it belongs to.
+        row: its row, 0 or more.
+        before: whether it ends at its mark, for want of room behind it, and does not begin there.
+    """
+
+    mark: Mark
+    row: int
+    before: bool
+
+
+def placed(marks: Sequence[Mark], start_ns: int, end_ns: int, letter: float, rows: int) -> list[Label]:
+    """Choose the marks with labels and their places: behind the mark, or before it at the right edge.
 
     The most telling kinds come first; within a kind the earlier mark does. Of very many with one label
     the first tells how many there are.
@@ -29,21 +42,20 @@ def placed(
         end_ns: where it ends.
         letter: width of a letter, as a part of the axis' length.
         rows: how many rows of labels there are.
-
-    Returns:
-        Each mark that gets a label, and its row, 0 or more.
     """
     span = max(1, end_ns - start_ns)
     taken: list[list[tuple[float, float]]] = [[] for _ in range(rows)]
     labels = []
     for mark in sorted(_folded(marks), key=lambda mark: KINDS.index(mark.kind)):
-        left = (mark.time_ns - start_ns) / span
-        right = left + len(mark.label) * letter
+        left, wide = (mark.time_ns - start_ns) / span, len(mark.label) * letter
+        before = left + wide > 1
+        left -= wide * before
+        right = left + wide
         for row, spans in enumerate(taken):
             gap = GAP * letter
-            if right <= 1 and all(right + gap <= begin or left >= end + gap for begin, end in spans):
+            if left >= 0 and all(right + gap <= begin or left >= end + gap for begin, end in spans):
                 spans.append((left, right))
-                labels.append((mark, row))
+                labels.append(Label(mark, row, before))
                 break
     return labels
 

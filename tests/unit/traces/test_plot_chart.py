@@ -176,8 +176,10 @@ def test_labels_do_not_overlap(given: list[tuple[int, str]]) -> None:
     marks = [Mark(time, 1, kind, "ABC", "") for time, kind in given]
     letter = 0.01
     spans: dict[int, list[float]] = {}
-    for mark, row in placed(marks, 0, 1000, letter, 2):
-        spans.setdefault(row, []).append(mark.time_ns / 1000)
+    for mark, row, before in placed(marks, 0, 1000, letter, 2):
+        left = mark.time_ns / 1000 - 3 * letter * before
+        assert 0 <= left <= 1 - 3 * letter + 1e-9
+        spans.setdefault(row, []).append(left)
     for lefts in spans.values():
         distances = np.diff(sorted(lefts))
         assert (distances >= (3 + GAP) * letter - 1e-9).all()
@@ -185,7 +187,15 @@ def test_labels_do_not_overlap(given: list[tuple[int, str]]) -> None:
 
 def test_rules_get_their_label_before_moves() -> None:
     marks = [Mark(0, 1, "move", "m", ""), Mark(1, 1, "rule", "r", "")]
-    assert [mark.label for mark, _ in placed(marks, 0, 1000, 0.01, 1)] == ["r"]
+    assert [mark.label for mark, *_ in placed(marks, 0, 1000, 0.01, 1)] == ["r"]
+
+
+def test_a_label_at_the_right_edge_is_before_its_mark() -> None:
+    marks = [Mark(500, 1, "rule", "early", ""), Mark(1000, 1, "broken", "the failure", "")]
+    assert [(mark.label, before) for mark, _, before in placed(marks, 0, 1000, 0.01, 1)] == [
+        ("the failure", True),
+        ("early", False),
+    ]
 
 
 # -- pictures -----------------------------------------------------------------------------------------

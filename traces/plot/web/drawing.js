@@ -240,8 +240,8 @@ function drawMarks(panel, top, bottom, deepest) {
       line(xOf(mark.time), top + MARKS - 8, xOf(mark.time), deepest, shade(data.colours.marks[mark.kind]));
     }
     const labels = placed(shown);
-    for (const { x, row, mark } of labels) {
-      line(x, top + MARKS - 16 - 14 * row, x, top + MARKS, shade(data.colours.marks[mark.kind]));
+    for (const { at, row, mark } of labels) {
+      line(at, top + MARKS - 16 - 14 * row, at, top + MARKS, shade(data.colours.marks[mark.kind]));
     }
     for (const { x, row, mark, wide } of labels) {
       pen.fillStyle = paper();
@@ -254,10 +254,13 @@ function drawMarks(panel, top, bottom, deepest) {
 const isBroken = mark => mark.kind === "broken";
 
 // Places of the labels of marks that find room in one of the rows; what is broken has the first one.
+// A label is behind its mark (at), or before it where it would be cut at the right edge.
 function placed(marks) {
   pen.font = MARK_FONT;
-  const label = (mark, row) => (
-    { x: xOf(mark.time), row, mark, wide: pen.measureText(mark.label).width + 2 });
+  const label = (mark, row) => {
+    const at = xOf(mark.time), wide = pen.measureText(mark.label).width + 2;
+    return { at, x: at + wide + 3 > xOf(view.end) ? at - wide - 4 : at, row, mark, wide };
+  };
   const kept = marks.filter(isBroken).map(mark => label(mark, 0));
   const ends = new Array(MARK_ROWS).fill(-Infinity), labels = [];
   for (const mark of marks.filter(mark => !isBroken(mark))) {
