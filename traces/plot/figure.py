@@ -192,6 +192,9 @@ def _draw_curve(axes: Any, curve: Curve, name: str) -> None:
     axes.locator_params(axis="y", nbins=5, integer=True)
     axes.grid(axis="y", color=colours.GRID, linewidth=0.6)
     axes.margins(y=0.08)
+    low, high = axes.get_ylim()
+    if high - low < 1:  # it never changes: an axis of whole numbers needs room for some
+        axes.set_ylim(round(low) - 1, round(high) + 1)
 
 
 def _draw_number(axes: Any, curve: Curve, name: str, *, fractional: bool) -> None:
