@@ -28,6 +28,7 @@ class Equivalent(NamedTuple):
 
 BEFORE_CONFIGURATION = "commands count after a configuration only, and its words take the place of these"
 NO_COUNTS = "an encoder move by no counts is complete at once, without a direction"
+IN_PLACE_OF_UNKNOWN = "any legal value may stand for an argument that the text does not tell"
 A_DIRECTION = "a motion's direction is +1 or -1"
 
 EQUIVALENT = (
@@ -108,6 +109,23 @@ EQUIVALENT = (
     Equivalent("traces/export/vcd.py", "_lines", "True", "False", "both have a row for each value"),
     Equivalent("traces/packed.py", "PackedScans.__init__", "1", "2", "how well it compresses shows nowhere"),
     Equivalent(f"{LAYER}/configuring.py", "", "1", "2", "bit 0 is live, and no latch has it"),
+    Equivalent("runtime/app/check/python_facts.py", "", "0", "1", IN_PLACE_OF_UNKNOWN),
+    Equivalent("runtime/app/check/sequence_calls.py", "", "0", "1", IN_PLACE_OF_UNKNOWN),
+    Equivalent(
+        "runtime/app/check/output_writes.py",
+        "WriteReader._written",
+        "0",
+        "1",
+        "word and bits are put in afterwards, and bit 0 of an unknown value is not looked at",
+    ),
+    Equivalent(
+        "runtime/config/rackfile.py",
+        "explain",
+        "False",
+        "True",
+        "nothing reads the address",
+    ),
+    Equivalent("runtime/app/trust.py", "fingerprints", "0", "1", "without files no line has the width"),
     Equivalent(f"{LAYER}/operation.py", "limit_of", "direction > 0", "direction >= 0", A_DIRECTION),
 )
 

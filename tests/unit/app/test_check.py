@@ -1,6 +1,7 @@
 """`scanrack check`: each rule finds its planted mistake, with file and line; sound racks have none."""
 
 import json
+import re
 import shutil
 from pathlib import Path
 
@@ -246,6 +247,7 @@ SEQUENCES_SOUND = [
         "class Line(Logic)",
         "class Other:\n    def go(self):\n        self.axis.advance(9_000_000)\n\n\nclass Line(Logic)",
     ),
+    ("self.lamp = bool(self.stop)", "self.lamp = bool(self.stop); spare.axis.advance(9_000_000)"),
     ("(0, 4000):", "(9_000_000, 4000):\n                target -= 9_000_000"),
     ("speed=500, acceleration=1, deceleration=1", "**dict(speed=5, acceleration=1, deceleration=1)"),
 ]
@@ -359,6 +361,38 @@ def test_a_configuration_that_cannot_be_seen_is_said(check):
     status, findings, not_seen = check(".rung", program)
     assert (status, findings) == (0, [])
     assert any("slot 1: no configuration in constants" in each for each in not_seen)
+
+
+def test_a_configuration_of_a_single_word_leaves_an_input_out(check):
+    """16#8424, which is -31,708 as an INT, uses the home and the CCW limit switch, and not the CW one."""
+    program = RUNGS.replace("COP(Words,axis.O.Data,8)", "MOV(-31708,axis.O.Data[0])")
+    _, findings, not_seen = check(".rung", "".join(re.split("TAG Words.*\n", program)))
+    assert [each[:2] for each in findings] == [("not-configured", "line.toml:10")]
+    assert not_seen == []
+
+
+def test_routines_in_python_may_use_all(check):
+    program = f"""\
+from scanrack.ladder.rungfile import parse_program
+
+line = parse_program({RUNGS.replace("OTE(Local:3:O.Data.0)", "JSR(LAMP,0)")!r})
+
+
+@line.function
+def LAMP(tags):
+    tags["Local:3:O.Data.0"] = 1
+"""
+    status, findings, not_seen = check(".py", program, RACK.replace("line{suffix}", "line{suffix}:line"))
+    assert (status, findings) == (0, [])
+    assert "routines in Python (LAMP) may use any tag and any terminal" in not_seen
+
+
+def test_words_of_another_card_are_no_command(check):
+    """The words would be a move at 5,000 steps/s with an acceleration of 2,001, which a 3601 refuses."""
+    program = RUNGS.replace("TAG Pulse", "TAG Curve : INT[8] := [1, 0, 4, 0, 5, 0, 2001, 1]\nTAG Pulse")
+    program = program.replace("END", "COP(Curve,Local:5:O.Data[0],4);\nEND")
+    rack = RACK + '[[slot]]\nnumber = 5\nmodule = "1762-OF4"\n'
+    assert check(".rung", program, rack)[:2] == (0, [])
 
 
 def test_what_cannot_be_used_is_refused(tmp_path):

@@ -80,10 +80,25 @@ END
 """
 
 
+INDEXED = """\
+PROGRAM line
+SLOT axis : 1
+TAG Words : INT[8] := [0, 0, 0, 0, 0, 0, 2001, 0]
+TAG At : INT
+ROUTINE Main
+MOV(1,Words[At]);
+COP(Words,axis.O.Data,7);
+END
+"""
+
+
 @pytest.mark.parametrize(
     ("program", "expected"),
     [
         (STAGED, [("out-of-range", 8)]),
+        (STAGED.replace("INT[10]", "INT[10] := [0]"), [("out-of-range", 8)]),
+        (INDEXED, []),
+        (INDEXED.replace("Words[At]", "Words[0]").replace("TAG At : INT\n", ""), [("out-of-range", 6)]),
         (STAGED.replace("XIO(Go)MOV(0,Words[2]);", "NOP();"), [("command-held", 6), ("out-of-range", 8)]),
         (STAGED.replace(",8);", ",4);"), []),
         (TEMPLATE, [("command-held", 7)]),
@@ -92,7 +107,8 @@ END
 def test_words_behind_an_offset(program, expected, tmp_path):
     """Word 8 of the tag is word 6 of the module; word 1 is none of it. Four words are no whole image.
 
-    A command whose target is written, and not its first word, is given where it is copied.
+    A command whose target is written, and not its first word, is given where it is copied. Which word an
+    index reaches is not known, so none of them is a constant.
     """
     (tmp_path / "rack.toml").write_text(RACK)
     (tmp_path / "line.rung").write_text(program)

@@ -4,6 +4,7 @@
 
 import pytest
 from scanrack.runtime.config import rackfile
+from scanrack.runtime.config.quantities import parse_time
 from scanrack.runtime.config.rackfile import RackFileError, load_rack_file
 
 GOOD = """\
@@ -327,6 +328,24 @@ MISTAKES = {
         49,
         "force.value = 2: 'slot1.status.IN_CAPTURE' cannot be forced to 2: a bit is 0 to 1",
     ),
+    "an axis on an empty slot": (
+        "[[force]]",
+        "[axes.Feed]\nslot = 9\n[[force]]",
+        48,
+        "axes.Feed.slot = 9: this slot is empty: modules sit in 1, 2",
+    ),
+    "a slot of two axes": (
+        "[[force]]",
+        "[axes.Feed]\nslot = 2\n[axes.Cut]\nslot = 2\n[[force]]",
+        50,
+        "axes.Cut.slot = 2: Feed has this slot already",
+    ),
+    "a name without end": (
+        "seed = 3",
+        f"seed.{'a.' * 15}a = 3",
+        9,
+        "a name of more than 16 parts",
+    ),
     "no program": ('program = "line.py"', "", 1, "program: this key is missing"),
     "no slots": (
         '[[slot]]\nnumber = 2\nmodule = "amci3601"',
@@ -369,6 +388,23 @@ def test_several_mistakes_are_told_in_the_order_of_their_lines(tmp_path):
         [f"{path}:9", "s"],
         [f"{path}:44", "slot.number = -2"],
     ]
+
+
+def test_an_array_without_entries_is_told_beside_the_mistakes_of_another(tmp_path):
+    path = tmp_path / "line.toml"
+    path.write_text('program = "line.py"\nslot = []\n[[force]]\nvalue = 1\n', "utf-8")
+    with pytest.raises(RackFileError) as caught:
+        load_rack_file(path)
+    assert str(caught.value).splitlines() == [
+        f"{path}:2: slot: allowed is an array of 1 or more",
+        f"{path}:3: force.address: this key is missing",
+    ]
+
+
+@pytest.mark.parametrize("text", ["10 weeks", "10", "s"])
+def test_what_is_no_time_is_told_with_the_units(text):
+    with pytest.raises(ValueError, match=r"is not a time: write a number and a unit .*'10 s'"):
+        parse_time(text)
 
 
 def test_an_old_firmware_behind_a_micrologix(tmp_path):

@@ -162,6 +162,13 @@ def test_mistakes_are_told_with_their_line(tmp_path, keys, says):
     assert 5 <= int(line) <= 5 + len(keys.splitlines())
 
 
+def test_the_only_slot_of_a_rack_is_on_a_real_port(tmp_path):
+    rack = RACK.replace('module = "amci3601"', 'module = "pcl601-adapter"\nport = "tcp:localhost:4001"')
+    says = r'rack\.toml:8: incident\.what = "line-down": the line of a real port can\'t be disturbed'
+    with pytest.raises(RackFileError, match=says):
+        loaded(tmp_path, rack + 'at_s = 1\nwhat = "line-down"')
+
+
 def test_the_key_is_turned_to_program_and_back():
     modes = []
 
