@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 from collections.abc import Iterator
 from pathlib import Path
@@ -70,8 +71,13 @@ def _heeded_signals() -> Iterator[None]:
 
 
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int | None:
-    """Use a process for each core for the whole suite, and none more for the tests that are named."""
-    return None if config.args_source is pytest.Config.ArgsSource.TESTPATHS else 0
+    """Use a process for each core and two more for the whole suite, and one for tests that are named.
+
+    Two, since tests with a browser or in real time mostly wait.
+    """
+    whole = config.args_source is pytest.Config.ArgsSource.TESTPATHS
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return cores + 2 if whole else 0
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
