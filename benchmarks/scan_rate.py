@@ -144,7 +144,8 @@ def table(scans: int, rounds: int) -> None:
             count = max(scans // modules, 1_000)
             for trace in (None, Path(folder) / "trace.mcap"):
                 took = min(measure_scans(modules, count, trace) for _ in range(rounds)) / count
-                floor = min(measure_floor(modules, count, trace) for _ in range(rounds)) / count
+                plain = trace and trace.with_suffix(".bin")  # a recording replaces no file of another kind
+                floor = min(measure_floor(modules, count, plain) for _ in range(rounds)) / count
                 recording = "no" if trace is None else "yes"
                 print(
                     f"{modules:>7} {recording:>9} {1 / took:>9,.0f} {took * 1e6:>8.2f} "
