@@ -8,7 +8,7 @@ import shutil
 
 import pytest
 from scanrack.traces.reader import open_trace
-from watching import FEEDER, page_of, watched
+from watching import FEEDER, PATIENCE_S, page_of, watched
 
 
 @pytest.fixture
@@ -20,10 +20,10 @@ def feeder(tmp_path):
 
 async def told(page, key):
     """Wait for a message with a key; return what it says."""
-    while True:
-        message = await page.hear()
-        if key in message:
-            return message[key]
+    async with asyncio.timeout(PATIENCE_S):
+        while key not in (message := await page.hear()):
+            pass
+    return message[key]
 
 
 def edited(folder, old, new):
@@ -85,8 +85,8 @@ def test_a_mistake_is_shown_at_its_line_and_the_program_goes_on(feeder):
             begun = page.frame["scan"]
             await page.until(lambda seen: seen.frame["scan"] > begun + 200)
             assert page.frame["mode"] == "run"
-            edited(feeder, "OTE(Truble);", "OTE(Trouble);")
-            await told(page, "edited")
+            edited(feeder, "OTE(Truble);", "OTE(Trouble);")  # as it was
+            assert await told(page, "note") == "The program has not changed: it goes on."
             return mistake
 
     with watched(rack=feeder / "feeder.toml") as session:
