@@ -35,7 +35,7 @@ def used(page, paused):
 
 
 def test_the_table_and_this_test_know_the_same_handles():
-    root = {f"data-{name}" for name in ("scan", "mode", "time-ns", "late", "speed", "state")}
+    root = {f"data-{name}" for name in ("scan", "mode", "time-ns", "late", "speed", "state", "known")}
     assert {*HANDLES} == root | {
         f"data-{name}" for name in ("name", "value", "element", "power", "forced", "breakpoint", "fault")
     }

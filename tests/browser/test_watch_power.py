@@ -34,9 +34,9 @@ def test_twenty_paused_scans(page, paused):
         bench.scan(scans)
         page.until_scan(bench.scans - 1, "paused")
         page.until_power(expected_power(bench))
-        shown = {tag: page.value(tag) for tag in TAGS}
-        assert shown == {tag: plain(bench.program.tags[tag]) for tag in TAGS}
-        assert page.value("1.position") == str(bench.slot[1].status.position)
+        for tag in TAGS:
+            page.until_value(tag, plain(bench.program.tags[tag]))
+        page.until_value("1.position", str(bench.slot[1].status.position))
         page.until_value("1.shaft", str(bench.slot[1].shaft))
 
 
@@ -50,7 +50,7 @@ def test_scans_of_the_past_are_shown_as_they_were(page, paused):
         page.until_scan(scan, "past")
         bench.scan(scan + 1 - bench.scans)
         page.until_power(expected_power(bench))
-        assert page.value("Strokes.ACC") == str(bench.program.tags["Strokes.ACC"])
+        page.until_value("Strokes.ACC", str(bench.program.tags["Strokes.ACC"]))
     page.press("Live")
     page.until_scan(1499, "paused")
 
