@@ -188,7 +188,7 @@ class Scenario:
         more = [push_entry(each) for each in self.pushes if each.slot == slot.number]
         more += signal_entries([each for each in self.signals if each.slot == slot.number], rows)
         if more:
-            options = {**options, "timeline": [*rows, *more]}
+            options = {**options, "timeline": one_at_a_time([*rows, *more])}
         return slot.model_copy(update={"firmware": firmware, "machine": machine, "options": options})
 
     def to_json(self) -> dict[str, Any]:
@@ -282,6 +282,29 @@ def first_mistake(error: ValidationError) -> str:
 def push_entry(push: Push) -> dict[str, Any]:
     """Return a push as a row of a card's timeline."""
     return {"at_ms": push.at_ns / 1e6, "input": push.input, "for_ms": push.for_ns / 1e6}
+
+
+def one_at_a_time(rows: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
+    """Return rows of a card's timeline in which no input is operated twice at a time, as the card wants them.
+
+    Presses that overlap are one, from the first beginning to the last end; of two values at one instant the
+    later row counts.
+    """
+    kept: dict[str, list[Mapping[str, Any]]] = {}
+    for row in sorted(rows, key=lambda row: CardPress(**row).begin_ns):
+        before = kept.setdefault(row["input"], [])
+        press, last = CardPress(**row), CardPress(**before[-1]) if before else None
+        if last is None or last.value is not None:
+            if last is not None and last.begin_ns == press.begin_ns:
+                before.pop()
+            before.append(row)
+        elif last.end_ns is not None and press.begin_ns >= last.end_ns:
+            before.append(row)
+        elif last.end_ns is not None:
+            end_ns = None if press.end_ns is None else max(press.end_ns, last.end_ns)
+            lasts = {} if end_ns is None else {"for_ms": (end_ns - last.begin_ns) / 1e6}
+            before[-1] = {"at_ms": last.begin_ns / 1e6, "input": row["input"], **lasts}
+    return [row for each in kept.values() for row in each]
 
 
 def signal_entries(

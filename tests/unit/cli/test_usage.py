@@ -10,8 +10,7 @@ from scanrack.runtime.cli import COMMANDS, build, rerun, status
 from typer.testing import CliRunner
 
 LINES = {
-    "run line.toml --scanz": "no such option: --scanz; "
-    "did you mean --scans or --spin? ('scanrack run --help'{})",
+    "run line.toml --tagz": "no such option: --tagz; did you mean --tag? ('scanrack run --help'{})",
     "pcl601 move -100": "-100 looks like an option; put -- before a negative number: "
     "scanrack pcl601 move -- -100 ('scanrack pcl601 move --help'{})",
     "serve pcl602": "controller: 'pcl602' is not one of 'pcl601', 'pmc006' ('scanrack serve --help'{})",

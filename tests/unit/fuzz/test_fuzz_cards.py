@@ -11,7 +11,7 @@ from hypothesis import find
 from scanrack.runtime.app.build import build_cpu, build_rack
 from scanrack.runtime.app.fuzz.rackdoc import rack_text
 from scanrack.runtime.app.fuzz.scan_view import Moment
-from scanrack.runtime.app.fuzz.scenario import Push, Scenario
+from scanrack.runtime.app.fuzz.scenario import Push, Scenario, one_at_a_time
 from scanrack.runtime.app.fuzz.scenarios import Kind, card_buttons, possible_kinds, scenarios
 from scanrack.runtime.app.fuzz.shrink import parts_of, scenario_of
 from scanrack.runtime.app.fuzz.standard import STANDARD
@@ -77,3 +77,17 @@ def test_the_words_of_a_card_are_no_commands_and_no_status() -> None:
     assert not now.slot[2].status.COMMAND_ERROR
     assert str(now.slot[3]) == "outputs 16#0003; inputs 16#0000"
     assert not any(invariant.start()(now) for invariant in STANDARD.values())
+
+
+def test_presses_of_a_search_that_overlap_are_one():
+    """10 to 30 and 20 to 50 ms are 10 to 50 ms; 60 ms and on has no end; another input is left as it is."""
+    row = {"at_ms": 20, "input": "start", "for_ms": 30}
+    other = {"at_ms": 25, "input": "stop", "for_ms": 5}
+    assert one_at_a_time([row, other, {"at_ms": 10, "input": "start", "for_ms": 20}]) == [
+        {"at_ms": 10.0, "input": "start", "for_ms": 40.0},
+        other,
+    ]
+    for_good = {"at_ms": 60, "input": "start"}
+    assert one_at_a_time([for_good, {"at_ms": 70, "input": "start", "for_ms": 5}]) == [for_good]
+    values = [{"at_ms": 5, "input": "level", "value": each} for each in (1, 2)]
+    assert one_at_a_time(values) == values[1:]
