@@ -188,7 +188,8 @@ class Scenario:
         more = [push_entry(each) for each in self.pushes if each.slot == slot.number]
         more += signal_entries([each for each in self.signals if each.slot == slot.number], rows)
         if more:
-            options = {**options, "timeline": one_at_a_time([*rows, *more])}
+            timeline: Any = one_at_a_time([*rows, *more])
+            options = {**options, "timeline": timeline}
         return slot.model_copy(update={"firmware": firmware, "machine": machine, "options": options})
 
     def to_json(self) -> dict[str, Any]:
