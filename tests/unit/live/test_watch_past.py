@@ -75,7 +75,9 @@ def test_a_branch_equals_its_parent_up_to_its_scan_and_goes_its_own_way(tmp_path
             await page.ask("pause")
             page.hello = {}
             await page.ask("branch", scan=forced + 200)
-            await page.until(lambda seen: seen.hello and "scan" in seen.frame)
+            await page.until(
+                lambda seen: seen.hello and "scan" in seen.frame and seen.frame["state"] == "paused"
+            )
             begun = page.frame["scan"]
             await page.ask("unforce", tag="all")
             await page.ask("step", scans=100)
