@@ -8,7 +8,6 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-import click
 import pytest
 from l5x_files import data_type, document, ladder, member, program, tag, task
 from scanrack.ladder.debug import Debugger
@@ -120,7 +119,7 @@ OTHERS = {"watch text", "query limit", "rules bit", "run retain", "export mcap",
 def parameters() -> Iterator[tuple[str, str]]:
     """All parameters, and what their help says."""
     command: Any = get_command(build())
-    with click.Context(command) as context:
+    with command.make_context("scanrack", [], resilient_parsing=True) as context:
         for name in command.list_commands(context):
             found = command.get_command(context, name)
             for each in found.params if found is not None else ():

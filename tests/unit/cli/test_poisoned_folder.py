@@ -144,9 +144,15 @@ def test_no_command_runs_a_module_of_the_current_folder(place: Path, tmp_path: P
 
 
 def test_python_m_scanrack_runs_none_either(place: Path, tmp_path: Path) -> None:
-    """But for the two that Python itself looks for before scanrack begins."""
+    """But for what Python itself imports before scanrack begins, as it does for any module."""
     folder = tmp_path / "poisoned"
-    shutil.copytree(place, folder, ignore=shutil.ignore_patterns("importlib.py", "scanrack.py"))
+    shutil.copytree(place, folder, ignore=shutil.ignore_patterns("scanrack.py"))
+    (folder / "nothing_at_all.py").touch()
+    ran, nothing = folder / "ran", [sys.executable, "-m", "nothing_at_all"]
+    while subprocess.run(nothing, cwd=folder, stderr=subprocess.DEVNULL).returncode or ran.exists():
+        for name in ran.read_text(encoding="utf-8").split():
+            (folder / f"{name}.py").unlink()
+        ran.unlink()
     words = [sys.executable, "-m", "scanrack", "watch", "feeder.toml", "--for", "20ms", "--speed", "max"]
     done = subprocess.run(words, cwd=folder, capture_output=True)
     assert not (folder / "ran").exists(), (folder / "ran").read_text(encoding="utf-8")
