@@ -20,9 +20,9 @@ from typing import Any
 
 import numpy as np
 from scanrack.traces.compare import EXACT, Tolerance, compare
-from scanrack.traces.layout import SLOT_BYTES, SlotInfo
-from scanrack.traces.reader import open_trace
-from scanrack.traces.recorder import ScanRecorder
+from scanrack.traces.format.layout import SLOT_BYTES, SlotInfo
+from scanrack.traces.read.reader import open_trace
+from scanrack.traces.write.recorder import ScanRecorder
 
 PERIOD_NS = 2_000_000
 STATUS_MSW, POSITION_MSW, POSITION_LSW = 8, 10, 11

@@ -26,12 +26,12 @@ from time import process_time
 
 import numpy as np
 from mcap.reader import make_reader
-from scanrack.traces.arrays import read_columns
 from scanrack.traces.export import write_mcap
-from scanrack.traces.layout import SLOT_BYTES, SlotInfo
-from scanrack.traces.reader import open_trace
-from scanrack.traces.recorder import ScanRecorder
+from scanrack.traces.format.layout import SLOT_BYTES, SlotInfo
+from scanrack.traces.read.arrays import read_columns
+from scanrack.traces.read.reader import open_trace
 from scanrack.traces.signals import blocks
+from scanrack.traces.write.recorder import ScanRecorder
 
 PERIOD_NS = 2_000_000
 STROKE = 4_000

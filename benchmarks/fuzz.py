@@ -26,9 +26,9 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "support"))
 from hunt3601 import scripts_of
 from lockstep3601 import GivenUp, Lockstep
 from oracle_bits import CONFIGURE
-from scanrack.runtime.app.fuzz import search
-from scanrack.runtime.app.fuzz.job import Setup, bench_of
-from scanrack.runtime.app.fuzz.scenarios import kinds_for, scenarios
+from scanrack.jobs.fuzz import search
+from scanrack.jobs.fuzz.drawing import kinds_for, scenarios
+from scanrack.jobs.fuzz.job import Setup, bench_of
 from steps3601 import Recover
 from stories3601 import THEMES
 

@@ -24,11 +24,11 @@ from time import sleep
 
 import numpy as np
 from mcap.reader import make_reader
-from scanrack.traces.arrays import by_name, read_columns
-from scanrack.traces.layout import SlotInfo
-from scanrack.traces.reader import open_trace
-from scanrack.traces.recorder import ScanRecorder
+from scanrack.traces.format.layout import SlotInfo
+from scanrack.traces.read.arrays import by_name, read_columns
+from scanrack.traces.read.reader import open_trace
 from scanrack.traces.repair import repair
+from scanrack.traces.write.recorder import ScanRecorder
 
 SLOTS = [SlotInfo(1, "amci3601", "4.1"), SlotInfo(2, "amci3601", "4.1")]
 CHUNK_SCANS = 1_000

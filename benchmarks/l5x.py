@@ -21,8 +21,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from lxml import etree
-from scanrack.ladder.l5x import import_l5x
-from scanrack.ladder.l5x.trial import run_trial
+from scanrack.rockwell.l5x import import_l5x
+from scanrack.rockwell.l5x.trial import run_trial
 
 RUNG_BAR_MS = 0.6
 MEMORY_BAR_MIB = 200

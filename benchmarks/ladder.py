@@ -19,7 +19,7 @@ import time
 from collections.abc import Callable
 
 from scanrack.ladder import LadderLogic
-from scanrack.ladder.rungfile import parse_program
+from scanrack.ladder.files.rungfile import parse_program
 
 PERIOD_MS = 10
 TIMED_OUT_NS = 60_000_000_000

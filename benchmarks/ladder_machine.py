@@ -19,8 +19,8 @@ import subprocess
 import sys
 from pathlib import Path
 
-from scanrack.ladder.engine import Engine
-from scanrack.ladder.rungfile import parse_program
+from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.run.engine import Engine
 
 from ladder import RUNGS, TIMED_OUT_NS, per_call
 from ladder import program as ten_rungs

@@ -14,9 +14,9 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from scanrack.jobs.bench.opening import open_bench
 from scanrack.ladder.debug import Debugger
-from scanrack.ladder.memory import same
-from scanrack.runtime.app.bench.opening import open_bench
+from scanrack.ladder.state.memory import same
 
 FEEDER = Path(__file__).parents[1] / "examples" / "feeder" / "feeder.toml"
 STROKE = "6 s"

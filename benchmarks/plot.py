@@ -28,12 +28,19 @@ from pathlib import Path
 from time import process_time
 
 from scanrack.traces.export import write_vcd
-from scanrack.traces.layout import SLOT_BYTES, SlotInfo
-from scanrack.traces.plot import Chart, Curve, Envelope, read_chart, save_figure, save_page
+from scanrack.traces.format.layout import SLOT_BYTES, SlotInfo
+from scanrack.traces.plot import (
+    Chart,
+    Curve,
+    Envelope,
+    read_chart,
+    save_figure,
+    save_page,
+)
 from scanrack.traces.query import query
-from scanrack.traces.reader import Trace, open_trace
-from scanrack.traces.recorder import ScanRecorder
+from scanrack.traces.read.reader import Trace, open_trace
 from scanrack.traces.signals import blocks
+from scanrack.traces.write.recorder import ScanRecorder
 
 PERIOD_NS = 2_000_000
 STROKE = 4_000

@@ -32,10 +32,16 @@ from time import process_time
 import zstandard
 from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
-from scanrack.traces.layout import SLOT_BYTES, SlotInfo
-from scanrack.traces.recorder import CHUNK_BYTES_MAX, ScanRecorder
-from scanrack.traces.schema import CDR_PREFIX, MESSAGE_ENCODING, SCAN_HEAD, SCHEMA_ENCODING, scan_schema
-from scanrack.traces.topics import SCAN_TOPIC
+from scanrack.traces.format.layout import SLOT_BYTES, SlotInfo
+from scanrack.traces.format.schema import (
+    CDR_PREFIX,
+    MESSAGE_ENCODING,
+    SCAN_HEAD,
+    SCHEMA_ENCODING,
+    scan_schema,
+)
+from scanrack.traces.format.topics import SCAN_TOPIC
+from scanrack.traces.write.recorder import CHUNK_BYTES_MAX, ScanRecorder
 
 PERIOD_NS = 2_000_000
 BUSY_NS = 20_000

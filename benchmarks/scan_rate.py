@@ -26,15 +26,21 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import zstandard
-from scanrack.io_images.amci3601 import Configuration, Direction, Idle, InputBit, Manual
+from scanrack.io_images.amci3601 import (
+    Configuration,
+    Direction,
+    Idle,
+    InputBit,
+    Manual,
+)
 from scanrack.io_images.image import IMAGE_BYTES, Image
 from scanrack.io_images.thousands import join_reported
 from scanrack.runtime.loop.cpu import Cpu
 from scanrack.runtime.loop.rack import Card, Rack
 from scanrack.runtime.modules.amci3601 import Amci3601
-from scanrack.traces.layout import SlotInfo
-from scanrack.traces.reader import open_trace
-from scanrack.traces.recorder import ScanRecorder
+from scanrack.traces.format.layout import SlotInfo
+from scanrack.traces.read.reader import open_trace
+from scanrack.traces.write.recorder import ScanRecorder
 
 PERIOD_NS = 2_000_000
 MODULES = (1, 4, 16)

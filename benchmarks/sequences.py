@@ -24,10 +24,21 @@ from math import inf
 from pathlib import Path
 from time import process_time
 
-from scanrack import Axis3601, Configuration, Cpu, Input, InputBit, Logic, Output, Rack, Scan, sequence
+from scanrack import (
+    Axis3601,
+    Configuration,
+    Cpu,
+    Input,
+    InputBit,
+    Logic,
+    Output,
+    Rack,
+    Scan,
+    sequence,
+)
 from scanrack.io_images import Image
 from scanrack.io_images.amci3601.words import WORDS_3601
-from scanrack.ladder.program import load_program
+from scanrack.jobs.load.program import load_program
 from scanrack.runtime.loop.events import Event
 from scanrack.runtime.loop.rack import Card
 from scanrack.runtime.machine import Machine, MachineSpec, Switch

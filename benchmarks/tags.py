@@ -20,12 +20,12 @@ from pathlib import Path
 from time import process_time
 
 import numpy as np
-from scanrack.ladder.rungfile import parse_program
-from scanrack.runtime.app.tag_source import tags_of
-from scanrack.traces.arrays import read_columns
-from scanrack.traces.layout import SLOT_BYTES, SlotInfo
-from scanrack.traces.reader import open_trace
-from scanrack.traces.recorder import CHUNK_SCANS, ScanRecorder
+from scanrack.jobs.record.tag_source import tags_of
+from scanrack.ladder.files.rungfile import parse_program
+from scanrack.traces.format.layout import SLOT_BYTES, SlotInfo
+from scanrack.traces.read.arrays import read_columns
+from scanrack.traces.read.reader import open_trace
+from scanrack.traces.write.recorder import CHUNK_SCANS, ScanRecorder
 
 PERIOD_NS = 2_000_000
 SLOTS = [SlotInfo(1, "amci3601", "4.1")]

@@ -35,19 +35,19 @@ from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
 
+from scanrack.jobs.load.loading import load_job
+from scanrack.jobs.run.running import JobRun
 from scanrack.ladder.debug import Debugger
-from scanrack.runtime.app.loading import load_job
-from scanrack.runtime.app.running import JobRun
-from scanrack.runtime.app.watched_machines import PER_SLOT, MachineFigures
-from scanrack.runtime.app.watched_program import LadderNotes
-from scanrack.runtime.cli.watch.keeper import Keeper
-from scanrack.runtime.cli.watch.monitor import About
-from scanrack.runtime.cli.watch.session_monitor import Ran, Setup
 from scanrack.runtime.live.ring import Ring
 from scanrack.runtime.live.session import Session
 from scanrack.runtime.live.tap import PipeInbox, Tap
 from scanrack.runtime.loop.pace import Paced
 from scanrack.runtime.loop.realtime import frozen_collector
+from scanrack.watch.history.watched_machines import PER_SLOT, MachineFigures
+from scanrack.watch.history.watched_program import LadderNotes
+from scanrack.watch.keeper import Keeper
+from scanrack.watch.monitors.monitor import About
+from scanrack.watch.monitors.session_monitor import Ran, Setup
 from websockets.asyncio.client import connect
 
 FEEDER = Path(__file__).parents[1] / "examples" / "feeder" / "feeder.toml"

@@ -31,9 +31,18 @@ if TYPE_CHECKING:
         StatusView,
     )
     from .io_images.amci3601.bits import InputBit
+    from .jobs.bench.opening import open_bench
+    from .jobs.fuzz import always, never
+    from .jobs.fuzz.laws.limits import within
     from .ladder import Program, read_program
-    from .ladder.axis3601 import Axis3601, AxisError, CommandAborted, ErrorId, State
-    from .ladder.sequences import (
+    from .ladder.python.axis3601 import (
+        Axis3601,
+        AxisError,
+        CommandAborted,
+        ErrorId,
+        State,
+    )
+    from .ladder.python.sequences import (
         Abort,
         Counter,
         DownCounter,
@@ -57,18 +66,15 @@ if TYPE_CHECKING:
         steady,
         until,
     )
-    from .runtime.app.bench.opening import open_bench
-    from .runtime.app.fuzz import always, never
-    from .runtime.app.limits import within
     from .runtime.config.rackspec import RackSpec
     from .runtime.loop.cpu import Cpu
     from .runtime.loop.rack import Rack
     from .runtime.loop.scan import Scan
     from .runtime.modules.amci3601 import Amci3601
-    from .traces.arrays import read_columns
     from .traces.compare import compare
     from .traces.query import query
-    from .traces.reader import open_trace
+    from .traces.read.arrays import read_columns
+    from .traces.read.reader import open_trace
 
     __version__: str
 
@@ -155,8 +161,8 @@ _HOMES = {
     ),
     "io_images.amci3601.bits": ("InputBit",),
     "ladder": ("Program", "read_program"),
-    "ladder.axis3601": ("Axis3601", "AxisError", "CommandAborted", "ErrorId", "State"),
-    "ladder.sequences": (
+    "ladder.python.axis3601": ("Axis3601", "AxisError", "CommandAborted", "ErrorId", "State"),
+    "ladder.python.sequences": (
         "Abort",
         "Counter",
         "DownCounter",
@@ -180,18 +186,18 @@ _HOMES = {
         "steady",
         "until",
     ),
-    "runtime.app.bench.opening": ("open_bench",),
-    "runtime.app.fuzz": ("always", "never"),
-    "runtime.app.limits": ("within",),
+    "jobs.bench.opening": ("open_bench",),
+    "jobs.fuzz": ("always", "never"),
+    "jobs.fuzz.laws.limits": ("within",),
     "runtime.config.rackspec": ("RackSpec",),
     "runtime.loop.cpu": ("Cpu",),
     "runtime.loop.rack": ("Rack",),
     "runtime.loop.scan": ("Scan",),
     "runtime.modules.amci3601": ("Amci3601",),
-    "traces.arrays": ("read_columns",),
+    "traces.read.arrays": ("read_columns",),
     "traces.compare": ("compare",),
     "traces.query": ("query",),
-    "traces.reader": ("open_trace",),
+    "traces.read.reader": ("open_trace",),
 }
 """The module that defines each name."""
 

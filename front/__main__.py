@@ -4,12 +4,12 @@ import sys
 
 
 def main() -> None:
-    """Run the `scanrack` command, see `runtime.cli.main`.
+    """Run the `scanrack` command, see `commands.main`.
 
     Its import takes a tenth of a second, in which Ctrl-C ends it with the same message as later.
     """
     try:
-        from .runtime.cli import main as command
+        from .commands import main as command
 
         command()
     except KeyboardInterrupt:

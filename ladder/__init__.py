@@ -50,15 +50,20 @@ A use of operands that no instruction has yet is one more member of `spec.Use`, 
 """
 
 from . import instructions
-from .checks import REPEATED_COILS, REPEATED_TIMERS
-from .controller import Controller
-from .engine import Engine
-from .errors import BuildError, LadderError, LadderFault, MinorFault, RungTextError
+from .build.checks import REPEATED_COILS, REPEATED_TIMERS
+from .build.controller import Controller
+from .build.program import Program
+from .build.runnable import LadderLogic
+from .files.rungfile import read_program, write_program
 from .instructions import *  # noqa: F403
-from .logic import Program
-from .rungfile import read_program, write_program
-from .runnable import LadderLogic
-from .types import (
+from .model.errors import (
+    BuildError,
+    LadderError,
+    LadderFault,
+    MinorFault,
+    RungTextError,
+)
+from .model.types import (
     BOOL,
     CONTROL,
     COUNTER,
@@ -77,6 +82,7 @@ from .types import (
     Member,
     Structure,
 )
+from .run.engine import Engine
 
 __all__ = [
     "BOOL",

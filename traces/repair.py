@@ -26,14 +26,10 @@ from mcap.opcode import Opcode
 from mcap.reader import make_reader
 from mcap.records import Channel, Chunk, Header, Metadata, Schema
 
-from .chunks import chunk_of
-from .finding import DATA_DAMAGE, data_crc, ends_whole, sound_summary
-from .guard import TRACE
-from .keeping import begin_alike
-from .line import PROFILE as LINE_PROFILE
-from .newfile import Draft, new_file, replacing
-from .reader import Records, Trace, open_records, open_trace
-from .records import (
+from .files.guard import TRACE
+from .files.keeping import begin_alike
+from .files.newfile import Draft, new_file, replacing
+from .format.records import (
     BROKEN,
     DAMAGED,
     DRAFT,
@@ -45,9 +41,23 @@ from .records import (
     read_attachment,
     read_record,
 )
-from .schema import LIBRARY
-from .sections import Part, Section
-from .summary import Entries, Summary, encoded
+from .format.schema import LIBRARY
+from .format.summary import Entries, Summary, encoded
+from .read.finding import (
+    DATA_DAMAGE,
+    data_crc,
+    ends_whole,
+    sound_summary,
+)
+from .read.reader import (
+    Records,
+    Trace,
+    open_records,
+    open_trace,
+)
+from .read.sections import Part, Section
+from .write.chunks import chunk_of
+from .write.line import PROFILE as LINE_PROFILE
 
 ORIGINAL_SUFFIX = ".orig"
 """What is added to the name of the original, where it is kept; a number follows if that name is taken."""

@@ -15,13 +15,18 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from ..io_images.image import IMAGE_BYTES
-from .arrays import column_chunks, extent
-from .columns import Columns
-from .compare import EXACT, Comparison, Tolerance, compare_parts
-from .event_text import describe
-from .layout import SLOT_BYTES, SlotInfo
-from .packed import NotedScans, PackedScans, memory_blocks
-from .reader import Trace, TraceEvent
+from .compare import (
+    EXACT,
+    Comparison,
+    Tolerance,
+    compare_parts,
+)
+from .format.layout import SLOT_BYTES, SlotInfo
+from .read.arrays import column_chunks, extent
+from .read.columns import Columns
+from .read.event_text import describe
+from .read.packed import NotedScans, PackedScans, memory_blocks
+from .read.reader import Trace, TraceEvent
 
 Image = tuple[int, str]
 """An image of a scan: number of the slot, "in" or "out"."""

@@ -107,12 +107,14 @@ EQUIVALENT = (
         A_DIRECTION,
     ),
     Equivalent("traces/export/vcd.py", "_lines", "True", "False", "both have a row for each value"),
-    Equivalent("traces/packed.py", "PackedScans.__init__", "1", "2", "how well it compresses shows nowhere"),
-    Equivalent(f"{LAYER}/configuring.py", "", "1", "2", "bit 0 is live, and no latch has it"),
-    Equivalent("runtime/app/check/python_facts.py", "", "0", "1", IN_PLACE_OF_UNKNOWN),
-    Equivalent("runtime/app/check/sequence_calls.py", "", "0", "1", IN_PLACE_OF_UNKNOWN),
     Equivalent(
-        "runtime/app/check/output_writes.py",
+        "traces/read/packed.py", "PackedScans.__init__", "1", "2", "how well it compresses shows nowhere"
+    ),
+    Equivalent(f"{LAYER}/configuring.py", "", "1", "2", "bit 0 is live, and no latch has it"),
+    Equivalent("front/jobs/check/python_facts.py", "", "0", "1", IN_PLACE_OF_UNKNOWN),
+    Equivalent("front/jobs/check/sequence_calls.py", "", "0", "1", IN_PLACE_OF_UNKNOWN),
+    Equivalent(
+        "front/jobs/check/output_writes.py",
         "WriteReader._written",
         "0",
         "1",
@@ -125,7 +127,7 @@ EQUIVALENT = (
         "True",
         "nothing reads the address",
     ),
-    Equivalent("runtime/app/trust.py", "fingerprints", "0", "1", "without files no line has the width"),
+    Equivalent("front/jobs/trust/trust.py", "fingerprints", "0", "1", "without files no line has the width"),
     Equivalent(f"{LAYER}/operation.py", "limit_of", "direction > 0", "direction >= 0", A_DIRECTION),
 )
 
@@ -150,9 +152,12 @@ class Smoke(NamedTuple):
 SMOKE_TESTS = "tests/manual/test_moves_in_time.py"
 
 SMOKE: tuple[Smoke, ...] = (
-    Smoke("runtime/modules/amci3601/profile_move.py", "ProfileMove.on_end", "HOLD_STATE", "0"),
+    Smoke("runtime/modules/amci3601/operations/profile_move.py", "ProfileMove.on_end", "HOLD_STATE", "0"),
     Smoke("runtime/modules/amci3601/command_layer.py", "CommandLayer.cut", "self.axis.cut(now_ns)", "pass"),
     Smoke(
-        "runtime/modules/amci3601/manual_move.py", "ManualMove._stop", "not self.stopping", "self.stopping"
+        "runtime/modules/amci3601/operations/manual_move.py",
+        "ManualMove._stop",
+        "not self.stopping",
+        "self.stopping",
     ),
 )

@@ -154,7 +154,7 @@ ROOMS: dict[str, Room] = {
         sources=PROGRAMS,
     ),
     "l5x": Room(
-        ("ladder/l5x",),
+        ("rockwell/l5x",),
         (
             "tests/properties/test_l5x_mutated.py",
             "tests/unit/ladder/l5x",
@@ -164,7 +164,7 @@ ROOMS: dict[str, Room] = {
         sources=PROGRAMS,
     ),
     "slc": Room(
-        ("ladder/slc", "ladder/instructions/slc"),
+        ("rockwell/slc", "ladder/instructions/slc"),
         (
             "tests/manual/test_slc_*.py",
             "tests/properties/test_slc_mutated.py",
@@ -184,7 +184,7 @@ ROOMS: dict[str, Room] = {
         sources=PROGRAMS,
     ),
     "sequences": Room(
-        ("ladder/sequences",),
+        ("ladder/python/sequences",),
         (
             "tests/properties/test_waits_against_arithmetic.py",
             "tests/unit/app/test_edit_sequences.py",
@@ -194,7 +194,7 @@ ROOMS: dict[str, Room] = {
         sources=PROGRAMS,
     ),
     "axis3601": Room(
-        ("ladder/axis3601",),
+        ("ladder/python/axis3601",),
         ("tests/properties/test_axis_against_rungs.py", "tests/unit/sequences"),
         sources=PROGRAMS,
     ),
@@ -217,17 +217,17 @@ ROOMS: dict[str, Room] = {
         sources=PROGRAMS,
     ),
     "watch": Room(
-        ("runtime/cli/watch",),
+        ("front/watch",),
         ("tests/unit/live",),
         sources=EVERYTHING,
     ),
     "check": Room(
-        ("runtime/app/check",),
+        ("front/jobs/check",),
         ("tests/unit/app/test_check*.py", "tests/unit/pages/test_panel_doc.py"),
         sources=PROGRAMS,
     ),
     "why": Room(
-        ("runtime/app/why",),
+        ("front/jobs/why",),
         (
             "tests/unit/app/test_why_*.py",
             "tests/unit/app/test_sequences_seen.py",
@@ -236,7 +236,7 @@ ROOMS: dict[str, Room] = {
         sources=EVERYTHING,
     ),
     "bench": Room(
-        ("runtime/app/bench",),
+        ("front/jobs/bench",),
         (
             "tests/unit/app/test_bench*.py",
             "tests/unit/app/test_steps.py",
@@ -245,12 +245,12 @@ ROOMS: dict[str, Room] = {
         sources=PROGRAMS,
     ),
     "fuzz": Room(
-        ("runtime/app/fuzz",),
+        ("front/jobs/fuzz",),
         ("tests/unit/fuzz",),
         sources=EVERYTHING,
     ),
     "trust": Room(
-        ("runtime/app",),
+        ("front/jobs",),
         ("tests/unit/traces/test_forged_traces.py", "tests/unit/live/test_watch_security.py"),
         names=("trust",),
         sources=EVERYTHING,

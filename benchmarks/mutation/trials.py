@@ -324,5 +324,5 @@ def source_hash(package: Path, patterns: Iterable[str]) -> str:
     """Return a hash of the files that match, but for the commands."""
     paths = sorted(path for pattern in patterns for path in package.glob(pattern))
     names = [path.relative_to(package).as_posix() for path in paths]
-    decisive = [name for name in names if not name.startswith("runtime/cli/")]
+    decisive = [name for name in names if not name.startswith("front/commands/")]
     return digest(*(f"{name} {file_hash(package / name)}" for name in decisive))

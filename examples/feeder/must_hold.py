@@ -1,7 +1,7 @@
 """What must hold of the feeder, whatever happens around it: `scanrack fuzz feeder.toml -i must_hold.py`."""
 
 from scanrack import always, never, within
-from scanrack.runtime.app.fuzz import Moment
+from scanrack.jobs.fuzz import Moment
 
 
 @never

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 from scanrack import open_bench
-from scanrack.runtime.app.bench import Bench
+from scanrack.jobs.bench import Bench
 
 RACK = Path(__file__).with_name("feeder.toml")
 

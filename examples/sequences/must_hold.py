@@ -1,7 +1,7 @@
 """What must hold of every program here, whatever happens: `scanrack fuzz stations.toml -i must_hold.py`."""
 
 from scanrack import always, never, within
-from scanrack.runtime.app.fuzz import Moment
+from scanrack.jobs.fuzz import Moment
 
 
 @always

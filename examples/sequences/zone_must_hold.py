@@ -1,7 +1,7 @@
 """What must hold of the shared zone, besides: `scanrack fuzz shared_zone.toml -i zone_must_hold.py`."""
 
 from scanrack import never
-from scanrack.runtime.app.fuzz import Moment
+from scanrack.jobs.fuzz import Moment
 
 
 @never

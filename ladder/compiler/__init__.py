@@ -15,12 +15,17 @@ from functools import partial
 from types import CodeType, FunctionType
 from typing import Any, NamedTuple
 
-from ..collector import collector_paused
-from ..engine import Engine
-from ..errors import LadderError
-from ..lowered import Lowered
-from ..memory import NOTHING
-from .observed import UNOBSERVED, Holding, Observation, Reading
+from ..model.collector import collector_paused
+from ..model.errors import LadderError
+from ..run.engine import Engine
+from ..state.lowered import Lowered
+from ..state.memory import NOTHING
+from .observed import (
+    UNOBSERVED,
+    Holding,
+    Observation,
+    Reading,
+)
 from .positions import relocated
 from .program import text_of
 from .services import interpreted_of, regions_of, services

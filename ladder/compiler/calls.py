@@ -13,12 +13,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ..lowered import AddOnCall
-from ..memory import mask_of
-from ..operands import Constant, Group, Place, first_leaf
-from ..stretches import row_strides
-from ..tags import OWN, Leaf
-from ..types import count_of
+from ..model.operands import (
+    Constant,
+    Group,
+    Place,
+    first_leaf,
+)
+from ..model.stretches import row_strides
+from ..model.tags import OWN, Leaf
+from ..model.types import count_of
+from ..state.lowered import AddOnCall
+from ..state.memory import mask_of
 from .values import Values
 
 

@@ -29,8 +29,13 @@ from collections.abc import Iterator
 from itertools import takewhile
 from typing import TYPE_CHECKING
 
-from ..lowered import Line, Node, Parallel, Step
-from ..spec import Kind
+from ..model.spec import Kind
+from ..state.lowered import (
+    Line,
+    Node,
+    Parallel,
+    Step,
+)
 from .observed import NOTES, Notes
 from .writer import both, either_of
 

@@ -19,7 +19,7 @@ from typing import Any
 
 from typing_extensions import override
 
-from ..lowered import Lowered
+from ..state.lowered import Lowered
 
 NOTED = "__noted"
 """Variable of the list with the power that was noted."""

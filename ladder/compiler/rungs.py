@@ -8,10 +8,15 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from itertools import takewhile
 
-from ..lowered import Line, Node, Parallel, Step
-from ..operands import can_fault
-from ..spec import Kind
-from ..tags import OVERRIDE
+from ..model.operands import can_fault
+from ..model.spec import Kind
+from ..model.tags import OVERRIDE
+from ..state.lowered import (
+    Line,
+    Node,
+    Parallel,
+    Step,
+)
 from .noted import NotedRung
 from .observed import Notes
 from .values import Values, calculates

@@ -6,17 +6,34 @@ from array import array
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from .. import arithmetic as math
-from ..errors import LadderFault
-from ..lowered import BROKEN, Lowered, Step, steps_of
-from ..memory import NOTHING, Listed, Store, Value, set_text_in, text_in
-from ..operators import ARITHMETIC, CALLED
-from ..regions import Region, copy, fill, region_of
-from ..spec import Use
-from ..types import TYPES, Elementary
+from ..model import arithmetic as math
+from ..model.errors import LadderFault
+from ..model.operators import ARITHMETIC, CALLED
+from ..model.spec import Use
+from ..model.types import TYPES, Elementary
+from ..state.lowered import (
+    BROKEN,
+    Lowered,
+    Step,
+    steps_of,
+)
+from ..state.memory import (
+    NOTHING,
+    Listed,
+    Store,
+    Value,
+    set_text_in,
+    text_in,
+)
+from ..state.regions import (
+    Region,
+    copy,
+    fill,
+    region_of,
+)
 
 if TYPE_CHECKING:
-    from ..engine import Engine
+    from ..run.engine import Engine
 
 
 class Services:

@@ -8,8 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ..lowered import Act, Arms, Body, Line, Loop, Selection, Step
-from ..operands import Constant
+from ..model.operands import Constant
+from ..state.lowered import (
+    Act,
+    Arms,
+    Body,
+    Line,
+    Loop,
+    Selection,
+    Step,
+)
 from .rungs import RungWriter
 from .values import is_plain
 

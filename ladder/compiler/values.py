@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-from ..arithmetic import real
-from ..operands import (
+from ..model.arithmetic import real
+from ..model.operands import (
     DOUBLE,
     SINGLE,
     Calculation,
@@ -20,10 +20,16 @@ from ..operands import (
     is_truth,
     width_of,
 )
-from ..operators import BITWISE, FUNCTIONS, RELATIONS
-from ..stretches import row_strides
-from ..tags import OWN, FrameLayout, Leaf
-from ..types import DINT, LINT, LREAL, REAL, Elementary
+from ..model.operators import BITWISE, FUNCTIONS, RELATIONS
+from ..model.stretches import row_strides
+from ..model.tags import OWN, FrameLayout, Leaf
+from ..model.types import (
+    DINT,
+    LINT,
+    LREAL,
+    REAL,
+    Elementary,
+)
 from .writer import Writer
 
 _REAL_HOLDS = 1 << 127

@@ -5,10 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from ..errors import TooLongError
-from ..lowered import Lowered
-from ..stretches import Spot
-from ..tags import BASE, FRAME, OWN, FrameLayout, Layout, Leaf
+from ..model.errors import TooLongError
+from ..model.stretches import Spot
+from ..model.tags import (
+    BASE,
+    FRAME,
+    OWN,
+    FrameLayout,
+    Layout,
+    Leaf,
+)
+from ..state.lowered import Lowered
 
 INDENT = "    "
 

@@ -6,13 +6,29 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from ..errors import Site
-from ..lowered import ADD_ON, AddOnCall, Call, Lowered, LoweredRoutine, Step, steps_of
-from ..operand_checks import WRITTEN
-from ..operands import Calculation, Constant, Group, Place, Resolved, constant, first_leaf
-from ..resolver import Resolver
-from ..spec import Use
-from ..tags import HELD, OWN
+from ..model.errors import Site
+from ..model.operand_checks import WRITTEN
+from ..model.operands import (
+    Calculation,
+    Constant,
+    Group,
+    Place,
+    Resolved,
+    constant,
+    first_leaf,
+)
+from ..model.resolver import Resolver
+from ..model.spec import Use
+from ..model.tags import HELD, OWN
+from ..state.lowered import (
+    ADD_ON,
+    AddOnCall,
+    Call,
+    Lowered,
+    LoweredRoutine,
+    Step,
+    steps_of,
+)
 
 BOTH_WAYS = frozenset(
     {

@@ -6,21 +6,26 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from ..build.runnable import LadderLogic
 from ..compiler.observed import LineKey
-from ..edit import Edit, carry_over
-from ..engine import STEP_MS
-from ..errors import LadderError
-from ..memory import Value, checked
-from ..operands import Constant, Group, Place
-from ..resolver import Resolver
-from ..runnable import LadderLogic
-from ..tags import program_of
-from ..tree import Routine
-from ..view import Tags
+from ..model.errors import LadderError
+from ..model.operands import Constant, Group, Place
+from ..model.resolver import Resolver
+from ..model.tags import program_of
+from ..model.tree import Routine
+from ..run.edit import Edit, carry_over
+from ..run.engine import STEP_MS
+from ..run.view import Tags
+from ..state.memory import Value, checked
 from .crossref import CrossReference
 from .forces import Forces
 from .inquiry import Inquiry
-from .journal import MOST, Entry, Journal, Write
+from .journal import (
+    MOST,
+    Entry,
+    Journal,
+    Write,
+)
 from .values import with_values
 from .watched import Change, shown
 from .watching import WatchedEngine

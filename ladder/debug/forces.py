@@ -13,10 +13,10 @@ from typing import Any
 
 from typing_extensions import override
 
-from ..arithmetic import wrap
 from ..compiler.observed import held_name, kept_name
-from ..memory import Value
-from ..tags import Layout, Leaf
+from ..model.arithmetic import wrap
+from ..model.tags import Layout, Leaf
+from ..state.memory import Value
 
 Force = tuple[int | None, Value]
 """A mask of the bits that are forced, None for the whole value; and their values."""

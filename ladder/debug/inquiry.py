@@ -5,12 +5,20 @@ from __future__ import annotations
 from collections.abc import Callable, Container
 from typing import Any, Protocol
 
-from ..operands import Place
-from ..resolver import Resolver
+from ..model.operands import Place
+from ..model.resolver import Resolver
 from .crossref import CrossReference
 from .watched import Change, shown
 from .watching import WatchedEngine
-from .why import bits_of, changes_of, is_counted, state_of, telling, told, untouched
+from .why import (
+    bits_of,
+    changes_of,
+    is_counted,
+    state_of,
+    telling,
+    told,
+    untouched,
+)
 
 
 class Past(Protocol):

@@ -17,10 +17,10 @@ from typing import Any
 
 from ..compiler import ObservedScanner, Scanner
 from ..compiler.observed import Observation
-from ..errors import LadderFault
-from ..lowered import Lowered
-from ..memory import Memory, Value
-from ..tags import Leaf
+from ..model.errors import LadderFault
+from ..model.tags import Leaf
+from ..state.lowered import Lowered
+from ..state.memory import Memory, Value
 from .forces import Forces
 from .watching import WatchedEngine
 

@@ -5,9 +5,19 @@ from __future__ import annotations
 from dataclasses import replace
 
 from ..instructions import BY_NAME
-from ..spec import WITH_PRESETS, Use
-from ..tree import Address, Branch, Element, Instruction, MemberStep, Operand, Routine, Series, number
-from ..view import Tags
+from ..model.spec import WITH_PRESETS, Use
+from ..model.tree import (
+    Address,
+    Branch,
+    Element,
+    Instruction,
+    MemberStep,
+    Operand,
+    Routine,
+    Series,
+    number,
+)
+from ..run.view import Tags
 
 
 def with_values(routine: Routine, tags: Tags) -> Routine:

@@ -8,14 +8,34 @@ from typing import Any
 
 from typing_extensions import override
 
-from ..errors import LadderFault, Site
 from ..interpreter import Interpreter
-from ..lowered import Body, Line, LoweredRoutine, Node, Parallel, Step
-from ..memory import NOTHING, Memory, Named, Value, same
-from ..operands import Calculation, Place
-from ..spec import Kind
-from ..tags import OWN, Leaf
-from .forces import Forces, Held, HeldList, held_values, in_lists, in_variables
+from ..model.errors import LadderFault, Site
+from ..model.operands import Calculation, Place
+from ..model.spec import Kind
+from ..model.tags import OWN, Leaf
+from ..state.lowered import (
+    Body,
+    Line,
+    LoweredRoutine,
+    Node,
+    Parallel,
+    Step,
+)
+from ..state.memory import (
+    NOTHING,
+    Memory,
+    Named,
+    Value,
+    same,
+)
+from .forces import (
+    Forces,
+    Held,
+    HeldList,
+    held_values,
+    in_lists,
+    in_variables,
+)
 
 
 def shown(value: object) -> str:

@@ -20,10 +20,10 @@ from ..compiler.observed import (
     true_at_end,
     truth_of,
 )
-from ..engine import Engine
-from ..lowered import Lowered
-from ..memory import Value
-from ..tags import Leaf
+from ..model.tags import Leaf
+from ..run.engine import Engine
+from ..state.lowered import Lowered
+from ..state.memory import Value
 from .forces import Forces, Held, names_of
 from .watched import Change, WatchedInterpreter, WatchedMemory
 

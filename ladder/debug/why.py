@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-from ..lowered import Lowered
-from ..memory import element_text
-from ..operands import Constant, Group, Place
-from ..types import COUNTER, HIDDEN, TIMER
+from ..model.operands import Constant, Group, Place
+from ..model.types import COUNTER, HIDDEN, TIMER
+from ..state.lowered import Lowered
+from ..state.memory import element_text
 from .crossref import Mention, overlap
 from .watched import Change, shown
 

@@ -11,10 +11,16 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-from ..statements import numbered_lines
-from ..tree import NumberedLine, Routine, Rung
+from ..model.statements import numbered_lines
+from ..model.tree import NumberedLine, Routine, Rung
 from .layout import NO_CAPTIONS, lay_out
-from .marks import Box, BoxLine, Corner, Symbol, Wire
+from .marks import (
+    Box,
+    BoxLine,
+    Corner,
+    Symbol,
+    Wire,
+)
 from .ruler import caption_width
 
 WIDTH = 96

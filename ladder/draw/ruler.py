@@ -10,8 +10,13 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from ..addon import AddOn
-from ..tree import Branch, Element, Instruction, Series
+from ..build.addon import AddOn
+from ..model.tree import (
+    Branch,
+    Element,
+    Instruction,
+    Series,
+)
 from .marks import BoxLine
 
 SYMBOLS = {

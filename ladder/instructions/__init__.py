@@ -10,9 +10,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ..spec import Spec
+from ..model.spec import Spec
 from . import (
-    alarms,
     arrays,
     bits,
     blocks,
@@ -22,23 +21,13 @@ from . import (
     decimal,
     diagnostics,
     files,
-    immediate,
-    messages,
-    motion,
     move,
-    phases,
-    ports,
-    process,
-    regulation,
-    safety,
     sequencers,
     shifts,
     strings,
-    system,
     timing,
     trigonometry,
 )
-from .alarms import *  # noqa: F403
 from .arrays import *  # noqa: F403
 from .bits import *  # noqa: F403
 from .blocks import *  # noqa: F403
@@ -48,19 +37,34 @@ from .control import *  # noqa: F403
 from .decimal import *  # noqa: F403
 from .diagnostics import *  # noqa: F403
 from .files import *  # noqa: F403
-from .immediate import *  # noqa: F403
-from .messages import *  # noqa: F403
-from .motion import *  # noqa: F403
+from .motion import motion
+from .motion.motion import *  # noqa: F403
 from .move import *  # noqa: F403
-from .phases import *  # noqa: F403
-from .ports import *  # noqa: F403
-from .process import *  # noqa: F403
-from .regulation import *  # noqa: F403
-from .safety import *  # noqa: F403
+from .process import (
+    alarms,
+    process,
+    regulation,
+    safety,
+)
+from .process.alarms import *  # noqa: F403
+from .process.process import *  # noqa: F403
+from .process.regulation import *  # noqa: F403
+from .process.safety import *  # noqa: F403
 from .sequencers import *  # noqa: F403
 from .shifts import *  # noqa: F403
 from .strings import *  # noqa: F403
-from .system import *  # noqa: F403
+from .system import (
+    immediate,
+    messages,
+    phases,
+    ports,
+    system,
+)
+from .system.immediate import *  # noqa: F403
+from .system.messages import *  # noqa: F403
+from .system.phases import *  # noqa: F403
+from .system.ports import *  # noqa: F403
+from .system.system import *  # noqa: F403
 from .timing import *  # noqa: F403
 from .trigonometry import *  # noqa: F403
 

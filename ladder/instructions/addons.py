@@ -5,8 +5,8 @@ from __future__ import annotations
 from ..compiler.calls import write_call
 from ..compiler.rungs import RungWriter
 from ..interpreter import Interpreter
-from ..lowered import ADD_ON, AddOnCall, Node
-from ..spec import always
+from ..model.spec import always
+from ..state.lowered import ADD_ON, AddOnCall, Node
 
 __all__ = ["ADD_ON_CALL"]
 

@@ -15,14 +15,26 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from .. import arithmetic as math
 from ..interpreter import Interpreter
 from ..interpreter.files import Control, Elements
-from ..operand_checks import OperandError, array_of
-from ..operands import Constant, Group, Place, Resolved
-from ..regions import converted
-from ..spec import WITH_CONTROL, Spec, Use, action, always, on_control
-from ..types import Elementary, count_of
+from ..model import arithmetic as math
+from ..model.operand_checks import OperandError, array_of
+from ..model.operands import (
+    Constant,
+    Group,
+    Place,
+    Resolved,
+)
+from ..model.spec import (
+    WITH_CONTROL,
+    Spec,
+    Use,
+    action,
+    always,
+    on_control,
+)
+from ..model.types import Elementary, count_of
+from ..state.regions import converted
 from .compute import store_expression
 
 __all__ = ["FAL", "FSC", "SIZE", "AVE", "SRT", "STD"]  # noqa: RUF022 - the manual's order

@@ -8,13 +8,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from .. import arithmetic as math
 from ..compiler.rungs import RungWriter
 from ..interpreter import Interpreter
-from ..operand_checks import OperandError, described
-from ..operands import Group
-from ..spec import Spec, Use, action
-from ..types import DINT, FBD_COUNTER, FBD_ONESHOT, FBD_TIMER, Structure
+from ..model import arithmetic as math
+from ..model.operand_checks import OperandError, described
+from ..model.operands import Group
+from ..model.spec import Spec, Use, action
+from ..model.types import (
+    DINT,
+    FBD_COUNTER,
+    FBD_ONESHOT,
+    FBD_TIMER,
+    Structure,
+)
 from . import timing
 
 __all__ = ["TONR", "TOFR", "RTOR", "CTUD", "OSRI", "OSFI"]  # noqa: RUF022 - the manual's order

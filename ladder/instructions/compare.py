@@ -6,10 +6,15 @@ import math
 
 from ..compiler.rungs import RungWriter
 from ..interpreter import Interpreter
-from ..operand_checks import OperandError, described, is_string
-from ..operands import Constant, Resolved, can_fault, width_of
-from ..spec import Spec, Use, condition
-from ..types import LINT
+from ..model.operand_checks import OperandError, described, is_string
+from ..model.operands import (
+    Constant,
+    Resolved,
+    can_fault,
+    width_of,
+)
+from ..model.spec import Spec, Use, condition
+from ..model.types import LINT
 
 __all__ = ["CMP", "EQU", "GEQ", "GRT", "ISINF", "ISNAN", "LEQ", "LES", "LIM", "MEQ", "NEQ"]
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from .. import arithmetic as math
 from ..compiler.rungs import RungWriter
 from ..compiler.values import Term
 from ..interpreter import Interpreter
-from ..operands import Place, Resolved, width_of
-from ..spec import Spec, Use, action
-from ..types import LINT
+from ..model import arithmetic as math
+from ..model.operands import Place, Resolved, width_of
+from ..model.spec import Spec, Use, action
+from ..model.types import LINT
 
 __all__ = ["CPT", "ADD", "SUB", "MUL", "DIV", "MOD", "SQR", "NEG", "ABS", "TRN"]  # noqa: RUF022
 

@@ -5,17 +5,27 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from ..arithmetic import wrap
 from ..compiler.rungs import RungWriter
 from ..interpreter import Interpreter
-from ..lowered import BROKEN, Call, OperandResolver
-from ..memory import Value
-from ..operand_checks import OperandError, described
-from ..operands import DOUBLE, Place, Resolved, is_integer
-from ..spec import Use, action, always, condition
-from ..tags import OVERRIDE
-from ..tree import Address, Number, Operand
-from ..types import DINT
+from ..model.arithmetic import wrap
+from ..model.operand_checks import OperandError, described
+from ..model.operands import (
+    DOUBLE,
+    Place,
+    Resolved,
+    is_integer,
+)
+from ..model.spec import (
+    Use,
+    action,
+    always,
+    condition,
+)
+from ..model.tags import OVERRIDE
+from ..model.tree import Address, Number, Operand
+from ..model.types import DINT
+from ..state.lowered import BROKEN, Call, OperandResolver
+from ..state.memory import Value
 
 __all__ = ["JMP", "LBL", "JSR", "RET", "SBR", "TND", "MCR", "AFI", "NOP", "FOR", "BRK"]  # noqa: RUF022
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from ..arithmetic import from_digits, to_digits
 from ..interpreter import Interpreter
-from ..operands import Place, Resolved
-from ..spec import Use, action
+from ..model.arithmetic import from_digits, to_digits
+from ..model.operands import Place, Resolved
+from ..model.spec import Use, action
 
 __all__ = ["TOD", "FRD"]  # noqa: RUF022 - the manual's order
 

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 from ..interpreter import Interpreter
 from ..interpreter.files import Control, Elements
-from ..operands import Group, Place, Resolved
-from ..regions import converted
-from ..spec import WITH_CONTROL, Use, always
-from ..types import Elementary
+from ..model.operands import Group, Place, Resolved
+from ..model.spec import WITH_CONTROL, Use, always
+from ..model.types import Elementary
+from ..state.regions import converted
 
 __all__ = ["FBC", "DDT", "DTR"]  # noqa: RUF022 - the manual's order
 

@@ -4,11 +4,17 @@ from __future__ import annotations
 
 from ..compiler.rungs import RungWriter
 from ..interpreter import Interpreter
-from ..operands import Constant, Resolved, width_moved
-from ..regions import Region, copy, fill, plain, region_of
-from ..spec import Use, action
-from ..tags import Leaf
-from ..types import LINT
+from ..model.operands import Constant, Resolved, width_moved
+from ..model.spec import Use, action
+from ..model.tags import Leaf
+from ..model.types import LINT
+from ..state.regions import (
+    Region,
+    copy,
+    fill,
+    plain,
+    region_of,
+)
 
 __all__ = ["COP", "CPS", "FLL"]
 

@@ -4,13 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from .. import arithmetic as math
 from ..compiler.rungs import RungWriter
 from ..interpreter import Interpreter
-from ..operand_checks import OperandError, described, is_string
-from ..operands import Constant, Group, Place, Resolved, width_moved
-from ..spec import Spec, Use, action
-from ..types import LINT
+from ..model import arithmetic as math
+from ..model.operand_checks import OperandError, described, is_string
+from ..model.operands import (
+    Constant,
+    Group,
+    Place,
+    Resolved,
+    width_moved,
+)
+from ..model.spec import Spec, Use, action
+from ..model.types import LINT
 from .statements import set_text, write_set_text
 
 __all__ = ["MOV", "MVM", "BTD", "CLR", "SWPB", "AND", "OR", "XOR", "NOT"]  # noqa: RUF022

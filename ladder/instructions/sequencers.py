@@ -7,10 +7,15 @@ from __future__ import annotations
 
 from ..interpreter import Interpreter
 from ..interpreter.files import Control, Elements
-from ..operands import Group, Place, Resolved
-from ..regions import converted
-from ..spec import WITH_CONTROL, Use, condition, on_control
-from ..types import DINT
+from ..model.operands import Group, Place, Resolved
+from ..model.spec import (
+    WITH_CONTROL,
+    Use,
+    condition,
+    on_control,
+)
+from ..model.types import DINT
+from ..state.regions import converted
 from .shifts import check_dints, set_enable
 
 __all__ = ["SQI", "SQO", "SQL"]  # noqa: RUF022 - the manual's order

@@ -8,14 +8,24 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from ..arithmetic import wrap
 from ..interpreter import Interpreter
 from ..interpreter.files import Control, Elements
-from ..operand_checks import OperandError, described
-from ..operands import Group, Place, Resolved, width_moved
-from ..regions import converted
-from ..spec import Spec, Use, always, on_control
-from ..types import DINT, Elementary
+from ..model.arithmetic import wrap
+from ..model.operand_checks import OperandError, described
+from ..model.operands import (
+    Group,
+    Place,
+    Resolved,
+    width_moved,
+)
+from ..model.spec import (
+    Spec,
+    Use,
+    always,
+    on_control,
+)
+from ..model.types import DINT, Elementary
+from ..state.regions import converted
 
 __all__ = ["BSL", "BSR", "FFL", "FFU", "LFL", "LFU"]
 

@@ -16,12 +16,23 @@ import re
 from collections.abc import Callable
 from decimal import Decimal
 
-from .. import arithmetic as math
-from ..errors import SHORT_STRING_CODE, STRING_CODE, STRING_NUMBER_CODE, STRING_PLACE_CODE
 from ..interpreter import Interpreter
-from ..operands import Group, Place, Quoted, Resolved, width_of
-from ..regions import converted
-from ..spec import Spec, Use, action
+from ..model import arithmetic as math
+from ..model.errors import (
+    SHORT_STRING_CODE,
+    STRING_CODE,
+    STRING_NUMBER_CODE,
+    STRING_PLACE_CODE,
+)
+from ..model.operands import (
+    Group,
+    Place,
+    Quoted,
+    Resolved,
+    width_of,
+)
+from ..model.spec import Spec, Use, action
+from ..state.regions import converted
 
 __all__ = [  # noqa: RUF022 - the manual's order
     "CONCAT",

@@ -11,17 +11,29 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from ..arithmetic import wrap
-from ..errors import LadderError
 from ..interpreter import Interpreter
-from ..lowered import OperandResolver
-from ..memory import Value
-from ..operand_checks import OperandError
-from ..operands import Constant, Group, Place, Quoted, Resolved, width_of
-from ..spec import Kind, Spec, Use
-from ..stubs import Ending, Power, Stub, replaces
-from ..tree import Operand
-from ..types import DINT, Structure
+from ..model.arithmetic import wrap
+from ..model.errors import LadderError
+from ..model.operand_checks import OperandError
+from ..model.operands import (
+    Constant,
+    Group,
+    Place,
+    Quoted,
+    Resolved,
+    width_of,
+)
+from ..model.spec import Kind, Spec, Use
+from ..model.stubs import (
+    Ending,
+    Power,
+    Stub,
+    replaces,
+)
+from ..model.tree import Operand
+from ..model.types import DINT, Structure
+from ..state.lowered import OperandResolver
+from ..state.memory import Value
 
 __all__ = ["specs_of_stubs", "stub_spec"]
 

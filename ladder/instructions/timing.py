@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from .. import arithmetic as math
 from ..compiler.rungs import RungWriter
 from ..interpreter import Interpreter
-from ..operands import Group, Place
-from ..spec import Use, action, always
-from ..types import DINT, Elementary, Structure
+from ..model import arithmetic as math
+from ..model.operands import Group, Place
+from ..model.spec import Use, action, always
+from ..model.types import DINT, Elementary, Structure
 
 __all__ = ["TON", "TOF", "RTO", "CTU", "CTD", "RES"]  # noqa: RUF022 - the manual's order
 

@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 
 from ..interpreter import Interpreter
-from ..operands import Place, Resolved, width_of
-from ..spec import Spec, Use, action
+from ..model.operands import Place, Resolved, width_of
+from ..model.spec import Spec, Use, action
 from .compute import computation
 
 __all__ = [  # noqa: RUF022 - the manual's order

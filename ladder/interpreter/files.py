@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from ..memory import Value
-from ..operand_checks import array_of
-from ..operands import Group, Resolved
-from ..regions import converted, put, take
-from ..types import DataType, count_of
+from ..model.operand_checks import array_of
+from ..model.operands import Group, Resolved
+from ..model.types import DataType, count_of
+from ..state.memory import Value
+from ..state.regions import converted, put, take
 from .values import Values
 
 

@@ -11,9 +11,20 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import NoReturn
 
-from ..errors import LadderFault, OutOfLinesError
-from ..fault_log import FaultLog
-from ..lowered import (
+from ..model.errors import LadderFault, OutOfLinesError
+from ..model.operands import (
+    Constant,
+    Group,
+    Place,
+    Resolved,
+    first_leaf,
+    place_of,
+)
+from ..model.spec import Kind
+from ..model.tags import OVERRIDE, OWN
+from ..model.types import count_of
+from ..state.fault_log import FaultLog
+from ..state.lowered import (
     Act,
     AddOnCall,
     Arms,
@@ -27,12 +38,8 @@ from ..lowered import (
     Selection,
     Step,
 )
-from ..memory import Memory, Named, Value
-from ..operands import Constant, Group, Place, Resolved, first_leaf, place_of
-from ..scheduler import Scheduler
-from ..spec import Kind
-from ..tags import OVERRIDE, OWN
-from ..types import count_of
+from ..state.memory import Memory, Named, Value
+from ..state.scheduler import Scheduler
 from .values import Values
 
 Caller = Callable[[str, Sequence[Value]], Sequence[Value]]

@@ -5,11 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from .. import arithmetic as math
-from ..fault_log import FaultLog
-from ..lowered import Lowered
-from ..memory import Memory, Store, Value, set_text_in, text_in
-from ..operands import (
+from ..model import arithmetic as math
+from ..model.operands import (
     SINGLE,
     Calculation,
     Constant,
@@ -21,10 +18,19 @@ from ..operands import (
     place_of,
     width_of,
 )
-from ..operators import BITWISE, FUNCTIONS, RELATIONS
-from ..regions import End, region_of
-from ..tags import Leaf
-from ..types import DINT
+from ..model.operators import BITWISE, FUNCTIONS, RELATIONS
+from ..model.tags import Leaf
+from ..model.types import DINT
+from ..state.fault_log import FaultLog
+from ..state.lowered import Lowered
+from ..state.memory import (
+    Memory,
+    Store,
+    Value,
+    set_text_in,
+    text_in,
+)
+from ..state.regions import End, region_of
 
 
 class Values:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ..expressions import TAG_BASE
+from ..model.expressions import TAG_BASE
 
 GRAMMAR = rf"""
 start: block

@@ -18,13 +18,13 @@ from typing import Any, NoReturn, cast
 from lark import Lark, Token, Transformer, Tree
 from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken, VisitError
 
-from ..errors import RungTextError
-from ..expressions import parse_expression
 from ..instructions import BY_NAME
-from ..operators import FUNCTION_NAMES
-from ..quoting import unquoted
-from ..spec import BYTE_ORDERS, Spec, Use
-from ..statements import (
+from ..model.errors import RungTextError
+from ..model.expressions import parse_expression
+from ..model.operators import FUNCTION_NAMES
+from ..model.quoting import unquoted
+from ..model.spec import BYTE_ORDERS, Spec, Use
+from ..model.statements import (
     BLOCKS,
     Arm,
     Assignment,
@@ -42,7 +42,7 @@ from ..statements import (
     While,
     too_deep,
 )
-from ..tree import (
+from ..model.tree import (
     LEVELS,
     Address,
     BitStep,
@@ -58,7 +58,14 @@ from ..tree import (
     SubscriptStep,
     levels_of,
 )
-from .grammar import GRAMMAR, OPERANDS, OPERATORS, PARTS, STATEMENTS, TERMS
+from .grammar import (
+    GRAMMAR,
+    OPERANDS,
+    OPERATORS,
+    PARTS,
+    STATEMENTS,
+    TERMS,
+)
 
 _SKIPPED = re.compile(
     r"'(?:[^'$\n]|\$[^\n])*'?|(?P<region>#(?:end)?region\b[^\n]*)"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import sysconfig
 import traceback
 from collections.abc import Mapping
@@ -120,8 +121,12 @@ def is_the_users(file_name: str) -> bool:
     return not file_name.startswith(_NOT_THE_USERS) and not any(each in file_name for each in _PACKAGES)
 
 
-_ROOMS = tuple(
-    f"{Path(__file__).parents[2] / room}/" for room in ("io_images", "ladder", "runtime", "traces")
+_ROOMS = (
+    f"{sys.modules[__name__.partition('.')[0]].__path__[0]}/",  # installed, all the others are in it
+    *(
+        f"{Path(__file__).parents[2]}/{room}/"
+        for room in ("io_images", "ladder", "rockwell", "runtime", "traces")
+    ),
 )
 _INSTALLED = tuple(f"{sysconfig.get_path(kind)}/" for kind in ("stdlib", "platstdlib", "purelib", "platlib"))
 _GENERATED = "<"

@@ -51,7 +51,7 @@ def test_what_stands_beside_a_scan_of_the_past_is_of_that_scan(page, paused):
 
 @pytest.fixture
 def recording(tmp_path, feeder_rack):
-    from scanrack.runtime.cli import build
+    from scanrack.commands import build
     from typer.testing import CliRunner
 
     trace = tmp_path / "run.mcap"

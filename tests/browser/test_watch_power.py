@@ -2,8 +2,8 @@
 
 from functools import partial
 
+from scanrack.jobs.bench.opening import open_bench
 from scanrack.ladder.draw import power
-from scanrack.runtime.app.bench.opening import open_bench
 from watched_page import until
 
 SCANS = [1, 1, 1, 1, 6, 90, 200, 200, 300, 1, 1, 400, 800, 1000, 1000, 40, 60, 500, 3, 1]

@@ -8,14 +8,26 @@ import pytest
 from axis_hand import Geared, Hand, OneAxis
 from bench3601 import ENCODER, configuration
 from blocks3601 import ERROR_STOP, STANDSTILL, BlocksBench
-from scanrack import AxisError, Direction, ErrorId, State, sequence
-from scanrack.io_images.amci3601 import BlendSegment, InputBit, Move, MoveKind, PresetPosition
+from scanrack import (
+    AxisError,
+    Direction,
+    ErrorId,
+    State,
+    sequence,
+)
+from scanrack.io_images.amci3601 import (
+    BlendSegment,
+    InputBit,
+    Move,
+    MoveKind,
+    PresetPosition,
+)
 from scanrack.io_images.image import Image
-from scanrack.ladder.axis3601 import Command
-from scanrack.ladder.axis3601.drive import Drive
-from scanrack.ladder.axis3601.kinds import PRESET, RELATIVE
-from scanrack.ladder.axis3601.link import Link
-from scanrack.ladder.sequences.parts import Clock
+from scanrack.ladder.python.axis3601 import Command
+from scanrack.ladder.python.axis3601.drive import Drive
+from scanrack.ladder.python.axis3601.kinds import PRESET, RELATIVE
+from scanrack.ladder.python.axis3601.link import Link
+from scanrack.ladder.python.sequences.parts import Clock
 from scanrack.runtime.modules.amci3601 import ModuleFault
 from sequence_bench import RATES, SLOW, SequenceBench
 

@@ -2,8 +2,9 @@
 
 import pytest
 from ladder_bench import both
-from scanrack.ladder import LadderFault, fault_log
-from scanrack.ladder.memory import same
+from scanrack.ladder import LadderFault
+from scanrack.ladder.state import fault_log
+from scanrack.ladder.state.memory import same
 
 TAGS = """TYPE Part (Size : INT, Good : BOOL, Weight : REAL)
 TAG Go : BOOL

@@ -9,7 +9,7 @@ import pytest
 from bench3601 import BLEND_CW, ENCODER, HOLD, MANUAL_CW, RELATIVE, Bench, configuration
 from blends3601 import C, T, Z, block, header, program, transmit
 from lockstep3601 import Lockstep
-from scanrack.runtime.cli import build
+from scanrack.commands import build
 from stories3601 import Setting
 from typer.testing import CliRunner
 

@@ -12,7 +12,7 @@ from chromium import BROWSER, Chromium
 from contrast import contrast
 from made_traces import PERIOD_NS, idle, record
 from scanrack.traces.plot import save_page
-from scanrack.traces.reader import open_trace
+from scanrack.traces.read.reader import open_trace
 
 SCANS = 5000
 

@@ -10,11 +10,11 @@ import pytest
 from chromium import BROWSER, Chromium
 from contrast import contrast
 from made_tags import MadeTags
-from scanrack.traces.layout import SlotInfo
+from scanrack.traces.format.layout import SlotInfo
+from scanrack.traces.format.tagplan import Tag
 from scanrack.traces.plot import save_page
-from scanrack.traces.reader import open_trace
-from scanrack.traces.recorder import ScanRecorder
-from scanrack.traces.tagplan import Tag
+from scanrack.traces.read.reader import open_trace
+from scanrack.traces.write.recorder import ScanRecorder
 
 SCANS = 3000
 TAGS = [

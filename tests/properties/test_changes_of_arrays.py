@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from made_traces import A3601, record
-from scanrack.traces.changes import Changes, Row
-from scanrack.traces.flags import flag_names
-from scanrack.traces.layout import SlotInfo
-from scanrack.traces.reader import open_trace
+from scanrack.traces.format.flags import flag_names
+from scanrack.traces.format.layout import SlotInfo
+from scanrack.traces.read.changes import Changes, Row
+from scanrack.traces.read.reader import open_trace
 
 SLOTS = (A3601, SlotInfo(2, "a toy"), SlotInfo(3, "amci3601", "4.1"))
 COLUMNS = 16 * len(SLOTS)
@@ -52,8 +52,8 @@ def test_rows_of_arrays(
 def test_a_limit_stops_at_the_end_of_the_chunk_in_which_it_is_reached(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from scanrack.runtime.cli.show import Contents
-    from scanrack.traces.reader import Trace
+    from scanrack.commands.recordings.show import Contents
+    from scanrack.traces.read.reader import Trace
 
     words = np.zeros((1000, 16), np.int16)
     words[::2, 0] = 1

@@ -14,9 +14,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from plain_compare import plainly
-from scanrack.traces.columns import Columns
-from scanrack.traces.compare import SAME_CLOCK, Clock, Tolerance, before, blocks, compare_parts
-from scanrack.traces.layout import SlotInfo
+from scanrack.traces.compare import (
+    SAME_CLOCK,
+    Clock,
+    Tolerance,
+    before,
+    blocks,
+    compare_parts,
+)
+from scanrack.traces.format.layout import SlotInfo
+from scanrack.traces.read.columns import Columns
 
 SLOTS = (SlotInfo(1, "amci3601", "4.1"), SlotInfo(4, "a toy"))
 TICKS = 120

@@ -11,9 +11,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scanrack.io_images.thousands import split_reported
-from scanrack.traces.columns import Columns
 from scanrack.traces.compare import EXACT, Tolerance, compare_columns
-from scanrack.traces.layout import SlotInfo
+from scanrack.traces.format.layout import SlotInfo
+from scanrack.traces.read.columns import Columns
 
 SLOTS = (SlotInfo(1, "amci3601", "4.1"), SlotInfo(4, "a toy"))
 PERIOD_NS = 2_000_000

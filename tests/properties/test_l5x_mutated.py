@@ -25,11 +25,11 @@ from l5x_files import (
     task,
     value,
 )
-from scanrack.ladder.l5x import L5xError
-from scanrack.ladder.l5x.document import parse_document
-from scanrack.ladder.l5x.importer import Importer
-from scanrack.ladder.l5x.trial import run_trial
-from scanrack.runtime.app.l5x_rack import rack_of
+from scanrack.jobs.imports.l5x_rack import rack_of
+from scanrack.rockwell.l5x import L5xError
+from scanrack.rockwell.l5x.importer import Importer
+from scanrack.rockwell.l5x.trial import run_trial
+from scanrack.rockwell.l5x.xml.document import parse_document
 
 INPUTS = """<InputTag><Data Format="Decorated"><Structure DataType="AB:1769_DI16:I:0">
 <DataValueMember Name="Fault" DataType="DINT" Value="2#0"/>

@@ -11,10 +11,10 @@ from functools import partial
 from hypothesis import given
 from hypothesis import strategies as st
 from ladder_programs import rungs
+from scanrack.ladder.build.text import parse_rung
 from scanrack.ladder.draw import rung_text
 from scanrack.ladder.draw.ruler import SHORTEST, SYMBOLS
-from scanrack.ladder.text import parse_rung
-from scanrack.ladder.tree import Branch, instructions_of
+from scanrack.ladder.model.tree import Branch, instructions_of
 
 UP, DOWN, LEFT, RIGHT = (0, -1), (0, 1), (-1, 0), (1, 0)
 WAYS = {

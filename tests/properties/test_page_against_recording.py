@@ -14,12 +14,12 @@ from pathlib import Path
 import pytest
 from live_sessions import FEEDER, LiveSession
 from page_model import PERIOD_NS, TAGS, Lanes, Recorded
-from scanrack.runtime.app.repeating import orders_of
-from scanrack.runtime.cli.watch.monitor import About, Monitor
-from scanrack.runtime.cli.watch.page import Page
-from scanrack.runtime.cli.watch.recorded import Place, Recording
-from scanrack.runtime.cli.watch.session_monitor import Ran, SessionMonitor, Setup
-from scanrack.traces.reader import open_trace
+from scanrack.jobs.record.repeating import orders_of
+from scanrack.traces.read.reader import open_trace
+from scanrack.watch.monitors.monitor import About, Monitor
+from scanrack.watch.monitors.page import Page
+from scanrack.watch.monitors.session_monitor import Ran, SessionMonitor, Setup
+from scanrack.watch.recorded import Place, Recording
 
 SCANS = 1500
 SEEDS = range(2)

@@ -12,9 +12,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from made_traces import A3601, PERIOD_NS, record
 from scanrack.io_images.amci3601 import StatusView
-from scanrack.traces.layout import SlotInfo
+from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.query import query
-from scanrack.traces.reader import Scan, open_trace
+from scanrack.traces.read.reader import Scan, open_trace
 
 SLOTS = (A3601, SlotInfo(4, "a toy"))
 FEW = (0, 1, 2, 0x4001, 0x5000, 0x5001, -31_682)  # with and without MODE_CONFIG (bit 15)

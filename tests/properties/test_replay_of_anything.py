@@ -15,16 +15,16 @@ from amounts import amount
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scanrack.io_images import Image
-from scanrack.runtime.app.build import build_cpu, build_rack
-from scanrack.runtime.app.replaying import Into, Replay
+from scanrack.jobs.replay.replaying import Into, Replay
+from scanrack.jobs.run.build import build_cpu, build_rack
 from scanrack.runtime.config.rackspec import RackSpec, SlotSpec
 from scanrack.runtime.loop.cpu import Cpu
 from scanrack.runtime.loop.scan import CpuMode, Scan
 from scanrack.traces.compare import EXACT
-from scanrack.traces.layout import SlotInfo
-from scanrack.traces.reader import open_trace
-from scanrack.traces.recorder import ScanRecorder
+from scanrack.traces.format.layout import SlotInfo
+from scanrack.traces.read.reader import open_trace
 from scanrack.traces.replay import Recording
+from scanrack.traces.write.recorder import ScanRecorder
 
 SCANS = 40
 WORDS = (

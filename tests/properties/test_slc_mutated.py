@@ -6,9 +6,9 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from scanrack.ladder.errors import LadderError
-from scanrack.ladder.slc import export_text, import_text
-from scanrack.runtime.app.slc_rack import rack_of_slc
+from scanrack.jobs.imports.slc_rack import rack_of_slc
+from scanrack.ladder.model.errors import LadderError
+from scanrack.rockwell.slc import export_text, import_text
 from slc_files import FUNCTION_FILES, elements, export, forces, image, ladder, slot, texts, words
 
 TEXT = """PROJECT "feeder"

@@ -3,8 +3,15 @@
 from hypothesis import given
 from hypothesis import strategies as st
 from ladder_bench import program_of
-from scanrack.ladder.sequences import Counter, DownCounter, Fall, OffDelay, OnDelay, Rise
-from scanrack.ladder.sequences.parts import Clock
+from scanrack.ladder.python.sequences import (
+    Counter,
+    DownCounter,
+    Fall,
+    OffDelay,
+    OnDelay,
+    Rise,
+)
+from scanrack.ladder.python.sequences.parts import Clock
 
 PROGRAM = program_of(
     "TAG X : BOOL\nTAG R : BOOL\nTAG On : TIMER\nTAG Off : TIMER\nTAG Up : COUNTER\nTAG Down : COUNTER\n"

@@ -13,11 +13,16 @@ from typing import Any
 
 from bench3601 import ENCODER, configuration
 from blocks3601 import BlocksBench
-from scanrack import Axis3601, Configuration, Direction, Logic
+from scanrack import (
+    Axis3601,
+    Configuration,
+    Direction,
+    Logic,
+)
 from scanrack.io_images.amci3601 import Acceleration, BlendSegment, InputBit
 from scanrack.io_images.image import Image
-from scanrack.ladder.axis3601.drive import Drive
-from scanrack.runtime.app.fuzz.busy import Rests, axes_in
+from scanrack.jobs.fuzz.laws.busy import Rests, axes_in
+from scanrack.ladder.python.axis3601.drive import Drive
 from scanrack.runtime.loop.cpu import Cpu
 from scanrack.runtime.loop.exchange import EndOfScan, EveryRpi
 from scanrack.runtime.loop.rack import Card, Rack

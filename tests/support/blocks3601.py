@@ -16,9 +16,9 @@ from functools import cache
 from bench3601 import CONFIGURATION
 from scanrack import Program
 from scanrack.io_images.amci3601 import InputBit, StatusView
-from scanrack.ladder.addon import Way
-from scanrack.ladder.rungfile import parse_program
-from scanrack.ladder.rungreader import load_library
+from scanrack.ladder.build.addon import Way
+from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.files.rungreader import load_library
 from scanrack.runtime.loop.cpu import Cpu
 from scanrack.runtime.loop.exchange import EndOfScan, EveryRpi
 from scanrack.runtime.loop.rack import Card, Rack

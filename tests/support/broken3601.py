@@ -21,16 +21,18 @@ from scanrack.io_images.amci3601 import CommandMsw, Parameters
 from scanrack.io_images.image import Image
 from scanrack.io_images.thousands import split_reported
 from scanrack.runtime.kinematics import Shape
-from scanrack.runtime.modules.amci3601 import blending, commands, configuring, module, refusals, report
 from scanrack.runtime.modules.amci3601 import command_words as order
+from scanrack.runtime.modules.amci3601 import (
+    commands,
+    configuring,
+    module,
+    refusals,
+    report,
+)
 from scanrack.runtime.modules.amci3601.blend_session import BlendSession
-from scanrack.runtime.modules.amci3601.blending import BlendRun
 from scanrack.runtime.modules.amci3601.command_layer import CommandLayer
 from scanrack.runtime.modules.amci3601.command_words import CommandWords
 from scanrack.runtime.modules.amci3601.commands import COMMANDS
-from scanrack.runtime.modules.amci3601.encoder_move import EncoderMove
-from scanrack.runtime.modules.amci3601.follower import EncoderFollower
-from scanrack.runtime.modules.amci3601.homing import Homing
 from scanrack.runtime.modules.amci3601.inputs import CAPTURE, ESTOP, InputWatch
 from scanrack.runtime.modules.amci3601.latches import (
     COMMAND_ERROR,
@@ -42,11 +44,16 @@ from scanrack.runtime.modules.amci3601.latches import (
     STOPPED,
     Latches,
 )
-from scanrack.runtime.modules.amci3601.manual_move import ManualMove, OneShot
 from scanrack.runtime.modules.amci3601.module import Amci3601
 from scanrack.runtime.modules.amci3601.operation import CCW_LIMIT, CW_LIMIT, Limits
-from scanrack.runtime.modules.amci3601.profile_move import ProfileMove
-from scanrack.runtime.modules.amci3601.registration_move import RegistrationMove
+from scanrack.runtime.modules.amci3601.operations import blending
+from scanrack.runtime.modules.amci3601.operations.blending import BlendRun
+from scanrack.runtime.modules.amci3601.operations.encoder_move import EncoderMove
+from scanrack.runtime.modules.amci3601.operations.follower import EncoderFollower
+from scanrack.runtime.modules.amci3601.operations.homing import Homing
+from scanrack.runtime.modules.amci3601.operations.manual_move import ManualMove, OneShot
+from scanrack.runtime.modules.amci3601.operations.profile_move import ProfileMove
+from scanrack.runtime.modules.amci3601.operations.registration_move import RegistrationMove
 from scanrack.runtime.modules.amci3601.state import EXTERNAL, Held, ModuleState
 from scanrack.runtime.modules.amci3601.step_generator import StepGenerator
 

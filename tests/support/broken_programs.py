@@ -21,9 +21,16 @@ from scanrack.io_images.amci3601 import (
     ResetErrors,
     StatusView,
 )
-from scanrack.runtime.app.fuzz import STANDARD, Bench, Invariant, never, search, within
-from scanrack.runtime.app.fuzz.run import NO_FAULT
-from scanrack.runtime.app.fuzz.scenarios import Kind, scenarios
+from scanrack.jobs.fuzz import (
+    STANDARD,
+    Bench,
+    Invariant,
+    never,
+    search,
+    within,
+)
+from scanrack.jobs.fuzz.drawing import Kind, scenarios
+from scanrack.jobs.fuzz.run import NO_FAULT
 from scanrack.runtime.config.rackspec import RackSpec
 
 USED = InputBit.EXTERNAL | InputBit.HOME | InputBit.ESTOP | InputBit.CW_LIMIT | InputBit.CCW_LIMIT

@@ -6,8 +6,8 @@ import os
 from collections import Counter
 from pathlib import Path
 
-from scanrack.runtime.app.fuzz import Report
-from scanrack.runtime.app.fuzz.campaign import Task
+from scanrack.jobs.fuzz import Report
+from scanrack.jobs.fuzz.campaign.campaign import Task
 
 
 def counted(task: Task) -> Report:

@@ -10,8 +10,8 @@ from unittest.mock import patch
 from scanrack.ladder import BOOL, LadderError, LadderFault
 from scanrack.ladder.compiler import source_of
 from scanrack.ladder.debug import Debugger
-from scanrack.ladder.memory import element_text, same
-from scanrack.ladder.rungfile import parse_program
+from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.state.memory import element_text, same
 
 
 def outcome(engine, ms, changes):
@@ -103,7 +103,7 @@ def check_observed(text, scans, draw):
         for name, value in (pair for group in groups for pair in group.items()):
             for each in (ours, theirs):
                 each.tags[name] = value
-        with patch("scanrack.ladder.fault_log.MOST_JUMPS", 300):  # a forced loop variable ends no loop
+        with patch("scanrack.ladder.state.fault_log.MOST_JUMPS", 300):  # a forced loop variable ends no loop
             faults = [step(partial(each.scan, 1), ms) for each in (ours, theirs)]
         assert faults[0] == faults[1]
         values = [each._engine.memory.snapshot() for each in (ours, theirs)]

@@ -7,15 +7,15 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
+from scanrack.jobs.load.loading import load_job
+from scanrack.jobs.run.running import JobRun
 from scanrack.ladder.debug import Debugger
-from scanrack.runtime.app.loading import load_job
-from scanrack.runtime.app.running import JobRun
-from scanrack.runtime.app.watched_machines import PER_SLOT, MachineFigures
-from scanrack.runtime.app.watched_program import LadderNotes
 from scanrack.runtime.live.ring import ROWS, Ring
 from scanrack.runtime.live.session import Session
 from scanrack.runtime.live.tap import Tap
 from scanrack.runtime.loop.pace import Paced
+from scanrack.watch.history.watched_machines import PER_SLOT, MachineFigures
+from scanrack.watch.history.watched_program import LadderNotes
 
 FEEDER = Path(__file__).parents[2] / "examples" / "feeder" / "feeder.toml"
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 
-from scanrack.traces.tagplan import Tag, TagPlan, plan_of
+from scanrack.traces.format.tagplan import Tag, TagPlan, plan_of
 
 Texts = Callable[[int], Mapping[str, Sequence[tuple[int, str]]]]
 """Returns the new codes and texts of a scan, by the name of the tag."""
@@ -15,7 +15,7 @@ def no_texts(_scan: int) -> Mapping[str, Sequence[tuple[int, str]]]:
 
 
 class MadeTags:
-    """A source of tags; see `scanrack.traces.tagplan.TagSource`.
+    """A source of tags; see `scanrack.traces.format.tagplan.TagSource`.
 
     Args:
         memory: the rack's memory block.

@@ -9,12 +9,23 @@ from bisect import bisect_right
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from scanrack.traces.columns import Columns
-from scanrack.traces.compare import Clock, Comparison, Extent, First, Tolerance
+from scanrack.traces.compare import (
+    Clock,
+    Comparison,
+    Extent,
+    First,
+    Tolerance,
+)
 from scanrack.traces.compare.before import changes_before
 from scanrack.traces.compare.differing import Differing, Side
-from scanrack.traces.compare.fields import TIME, Field, Kind, all_fields
-from scanrack.traces.layout import SlotInfo
+from scanrack.traces.compare.fields import (
+    TIME,
+    Field,
+    Kind,
+    all_fields,
+)
+from scanrack.traces.format.layout import SlotInfo
+from scanrack.traces.read.columns import Columns
 
 Found = dict[int, tuple[int, int]]
 """Rows of the first trace in which a field differs: the row of the second, and which bits."""

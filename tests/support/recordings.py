@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from scanrack.runtime.app.loading import load_job
-from scanrack.runtime.app.running import JobRun
-from scanrack.runtime.cli.watch.page import Page
-from scanrack.runtime.cli.watch.recorded import Place, Recording
-from scanrack.runtime.cli.watch.trace_monitor import TraceMonitor
-from scanrack.traces import reader
-from scanrack.traces.reader import Trace, open_trace
+from scanrack.jobs.load.loading import load_job
+from scanrack.jobs.run.running import JobRun
+from scanrack.traces.read import reader
+from scanrack.traces.read.reader import Trace, open_trace
+from scanrack.watch.monitors.page import Page
+from scanrack.watch.monitors.trace_monitor import TraceMonitor
+from scanrack.watch.recorded import Place, Recording
 
 COUNTING = """
 PROGRAM count

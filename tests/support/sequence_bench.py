@@ -16,7 +16,7 @@ from scanrack import Configuration
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.io_images.amci3601.words import WORDS_3601
 from scanrack.io_images.image import Image
-from scanrack.ladder.sequences import Sequence, sequences_of
+from scanrack.ladder.python.sequences import Sequence, sequences_of
 from scanrack.runtime.loop.cpu import Cpu
 from scanrack.runtime.loop.events import Event
 from scanrack.runtime.loop.exchange import EndOfScan, EveryRpi

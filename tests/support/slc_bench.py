@@ -1,7 +1,7 @@
 """Small programs of RSLogix 500 on both back ends."""
 
 from scanrack.ladder import LadderFault
-from scanrack.ladder.slc import import_text
+from scanrack.rockwell.slc import import_text
 
 SLOTS = "SLOT 1 OTHER 3 10 25\n"
 

@@ -88,7 +88,7 @@ def watching(*words: object) -> Iterator[Session]:
     command = [
         sys.executable,
         "-c",
-        "import sys; from scanrack.runtime.cli import main; sys.exit(main())",
+        "import sys; from scanrack.commands import main; sys.exit(main())",
         "watch",
     ]
     process = subprocess.Popen([*command, *map(str, words)], stdout=subprocess.PIPE, text=True)

@@ -53,7 +53,7 @@ class Watched:
 @contextmanager
 def watched(*options, rack=FEEDER, cwd=None):
     """Start a session, and end it."""
-    command = [sys.executable, "-c", "from scanrack.runtime.cli import main; main()", "watch", str(rack)]
+    command = [sys.executable, "-c", "from scanrack.commands import main; main()", "watch", str(rack)]
     process = subprocess.Popen(
         [*command, *map(str, options)],
         stdout=subprocess.PIPE,

@@ -13,9 +13,9 @@ import typer
 from golden_library import INDEX, TEXT, Library, Made, changes, index_of, left_over, load_library, make
 from rich.console import Console
 from rich.progress import track
-from scanrack.runtime.cli.complaints import reported_mistakes
-from scanrack.runtime.cli.status import DONE, NO
-from scanrack.runtime.cli.terminal import say
+from scanrack.terminal.complaints import reported_mistakes
+from scanrack.terminal.status import DONE, NO
+from scanrack.terminal.terminal import say
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None)
 

@@ -16,18 +16,18 @@ from pathlib import Path
 from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from scanrack.commands.programs.run import run_job
+from scanrack.commands.programs.summary import RULES_OF_START
+from scanrack.commands.recordings.show import Contents, plain_lines, story
 from scanrack.io_images.amci3601 import StatusView, status_names
 from scanrack.io_images.image import UNSIGNED_MAX
-from scanrack.runtime.app.extracting import attached_files
-from scanrack.runtime.app.loading import load_job
-from scanrack.runtime.app.trust import stored_programs
-from scanrack.runtime.cli.run import run_job
-from scanrack.runtime.cli.show import Contents, plain_lines, story
-from scanrack.runtime.cli.status import DONE
-from scanrack.runtime.cli.summary import RULES_OF_START
+from scanrack.jobs.load.loading import load_job
+from scanrack.jobs.trust.extracting import attached_files
+from scanrack.jobs.trust.trust import stored_programs
 from scanrack.runtime.config.rackfile import load_rack_file
+from scanrack.terminal.status import DONE
 from scanrack.traces.compare import compare, report
-from scanrack.traces.reader import Scan, Trace, open_trace
+from scanrack.traces.read.reader import Scan, Trace, open_trace
 
 SCENARIOS, INDEX = "scenarios.toml", "index.md"
 TRACE, TEXT = ".mcap", ".txt"

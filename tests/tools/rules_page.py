@@ -6,9 +6,9 @@ import re
 from collections.abc import Callable, Iterator, Sequence
 from itertools import groupby
 
+from scanrack.commands.programs.rules import chapter_of, firmware_words
 from scanrack.io_images.amci3601 import bit_names
 from scanrack.io_images.amci3601.rules import Rule
-from scanrack.runtime.cli.rules import chapter_of, firmware_words
 
 Proofs = Callable[[str], Sequence[str]]
 """Returns the tests of a rule, "file.py::test_name" each."""

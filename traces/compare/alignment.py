@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..reader import Trace
+from ..read.reader import Trace
 from ..signals import Catalog, Kind, blocks
 
 Times = NDArray[np.int64]

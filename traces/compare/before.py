@@ -6,11 +6,11 @@ from collections.abc import Iterator, Sequence, Set
 
 import numpy as np
 
-from ..changes import Changes, Row
-from ..event_text import describe
-from ..flags import flag_names
-from ..layout import SlotInfo
-from ..reader import Scan, Trace
+from ..format.flags import flag_names
+from ..format.layout import SlotInfo
+from ..read.changes import Changes, Row
+from ..read.event_text import describe
+from ..read.reader import Scan, Trace
 from .differing import Side
 
 SCANS_BEFORE = 5

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
-from ..arrays import column_chunks
-from ..columns import Columns
-from ..layout import SlotInfo
-from ..reader import Trace
+from ..format.layout import SlotInfo
+from ..read.arrays import column_chunks
+from ..read.columns import Columns
+from ..read.reader import Trace
 from .alignment import SAME_CLOCK, Clock
 from .before import rules_in
 from .blocks import BLOCK_SCANS, blocks_by_number, blocks_by_time

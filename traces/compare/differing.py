@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...io_images.image import WORDS
-from ..changes import Row
-from ..columns import Columns
+from ..read.changes import Row
+from ..read.columns import Columns
 from .fields import TIME, Field, Kind
 from .pairing import Rows
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..columns import Columns
+from ..read.columns import Columns
 from .blocks import NumberedBlock
 from .differing import Differing, by_image
 from .fields import Field, Kind

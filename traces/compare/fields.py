@@ -16,11 +16,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...io_images.amci3601 import LIVE_BITS, CommandLsw, CommandMsw, StatusLsw, StatusMsw
+from ...io_images.amci3601 import (
+    LIVE_BITS,
+    CommandLsw,
+    CommandMsw,
+    StatusLsw,
+    StatusMsw,
+)
 from ...io_images.image import WORDS
-from ..flags import FLAGS as CPU_FLAGS
-from ..flags import OVERRUN
-from ..layout import SlotInfo
+from ..format.flags import FLAGS as CPU_FLAGS
+from ..format.flags import OVERRUN
+from ..format.layout import SlotInfo
 from ..signals import decode
 
 Array = NDArray[Any]

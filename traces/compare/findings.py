@@ -7,9 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..layout import SlotInfo
+from ..format.layout import SlotInfo
 from .before import changes_before
-from .differing import Differing, Extent, First, Side
+from .differing import (
+    Differing,
+    Extent,
+    First,
+    Side,
+)
 
 
 class Findings:

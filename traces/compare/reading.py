@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from ..arrays import column_chunks
-from ..columns import Columns
-from ..reader import Trace
+from ..read.arrays import column_chunks
+from ..read.columns import Columns
+from ..read.reader import Trace
 
 Progress = Callable[[int], None]
 """Called with the number of further scans read."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from ..changes import Row
-from ..image_text import seconds
+from ..read.changes import Row
+from ..read.image_text import seconds
 from .comparison import Comparison
 from .differing import Detail, Extent, First
 

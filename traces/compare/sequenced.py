@@ -10,9 +10,9 @@ from collections import deque
 from collections.abc import Iterator
 from itertools import zip_longest
 
-from ..reader import Trace
-from ..sequence_steps import OVER, Step, step_of
-from ..topics import SEQUENCES
+from ..format.topics import SEQUENCES
+from ..read.reader import Trace
+from ..read.sequence_steps import OVER, Step, step_of
 
 Difference = tuple[str, str, str]
 """A sequence, and its first step that differs in either trace."""

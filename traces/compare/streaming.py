@@ -16,8 +16,13 @@ from collections.abc import Iterable, Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ..columns import SLOT_WORDS, Columns, join, no_columns
-from ..layout import SlotInfo
+from ..format.layout import SlotInfo
+from ..read.columns import (
+    SLOT_WORDS,
+    Columns,
+    join,
+    no_columns,
+)
 from .alignment import Clock
 from .differing import Side
 

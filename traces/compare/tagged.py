@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...io_images.tag_names import without_ranges
-from ..columns import Columns
-from ..reader import Trace
+from ..format.tagplan import TagField
+from ..read.columns import Columns
+from ..read.reader import Trace
 from ..signals.tags import CODES, code_names
-from ..tagplan import TagField
 from .fields import Field, Kind
 
 Array = NDArray[Any]

@@ -7,9 +7,9 @@ from itertools import chain, groupby
 
 import numpy as np
 
-from ..guard import CSV
-from ..newfile import Target, new_file
-from ..reader import Trace
+from ..files.guard import CSV
+from ..files.newfile import Target, new_file
+from ..read.reader import Trace
 from ..signals import ALL, Selection
 from .table import Column, table
 

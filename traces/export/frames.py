@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..extras import need
-from ..reader import Trace
+from ..read.reader import Trace
 from ..signals import ALL, Selection
 from .table import Column, table
 

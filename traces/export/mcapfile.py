@@ -17,15 +17,12 @@ from mcap.opcode import Opcode
 from mcap.records import Metadata
 from numpy.typing import NDArray
 
-from ..batch import message_layout
-from ..chunks import ChunkWriter
-from ..decoded import FIELD, Decoded
-from ..guard import TRACE
-from ..layout import SLOT_BYTES
-from ..newfile import Target, new_file
-from ..reader import Trace, TraceEvent
-from ..records import read_record
-from ..schema import (
+from ..files.guard import TRACE
+from ..files.newfile import Target, new_file
+from ..format.batch import message_layout
+from ..format.layout import SLOT_BYTES
+from ..format.records import read_record
+from ..format.schema import (
     FORMAT_WITH_TAGS,
     MESSAGE_ENCODING,
     METADATA,
@@ -35,11 +32,19 @@ from ..schema import (
     ScanSchema,
     scan_schema,
 )
-from ..sections import ScanRows
+from ..format.topics import (
+    ALL_TOPICS,
+    SCAN_TOPIC,
+    SEQUENCES,
+    TEXTS,
+)
+from ..format.topics import MESSAGE_ENCODING as JSON_ENCODING
+from ..format.topics import SCHEMA_ENCODING as JSON_SCHEMA_ENCODING
+from ..read.reader import Trace, TraceEvent
+from ..read.sections import ScanRows
 from ..signals import ALL, Selection, blocks
-from ..topics import ALL_TOPICS, SCAN_TOPIC, SEQUENCES, TEXTS
-from ..topics import MESSAGE_ENCODING as JSON_ENCODING
-from ..topics import SCHEMA_ENCODING as JSON_SCHEMA_ENCODING
+from ..write.chunks import ChunkWriter
+from .decoded import FIELD, Decoded
 
 CHUNK_BYTES = 1 << 20
 _PREAMBLE_BYTES = 9

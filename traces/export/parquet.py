@@ -7,9 +7,9 @@ from itertools import chain
 from typing import Any
 
 from ..extras import need
-from ..guard import PARQUET
-from ..newfile import Target, new_file
-from ..reader import Trace
+from ..files.guard import PARQUET
+from ..files.newfile import Target, new_file
+from ..read.reader import Trace
 from ..signals import ALL, Selection
 from .table import Column, table
 

@@ -9,8 +9,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..reader import Trace
-from ..signals import ALL, Block, Catalog, Kind, Selection, Signal, blocks
+from ..read.reader import Trace
+from ..signals import (
+    ALL,
+    Block,
+    Catalog,
+    Kind,
+    Selection,
+    Signal,
+    blocks,
+)
 from ..signals.signal import named, whole_numbers
 
 Array = NDArray[Any]

@@ -22,10 +22,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..guard import VCD
-from ..newfile import Target, new_file
-from ..reader import Trace
-from ..signals import ALL, Block, Catalog, Kind, Selection, Signal, blocks
+from ..files.guard import VCD
+from ..files.newfile import Target, new_file
+from ..read.reader import Trace
+from ..signals import (
+    ALL,
+    Block,
+    Catalog,
+    Kind,
+    Selection,
+    Signal,
+    blocks,
+)
 from ..signals.signal import named, whole_numbers
 
 Array = NDArray[Any]

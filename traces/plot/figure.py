@@ -17,8 +17,8 @@ from pathlib import Path
 from typing import Any
 
 from ..extras import need
-from ..guard import PNG, SVG
-from ..newfile import new_file
+from ..files.guard import PNG, SVG
+from ..files.newfile import new_file
 from . import axis, colours
 from .chart import Chart, Panel, groups_of
 from .envelope import Curve

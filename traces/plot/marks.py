@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from ..event_text import describe
-from ..reader import TraceEvent
+from ..read.event_text import describe
+from ..read.reader import TraceEvent
 
 KINDS = ("broken", "rule", "stimulus", "move", "cpu")
 """Kinds of marks, the most telling first: where there is no room for all labels, they get theirs first."""

@@ -14,9 +14,16 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ..flags import FLAGS
-from ..reader import Trace
-from ..signals import Block, Catalog, Kind, Selection, Signal, blocks
+from ..format.flags import FLAGS
+from ..read.reader import Trace
+from ..signals import (
+    Block,
+    Catalog,
+    Kind,
+    Selection,
+    Signal,
+    blocks,
+)
 from ..signals.names import RECORDED
 from .changes import StepFinder, Steps
 from .curves import CurveMaker

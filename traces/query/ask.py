@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..reader import Trace
+from ..read.reader import Trace
 from ..signals import Catalog, Signal, blocks
 from .answer import Answer, Occurrence
 from .columns import Column, Scans

@@ -5,7 +5,7 @@ slot1.in.status_msw       a word                     slot1.speed         a measu
 slot1.in.status_msw.12    a bit of a word, by number
 """
 
-from ..columns import ALL, Selection
+from ..read.columns import ALL, Selection
 from .catalog import Catalog
 from .signal import Kind, Signal
 from .stream import Block, blocks, count

@@ -10,12 +10,17 @@ from types import MappingProxyType
 
 import numpy as np
 
-from ...io_images.amci3601 import CommandLsw, CommandMsw, StatusLsw, StatusMsw
+from ...io_images.amci3601 import (
+    CommandLsw,
+    CommandMsw,
+    StatusLsw,
+    StatusMsw,
+)
 from ...io_images.tag_names import AmbiguousNameError, normal
-from ..layout import SlotInfo
-from ..reader import Trace
-from ..sequence_steps import sequence_steps
-from ..tagplan import TagPlan
+from ..format.layout import SlotInfo
+from ..format.tagplan import TagPlan
+from ..read.reader import Trace
+from ..read.sequence_steps import sequence_steps
 from . import decode
 from .names import DIRECTIONS, SignalNames, is_named
 from .sequences import Steps, sequence_signals

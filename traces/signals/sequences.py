@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from ..sequence_steps import Step
+from ..read.sequence_steps import Step
 from .signal import Array, Kind, Signal
 from .stream import Block
 

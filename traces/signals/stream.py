@@ -16,10 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...io_images.image import WORDS
-from ..arrays import column_chunks, extent, scan_count
-from ..columns import ALL, Columns, Selection
-from ..layout import SLOT_BYTES
-from ..reader import Trace
+from ..format.layout import SLOT_BYTES
+from ..read.arrays import column_chunks, extent, scan_count
+from ..read.columns import ALL, Columns, Selection
+from ..read.reader import Trace
 
 SPEED_WINDOW_NS = 20_000_000
 """Time over which a speed is the mean of; less and the whole steps of a position show as noise."""

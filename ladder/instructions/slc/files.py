@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from ...arithmetic import wrap
 from ...interpreter import Interpreter
 from ...interpreter.files import Control, Elements
-from ...operands import Group, Place, Resolved
+from ...model.arithmetic import wrap
+from ...model.operands import Group, Place, Resolved
 
 _BITS = 16
 

@@ -10,15 +10,15 @@ from dataclasses import replace
 from typing import Any
 
 from ...interpreter import Interpreter
-from ...lowered import OperandResolver
-from ...operand_checks import OperandError
-from ...operands import Constant, Group, Place
-from ...spec import Kind, Spec, Use
-from ...stubs import Ending, stub_of
-from ...tree import Address, Operand
-from ...types import DINT, INT, MESSAGE
-from ..messages import MSG as LOGIX_MSG
-from ..messages import TIMEOUT
+from ...model.operand_checks import OperandError
+from ...model.operands import Constant, Group, Place
+from ...model.spec import Kind, Spec, Use
+from ...model.stubs import Ending, stub_of
+from ...model.tree import Address, Operand
+from ...model.types import DINT, INT, MESSAGE
+from ...state.lowered import OperandResolver
+from ..system.messages import MSG as LOGIX_MSG
+from ..system.messages import TIMEOUT
 
 BITS = {"EN": 15, "ST": 14, "DN": 13, "ER": 12, "EW": 10, "TO": 8}
 """Bits of word 0 of a control block."""

@@ -10,11 +10,16 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from ...arithmetic import real, wrap
 from ...interpreter import Interpreter
 from ...interpreter.files import Elements
-from ...operands import DOUBLE, Place, Resolved, is_integer
-from ...types import LINT
+from ...model.arithmetic import real, wrap
+from ...model.operands import (
+    DOUBLE,
+    Place,
+    Resolved,
+    is_integer,
+)
+from ...model.types import LINT
 from .status import Status
 
 _WIDE = LINT.bits

@@ -16,7 +16,7 @@ from __future__ import annotations
 import datetime
 from typing import Any
 
-from ...errors import LadderFault, Site
+from ...model.errors import LadderFault, Site
 from .status import MINOR, STATUS, Status
 
 MODE, CLOCK, ERROR, CALENDAR = 1, 4, 6, 37

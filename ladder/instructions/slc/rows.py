@@ -1,7 +1,7 @@
 """The rows of the dialect: operands as RSLogix 500 prints them [1747-RM001, 1766-RM001].
 
 PRE, ACC, LEN and POS that a rung shows after its timer or control are values of the data file; they count
-where the export has no data for it, see `ladder.slc`.
+where the export has no data for it, see `rockwell.slc`.
 """
 
 from __future__ import annotations
@@ -10,15 +10,29 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from ...errors import ScanEndedError
 from ...interpreter import Interpreter
-from ...lowered import OperandResolver
-from ...operand_checks import OperandError
-from ...operands import Constant, Place, Resolved
-from ...spec import Kind, Spec, Use, action, always, condition
-from ...tree import Operand
-from ...types import REAL
-from .. import bits, compare, control, files, move, shifts
+from ...model.errors import ScanEndedError
+from ...model.operand_checks import OperandError
+from ...model.operands import Constant, Place, Resolved
+from ...model.spec import (
+    Kind,
+    Spec,
+    Use,
+    action,
+    always,
+    condition,
+)
+from ...model.tree import Operand
+from ...model.types import REAL
+from ...state.lowered import OperandResolver
+from .. import (
+    bits,
+    compare,
+    control,
+    files,
+    move,
+    shifts,
+)
 from . import files as words
 from . import messages, numbers, timing
 

@@ -11,8 +11,8 @@
 
 from __future__ import annotations
 
-from ...arithmetic import wrap
 from ...interpreter import Interpreter
+from ...model.arithmetic import wrap
 
 STATUS = "S"
 """Name of the tag: an array of INT."""

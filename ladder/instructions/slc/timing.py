@@ -8,11 +8,11 @@ DN    _________|‾‾‾‾|______
 
 from __future__ import annotations
 
-from ...arithmetic import wrap
 from ...interpreter import Interpreter
 from ...interpreter.files import Members
-from ...operands import Constant, Group, Resolved
-from ...types import INT
+from ...model.arithmetic import wrap
+from ...model.operands import Constant, Group, Resolved
+from ...model.types import INT
 
 BASES_NS = {1.0: 1_000_000_000, 0.01: 10_000_000, 0.001: 1_000_000}
 """Time bases by their operand, ns; 0.001 s is MicroLogix's."""

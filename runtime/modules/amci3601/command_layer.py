@@ -22,11 +22,9 @@ from ....io_images.amci3601 import CommandMsw, Firmware
 from ...loop.events import Event, JsonValue
 from . import configuring
 from .axis import Axis
-from .blending import obey_programming
 from .capabilities import Feature, Refusal, Request
 from .command_words import COMMAND_BITS, CommandWords
 from .commands import COMMANDS, obey_store_minimum
-from .follower import EncoderFollower, obey_follower
 from .inputs import InputWatch
 from .latches import (
     CLEARED_BY_A_MOVE,
@@ -38,6 +36,8 @@ from .latches import (
     Latches,
 )
 from .operation import Host, Operation
+from .operations.blending import obey_programming
+from .operations.follower import EncoderFollower, obey_follower
 from .options import Amci3601Options
 from .refusals import faults_of_several
 from .state import ModuleState

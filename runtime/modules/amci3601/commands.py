@@ -10,17 +10,17 @@ from collections.abc import Callable
 
 from ....io_images.amci3601 import CommandLsw, CommandMsw
 from . import refusals
-from .axis_homing import HOMINGS
-from .blending import RUN_CW, BlendRun
 from .capabilities import Feature
 from .command_words import COMMAND_BITS, CommandWords
-from .encoder_move import EncoderMove
 from .latches import HOME_INVALID, POSITION_INVALID, RESETTABLE
-from .manual_move import MANUAL_BIT, ManualMove, OneShot
 from .operation import Host
-from .profile_move import ProfileMove
+from .operations.axis_homing import HOMINGS
+from .operations.blending import RUN_CW, BlendRun
+from .operations.encoder_move import EncoderMove
+from .operations.manual_move import MANUAL_BIT, ManualMove, OneShot
+from .operations.profile_move import ProfileMove
+from .operations.registration_move import RegistrationMove
 from .refusals import ENCODER_MOVE, refused
-from .registration_move import RegistrationMove
 
 Handler = Callable[[Host, int, CommandWords], None]
 

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 from scanrack import open_bench
-from scanrack.runtime.app.bench import NotReachedError
-from scanrack.runtime.cli import build
+from scanrack.commands import build
+from scanrack.jobs.bench import NotReachedError
 from scanrack.runtime.loop.faults import CpuFault
 from typer.testing import CliRunner
 

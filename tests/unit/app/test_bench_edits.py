@@ -2,10 +2,10 @@
 
 import pytest
 from scanrack import open_trace
-from scanrack.ladder.rungfile import parse_program
-from scanrack.runtime.app.bench.opening import open_bench
-from scanrack.runtime.cli import build
-from scanrack.traces.reader import TraceEvent
+from scanrack.commands import build
+from scanrack.jobs.bench.opening import open_bench
+from scanrack.ladder.files.rungfile import parse_program
+from scanrack.traces.read.reader import TraceEvent
 from typer.testing import CliRunner
 
 RACK = """scan_ms = 10

@@ -6,8 +6,8 @@ import shutil
 from pathlib import Path
 
 import pytest
-from scanrack.runtime.app.check import RULES
-from scanrack.runtime.cli import build
+from scanrack.commands import build
+from scanrack.jobs.check import RULES
 from typer.testing import CliRunner
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
@@ -373,7 +373,7 @@ def test_a_configuration_of_a_single_word_leaves_an_input_out(check):
 
 def test_routines_in_python_may_use_all(check):
     program = f"""\
-from scanrack.ladder.rungfile import parse_program
+from scanrack.ladder.files.rungfile import parse_program
 
 line = parse_program({RUNGS.replace("OTE(Local:3:O.Data.0)", "JSR(LAMP,0)")!r})
 

@@ -10,12 +10,12 @@ from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
-from scanrack.runtime.app.editions import Editions, edition_of
-from scanrack.runtime.app.loading import load_job
-from scanrack.runtime.app.running import JobRun
-from scanrack.runtime.cli import build
+from scanrack.commands import build
+from scanrack.jobs.load.loading import load_job
+from scanrack.jobs.record.editions import Editions, edition_of
+from scanrack.jobs.run.running import JobRun
 from scanrack.runtime.live.orders import Edit
-from scanrack.traces.reader import TraceEvent, open_trace
+from scanrack.traces.read.reader import TraceEvent, open_trace
 from typer.testing import CliRunner
 
 RACK = """\

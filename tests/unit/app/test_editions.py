@@ -6,13 +6,13 @@ Broken on purpose: an edited class that is not attached first, the old one's seq
 from contextlib import ExitStack
 
 import pytest
-from scanrack.runtime.app.attachments import attached_files
-from scanrack.runtime.app.editions import Editions, edition_of
-from scanrack.runtime.app.loading import load_job
-from scanrack.runtime.app.running import JobRun
-from scanrack.runtime.cli import build
+from scanrack.commands import build
+from scanrack.jobs.load.loading import load_job
+from scanrack.jobs.record.editions import Editions, edition_of
+from scanrack.jobs.run.running import JobRun
+from scanrack.jobs.trust.attachments import attached_files
 from scanrack.runtime.live.orders import Edit
-from scanrack.traces.reader import open_trace
+from scanrack.traces.read.reader import open_trace
 from typer.testing import CliRunner
 
 RACK = 'program = "cycle.py"\nscan_ms = 2\n[[slot]]\nnumber = 1\nmodule = "amci3601"\nfirmware = "4.1"\n'

@@ -2,6 +2,7 @@
 
 import pytest
 from scanrack import open_bench
+from scanrack.commands import build
 from scanrack.io_images.amci3601 import (
     Acceleration,
     BlendHeader,
@@ -16,7 +17,6 @@ from scanrack.io_images.amci3601 import (
     RunBlend,
 )
 from scanrack.io_images.image import Image
-from scanrack.runtime.cli import build
 from scanrack.runtime.loop.cpu import CpuFault
 from scanrack.runtime.loop.faults import Cause
 from typer.testing import CliRunner

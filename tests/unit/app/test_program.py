@@ -5,7 +5,7 @@ import re
 import sys
 
 import pytest
-from scanrack.ladder.program import ProgramError, load_function, load_program
+from scanrack.jobs.load.program import ProgramError, load_function, load_program
 
 
 @pytest.fixture

@@ -9,14 +9,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scanrack.ladder.errors import LadderError
-from scanrack.ladder.rungfile import parse_program
-from scanrack.ladder.tag_values import tag_values
-from scanrack.runtime.app.bench.opening import open_bench
-from scanrack.runtime.app.tag_source import tags_of
-from scanrack.runtime.cli import build
-from scanrack.traces.arrays import read_columns
-from scanrack.traces.reader import open_trace
+from scanrack.commands import build
+from scanrack.jobs.bench.opening import open_bench
+from scanrack.jobs.record.tag_source import tags_of
+from scanrack.ladder.debug.tag_values import tag_values
+from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.model.errors import LadderError
+from scanrack.traces.read.arrays import read_columns
+from scanrack.traces.read.reader import open_trace
 from typer.testing import CliRunner
 
 LADDER = r"""

@@ -7,12 +7,17 @@ from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
-from scanrack.runtime.app.bench import Bench
-from scanrack.runtime.app.bench.opening import open_bench
-from scanrack.runtime.app.loading import load_job
-from scanrack.runtime.app.running import JobRun
-from scanrack.runtime.cli import build
-from scanrack.runtime.live.orders import Force, Order, Unforce, Write
+from scanrack.commands import build
+from scanrack.jobs.bench import Bench
+from scanrack.jobs.bench.opening import open_bench
+from scanrack.jobs.load.loading import load_job
+from scanrack.jobs.run.running import JobRun
+from scanrack.runtime.live.orders import (
+    Force,
+    Order,
+    Unforce,
+    Write,
+)
 from typer.testing import CliRunner
 
 LADDER = """

@@ -2,9 +2,9 @@
 
 import pytest
 from scanrack import open_bench, open_trace
-from scanrack.runtime.app.bench import NotReachedError
-from scanrack.runtime.cli import build
-from scanrack.traces.sequence_steps import sequence_steps
+from scanrack.commands import build
+from scanrack.jobs.bench import NotReachedError
+from scanrack.traces.read.sequence_steps import sequence_steps
 from typer.testing import CliRunner
 
 PROGRAM = """from enum import Enum

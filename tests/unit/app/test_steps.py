@@ -6,10 +6,15 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from scanrack.io_images.amci3601 import Move, MoveKind, PresetPosition, StoreMinimumRegistration
+from scanrack.io_images.amci3601 import (
+    Move,
+    MoveKind,
+    PresetPosition,
+    StoreMinimumRegistration,
+)
 from scanrack.io_images.image import Image
-from scanrack.ladder.program import ProgramError, load_program
-from scanrack.ladder.steps import parse_steps
+from scanrack.jobs.load.program import ProgramError, load_program
+from scanrack.ladder.files.steps import parse_steps
 from scanrack.runtime.loop.rack import Card, Rack
 from scanrack.runtime.loop.scan import Scan
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from scanrack.runtime.cli import build
-from scanrack.traces.arrays import read_columns
-from scanrack.traces.reader import open_trace
+from scanrack.commands import build
+from scanrack.traces.read.arrays import read_columns
+from scanrack.traces.read.reader import open_trace
 from typer.testing import CliRunner
 
 WIDE = """

@@ -7,14 +7,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from scanrack.ladder.errors import LadderError
-from scanrack.ladder.rungfile import parse_program
-from scanrack.ladder.tag_values import tag_values
-from scanrack.runtime.app.bench import Bench
-from scanrack.runtime.app.bench.opening import open_bench
-from scanrack.runtime.cli import build
-from scanrack.traces.arrays import read_columns
-from scanrack.traces.reader import open_trace
+from scanrack.commands import build
+from scanrack.jobs.bench import Bench
+from scanrack.jobs.bench.opening import open_bench
+from scanrack.ladder.debug.tag_values import tag_values
+from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.model.errors import LadderError
+from scanrack.traces.read.arrays import read_columns
+from scanrack.traces.read.reader import open_trace
 from typer.testing import CliRunner
 
 PACKED = """

@@ -1,7 +1,7 @@
 """What a run does with which files of a trace, decided from the rack file in it."""
 
 import pytest
-from scanrack.runtime.app.trust import Given, Use, uses_of
+from scanrack.jobs.trust.trust import Given, Use, uses_of
 
 RACK = b"""program = "line.rung"
 [[slot]]

@@ -2,9 +2,9 @@
 
 import pytest
 from scanrack import open_bench
-from scanrack.runtime.cli import build
-from scanrack.traces.layout import SlotInfo
-from scanrack.traces.recorder import ScanRecorder
+from scanrack.commands import build
+from scanrack.traces.format.layout import SlotInfo
+from scanrack.traces.write.recorder import ScanRecorder
 from typer.testing import CliRunner
 
 PROGRAM = """from scanrack import (

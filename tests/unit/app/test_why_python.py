@@ -4,8 +4,8 @@ import sys
 
 import pytest
 from scanrack import open_bench
-from scanrack.runtime.cli import build
-from scanrack.traces.reader import open_trace
+from scanrack.commands import build
+from scanrack.traces.read.reader import open_trace
 from typer.testing import CliRunner
 
 PROGRAM = """from helper import write

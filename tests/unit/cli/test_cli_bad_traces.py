@@ -13,10 +13,10 @@ from pathlib import Path
 import pytest
 from made_traces import idle, record
 from mcap.writer import Writer
-from scanrack.runtime.cli import build
-from scanrack.traces import recorder
-from scanrack.traces.arrays import read_columns
-from scanrack.traces.reader import open_trace
+from scanrack.commands import build
+from scanrack.traces.read.arrays import read_columns
+from scanrack.traces.read.reader import open_trace
+from scanrack.traces.write import recorder
 from typer.testing import CliRunner
 
 COMMANDS = {

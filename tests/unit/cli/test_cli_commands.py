@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from scanrack.runtime.cli import COMMANDS, build
+from scanrack.commands import COMMANDS, build
 from typer.testing import CliRunner
 
 
@@ -52,7 +52,7 @@ def test_a_command_does_not_wait_for_libraries_that_it_does_not_use(command, tmp
     arguments, unneeded = UNNEEDED[command]
     words = [trace if word == "TRACE" else word for word in arguments]
     code = (
-        "import sys; from typer.testing import CliRunner; from scanrack.runtime.cli import build\n"
+        "import sys; from typer.testing import CliRunner; from scanrack.commands import build\n"
         f"result = CliRunner().invoke(build(), {words!r}); assert result.exit_code in (0, 1), result.output\n"
         f"print([name for name in {unneeded!r} if name in sys.modules])"
     )

@@ -8,8 +8,8 @@ from pathlib import Path
 import made_traces
 import numpy as np
 import pytest
-from scanrack.runtime.cli import build
-from scanrack.traces.layout import SlotInfo
+from scanrack.commands import build
+from scanrack.traces.format.layout import SlotInfo
 from typer.testing import CliRunner, Result
 
 SCANS = 40

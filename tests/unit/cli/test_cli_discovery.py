@@ -9,9 +9,10 @@ from threading import Thread
 from types import SimpleNamespace
 
 import pytest
-from scanrack.runtime.app.served_units import Unit, pcl601_units, pmc006_units
-from scanrack.runtime.cli import build, discovery
-from scanrack.runtime.cli.serve import begin, server_for
+from scanrack.commands import build
+from scanrack.commands.wire import discovery
+from scanrack.commands.wire.serve import begin, server_for
+from scanrack.jobs.run.served_units import Unit, pcl601_units, pmc006_units
 from scanrack.runtime.line.clients.probing import probe, questions
 from scanrack.runtime.line.ports import Stop, serve_until_interrupted
 from scanrack.runtime.line.wire import LineFormat

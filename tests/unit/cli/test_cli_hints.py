@@ -3,7 +3,7 @@
 import sys
 
 import pytest
-from scanrack.runtime.cli import build
+from scanrack.commands import build
 from typer.testing import CliRunner
 
 RACK = """\

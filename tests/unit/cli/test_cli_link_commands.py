@@ -7,8 +7,9 @@ import signal
 import pytest
 import typer
 from faultyline import BusLink, Fault
-from scanrack.runtime.cli import build, link_commands
-from scanrack.runtime.cli.link_commands import INTERRUPTED, shown_travel, stopped_by_interrupt
+from scanrack.commands import build
+from scanrack.commands.wire import link_commands
+from scanrack.commands.wire.link_commands import INTERRUPTED, shown_travel, stopped_by_interrupt
 from scanrack.runtime.controllers.pmc006.controller import Controller
 from scanrack.runtime.controllers.pmc006.line import Pmc006
 from scanrack.runtime.line.clients.link import LinkError

@@ -4,10 +4,10 @@ import io
 
 import pytest
 from rich.console import Console
-from scanrack.runtime.cli.progress import shown_progress
-from scanrack.runtime.cli.progress_bar import CpuProgress
 from scanrack.runtime.loop.cpu import Cpu
 from scanrack.runtime.loop.rack import Rack
+from scanrack.terminal.progress import shown_progress
+from scanrack.terminal.progress_bar import CpuProgress
 
 
 class Screen(io.StringIO):

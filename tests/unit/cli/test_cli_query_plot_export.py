@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from made_traces import idle, record
-from scanrack.runtime.cli import build
+from scanrack.commands import build
 from scanrack.traces import extras
 from typer.testing import CliRunner
 

@@ -5,11 +5,11 @@ import sys
 
 import pytest
 from scanrack import open_trace
-from scanrack.runtime.app.extracting import attached_files
-from scanrack.runtime.app.loading import load_job
-from scanrack.runtime.app.retained import Retained
-from scanrack.runtime.app.trust import Given, Use, uses_of
-from scanrack.runtime.cli import build
+from scanrack.commands import build
+from scanrack.jobs.load.loading import load_job
+from scanrack.jobs.run.retained import Retained
+from scanrack.jobs.trust.extracting import attached_files
+from scanrack.jobs.trust.trust import Given, Use, uses_of
 from typer.testing import CliRunner
 
 RACK = """scan_ms = 10

@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 
 import pytest
+from scanrack.commands import build
+from scanrack.commands.programs import rules as command
 from scanrack.io_images.amci3601 import RULES, Firmware, bit_names
-from scanrack.runtime.cli import build
-from scanrack.runtime.cli import rules as command
 from typer.testing import CliRunner
 
 

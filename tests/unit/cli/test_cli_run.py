@@ -7,12 +7,12 @@ import subprocess
 import sys
 
 import pytest
-from scanrack.runtime.app import recording
-from scanrack.runtime.cli import build
+from scanrack.commands import build
+from scanrack.jobs.record import recording
 from scanrack.runtime.loop.cpu import ScanFlag
-from scanrack.traces.output import TraceFull
-from scanrack.traces.reader import open_trace
-from scanrack.traces.recorder import ScanRecorder
+from scanrack.traces.read.reader import open_trace
+from scanrack.traces.write.output import TraceFull
+from scanrack.traces.write.recorder import ScanRecorder
 from typer.testing import CliRunner
 
 RACK = """\

@@ -16,11 +16,16 @@ from pathlib import Path
 
 import pytest
 from mcap.reader import make_reader
+from scanrack.commands import build
+from scanrack.commands.wire.serve import (
+    answering,
+    begin,
+    line_of,
+    wire,
+)
 from scanrack.io_images.pmc006.frame import command, reply
 from scanrack.io_images.pmc006.instructions import BY_NAME
-from scanrack.runtime.app.served_units import pcl601_units, pmc006_units
-from scanrack.runtime.cli import build
-from scanrack.runtime.cli.serve import answering, begin, line_of, wire
+from scanrack.jobs.run.served_units import pcl601_units, pmc006_units
 from scanrack.runtime.controllers.pmc006.pins import Pin
 from scanrack.runtime.line.rtu import frame
 from typer.testing import CliRunner

@@ -5,7 +5,8 @@ import sys
 from pathlib import Path
 
 import pytest
-from scanrack.runtime.cli import COMMANDS, build, status
+from scanrack.commands import COMMANDS, build
+from scanrack.terminal import status
 from typer.testing import CliRunner
 
 RACK = """\

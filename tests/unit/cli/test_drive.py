@@ -8,7 +8,7 @@ import subprocess
 import sys
 
 import pytest
-from scanrack.runtime.cli.drive import bench_for, converse
+from scanrack.commands.wire.drive import bench_for, converse
 
 CONFIGURE = [-31682, 63, 1, 0, 0, 0, 0, 0]
 IDLE = [0] * 8

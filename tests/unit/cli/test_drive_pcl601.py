@@ -6,7 +6,7 @@ import io
 import json
 
 import pytest
-from scanrack.runtime.cli.drive import bench_for, converse
+from scanrack.commands.wire.drive import bench_for, converse
 
 IDENT = "01 11 c0 2c"
 IDENTITY = "01 11 05 01 31 2e 30 30 c7 b2"

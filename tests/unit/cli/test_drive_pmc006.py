@@ -7,7 +7,7 @@ import json
 from typing import Any
 
 import pytest
-from scanrack.runtime.cli.drive import bench_for, converse
+from scanrack.commands.wire.drive import bench_for, converse
 
 
 def driven(*requests: dict[str, Any]) -> list[dict[str, Any]]:

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 from mcap.reader import make_reader
-from scanrack.runtime.cli import build
+from scanrack.commands import build
 from scanrack.runtime.loop.pace import ending_as_interrupt, interrupted_by
-from scanrack.traces.reader import open_trace
+from scanrack.traces.read.reader import open_trace
 from typer.testing import CliRunner
 
 ENDING = [signal.SIGTERM, signal.SIGHUP]
@@ -34,7 +34,7 @@ def logic(scan):
 @contextlib.contextmanager
 def started(folder: Path, *arguments: str, before: str = "pass") -> Iterator[subprocess.Popen[str]]:
     """Run a command in a process of its own."""
-    code = f"import signal, sys; {before}; from scanrack.runtime.cli import main; main()"
+    code = f"import signal, sys; {before}; from scanrack.commands import main; main()"
     process = subprocess.Popen(
         [sys.executable, "-c", code, *arguments],
         cwd=folder,
@@ -118,7 +118,7 @@ def test_where_ctrl_c_is_ignored_sigterm_still_ends(folder: Path) -> None:
 
 
 def test_any_command_ends_with_one_message(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    from scanrack.runtime.cli import repair as module
+    from scanrack.commands.recordings import repair as module
 
     def ended(*_arguments: object, **_options: object) -> None:
         signal.raise_signal(signal.SIGTERM)

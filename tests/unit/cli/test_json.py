@@ -5,8 +5,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from scanrack.commands import build
 from scanrack.io_images.amci3601 import RULES
-from scanrack.runtime.cli import build
 from typer.testing import CliRunner
 
 RACK = """program = "line.rung"

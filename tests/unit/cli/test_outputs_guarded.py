@@ -16,8 +16,8 @@ from typing import Any, NamedTuple, get_args
 
 import pytest
 import typer
-from scanrack.runtime.app.fuzz import folder_lock
-from scanrack.runtime.cli import build
+from scanrack.commands import build
+from scanrack.jobs.fuzz import folder_lock
 from typer.testing import CliRunner
 
 INPUTS = {

@@ -15,11 +15,11 @@ from importlib.metadata import packages_distributions
 from pathlib import Path
 
 import pytest
-from scanrack.ladder.program import ProgramError, load_program
-from scanrack.runtime.app.attachments import forget_imported
-from scanrack.runtime.app.launcher import PIPE, launch
-from scanrack.runtime.cli import COMMANDS
-from scanrack.traces.limits import Limits, limited
+from scanrack.commands import COMMANDS
+from scanrack.jobs.load.program import ProgramError, load_program
+from scanrack.jobs.trust.attachments import forget_imported
+from scanrack.jobs.trust.launcher import PIPE, launch
+from scanrack.traces.format.limits import Limits, limited
 
 ROOT = Path(__file__).parents[3]
 FEEDER, L5X = ROOT / "examples/feeder", ROOT / "examples/l5x"
@@ -51,7 +51,7 @@ RACK = '[[slot]]\nnumber = 1\nmodule = "amci3601"\n'
 
 ASKED = """
 import sys
-from scanrack.traces.limits import limits
+from scanrack.traces.format.limits import limits
 
 def main(*words):
     print(sys.path, limits(), words, sys.flags.safe_path)
@@ -162,7 +162,7 @@ def test_python_m_scanrack_runs_none_either(place: Path, tmp_path: Path) -> None
 def test_a_helper_has_the_path_and_the_limits_of_this_process(
     place: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    told = "import sys\nfrom scanrack.traces.limits import limits\n"
+    told = "import sys\nfrom scanrack.traces.format.limits import limits\n"
     (tmp_path / "asked.py").write_text(
         f"{told}def main(*words): print(sys.path, limits(), words, sys.flags.safe_path)\n"
     )

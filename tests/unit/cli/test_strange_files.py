@@ -8,10 +8,10 @@ import sys
 from pathlib import Path
 
 import pytest
-from scanrack.runtime.app.replaying import lost_edits
-from scanrack.runtime.cli import build
-from scanrack.runtime.cli.terminal import LINE_MOST, MESSAGE_LINES, say
-from scanrack.traces.reader import TraceEvent
+from scanrack.commands import build
+from scanrack.jobs.replay.replaying import lost_edits
+from scanrack.terminal.terminal import LINE_MOST, MESSAGE_LINES, say
+from scanrack.traces.read.reader import TraceEvent
 from typer.testing import CliRunner, Result
 
 RACK = 'program = "{}"\n[[slot]]\nnumber = 1\nmodule = "amci3601"\n'

@@ -6,7 +6,9 @@ from types import ModuleType
 
 import pytest
 from scanrack import __main__
-from scanrack.runtime.cli import COMMANDS, build, rerun, status
+from scanrack.commands import COMMANDS, build
+from scanrack.commands.recordings import rerun
+from scanrack.terminal import status
 from typer.testing import CliRunner
 
 LINES = {
@@ -67,9 +69,9 @@ def test_ctrl_c_while_the_commands_are_imported(
     def interrupted(name: str) -> None:
         raise KeyboardInterrupt
 
-    module = ModuleType("scanrack.runtime.cli")
+    module = ModuleType("scanrack.commands")
     module.__getattr__ = interrupted  # type: ignore[method-assign]
-    monkeypatch.setitem(sys.modules, "scanrack.runtime.cli", module)
+    monkeypatch.setitem(sys.modules, "scanrack.commands", module)
     with pytest.raises(SystemExit) as caught:
         __main__.main()
     assert caught.value.code == status.INTERRUPTED

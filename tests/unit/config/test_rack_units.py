@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from mcap.reader import make_reader
-from scanrack.runtime.cli import build
+from scanrack.commands import build
 from typer.testing import CliRunner, Result
 
 RACK = """

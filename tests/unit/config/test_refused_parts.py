@@ -2,9 +2,9 @@
 
 import pytest
 from l5x_files import diagram, document, ladder, program, tag
+from scanrack.commands import build
+from scanrack.jobs.load.loading import load_job
 from scanrack.ladder import LadderLogic
-from scanrack.runtime.app.loading import load_job
-from scanrack.runtime.cli import build
 from scanrack.runtime.config.rackfile import RackFileError
 from typer.testing import CliRunner
 

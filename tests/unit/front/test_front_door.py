@@ -8,7 +8,7 @@ from importlib.metadata import version
 
 import pytest
 import scanrack
-from scanrack.runtime.cli import build
+from scanrack.commands import build
 from typer.testing import CliRunner
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 
 import pytest
-from scanrack.runtime.cli import build
+from scanrack.commands import build
 from typer.testing import CliRunner
 
 PROGRAM = """

@@ -8,14 +8,19 @@ from typing import Any
 
 import pytest
 from hypothesis import find
-from scanrack.runtime.app.build import build_cpu, build_rack
-from scanrack.runtime.app.fuzz.rackdoc import rack_text
-from scanrack.runtime.app.fuzz.scan_view import Moment
-from scanrack.runtime.app.fuzz.scenario import Push, Scenario, one_at_a_time
-from scanrack.runtime.app.fuzz.scenarios import Kind, card_buttons, possible_kinds, scenarios
-from scanrack.runtime.app.fuzz.shrink import parts_of, scenario_of
-from scanrack.runtime.app.fuzz.standard import STANDARD
-from scanrack.runtime.app.fuzz.words import told
+from scanrack.jobs.fuzz.drawing import (
+    Kind,
+    card_buttons,
+    possible_kinds,
+    scenarios,
+)
+from scanrack.jobs.fuzz.laws.scan_view import Moment
+from scanrack.jobs.fuzz.laws.standard import STANDARD
+from scanrack.jobs.fuzz.scenarios.rackdoc import rack_text
+from scanrack.jobs.fuzz.scenarios.scenario import Push, Scenario, one_at_a_time
+from scanrack.jobs.fuzz.scenarios.words import told
+from scanrack.jobs.fuzz.shrink import parts_of, scenario_of
+from scanrack.jobs.run.build import build_cpu, build_rack
 from scanrack.runtime.config.rackfile import parse_rack_file
 from scanrack.runtime.config.rackspec import RackSpec, SlotSpec
 

@@ -4,9 +4,24 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from scanrack.io_images.amci3601 import Configuration, Idle, InputBit, Move, MoveKind, StatusView
-from scanrack.runtime.app.fuzz import STANDARD, Bench, Press, Scenario, never, search, undisturbed
-from scanrack.runtime.app.fuzz.scenarios import Kind, scenarios
+from scanrack.io_images.amci3601 import (
+    Configuration,
+    Idle,
+    InputBit,
+    Move,
+    MoveKind,
+    StatusView,
+)
+from scanrack.jobs.fuzz import (
+    STANDARD,
+    Bench,
+    Press,
+    Scenario,
+    never,
+    search,
+    undisturbed,
+)
+from scanrack.jobs.fuzz.drawing import Kind, scenarios
 from scanrack.runtime.config.rackspec import RackSpec
 
 MS = 1_000_000

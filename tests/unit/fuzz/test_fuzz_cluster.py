@@ -4,12 +4,12 @@ import os
 import signal
 
 import pytest
-from scanrack.runtime.app.fuzz.campaign import campaign
-from scanrack.runtime.app.fuzz.executors import executor_of
-from scanrack.runtime.app.fuzz.job import Setup
-from scanrack.runtime.app.fuzz.scenarios import Kind
-from scanrack.runtime.app.fuzz.state import State
-from scanrack.runtime.app.fuzz.working import Work
+from scanrack.jobs.fuzz.campaign.campaign import campaign
+from scanrack.jobs.fuzz.campaign.executors import executor_of
+from scanrack.jobs.fuzz.campaign.state import State
+from scanrack.jobs.fuzz.campaign.working import Work
+from scanrack.jobs.fuzz.drawing import Kind
+from scanrack.jobs.fuzz.job import Setup
 
 distributed = pytest.importorskip("distributed", reason="the extra 'cluster' is not installed")
 pytestmark = pytest.mark.extra("cluster")

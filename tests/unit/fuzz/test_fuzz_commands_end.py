@@ -2,11 +2,11 @@
 
 import pytest
 from scanrack.io_images.amci3601 import Configuration, InputBit
-from scanrack.ladder.axis3601 import Axis3601
-from scanrack.ladder.axis3601.evidence import Evidence
-from scanrack.ladder.sequences import Logic, dwell, sequence
-from scanrack.runtime.app.fuzz import STANDARD, Bench, Scenario
-from scanrack.runtime.app.fuzz.busy import Rests, axes_in
+from scanrack.jobs.fuzz import STANDARD, Bench, Scenario
+from scanrack.jobs.fuzz.laws.busy import Rests, axes_in
+from scanrack.ladder.python.axis3601 import Axis3601
+from scanrack.ladder.python.axis3601.evidence import Evidence
+from scanrack.ladder.python.sequences import Logic, dwell, sequence
 from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.runtime.loop.incidents import FaultKind, Incident
 

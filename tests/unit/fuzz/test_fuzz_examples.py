@@ -8,7 +8,7 @@ import re
 from pathlib import Path
 
 import pytest
-from scanrack.runtime.cli import build
+from scanrack.commands import build
 from typer.testing import CliRunner
 
 EXAMPLES = Path(__file__).parents[3] / "examples" / "sequences"

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import pytest
-from scanrack.runtime.app.fuzz.state import read_state
-from scanrack.runtime.cli import build
+from scanrack.commands import build
+from scanrack.jobs.fuzz.campaign.state import read_state
 from typer.testing import CliRunner
 
 REGISTERS = """

@@ -6,8 +6,14 @@ from typing import Any
 import pytest
 from scanrack.io_images import Image
 from scanrack.io_images.amci3601 import StatusView
-from scanrack.runtime.app.fuzz import InvariantError, always, load_invariants, never, within
-from scanrack.runtime.app.fuzz.scan_view import Slots
+from scanrack.jobs.fuzz import (
+    InvariantError,
+    always,
+    load_invariants,
+    never,
+    within,
+)
+from scanrack.jobs.fuzz.laws.scan_view import Slots
 
 MS = 1_000_000
 
@@ -91,7 +97,7 @@ def test_a_limit_needs_a_unit():
 def test_a_file_gives_its_invariants_in_order(tmp_path):
     file = tmp_path / "must_hold.py"
     file.write_text(
-        "from scanrack.runtime.app.fuzz import always, never\n"
+        "from scanrack.jobs.fuzz import always, never\n"
         "@never\ndef second(now):\n    'b'\n\n@always\ndef first(now):\n    'a'\n",
         encoding="utf-8",
     )
@@ -106,7 +112,7 @@ def test_a_file_gives_its_invariants_in_order(tmp_path):
         ("x = 1\nboom\n", r"bad.py:2: NameError"),
         ("def f(:\n", r"SyntaxError"),
         (
-            "from scanrack.runtime.app.fuzz import never\n\n@never\ndef f():\n    pass\n",
+            "from scanrack.jobs.fuzz import never\n\n@never\ndef f():\n    pass\n",
             r"bad.py:3: f has to take one argument, the moment: too many positional arguments",
         ),
     ],

@@ -16,8 +16,14 @@ from scanrack.io_images.amci3601 import (
     PresetPosition,
     StatusView,
 )
-from scanrack.runtime.app.fuzz import STANDARD, Bench, Invariant, never, search
-from scanrack.runtime.app.fuzz.scenarios import Kind, possible_kinds, scenarios
+from scanrack.jobs.fuzz import (
+    STANDARD,
+    Bench,
+    Invariant,
+    never,
+    search,
+)
+from scanrack.jobs.fuzz.drawing import Kind, possible_kinds, scenarios
 from scanrack.runtime.config.rackspec import RackSpec
 
 USED = InputBit.HOME | InputBit.ESTOP | InputBit.CW_LIMIT | InputBit.CCW_LIMIT

@@ -1,7 +1,7 @@
 """A session that somebody clicked, as the scenario that `scanrack fuzz` varies."""
 
 from live_sessions import FEEDER, LiveSession
-from scanrack.runtime.app.fuzz.learning import learn
+from scanrack.jobs.fuzz.learning import learn
 from scanrack.runtime.loop.incidents import FaultKind
 
 MS = 1_000_000

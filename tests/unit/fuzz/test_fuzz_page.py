@@ -6,9 +6,9 @@ import re
 from pathlib import Path
 
 import pytest
+from scanrack.commands import build
 from scanrack.io_images.amci3601 import StatusView
-from scanrack.runtime.app.fuzz.scenarios import Kind
-from scanrack.runtime.cli import build
+from scanrack.jobs.fuzz.drawing import Kind
 from typer.testing import CliRunner
 
 TEXT = (Path(__file__).parents[3] / "docs" / "fuzzing.md").read_text(encoding="utf-8")

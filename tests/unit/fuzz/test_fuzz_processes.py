@@ -11,9 +11,9 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
-from scanrack.runtime.app.fuzz.state import State, read_state
-from scanrack.runtime.cli import build
-from scanrack.runtime.cli.fuzz_session import noting_ctrl_c
+from scanrack.commands import build
+from scanrack.commands.programs.fuzz_session import noting_ctrl_c
+from scanrack.jobs.fuzz.campaign.state import State, read_state
 from typer.testing import CliRunner
 
 pytestmark = pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for processes in /proc")

@@ -5,15 +5,15 @@ from __future__ import annotations
 import json
 
 import pytest
+from scanrack.commands import build
+from scanrack.commands.programs.run import run_job
 from scanrack.io_images.amci3601 import InputBit
-from scanrack.runtime.app.fuzz import Press, Scenario
-from scanrack.runtime.app.fuzz.learning import learn
-from scanrack.runtime.app.fuzz.recorded import recorded_scenario
-from scanrack.runtime.app.fuzz.scenario import entries_of
-from scanrack.runtime.app.loading import load_job
-from scanrack.runtime.app.playback import Stimulus
-from scanrack.runtime.cli import build
-from scanrack.runtime.cli.run import run_job
+from scanrack.jobs.fuzz import Press, Scenario
+from scanrack.jobs.fuzz.learning import learn
+from scanrack.jobs.fuzz.scenarios.recorded import recorded_scenario
+from scanrack.jobs.fuzz.scenarios.scenario import entries_of
+from scanrack.jobs.load.loading import load_job
+from scanrack.jobs.run.playback import Stimulus
 from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.runtime.machine import MachineSpec, Station, Switch
 from typer.testing import CliRunner
@@ -38,7 +38,7 @@ module = "amci3601"
 timeline = [{ at_ms = 100, input = "estop", for_ms = 50 }]
 """
 INVARIANT = '''
-from scanrack.runtime.app.fuzz import never
+from scanrack.jobs.fuzz import never
 
 @never
 def pressed(now):

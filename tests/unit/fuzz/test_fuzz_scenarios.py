@@ -8,11 +8,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scanrack.io_images.amci3601.bits import InputBit
-from scanrack.runtime.app.fuzz import Press, Scenario
-from scanrack.runtime.app.fuzz.rackdoc import rack_text
-from scanrack.runtime.app.fuzz.scenario import Lost, Shift
-from scanrack.runtime.app.fuzz.scenarios import Kind, kinds_for, scenarios
-from scanrack.runtime.app.fuzz.words import told
+from scanrack.jobs.fuzz import Press, Scenario
+from scanrack.jobs.fuzz.drawing import Kind, kinds_for, scenarios
+from scanrack.jobs.fuzz.scenarios.rackdoc import rack_text
+from scanrack.jobs.fuzz.scenarios.scenario import Lost, Shift
+from scanrack.jobs.fuzz.scenarios.words import told
 from scanrack.runtime.config.rackfile import load_rack_file
 from scanrack.runtime.loop.incidents import ON_THE_LINE, FaultKind, Incident
 from scanrack.runtime.machine import Slip, Switch, TimelineEntry

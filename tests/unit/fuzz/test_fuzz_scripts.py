@@ -7,11 +7,18 @@ from functools import partial
 from typing import Any
 
 import pytest
-from scanrack.io_images.amci3601 import Configuration, Idle, InputBit, Move, MoveKind, StatusView
-from scanrack.runtime.app.fuzz import Bench, Press, Scenario
-from scanrack.runtime.app.fuzz.drivescript import DriveScript, obstacle
-from scanrack.runtime.app.fuzz.scenario import Shift
-from scanrack.runtime.cli import build
+from scanrack.commands import build
+from scanrack.io_images.amci3601 import (
+    Configuration,
+    Idle,
+    InputBit,
+    Move,
+    MoveKind,
+    StatusView,
+)
+from scanrack.jobs.fuzz import Bench, Press, Scenario
+from scanrack.jobs.fuzz.scenarios.drivescript import DriveScript, obstacle
+from scanrack.jobs.fuzz.scenarios.scenario import Shift
 from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.runtime.loop.incidents import FaultKind, Incident
 from typer.testing import CliRunner

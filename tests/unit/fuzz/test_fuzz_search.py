@@ -7,11 +7,16 @@ from multiprocessing import get_context
 
 import pytest
 from campaign_work import DiesOnce, dies
-from scanrack.runtime.app.fuzz import Found, Scenario
-from scanrack.runtime.app.fuzz.campaign import campaign
-from scanrack.runtime.app.fuzz.run import Broken
-from scanrack.runtime.app.fuzz.state import CampaignError, State, read_state, write_state
-from scanrack.runtime.cli import build
+from scanrack.commands import build
+from scanrack.jobs.fuzz import Found, Scenario
+from scanrack.jobs.fuzz.campaign.campaign import campaign
+from scanrack.jobs.fuzz.campaign.state import (
+    CampaignError,
+    State,
+    read_state,
+    write_state,
+)
+from scanrack.jobs.fuzz.run import Broken
 from typer.testing import CliRunner
 
 CONFIGURES = """

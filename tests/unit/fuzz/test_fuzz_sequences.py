@@ -4,10 +4,15 @@ from pathlib import Path
 
 import pytest
 from scanrack.io_images.amci3601 import Configuration, InputBit
-from scanrack.ladder.axis3601 import Axis3601
-from scanrack.ladder.sequences import Input, Logic, sequence
-from scanrack.runtime.app.fuzz import Bench, Press, Scenario, never
-from scanrack.runtime.app.fuzz.steady import Uses
+from scanrack.jobs.fuzz import (
+    Bench,
+    Press,
+    Scenario,
+    never,
+)
+from scanrack.jobs.fuzz.steady import Uses
+from scanrack.ladder.python.axis3601 import Axis3601
+from scanrack.ladder.python.sequences import Input, Logic, sequence
 from scanrack.runtime.config.rackspec import RackSpec
 
 MS = 1_000_000

@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 
 import pytest
-from scanrack.runtime.app.fuzz.state import read_state
-from scanrack.runtime.cli import build
+from scanrack.commands import build
+from scanrack.jobs.fuzz.campaign.state import read_state
 from typer.testing import CliRunner
 
 WATCHES = """
@@ -142,7 +142,7 @@ def test_a_state_of_another_rack_is_not_gone_on_with(line, tmp_path):
 def test_two_files_with_an_invariant_of_one_name_are_refused(line, tmp_path):
     for name in ("a.py", "b.py"):
         (tmp_path / name).write_text(
-            "from scanrack.runtime.app.fuzz import never\n\n@never\ndef f(now):\n    pass\n", encoding="utf-8"
+            "from scanrack.jobs.fuzz import never\n\n@never\ndef f(now):\n    pass\n", encoding="utf-8"
         )
     result = fuzz(line(WATCHES.format(bit="STOPPED")), "-i", tmp_path / "a.py", "-i", tmp_path / "b.py")
     assert result.exit_code == 2
@@ -153,7 +153,7 @@ def test_two_files_with_an_invariant_of_one_name_are_refused(line, tmp_path):
 
 def test_an_invariant_that_was_never_put_to_the_test_is_told(line, tmp_path):
     text = (
-        "from scanrack.runtime.app.fuzz import within\n\n"
+        "from scanrack.jobs.fuzz import within\n\n"
         "@within('10 ms', after=lambda now: now.slot[1].status.IN_CAPTURE)\n"
         "def asks_for_capture(now):\n    return True\n\n"
         "@within('10 ms', after=lambda now: now.slot[1].status.IN_ESTOP)\n"

@@ -9,13 +9,18 @@ from typing import Any
 
 import pytest
 from hypothesis import find
-from scanrack.runtime.app.build import build_cpu, build_rack
-from scanrack.runtime.app.fuzz.rackdoc import rack_text
-from scanrack.runtime.app.fuzz.scenario import Scenario, Signal
-from scanrack.runtime.app.fuzz.scenarios import Kind, card_signals, possible_kinds, scenarios
-from scanrack.runtime.app.fuzz.shrink import parts_of, scenario_of, simpler_parts
-from scanrack.runtime.app.fuzz.words import told
-from scanrack.runtime.cli import build
+from scanrack.commands import build
+from scanrack.jobs.fuzz.drawing import (
+    Kind,
+    card_signals,
+    possible_kinds,
+    scenarios,
+)
+from scanrack.jobs.fuzz.scenarios.rackdoc import rack_text
+from scanrack.jobs.fuzz.scenarios.scenario import Scenario, Signal
+from scanrack.jobs.fuzz.scenarios.words import told
+from scanrack.jobs.fuzz.shrink import parts_of, scenario_of, simpler_parts
+from scanrack.jobs.run.build import build_cpu, build_rack
 from scanrack.runtime.config.rackfile import parse_rack_file
 from scanrack.runtime.config.rackspec import RackSpec, SlotSpec
 from typer.testing import CliRunner

@@ -7,8 +7,14 @@ import subprocess
 import sys
 
 import pytest
-from scanrack.runtime.app.fuzz.steady import CHANCE, CLOCK, PROCESS, THREADS, Uses
-from scanrack.runtime.cli import build
+from scanrack.commands import build
+from scanrack.jobs.fuzz.steady import (
+    CHANCE,
+    CLOCK,
+    PROCESS,
+    THREADS,
+    Uses,
+)
 from typer.testing import CliRunner
 
 RACK = """program = "line.py"

@@ -14,12 +14,17 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
-from scanrack.io_images.text_limits import LIMITS, Text, TextLimitError, check_text
+from scanrack.io_images.text_limits import (
+    LIMITS,
+    Text,
+    TextLimitError,
+    check_text,
+)
 from scanrack.ladder import Program
-from scanrack.ladder.edit import retain
-from scanrack.ladder.rungfile import parse_program, parse_structured
+from scanrack.ladder.files.rungfile import parse_program, parse_structured
+from scanrack.ladder.files.steps import parse_steps
+from scanrack.ladder.run.edit import retain
 from scanrack.ladder.st import parse_statements
-from scanrack.ladder.steps import parse_steps
 from scanrack.runtime.config.rackfile import parse_rack_file
 
 GROWTH = 6.25

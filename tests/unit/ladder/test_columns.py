@@ -1,7 +1,7 @@
 """COP and FLL of many elements work on columns of lists; the bytes are those of element by element."""
 
-from scanrack.ladder import regions
-from scanrack.ladder.rungfile import parse_program
+from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.state import regions
 
 TYPES = "TYPE Part (On : BOOL, Word : DINT, Codes : SINT[6], Level : REAL, Late : TIMER)\n"
 TAGS = """\

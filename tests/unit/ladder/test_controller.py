@@ -1,11 +1,19 @@
 """A controller: scopes of names, tasks in virtual time, fault routines, and its text."""
 
 import pytest
-from scanrack.ladder import BOOL, DINT, BuildError, Controller, LadderError, LadderFault, RungTextError
+from scanrack.commands import build
+from scanrack.ladder import (
+    BOOL,
+    DINT,
+    BuildError,
+    Controller,
+    LadderError,
+    LadderFault,
+    RungTextError,
+)
 from scanrack.ladder.debug import Debugger
-from scanrack.ladder.rungfile import parse_program, program_text
-from scanrack.ladder.schedule import Task, TaskKind
-from scanrack.runtime.cli import build
+from scanrack.ladder.files.rungfile import parse_program, program_text
+from scanrack.ladder.model.schedule import Task, TaskKind
 from typer.testing import CliRunner
 
 TWO_PROGRAMS = """CONTROLLER plant

@@ -1,8 +1,8 @@
 """Instructions that the interpreter executes for the compiled program work inside of add-on instructions."""
 
 import pytest
-from scanrack.ladder.memory import same
-from scanrack.ladder.rungfile import parse_program
+from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.state.memory import same
 
 TEXT = r"""PROGRAM line
 INSTRUCTION Track

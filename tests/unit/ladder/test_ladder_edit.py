@@ -5,8 +5,8 @@ import json
 import pytest
 from scanrack.ladder import Controller, LadderError
 from scanrack.ladder.debug import Debugger
-from scanrack.ladder.edit import retain, retained_text
-from scanrack.ladder.rungfile import parse_program
+from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.run.edit import retain, retained_text
 
 BEFORE = """PROGRAM line
 TYPE Step (Time : DINT, Open : BOOL)

@@ -7,11 +7,20 @@ from typing import Any
 
 import pytest
 import scanrack.ladder
-from scanrack.ladder import BOOL, COUNTER, DINT, TIMER, LadderError, LadderFault, Program, instructions
+from scanrack.ladder import (
+    BOOL,
+    COUNTER,
+    DINT,
+    TIMER,
+    LadderError,
+    LadderFault,
+    Program,
+    instructions,
+)
+from scanrack.ladder.build.text import parse_rung
 from scanrack.ladder.instructions import BY_NAME, FAMILIES, SPECS
-from scanrack.ladder.operand_checks import OPERAND_CHECKS
-from scanrack.ladder.spec import Kind, Spec, Use
-from scanrack.ladder.text import parse_rung
+from scanrack.ladder.model.operand_checks import OPERAND_CHECKS
+from scanrack.ladder.model.spec import Kind, Spec, Use
 
 PAGE = Path(__file__).parents[3] / "docs" / "ladder.md"
 RESOLVED_AS_NAMES = {Use.LABEL, Use.MODE, Use.PASSES, Use.PRESET, Use.KEYWORD}

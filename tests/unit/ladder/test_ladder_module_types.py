@@ -3,7 +3,7 @@
 import pytest
 from ladder_bench import both, program_of
 from scanrack.ladder import BuildError
-from scanrack.ladder.rungfile import parse_program, program_text
+from scanrack.ladder.files.rungfile import parse_program, program_text
 from scanrack.runtime.loop.cpu import Cpu
 from scanrack.runtime.loop.rack import Card, Rack
 from scanrack.runtime.modules.amci3601 import Amci3601

@@ -3,8 +3,8 @@
 import pytest
 from scanrack.ladder import LadderFault
 from scanrack.ladder.debug import Debugger
+from scanrack.ladder.files.rungfile import parse_program
 from scanrack.ladder.interpreter import Interpreter
-from scanrack.ladder.rungfile import parse_program
 
 TEXT = """PROGRAM p
 TAG Go : BOOL

@@ -4,12 +4,17 @@ from dataclasses import replace
 from xml.etree import ElementTree
 
 import pytest
+from scanrack.commands import build
+from scanrack.jobs.load.program import load_program
 from scanrack.ladder import Program
-from scanrack.ladder.draw import captions_of, routine_text, routines_svg, rung_text
-from scanrack.ladder.program import load_program
-from scanrack.ladder.text import parse_rung
-from scanrack.ladder.tree import Routine
-from scanrack.runtime.cli import build
+from scanrack.ladder.build.text import parse_rung
+from scanrack.ladder.draw import (
+    captions_of,
+    routine_text,
+    routines_svg,
+    rung_text,
+)
+from scanrack.ladder.model.tree import Routine
 from typer.testing import CliRunner
 
 SEAL_IN = "[XIC(Start),XIC(Run)]XIO(Stop)OTE(Run);"

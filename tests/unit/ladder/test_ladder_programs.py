@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 from scanrack.io_images.image import Image
+from scanrack.jobs.load.program import ProgramError, load_program
 from scanrack.ladder import (
     ADD,
     BOOL,
@@ -25,9 +26,13 @@ from scanrack.ladder import (
     Program,
     Structure,
 )
-from scanrack.ladder.program import ProgramError, load_program
-from scanrack.ladder.rungfile import parse_program, program_text, read_program, write_program
-from scanrack.ladder.tree import Routine
+from scanrack.ladder.files.rungfile import (
+    parse_program,
+    program_text,
+    read_program,
+    write_program,
+)
+from scanrack.ladder.model.tree import Routine
 
 
 def test_python_and_text_make_the_same_rungs():

@@ -2,10 +2,21 @@
 
 import pytest
 from ladder_bench import program_of
-from scanrack.ladder import BOOL, DINT, OTE, REAL, TIMER, TON, BuildError, LadderError, Program, RungTextError
-from scanrack.ladder.front import make
-from scanrack.ladder.rungfile import parse_program
-from scanrack.ladder.text import parse_rung
+from scanrack.ladder import (
+    BOOL,
+    DINT,
+    OTE,
+    REAL,
+    TIMER,
+    TON,
+    BuildError,
+    LadderError,
+    Program,
+    RungTextError,
+)
+from scanrack.ladder.build.front import make
+from scanrack.ladder.build.text import parse_rung
+from scanrack.ladder.files.rungfile import parse_program
 
 TAGS = """TAG Run : BOOL
 TAG Go : BOOL

@@ -4,8 +4,8 @@ import math
 
 import pytest
 from ladder_bench import Named
-from scanrack.ladder.errors import BuildError
-from scanrack.ladder.rungfile import parse_program
+from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.model.errors import BuildError
 
 TAGS = """\
 TAG Text : STRING

@@ -6,11 +6,11 @@ import pytest
 from ladder_bench import both, program_of
 from scanrack.io_images.image import Image
 from scanrack.ladder import LadderFault, RungTextError
-from scanrack.ladder.fault_log import MOST_RECURSION
-from scanrack.ladder.operators import CALLED
-from scanrack.ladder.rungfile import parse_program
-from scanrack.ladder.tags import RESERVED
-from scanrack.ladder.text import parse_rung
+from scanrack.ladder.build.text import parse_rung
+from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.model.operators import CALLED
+from scanrack.ladder.model.tags import RESERVED
+from scanrack.ladder.state.fault_log import MOST_RECURSION
 
 TAGS = """TYPE Part (Size : INT, Good : BOOL, Weight : REAL, Marks : SINT[2])
 TAG N : DINT

@@ -2,8 +2,8 @@
 
 import pytest
 from ladder_bench import program_of
+from scanrack.commands import build
 from scanrack.ladder.debug import Debugger
-from scanrack.runtime.cli import build
 from typer.testing import CliRunner
 
 TAGS = """TAG Run : BOOL

@@ -6,10 +6,10 @@ exchanges of a CompactLogix go red), a replay that takes them in every scan (so 
 
 import pytest
 from scanrack import open_trace
+from scanrack.commands import build
+from scanrack.jobs.bench.opening import open_bench
 from scanrack.ladder.debug import Debugger
-from scanrack.ladder.rungfile import parse_program
-from scanrack.runtime.app.bench.opening import open_bench
-from scanrack.runtime.cli import build
+from scanrack.ladder.files.rungfile import parse_program
 from typer.testing import CliRunner
 
 RACK = """scan_ms = 1

@@ -2,9 +2,9 @@
 
 import pytest
 from scanrack.ladder import BuildError, Controller
-from scanrack.ladder.rungfile import parse_program
-from scanrack.ladder.runnable import declared
-from scanrack.ladder.stubs import Stubs
+from scanrack.ladder.build.runnable import declared
+from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.model.stubs import Stubs
 
 INFER = Stubs(missing_tags=True)
 BLOCK = """INSTRUCTION Scale

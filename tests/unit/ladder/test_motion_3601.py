@@ -4,9 +4,9 @@ from contextlib import ExitStack
 from dataclasses import replace
 
 import pytest
+from scanrack.jobs.load.loading import load_job
+from scanrack.jobs.run.running import JobRun
 from scanrack.ladder import LadderLogic
-from scanrack.runtime.app.loading import load_job
-from scanrack.runtime.app.running import JobRun
 from scanrack.runtime.config.rackfile import RackFileError
 
 TAGS = """PROGRAM m

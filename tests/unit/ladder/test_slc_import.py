@@ -4,12 +4,17 @@ import json
 import sys
 
 import pytest
-from scanrack.ladder.program import ProgramError, load_program
-from scanrack.ladder.rungfile import parse_program, program_text
-from scanrack.ladder.slc import SlcError, export_text, import_slc, import_text
-from scanrack.ladder.slc.document import parse_document
-from scanrack.ladder.stubs import Power, Stubs, parse_stub
-from scanrack.runtime.cli import build
+from scanrack.commands import build
+from scanrack.jobs.load.program import ProgramError, load_program
+from scanrack.ladder.files.rungfile import parse_program, program_text
+from scanrack.ladder.model.stubs import Power, Stubs, parse_stub
+from scanrack.rockwell.slc import (
+    SlcError,
+    export_text,
+    import_slc,
+    import_text,
+)
+from scanrack.rockwell.slc.document import parse_document
 from typer.testing import CliRunner
 
 MACHINE = """PROJECT "feeder"

@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from scanrack.jobs.load.program import ProgramError, load_program
 from scanrack.ladder import (
     BOOL,
     DINT,
@@ -16,11 +17,16 @@ from scanrack.ladder import (
     read_program,
     write_program,
 )
-from scanrack.ladder.program import ProgramError, load_program
-from scanrack.ladder.rungfile import parse_program, program_text
+from scanrack.ladder.files.rungfile import parse_program, program_text
+from scanrack.ladder.model.statements import (
+    Assignment,
+    Case,
+    Empty,
+    If,
+    block_lines,
+)
+from scanrack.ladder.model.tree import Address, Number, Operation
 from scanrack.ladder.st import parse_statements
-from scanrack.ladder.statements import Assignment, Case, Empty, If, block_lines
-from scanrack.ladder.tree import Address, Number, Operation
 
 A, B, C = map(Address, "ABC")
 

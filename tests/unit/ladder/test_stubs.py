@@ -2,10 +2,18 @@
 
 import pytest
 from ladder_bench import both
-from scanrack.ladder import BOOL, DINT, OTE, XIC, Controller, LadderError, Program
-from scanrack.ladder.program import ProgramError, load_program, load_stubs
-from scanrack.ladder.rungfile import parse_program, program_text
-from scanrack.ladder.stubs import Power, Stubs, parse_stub
+from scanrack.jobs.load.program import ProgramError, load_program, load_stubs
+from scanrack.ladder import (
+    BOOL,
+    DINT,
+    OTE,
+    XIC,
+    Controller,
+    LadderError,
+    Program,
+)
+from scanrack.ladder.files.rungfile import parse_program, program_text
+from scanrack.ladder.model.stubs import Power, Stubs, parse_stub
 
 MOVE = "TYPE Move (EN : BOOL, DN : BOOL, ER : BOOL, IP : BOOL, PC : BOOL, ERR : INT)\n"
 TAGS = f"{MOVE}TAG Go : BOOL\nTAG Out : BOOL\nTAG M : Move\nTAG N : DINT\nTAG T : TIMER\n"

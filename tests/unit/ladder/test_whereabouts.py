@@ -2,7 +2,7 @@
 
 import pytest
 from scanrack.ladder import Controller
-from scanrack.ladder.rungfile import parse_program
+from scanrack.ladder.files.rungfile import parse_program
 from scanrack.runtime.loop.cpu import Cpu, CpuFault
 from scanrack.runtime.loop.pace import WatchdogExpired
 from scanrack.runtime.loop.rack import Rack

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 from faultyline import BusLink, Fault, FaultyDevice, dropped, served_on_pty
+from scanrack.commands import build
 from scanrack.io_images.pcl601 import Code, Error
 from scanrack.io_images.pcl601.registers import firmware_text
-from scanrack.runtime.cli import build
 from scanrack.runtime.controllers.pcl601.line import PORT_TIMING, Pcl601
 from scanrack.runtime.controllers.pcl601.motor import EncoderModel
 from scanrack.runtime.controllers.pcl601.pins import GROUND, Contact

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 from faultyline import BusLink, Fault, FaultyDevice, dropped, served_on_pty
+from scanrack.commands import build
 from scanrack.io_images.pmc006.instructions import BY_CODE, BY_NAME, Kind
 from scanrack.io_images.pmc006.status import Status1, Status2
-from scanrack.runtime.cli import build
 from scanrack.runtime.controllers.pmc006.controller import Controller
 from scanrack.runtime.controllers.pmc006.line import Pmc006
 from scanrack.runtime.controllers.pmc006.pins import Pin, Switch

@@ -1,8 +1,13 @@
 """The events of a session: what is kept, and what stood in a scan."""
 
 import pytest
-from scanrack.runtime.cli.watch.catalog import PythonSource
-from scanrack.runtime.cli.watch.event_log import FIRST, KEPT, STATES, EventLog
+from scanrack.watch.history.catalog import PythonSource
+from scanrack.watch.history.event_log import (
+    FIRST,
+    KEPT,
+    STATES,
+    EventLog,
+)
 
 
 def event(scan, topic="/events", **fields):

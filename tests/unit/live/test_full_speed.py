@@ -6,12 +6,12 @@ Broken on purpose: a paced CPU that never runs its modules ahead, a journal of e
 from contextlib import ExitStack
 
 from live_sessions import FEEDER, LiveSession
+from scanrack.jobs.load.loading import load_job
+from scanrack.jobs.run.running import JobRun
 from scanrack.ladder import LadderLogic
 from scanrack.ladder.debug import Debugger
-from scanrack.runtime.app.loading import load_job
-from scanrack.runtime.app.running import JobRun
-from scanrack.traces.arrays import read_columns
-from scanrack.traces.reader import open_trace
+from scanrack.traces.read.arrays import read_columns
+from scanrack.traces.read.reader import open_trace
 
 SCANS = 3000
 

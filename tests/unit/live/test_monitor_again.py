@@ -9,9 +9,9 @@ from multiprocessing.connection import Connection
 import pytest
 from live_sessions import FEEDER, LiveSession
 from recordings import chunks_read
-from scanrack.runtime.cli.watch.monitor import About
-from scanrack.runtime.cli.watch.page import Page
-from scanrack.runtime.cli.watch.session_monitor import Ran, SessionMonitor, Setup
+from scanrack.watch.monitors.monitor import About
+from scanrack.watch.monitors.page import Page
+from scanrack.watch.monitors.session_monitor import Ran, SessionMonitor, Setup
 
 PRESSED = 50
 

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from scanrack.io_images.amci3601 import StatusLsw
 from scanrack.io_images.amci3601.words import WORDS_3601
-from scanrack.runtime.app.watched_machines import PER_SLOT
-from scanrack.runtime.cli.watch.picture import Places
 from scanrack.runtime.live.ring import row_type
+from scanrack.watch.history.watched_machines import PER_SLOT
+from scanrack.watch.monitors.picture import Places
 
 STATUS = 8  # word of the rack's memory: eight outputs come first
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scanrack.runtime.cli.watch.recent import Recent
+from scanrack.watch.history.recent import Recent
 
 ROW = np.dtype([("scan", np.int64), ("wall_ns", np.int64)])
 

@@ -7,10 +7,10 @@ values of another scan shown meanwhile, forces of a later scan: a test turns red
 import pytest
 from made_traces import idle, record
 from recordings import chunks_read, opened, recorded
-from scanrack.runtime.cli.watch.event_log import EventLog
-from scanrack.runtime.cli.watch.recorded_events import RecordedEvents
-from scanrack.runtime.cli.watch.shadow import MOST_REPEATED
-from scanrack.traces.reader import open_trace
+from scanrack.traces.read.reader import open_trace
+from scanrack.watch.history.event_log import EventLog
+from scanrack.watch.history.recorded_events import RecordedEvents
+from scanrack.watch.history.shadow import MOST_REPEATED
 
 CHUNK = 50
 

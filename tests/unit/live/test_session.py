@@ -8,10 +8,10 @@ import random
 
 import pytest
 from live_sessions import FEEDER, LiveSession
-from scanrack.runtime.cli import build
+from scanrack.commands import build
 from scanrack.runtime.loop.cpu import CpuFault
-from scanrack.traces.arrays import read_columns
-from scanrack.traces.reader import open_trace
+from scanrack.traces.read.arrays import read_columns
+from scanrack.traces.read.reader import open_trace
 from typer.testing import CliRunner
 
 SLOT_1 = {"slot": 1}

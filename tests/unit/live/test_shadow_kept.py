@@ -1,12 +1,17 @@
 """What a monitor keeps of a program: enough for any scan, and not more and more."""
 
-from scanrack.runtime.app.watched_program import Inputs, Values
-from scanrack.runtime.cli.watch.lanes import Told
-from scanrack.runtime.cli.watch.recent import Recent
-from scanrack.runtime.cli.watch.shadow import MOST_INPUTS, MOST_VALUES, THINNED, Kept
-from scanrack.runtime.cli.watch.stretch import Stretches
-from scanrack.runtime.cli.watch.timeline import Timeline
 from scanrack.runtime.live.ring import row_type
+from scanrack.watch.history.lanes import Told
+from scanrack.watch.history.recent import Recent
+from scanrack.watch.history.shadow import (
+    MOST_INPUTS,
+    MOST_VALUES,
+    THINNED,
+    Kept,
+)
+from scanrack.watch.history.stretch import Stretches
+from scanrack.watch.history.timeline import Timeline
+from scanrack.watch.history.watched_program import Inputs, Values
 
 
 def test_values_of_long_ago_are_fewer_and_those_of_late_are_all_there():

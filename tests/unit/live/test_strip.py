@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 from scanrack.io_images.amci3601.words import WORDS_3601
-from scanrack.runtime.cli.watch.strip import MOST_EDGES, piece_of, signals_of
 from scanrack.runtime.live.ring import row_type
+from scanrack.watch.history.strip import MOST_EDGES, piece_of, signals_of
 
 SIGNALS = signals_of({1: WORDS_3601}, [1])
 STATUS, POSITION = 8, 10  # words of the rack's memory: eight outputs, then eight inputs

@@ -14,9 +14,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scanrack.runtime.cli import build
-from scanrack.traces.arrays import read_columns
-from scanrack.traces.reader import open_trace
+from scanrack.commands import build
+from scanrack.traces.read.arrays import read_columns
+from scanrack.traces.read.reader import open_trace
 from typer.testing import CliRunner
 from watching import FEEDER, page_of, watched
 from websockets.exceptions import ConnectionClosed

@@ -4,13 +4,13 @@ import time
 
 import numpy as np
 import pytest
-from scanrack.runtime.cli import build
-from scanrack.runtime.cli.watch import elsewhere
-from scanrack.runtime.cli.watch.elsewhere import Elsewhere
-from scanrack.runtime.cli.watch.page import Page
-from scanrack.traces.arrays import column_chunks
-from scanrack.traces.columns import Columns, join
-from scanrack.traces.reader import open_trace
+from scanrack.commands import build
+from scanrack.traces.read.arrays import column_chunks
+from scanrack.traces.read.columns import Columns, join
+from scanrack.traces.read.reader import open_trace
+from scanrack.watch.monitors import elsewhere
+from scanrack.watch.monitors.elsewhere import Elsewhere
+from scanrack.watch.monitors.page import Page
 from typer.testing import CliRunner
 
 SCANS = 1500

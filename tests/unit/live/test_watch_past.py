@@ -7,10 +7,10 @@ import asyncio
 import json
 
 import pytest
-from scanrack.runtime.app.bench.opening import open_bench
-from scanrack.runtime.cli import build
-from scanrack.traces.arrays import read_columns
-from scanrack.traces.reader import open_trace
+from scanrack.commands import build
+from scanrack.jobs.bench.opening import open_bench
+from scanrack.traces.read.arrays import read_columns
+from scanrack.traces.read.reader import open_trace
 from typer.testing import CliRunner
 from watching import FEEDER, page_of, watched
 

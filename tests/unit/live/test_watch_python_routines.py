@@ -6,7 +6,7 @@ Broken on purpose: power that is not noted, a recording that says nothing.
 import asyncio
 
 import pytest
-from scanrack.runtime.cli import build
+from scanrack.commands import build
 from typer.testing import CliRunner
 from watching import page_of, watched
 

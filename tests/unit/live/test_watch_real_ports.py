@@ -8,8 +8,8 @@ import subprocess
 import sys
 
 import pytest
+from scanrack.commands import build
 from scanrack.io_images.amci3601 import status_names
-from scanrack.runtime.cli import build
 from typer.testing import CliRunner
 from watching import page_of, watched
 

@@ -11,10 +11,10 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from scanrack.runtime.cli import build
-from scanrack.runtime.cli.watch.page import Page
-from scanrack.runtime.cli.watch.server import OUTBOX_MOST, Server
-from scanrack.traces.reader import open_trace
+from scanrack.commands import build
+from scanrack.traces.read.reader import open_trace
+from scanrack.watch.monitors.page import Page
+from scanrack.watch.server import OUTBOX_MOST, Server
 from typer.testing import CliRunner
 from watching import page_of, watched
 from websockets.asyncio.client import connect

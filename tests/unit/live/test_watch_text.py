@@ -4,8 +4,8 @@ from io import StringIO
 
 from live_sessions import LiveSession
 from rich.console import Console
-from scanrack.runtime.cli.watch.text import TextView
 from scanrack.runtime.loop.pace import Paced
+from scanrack.watch.text import TextView
 
 
 def shown(orders, scans):

@@ -11,9 +11,9 @@ import socket
 from pathlib import Path
 
 import pytest
-from scanrack.runtime.cli import build
-from scanrack.traces.arrays import read_columns
-from scanrack.traces.reader import open_trace
+from scanrack.commands import build
+from scanrack.traces.read.arrays import read_columns
+from scanrack.traces.read.reader import open_trace
 from typer.testing import CliRunner
 from watching import FEEDER, page_of, watched
 

@@ -7,12 +7,18 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from scanrack import Configuration, InputBit, Move, MoveKind, PresetPosition
+from scanrack import (
+    Configuration,
+    InputBit,
+    Move,
+    MoveKind,
+    PresetPosition,
+)
 from scanrack.io_images.addresses import Address, parse_address
 from scanrack.io_images.image import Image
-from scanrack.runtime.app.build import build_cpu, build_rack
-from scanrack.runtime.app.drive.card_bench import CardBench
-from scanrack.runtime.app.drive.requests import RequestError
+from scanrack.jobs.drive.card_bench import CardBench
+from scanrack.jobs.drive.requests import RequestError
+from scanrack.jobs.run.build import build_cpu, build_rack
 from scanrack.runtime.config.rackfile import RackFileError, parse_rack_file
 from scanrack.runtime.config.rackspec import RackSpec, SlotSpec
 from scanrack.runtime.machine import MachineSpec, Switch, press

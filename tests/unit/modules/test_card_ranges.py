@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scanrack.commands import build
 from scanrack.io_images.image import Image
-from scanrack.runtime.app.bench.opening import open_bench
-from scanrack.runtime.cli import build
+from scanrack.jobs.bench.opening import open_bench
 from scanrack.runtime.modules.cards.analog import FORMATS, RANGES, Channel
 from scanrack.runtime.modules.cards.kinds import KINDS
 from scanrack.runtime.modules.cards.module import GenericCard

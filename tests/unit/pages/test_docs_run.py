@@ -11,7 +11,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from scanrack.runtime.cli import build
+from scanrack.commands import build
 from scanrack.runtime.config.rackfile import load_rack_file
 from scanrack.runtime.config.rackspec import RackSpec
 from typer.testing import CliRunner

@@ -7,7 +7,7 @@ import shutil
 from pathlib import Path
 
 import pytest
-from scanrack.runtime.cli import build
+from scanrack.commands import build
 from typer.testing import CliRunner
 
 HERE = Path(__file__).parents[3]

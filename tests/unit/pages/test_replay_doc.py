@@ -8,7 +8,7 @@ import shutil
 from pathlib import Path
 
 import pytest
-from scanrack.runtime.cli import build
+from scanrack.commands import build
 from typer.testing import CliRunner
 
 ROOT = Path(__file__).parents[3]

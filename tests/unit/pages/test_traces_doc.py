@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scanrack.runtime.cli import build
+from scanrack.commands import build
 from typer.testing import CliRunner
 
 ROOT = Path(__file__).parents[3]

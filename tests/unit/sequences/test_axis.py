@@ -18,8 +18,8 @@ from scanrack import (
     until,
 )
 from scanrack.io_images.amci3601 import Acceleration, BlendSegment, InputBit
-from scanrack.ladder.axis3601 import kinds
-from scanrack.ladder.rungreader import load_library
+from scanrack.ladder.files.rungreader import load_library
+from scanrack.ladder.python.axis3601 import kinds
 from sequence_bench import RATES, SETUP, SLOW
 
 SEGMENTS = [BlendSegment(3_000, 5_000, 20), BlendSegment(2_200, 2_000, 10)]

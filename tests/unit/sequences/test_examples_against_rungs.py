@@ -12,9 +12,9 @@ from pathlib import Path
 import pytest
 from axis_lockstep import LateAxis
 from scanrack import sequence, until
-from scanrack.ladder.rungfile import parse_program
-from scanrack.runtime.app.build import build_cpu, build_rack
-from scanrack.runtime.app.loading import load_job
+from scanrack.jobs.load.loading import load_job
+from scanrack.jobs.run.build import build_cpu, build_rack
+from scanrack.ladder.files.rungfile import parse_program
 
 EXAMPLES = Path(__file__).parents[3] / "examples" / "sequences"
 SCANS = {"labeller": 6_000, "blend_path": 4_500}

@@ -3,11 +3,11 @@
 import os
 
 import pytest
-from scanrack.ladder.program import ProgramError, load_program
-from scanrack.ladder.sequences import Logic
-from scanrack.runtime.app.fuzz.job import logic_maker
-from scanrack.runtime.app.loading import load_job
-from scanrack.runtime.cli import build
+from scanrack.commands import build
+from scanrack.jobs.fuzz.job import logic_maker
+from scanrack.jobs.load.loading import load_job
+from scanrack.jobs.load.program import ProgramError, load_program
+from scanrack.ladder.python.sequences import Logic
 from sequence_bench import SequenceBench
 from typer.testing import CliRunner
 

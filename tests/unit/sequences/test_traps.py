@@ -21,8 +21,8 @@ from scanrack import (
     steady,
     until,
 )
-from scanrack.ladder.program import ProgramError, load_program
-from scanrack.ladder.sequences import fresh
+from scanrack.jobs.load.program import ProgramError, load_program
+from scanrack.ladder.python.sequences import fresh
 from scanrack.runtime.loop.cpu import CpuFault
 from sequence_bench import SETUP, SLOW, SequenceBench
 

@@ -3,8 +3,16 @@
 from typing import Any
 
 import pytest
-from scanrack import Input, Logic, Wait, dwell, sequence, steady, until
-from scanrack.ladder.sequences.durations import duration_ns
+from scanrack import (
+    Input,
+    Logic,
+    Wait,
+    dwell,
+    sequence,
+    steady,
+    until,
+)
+from scanrack.ladder.python.sequences.durations import duration_ns
 from sequence_bench import SequenceBench
 
 

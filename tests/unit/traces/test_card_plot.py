@@ -8,9 +8,14 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from scanrack.runtime.cli import build
-from scanrack.traces.plot import Chart, Curve, Envelope, read_chart
-from scanrack.traces.reader import open_trace
+from scanrack.commands import build
+from scanrack.traces.plot import (
+    Chart,
+    Curve,
+    Envelope,
+    read_chart,
+)
+from scanrack.traces.read.reader import open_trace
 from scanrack.traces.signals import Catalog
 from scanrack.traces.signals.catalog import UnknownSignalError
 from typer.testing import CliRunner

@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 from made_traces import A3601, idle
 from scanrack.io_images.amci3601 import InputBit
-from scanrack.runtime.app.levels import recorded_levels
-from scanrack.traces.columns import Columns
+from scanrack.jobs.replay.levels import recorded_levels
 from scanrack.traces.compare import EXACT, Tolerance, compare_parts
-from scanrack.traces.packed import PackedScans
+from scanrack.traces.read.columns import Columns
+from scanrack.traces.read.packed import PackedScans
 from scanrack.traces.replay import Follower, Recording
 
 SCANS = 100_000

@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from scanrack.runtime.cli import build
-from scanrack.traces import keeping as keeping_module
-from scanrack.traces.guard import OwnedError
-from scanrack.traces.keeping import Keeping
-from scanrack.traces.output import open_trace_file
-from scanrack.traces.records import MAGIC
+from scanrack.commands import build
+from scanrack.traces.files import keeping as keeping_module
+from scanrack.traces.files.guard import OwnedError
+from scanrack.traces.files.keeping import Keeping
+from scanrack.traces.format.records import MAGIC
+from scanrack.traces.write.output import open_trace_file
 from typer.testing import CliRunner
 
 
@@ -151,7 +151,7 @@ def test_a_recording_that_can_not_be_opened_moves_all_back(
     def full(_path: Path) -> Any:
         raise OSError(errno.EMFILE, os.strerror(errno.EMFILE))
 
-    monkeypatch.setattr("scanrack.traces.output._emptied", full)
+    monkeypatch.setattr("scanrack.traces.write.output._emptied", full)
     with pytest.raises(OSError, match="Too many open files"):
         recorded(path, "c")
     assert found(tmp_path) == before

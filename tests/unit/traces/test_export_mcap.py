@@ -10,18 +10,23 @@ import numpy as np
 import pytest
 from made_tags import MadeTags
 from made_traces import A3601, cut_blocks, idle, record
-from scanrack.runtime.cli import build
-from scanrack.traces.arrays import Selection, read_columns
-from scanrack.traces.cdr import leaves
+from scanrack.commands import build
 from scanrack.traces.compare import Tolerance, compare
 from scanrack.traces.export import write_mcap
-from scanrack.traces.layout import SlotInfo
-from scanrack.traces.reader import open_trace
-from scanrack.traces.recorder import Attachment, ScanRecorder
-from scanrack.traces.records import TraceError
+from scanrack.traces.format.cdr import leaves
+from scanrack.traces.format.layout import SlotInfo
+from scanrack.traces.format.records import TraceError
+from scanrack.traces.format.schema import (
+    ScanSchema,
+    layout_of,
+    rest_bytes,
+    scan_schema,
+)
+from scanrack.traces.format.tagplan import Tag, plan_of
+from scanrack.traces.read.arrays import Selection, read_columns
+from scanrack.traces.read.reader import open_trace
 from scanrack.traces.repair import repair
-from scanrack.traces.schema import ScanSchema, layout_of, rest_bytes, scan_schema
-from scanrack.traces.tagplan import Tag, plan_of
+from scanrack.traces.write.recorder import Attachment, ScanRecorder
 from typer.testing import CliRunner
 
 SCANS = 300

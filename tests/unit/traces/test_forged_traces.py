@@ -20,8 +20,8 @@ from typing import NamedTuple
 import made_traces
 import pytest
 from golden import app as golden_app
-from scanrack.runtime.cli import build
-from scanrack.traces.recorder import Attachment, ScanRecorder
+from scanrack.commands import build
+from scanrack.traces.write.recorder import Attachment, ScanRecorder
 from typer.testing import CliRunner, Result
 
 PYC = importlib.util.cache_from_source("helper.py")  # __pycache__/helper.cpython-3xx.pyc

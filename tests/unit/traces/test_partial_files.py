@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 from made_traces import idle, record
 from scanrack.traces.export import write_csv, write_parquet, write_vcd
-from scanrack.traces.guard import CSV
-from scanrack.traces.newfile import new_file
-from scanrack.traces.reader import open_trace
+from scanrack.traces.files.guard import CSV
+from scanrack.traces.files.newfile import new_file
+from scanrack.traces.read.reader import open_trace
 
 WRITERS = [write_csv, pytest.param(write_parquet, marks=pytest.mark.extra("parquet")), write_vcd]
 

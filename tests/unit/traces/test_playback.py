@@ -6,16 +6,27 @@ import numpy as np
 import pytest
 from scanrack.io_images import Image
 from scanrack.io_images.amci3601 import InputBit
-from scanrack.runtime.app.build import build_playback, build_rack
-from scanrack.runtime.app.levels import recorded_levels
-from scanrack.runtime.app.playback import RecordedInputs, Score, Stimulus, recorded_outputs, stimulated
+from scanrack.jobs.replay.levels import recorded_levels
+from scanrack.jobs.run.build import build_playback, build_rack
+from scanrack.jobs.run.playback import (
+    RecordedInputs,
+    Score,
+    Stimulus,
+    recorded_outputs,
+    stimulated,
+)
 from scanrack.runtime.config.rackspec import RackSpec, SlotSpec
 from scanrack.runtime.loop.scan import Scan
-from scanrack.runtime.machine import MachineSpec, Station, Switch, TimelineEntry
-from scanrack.traces import packed
-from scanrack.traces.columns import Columns
-from scanrack.traces.layout import SlotInfo
-from scanrack.traces.packed import PackedScans
+from scanrack.runtime.machine import (
+    MachineSpec,
+    Station,
+    Switch,
+    TimelineEntry,
+)
+from scanrack.traces.format.layout import SlotInfo
+from scanrack.traces.read import packed
+from scanrack.traces.read.columns import Columns
+from scanrack.traces.read.packed import PackedScans
 from scanrack.traces.replay import Recording
 
 MS = 1_000_000

@@ -2,7 +2,7 @@
 
 import pytest
 from scanrack.traces.plot.marks import marks
-from scanrack.traces.reader import TraceEvent
+from scanrack.traces.read.reader import TraceEvent
 
 
 def label(topic, fields):

@@ -17,18 +17,19 @@ from typing import Any
 
 import pytest
 from made_traces import idle, record
-from scanrack.runtime.app.fuzz.folder_lock import write_text
-from scanrack.runtime.app.fuzz.state import State, write_state
-from scanrack.runtime.app.loading import load_job
-from scanrack.runtime.app.retained import Retained
-from scanrack.runtime.cli import build
-from scanrack.traces import locking, newfile, repair
+from scanrack.commands import build
+from scanrack.jobs.fuzz.campaign.state import State, write_state
+from scanrack.jobs.fuzz.folder_lock import write_text
+from scanrack.jobs.load.loading import load_job
+from scanrack.jobs.run.retained import Retained
+from scanrack.traces import repair
 from scanrack.traces.export import write_csv, write_mcap, write_vcd
-from scanrack.traces.guard import CSV, OwnedError
-from scanrack.traces.newfile import new_file
+from scanrack.traces.files import locking, newfile
+from scanrack.traces.files.guard import CSV, OwnedError
+from scanrack.traces.files.newfile import new_file
+from scanrack.traces.format.records import MAGIC
 from scanrack.traces.plot import save_page
-from scanrack.traces.reader import open_trace
-from scanrack.traces.records import MAGIC
+from scanrack.traces.read.reader import open_trace
 from typer.testing import CliRunner
 
 

@@ -10,10 +10,10 @@ import pytest
 import zstandard
 from made_traces import idle, record
 from mcap.opcode import Opcode
-from scanrack.runtime.cli import build
-from scanrack.traces.limits import Limits, limited
-from scanrack.traces.reader import open_trace
-from scanrack.traces.records import RECORD_HEAD, TraceLimitError
+from scanrack.commands import build
+from scanrack.traces.format.limits import Limits, limited
+from scanrack.traces.format.records import RECORD_HEAD, TraceLimitError
+from scanrack.traces.read.reader import open_trace
 from typer.testing import CliRunner
 
 MIB = 1024 * 1024

@@ -6,14 +6,14 @@ import sys
 from pathlib import Path
 
 import pytest
-from scanrack.runtime.cli import build
-from scanrack.traces.layout import SlotInfo
-from scanrack.traces.line import LineRecorder, UnitColumns
-from scanrack.traces.locking import is_being_recorded
-from scanrack.traces.output import open_trace_file
-from scanrack.traces.reader import open_trace
-from scanrack.traces.recorder import ScanRecorder
+from scanrack.commands import build
+from scanrack.traces.files.locking import is_being_recorded
+from scanrack.traces.format.layout import SlotInfo
+from scanrack.traces.read.reader import open_trace
 from scanrack.traces.repair import repair
+from scanrack.traces.write.line import LineRecorder, UnitColumns
+from scanrack.traces.write.output import open_trace_file
+from scanrack.traces.write.recorder import ScanRecorder
 from typer.testing import CliRunner
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no advisory locks")
@@ -23,7 +23,7 @@ REFUSED = "is being recorded: choose another file to write to, or wait for its e
 HOLDER = """
 import sys
 from pathlib import Path
-from scanrack.traces.output import open_trace_file
+from scanrack.traces.write.output import open_trace_file
 file = open_trace_file(Path(sys.argv[1]), 0)
 file.write(b"\\x89MCAP0\\r\\nmine")
 print("locked", flush=True)

@@ -7,9 +7,9 @@ import json
 import pytest
 from scanrack.io_images.amci3601.words import WORDS_3601
 from scanrack.io_images.module_words import BitPlace, ModuleWords
-from scanrack.traces.layout import SlotInfo
-from scanrack.traces.named_words import names_key, names_text, recorded_words
-from scanrack.traces.schema import scan_schema
+from scanrack.traces.format.layout import SlotInfo
+from scanrack.traces.format.named_words import names_key, names_text, recorded_words
+from scanrack.traces.format.schema import scan_schema
 
 CARD = ModuleWords(
     "Card",

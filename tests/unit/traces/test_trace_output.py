@@ -12,12 +12,18 @@ from pathlib import Path
 import pytest
 from mcap.opcode import Opcode
 from mcap.reader import make_reader
-from scanrack.traces.finding import find_records
-from scanrack.traces.layout import SlotInfo
-from scanrack.traces.output import SUMMARY_ROOM, Ballast, TraceFile, TraceFull, open_trace_file
-from scanrack.traces.reader import open_trace
-from scanrack.traces.recorder import Attachment, ScanRecorder
-from scanrack.traces.records import MAGIC
+from scanrack.traces.format.layout import SlotInfo
+from scanrack.traces.format.records import MAGIC
+from scanrack.traces.read.finding import find_records
+from scanrack.traces.read.reader import open_trace
+from scanrack.traces.write.output import (
+    SUMMARY_ROOM,
+    Ballast,
+    TraceFile,
+    TraceFull,
+    open_trace_file,
+)
+from scanrack.traces.write.recorder import Attachment, ScanRecorder
 
 SLOTS = [SlotInfo(1, "amci3601", "4.1"), SlotInfo(2, "amci3601", "2.0")]
 SCANS = 250
@@ -261,7 +267,7 @@ def test_the_ballast_that_a_recorder_asks_for_is_enough(monkeypatch: pytest.Monk
         disks.append(Disk(room + ballast_bytes, ballast=ballast_bytes))
         return TraceFile(disks[0], str(path), disks[0])
 
-    monkeypatch.setattr("scanrack.traces.recorder.open_trace_file", on_a_small_disk)
+    monkeypatch.setattr("scanrack.traces.write.recorder.open_trace_file", on_a_small_disk)
     memory = bytearray(64)
     noise = random.Random(1)
     accepted: list[int] = []

@@ -12,14 +12,14 @@ from pathlib import Path
 import pytest
 from mcap.opcode import Opcode
 from mcap.writer import Writer
-from scanrack.traces import finding
-from scanrack.traces.finding import find_records
-from scanrack.traces.image_text import seconds
-from scanrack.traces.layout import SlotInfo
-from scanrack.traces.reader import open_trace
-from scanrack.traces.recorder import ScanRecorder
-from scanrack.traces.records import TraceError
-from scanrack.traces.schema import scan_schema
+from scanrack.traces.format.layout import SlotInfo
+from scanrack.traces.format.records import TraceError
+from scanrack.traces.format.schema import scan_schema
+from scanrack.traces.read import finding
+from scanrack.traces.read.finding import find_records
+from scanrack.traces.read.image_text import seconds
+from scanrack.traces.read.reader import open_trace
+from scanrack.traces.write.recorder import ScanRecorder
 
 SLOTS = [SlotInfo(1, "amci3601", "3.1"), SlotInfo(2, "a toy")]
 PERIOD = 2_000_000
@@ -98,8 +98,8 @@ def test_a_killed_process_leaves_all_up_to_the_last_whole_chunk(tmp_path: Path) 
     path = tmp_path / "killed.mcap"
     program = """
 import os, signal, sys
-from scanrack.traces.layout import SlotInfo
-from scanrack.traces.recorder import ScanRecorder
+from scanrack.traces.format.layout import SlotInfo
+from scanrack.traces.write.recorder import ScanRecorder
 slots = [SlotInfo(1, "amci3601", "4.1")]
 recorder = ScanRecorder(sys.argv[1], bytearray(32), slots, scan_period_ns=2_000_000, chunk_scans=100)
 for scan in range(1050):

@@ -16,10 +16,10 @@ from mcap.records import Attachment as AttachmentRecord
 from mcap.records import Channel, Chunk, Header, Metadata, Schema
 from mcap.stream_reader import StreamReader
 from scanrack.runtime.loop.listeners import ScanListener
-from scanrack.traces.layout import SlotInfo
-from scanrack.traces.reader import Scan, open_trace
-from scanrack.traces.recorder import Attachment, ScanRecorder
-from scanrack.traces.schema import scan_schema
+from scanrack.traces.format.layout import SlotInfo
+from scanrack.traces.format.schema import scan_schema
+from scanrack.traces.read.reader import Scan, open_trace
+from scanrack.traces.write.recorder import Attachment, ScanRecorder
 
 ONE_SLOT = [SlotInfo(1, "amci3601", "4.1")]
 PERIOD = 2_000_000
@@ -298,8 +298,8 @@ def test_the_recorder_is_a_scan_listener() -> None:
 
 RUN = """
 import random, sys
-from scanrack.traces.layout import SlotInfo
-from scanrack.traces.recorder import Attachment, ScanRecorder
+from scanrack.traces.format.layout import SlotInfo
+from scanrack.traces.write.recorder import Attachment, ScanRecorder
 memory = bytearray(96)
 slots = [SlotInfo(1, "amci3601", "4.1"), SlotInfo(2, "toy"), SlotInfo(5, "amci3601", "2.0")]
 recorder = ScanRecorder(sys.argv[1], memory, slots, scan_period_ns=2_000_000, seed=7,

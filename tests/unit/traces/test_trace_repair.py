@@ -15,15 +15,15 @@ from made_traces import record
 from mcap.opcode import Opcode
 from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
-from scanrack.runtime.cli import build
-from scanrack.traces.arrays import read_columns
-from scanrack.traces.finding import find_records
-from scanrack.traces.layout import SlotInfo
-from scanrack.traces.line import LineRecorder, UnitColumns
-from scanrack.traces.reader import open_trace
-from scanrack.traces.records import TraceError
+from scanrack.commands import build
+from scanrack.traces.format.layout import SlotInfo
+from scanrack.traces.format.records import TraceError
+from scanrack.traces.format.schema import CDR_PREFIX, SCAN_HEAD, scan_schema
+from scanrack.traces.read.arrays import read_columns
+from scanrack.traces.read.finding import find_records
+from scanrack.traces.read.reader import open_trace
 from scanrack.traces.repair import repair
-from scanrack.traces.schema import CDR_PREFIX, SCAN_HEAD, scan_schema
+from scanrack.traces.write.line import LineRecorder, UnitColumns
 from typer.testing import CliRunner
 
 SLOTS = [SlotInfo(1, "amci3601", "4.1")]
@@ -234,9 +234,9 @@ def test_what_is_no_trace_is_not_repaired(tmp_path: Path) -> None:
 
 KILLED = """
 import os, signal, sys
-from scanrack.traces.layout import SlotInfo
-from scanrack.traces.line import LineRecorder, UnitColumns
-from scanrack.traces.recorder import ScanRecorder
+from scanrack.traces.format.layout import SlotInfo
+from scanrack.traces.write.line import LineRecorder, UnitColumns
+from scanrack.traces.write.recorder import ScanRecorder
 memory = bytearray(32)
 slots = [SlotInfo(1, "amci3601", "4.1")]
 recorder = ScanRecorder(sys.argv[1], memory, slots, scan_period_ns=1, chunk_scans=64)

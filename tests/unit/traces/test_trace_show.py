@@ -8,12 +8,12 @@ from typing import Any
 
 import pytest
 import typer
+from scanrack.commands.recordings.show import register
 from scanrack.io_images.image import Image
-from scanrack.runtime.cli.show import register
-from scanrack.runtime.cli.trace_options import parse_range
-from scanrack.traces.image_text import seconds
-from scanrack.traces.layout import SlotInfo
-from scanrack.traces.recorder import Attachment, ScanRecorder
+from scanrack.terminal.trace_options import parse_range
+from scanrack.traces.format.layout import SlotInfo
+from scanrack.traces.read.image_text import seconds
+from scanrack.traces.write.recorder import Attachment, ScanRecorder
 from typer.testing import CliRunner
 
 PERIOD = 2_000_000

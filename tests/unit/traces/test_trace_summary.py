@@ -12,12 +12,12 @@ from made_traces import record
 from mcap.opcode import Opcode
 from mcap.reader import make_reader
 from mcap.records import Channel, Chunk, ChunkIndex, Footer, Schema, Statistics, SummaryOffset
-from scanrack.traces.arrays import read_columns
-from scanrack.traces.finding import find_records
-from scanrack.traces.reader import open_trace
-from scanrack.traces.records import Span, read_record
+from scanrack.traces.format.records import Span, read_record
+from scanrack.traces.format.summary import encoded
+from scanrack.traces.read.arrays import read_columns
+from scanrack.traces.read.finding import find_records
+from scanrack.traces.read.reader import open_trace
 from scanrack.traces.repair import repair
-from scanrack.traces.summary import encoded
 
 SCANS = 100
 WORDS = np.arange(SCANS * 16).reshape(SCANS, 16) % 30_000

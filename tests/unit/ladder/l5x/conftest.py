@@ -1,8 +1,8 @@
 """Imports documents that a test has put together."""
 
 import pytest
-from scanrack.ladder.l5x import import_l5x
-from scanrack.ladder.l5x.trial import run_trial
+from scanrack.rockwell.l5x import import_l5x
+from scanrack.rockwell.l5x.trial import run_trial
 
 
 @pytest.fixture

@@ -18,11 +18,11 @@ from l5x_files import (
     tag,
     task,
 )
-from scanrack.ladder.errors import LadderError
-from scanrack.ladder.l5x import L5xError, import_l5x
-from scanrack.ladder.l5x.document import MOST_BYTES, MOST_MARKS, parse_document
-from scanrack.ladder.l5x.importer import Importer
-from scanrack.ladder.l5x.trial import run_trial
+from scanrack.ladder.model.errors import LadderError
+from scanrack.rockwell.l5x import L5xError, import_l5x
+from scanrack.rockwell.l5x.importer import Importer
+from scanrack.rockwell.l5x.trial import run_trial
+from scanrack.rockwell.l5x.xml.document import MOST_BYTES, MOST_MARKS, parse_document
 
 BOMB = (
     """<!DOCTYPE lolz [<!ENTITY a "ha"><!ENTITY b "&a;&a;&a;&a;&a;&a;"><!ENTITY c "&b;&b;&b;&b;&b;&b;">]>"""

@@ -20,8 +20,8 @@ from l5x_files import (
     task,
     value,
 )
-from scanrack.ladder.l5x import import_l5x
-from scanrack.ladder.stubs import Stubs
+from scanrack.ladder.model.stubs import Stubs
+from scanrack.rockwell.l5x import import_l5x
 
 
 def test_rung_tag_and_comment(imported):

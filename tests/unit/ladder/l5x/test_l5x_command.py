@@ -4,9 +4,9 @@ import json
 
 import pytest
 from l5x_files import machine, tag
+from scanrack.commands import build
+from scanrack.jobs.load.program import ProgramError, load_program
 from scanrack.ladder import LadderLogic
-from scanrack.ladder.program import ProgramError, load_program
-from scanrack.runtime.cli import build
 from typer.testing import CliRunner
 
 

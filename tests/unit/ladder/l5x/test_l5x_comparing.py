@@ -16,9 +16,9 @@ from l5x_files import (
     task,
     value,
 )
-from scanrack.ladder.l5x.comparing import Difference, differences
-from scanrack.ladder.l5x.document import read_document
-from scanrack.runtime.cli import build
+from scanrack.commands import build
+from scanrack.rockwell.l5x.comparing import Difference, differences
+from scanrack.rockwell.l5x.xml.document import read_document
 from typer.testing import CliRunner
 
 

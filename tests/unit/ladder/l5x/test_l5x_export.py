@@ -3,12 +3,12 @@
 from pathlib import Path
 
 import pytest
+from scanrack.commands import build
 from scanrack.ladder import LadderError, read_program
-from scanrack.ladder.controller import Controller
-from scanrack.ladder.l5x import import_l5x
-from scanrack.ladder.l5x.export import export_l5x
-from scanrack.ladder.rungfile import parse_program
-from scanrack.runtime.cli import build
+from scanrack.ladder.build.controller import Controller
+from scanrack.ladder.files.rungfile import parse_program
+from scanrack.rockwell.l5x import import_l5x
+from scanrack.rockwell.l5x.export import export_l5x
 from typer.testing import CliRunner
 
 EXAMPLES = Path(__file__).parents[4] / "examples"

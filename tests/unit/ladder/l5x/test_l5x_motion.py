@@ -5,7 +5,7 @@ import sys
 
 import l5x_files as files
 import pytest
-from scanrack.runtime.cli import build
+from scanrack.commands import build
 from typer.testing import CliRunner
 
 TAGS = (

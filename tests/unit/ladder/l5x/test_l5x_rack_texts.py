@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 from l5x_files import diagram, document, ladder, module, program, task
-from scanrack.ladder.l5x.document import parse_document
-from scanrack.ladder.l5x.importer import Importer
-from scanrack.ladder.slc import import_slc
-from scanrack.runtime.app.l5x_rack import rack_of
-from scanrack.runtime.app.slc_rack import rack_of_slc
-from scanrack.runtime.app.toml_text import comment, key, text
+from scanrack.jobs.imports.l5x_rack import rack_of
+from scanrack.jobs.imports.slc_rack import rack_of_slc
+from scanrack.jobs.imports.toml_text import comment, key, text
+from scanrack.rockwell.l5x.importer import Importer
+from scanrack.rockwell.l5x.xml.document import parse_document
+from scanrack.rockwell.slc import import_slc
 
 KNOWN = {"name", "program", "controller", "scan_ms", "rpi_ms", "run_for_s", "trace", "stubs", "slot"}
 NAMES = (

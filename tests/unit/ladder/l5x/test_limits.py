@@ -3,7 +3,8 @@
 import pytest
 from l5x_files import document, ladder, machine, program, structured, tag, task
 from scanrack.ladder.compiler import writer
-from scanrack.ladder.l5x import L5xError, limits, trial
+from scanrack.rockwell.l5x import L5xError, trial
+from scanrack.rockwell.l5x.xml import limits
 
 TAGS = [tag("a", "BOOL"), tag("b", "BOOL"), tag("i", "DINT")]
 

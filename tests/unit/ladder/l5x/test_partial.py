@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 from l5x_files import add_on, after, document, ladder, parameter, program, structured, tag
-from scanrack.ladder.l5x.routines import instruction_names
+from scanrack.rockwell.l5x.routines import instruction_names
 
 
 def test_a_controller_that_is_context_is_a_partial_export(imported):

@@ -5,9 +5,9 @@ from typing import Any
 
 import pytest
 from l5x_files import document, ladder, module, program, tag, task
-from scanrack.ladder.l5x import import_l5x
-from scanrack.runtime.app.export_slots import ExportSlot, differences, slot_tables
-from scanrack.runtime.cli import build
+from scanrack.commands import build
+from scanrack.jobs.imports.export_slots import ExportSlot, differences, slot_tables
+from scanrack.rockwell.l5x import import_l5x
 from slc_files import export, slot
 from slc_files import ladder as slc_ladder
 from typer.testing import CliRunner

@@ -18,7 +18,7 @@ from l5x_files import (
     task,
     value,
 )
-from scanrack.runtime.cli import build
+from scanrack.commands import build
 from typer.testing import CliRunner
 
 

@@ -1,0 +1,219 @@
+"""The commands; the only place that knows all the rooms.
+
+A command's module is imported when the command is used: a run does not wait for the fuzzer's libraries.
+"""
+
+from __future__ import annotations
+
+import difflib
+import re
+import sys
+from collections.abc import Sequence
+from contextlib import suppress
+from importlib import import_module
+from typing import Any, NamedTuple
+
+import typer
+from typer.core import TyperGroup
+
+from ..runtime.loop.pace import ending_as_interrupt, interrupted_by
+from ..terminal.ending import end_in_time
+from ..terminal.limiting import limit_traces
+from ..terminal.status import (
+    BAD_INPUT,
+    INTERRUPTED,
+    PIPE_CLOSED,
+    complain,
+    reason,
+)
+from ..terminal.streams import OutputLost, closed_streams_plugged, guarded_output
+from ..terminal.terminal import say
+
+__all__ = ["build", "main"]
+
+
+class Entry(NamedTuple):
+    """A line of `scanrack --help`.
+
+    Attributes:
+        module: where the command is, from here; it has `register(app)`.
+        sentence: what it does.
+    """
+
+    module: str
+    sentence: str
+
+
+UsageMistake: type[Exception] = typer.BadParameter.__mro__[2]
+"""What the parser raises for words that it can't use; Typer exports only its most special kind."""
+
+COMMANDS = {
+    "run": Entry(".programs.run", "Run a rack's logic scan by scan, and record every scan."),
+    "watch": Entry("..watch.command", "Show a rack that runs, or a trace, in the browser."),
+    "show": Entry(".recordings.show", "Print a trace: what happened, and what changed."),
+    "query": Entry(".recordings.query", "Find the scans of a trace in which something holds."),
+    "plot": Entry(".recordings.plot", "Draw a timing chart of a trace."),
+    "export": Entry(".recordings.export", "Write a trace as CSV, Parquet or VCD."),
+    "compare": Entry(".recordings.compare", "Compare two traces."),
+    "repair": Entry(".recordings.repair", "Complete a trace that was killed or damaged."),
+    "replay": Entry(".recordings.replay", "Replay a trace into a module, a program or a rack."),
+    "rerun": Entry(".recordings.rerun", "Run again what a trace was made by."),
+    "ladder": Entry(".programs.ladder", "Draw the rungs of a ladder program."),
+    "l5x": Entry(".programs.l5x", "Say what an exported controller has, what runs, and what does not."),
+    "why": Entry(".programs.why", "Say why a tag is as it is."),
+    "xref": Entry(".programs.why", "List where tags are read and written."),
+    "fuzz": Entry(".programs.fuzz", "Look for surroundings that break a program."),
+    "drive": Entry(".wire.drive", "Put one module or controller on the bench."),
+    "serve": Entry(".wire.serve", "Serve a simulated controller at a port."),
+    "pcl601": Entry(".wire.pcl601", "Talk to a PCL601 on a serial port or a network."),
+    "pmc006": Entry(".wire.pmc006", "Talk to a PMC006 on a serial port."),
+    "ports": Entry(".wire.discovery", "List the serial devices of this machine."),
+    "probe": Entry(".wire.discovery", "Say what controller answers on a port."),
+    "pclt": Entry(".wire.pclt", "Check and list stored programs of the PCL601."),
+    "check": Entry(".programs.check", "Check a rack without running it."),
+    "rules": Entry(".programs.rules", "Print the rules of a module's manual."),
+}
+"""The commands in the order in which --help lists them."""
+
+
+class Lazy(TyperGroup):
+    """A group that imports a command's module when it is asked for the command."""
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """Return the names of all commands."""
+        return list(COMMANDS)
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """Return a command; refuse an unknown name with the closest one."""
+        entry = COMMANDS.get(cmd_name)
+        if entry is None:
+            return ctx.fail(_unknown(cmd_name))
+        app = _application(TyperGroup)
+        import_module(entry.module, __package__).register(app)
+        return typer.main.get_group(app).commands[cmd_name]
+
+    def main(
+        self, args: Sequence[str] | None = None, prog_name: str | None = None, *_: Any, **options: Any
+    ) -> Any:
+        """Parse words and run a command; options that can't be used are one line of ours and its status.
+
+        Raises:
+            SystemExit: always, with a status of `cli.status`.
+        """
+        words = sys.argv[1:] if args is None else list(args)
+        options["standalone_mode"] = False
+        try:
+            sys.exit(super().main(words, prog_name, **options))
+        except UsageMistake as error:
+            if type(error).__name__ == "NoArgsIsHelpError":  # the page of the command, which takes words
+                say(error, err=True)
+                sys.exit(BAD_INPUT)
+            sys.exit(complain(_usage(error, words), BAD_INPUT))
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run a command; a signal to end the process interrupts it, with one message.
+
+        Commands that have something to finish, such as a trace, do so on their way out.
+        """
+        with ending_as_interrupt():
+            try:
+                return super().invoke(ctx)
+            except KeyboardInterrupt:
+                raise typer.Exit(complain(f"stopped by {interrupted_by()}", INTERRUPTED)) from None
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """List the commands without importing them."""
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, entry.sentence) for name, entry in COMMANDS.items()])
+
+
+def _unknown(name: str) -> str:
+    close = difflib.get_close_matches(name, COMMANDS, n=1)
+    meant = f"did you mean {close[0]}?" if close else f"there are {', '.join(COMMANDS)}"
+    return f"there is no command {name!r}: {meant}"
+
+
+SPEECH = (
+    ("Value error, ", ""),
+    (r"^Invalid value for '?(.+?)'?: ", r"\1: "),
+    ("Input should be a valid integer.*", "a whole number is needed"),
+    ("Input should be a valid number.*", "a number is needed"),
+    (r"Input should be greater than or equal to (\S+)", r"\1 or more is allowed"),
+    (r"Input should be less than or equal to (\S+)", r"\1 or less is allowed"),
+)
+"""Patterns of the libraries' sentences, and ours in their place."""
+
+
+def _usage(error: Any, words: Sequence[str]) -> str:
+    """Return what is wrong with the words of a command, and where its page is.
+
+    Args:
+        error: what the parser says.
+        words: the words.
+    """
+    said = error.format_message().rstrip(".")
+    for theirs, ours in SPEECH:
+        said = re.sub(theirs, ours, said)
+    option, possible = getattr(error, "option_name", ""), getattr(error, "possibilities", None)
+    if possible:
+        said = f"no such option: {option}; did you mean {' or '.join(sorted(possible))}?"
+    path = error.ctx.command_path if error.ctx else "scanrack"
+    number = next((word for word in words if option and word.startswith(option)), "")
+    if re.fullmatch(r"-\d.*", number):
+        said = f"{number} looks like an option; put -- before a negative number: {path} -- {number}"
+    return f"{said[:1].lower()}{said[1:]} ('{path} --help' lists what there is)"
+
+
+def build() -> typer.Typer:
+    """Return the command-line application."""
+    return _application(Lazy)
+
+
+def _application(group: type[TyperGroup]) -> typer.Typer:
+    """Return an application without commands; a callback makes it a group even of one."""
+    app = typer.Typer(
+        name="scanrack",
+        cls=group,
+        help="A PLC rack in software for stepper controllers.\n\n"
+        "Run your logic scan by scan against a simulated AMCI 3601 bolted to a simulated machine; "
+        "every scan is recorded.",
+        no_args_is_help=True,
+        pretty_exceptions_enable=False,
+        rich_markup_mode=None,
+        context_settings={"help_option_names": ["-h", "--help"]},
+    )
+    app.callback()(limit_traces)
+    return app
+
+
+def main() -> None:
+    """Run the `scanrack` command; print at most one message, whatever ends it.
+
+    Raises:
+        SystemExit: always, with a status of `cli.status`.
+    """
+    try:
+        _main()
+    except SystemExit as end:
+        end_in_time(end.code)
+        raise
+
+
+def _main() -> None:
+    closed_streams_plugged()
+    try:
+        with guarded_output():
+            _run()
+    except OutputLost as lost:
+        if lost.status != PIPE_CLOSED:
+            with suppress(OSError):  # standard error may be as full
+                complain(f"standard output can't be written: {lost.error.strerror}")
+        sys.exit(lost.status)
+
+
+def _run() -> None:
+    """Run the command; report an error of a file that no command foresaw."""
+    try:
+        build()()
+    except OSError as error:
+        sys.exit(complain(reason(error), BAD_INPUT))

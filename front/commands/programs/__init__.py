@@ -1,0 +1,1 @@
+"""Commands for racks and their programs: run, check, ladder, L5X, why, fuzz, rules."""

@@ -1,0 +1,198 @@
+"""`scanrack fuzz RACK`: search for conditions under which a program breaks an invariant."""
+
+from __future__ import annotations
+
+import json
+import os
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ...io_images.input_files import read_checked
+from ...io_images.text_limits import Text
+from ...jobs.fuzz import STANDARD, Scenario
+from ...jobs.fuzz.drawing import Kind, kinds_for, possible_kinds
+from ...jobs.fuzz.folder_lock import locked
+from ...jobs.fuzz.job import Setup, bench_of, replay
+from ...jobs.fuzz.learning import Learned, learn
+from ...jobs.load.loading import Job, load_job, scans_to_run
+from ...runtime.config.quantities import parse_duration
+from ...terminal.as_json import JsonOption, say_json
+from ...terminal.complaints import reported_mistakes
+from ...terminal.status import DONE, NO
+from ...terminal.terminal import say
+from .fuzz_session import Session
+from .fuzz_summary import failure, failure_row
+
+DEFAULT_CHECKS = ("no-command-error", "no-invalid-profile", "one-motion", "commands-end")
+"""The checks without --check and --invariants."""
+
+
+def _kinds(job: Job, only: list[str], without: list[str]) -> frozenset[Kind]:
+    names = {kind.value: kind for kind in Kind}
+    for name in (*only, *without):
+        if name not in names:
+            raise ValueError(f"unknown kind {name!r}: allowed are {', '.join(names)}")
+    possible = possible_kinds(job.spec)
+    for name in only:
+        if names[name] not in possible:
+            can = ", ".join(kind.value for kind in Kind if kind in possible)
+            raise ValueError(f"--only {name}: it can't happen to what is in this rack; possible are {can}")
+    kinds = frozenset(names[name] for name in only) if only else kinds_for(job.spec)
+    left = kinds - {names[name] for name in without}
+    if not left:
+        raise ValueError(f"--without {', '.join(without)}: nothing is left that is random")
+    return left
+
+
+def _checks(given: list[str], files: list[Path]) -> tuple[str, ...]:
+    for name in given:
+        if name not in STANDARD:
+            raise ValueError(f"unknown check {name!r}: allowed are {', '.join(STANDARD)}")
+    return tuple(given) if given or files else DEFAULT_CHECKS
+
+
+def _fuzz_command(
+    rack: Annotated[
+        str,
+        typer.Argument(
+            metavar="RACK", help="Rack file: TOML, or Python that defines rack(). Or a trace, to vary it."
+        ),
+    ],
+    invariants: Annotated[
+        list[Path] | None,
+        typer.Option("--invariants", "-i", metavar="FILE", help="Python file with what must hold."),
+    ] = None,
+    check: Annotated[
+        list[str] | None,
+        typer.Option("--check", metavar="NAME", help=f"Something that must hold: {', '.join(STANDARD)}."),
+    ] = None,
+    duration: Annotated[
+        str | None, typer.Option("--for", metavar="TIME", help="Machine time of a run, such as '10 s'.")
+    ] = None,
+    runs: Annotated[
+        int, typer.Option("--runs", min=1, help="How many scenarios to try, less those of shrinking.")
+    ] = 500,
+    time: Annotated[
+        str | None, typer.Option("--time", metavar="TIME", help="Search for so long instead: '2 h'.")
+    ] = None,
+    only: Annotated[
+        list[str] | None,
+        typer.Option("--only", metavar="KIND", help=f"What is random: {', '.join(k.value for k in Kind)}."),
+    ] = None,
+    without: Annotated[
+        list[str] | None, typer.Option("--without", metavar="KIND", help="What is not.")
+    ] = None,
+    jobs: Annotated[
+        int | None, typer.Option("--jobs", "-j", min=1, help="Searches at a time.", show_default="cores")
+    ] = None,
+    dask: Annotated[
+        str | None, typer.Option("--dask", metavar="ADDRESS", help="Search on a Dask cluster.")
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out", "-o", metavar="FOLDER", help="Where everything goes.", show_default="RACK-fuzz"
+        ),
+    ] = None,
+    scenario: Annotated[
+        Path | None, typer.Option("--scenario", metavar="FILE", help="Run just this scenario.")
+    ] = None,
+    trust: Annotated[bool, typer.Option("--trust", help="Run Python that came with the trace.")] = False,
+    as_json: JsonOption = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no summary.")] = False,
+) -> None:
+    """Look for surroundings in which a rack's program breaks what must hold.
+
+    Buttons are pressed, sensors stick, switches are elsewhere, links are lost, power goes, the CPU is
+    stopped, updates are torn, all at random. What breaks an invariant is shrunk, and written as a
+    rack file, a trace with its chart, and a script for the bench, with the sentence of the rule.
+    A campaign goes on where it left off: its state is in the same folder.
+    Of a trace, the rack file and the program in it are searched, and what acted on the inputs is varied.
+
+    Example: scanrack fuzz line.toml --invariants must_hold.py --time "10 min"
+
+    Exit status: 0 everything held, 1 something is broken, 2 a file or an option can't be used, 3 a file
+    can't be written, 130 stopped by Ctrl-C; what is known by then is kept.
+    """
+    with reported_mistakes(), ExitStack() as held:
+        folder = out or Path(f"{Path(rack.partition(':')[0]).stem}-fuzz")
+        learned = None
+        if rack.endswith(".mcap"):
+            held.enter_context(locked(folder))
+            learned = learn(Path(rack), folder / "recording", trust=trust)
+        rack = rack if learned is None else str(learned.rack)
+        job = load_job(rack)
+        files = tuple(invariants or ())
+        setup = Setup(
+            rack=rack,
+            invariants=files,
+            checks=_checks(check or [], list(files)),
+            scans=_scans(job, duration, learned),
+            kinds=_kinds(job, only or [], without or []),
+            notes=folder,
+        )
+        bench_of.cache_clear()  # the files may have changed since another call in this process
+        bench_of(setup)  # refuse what can't be used before a search begins
+        if scenario is not None:
+            raise typer.Exit(_replay(setup, scenario, as_json=as_json))
+        if learned is None:
+            held.enter_context(locked(folder))
+        session = Session(
+            job=job,
+            setup=setup,
+            folder=folder,
+            runs=runs,
+            limit_ns=None if time is None else parse_duration(time),
+            jobs=jobs or os.cpu_count() or 1,
+            dask=dask,
+            base=None if learned is None else learned.scenario,
+            quiet=quiet,
+            as_json=as_json,
+        )
+        status = session.run()
+    raise typer.Exit(status)
+
+
+def _scans(job: Job, duration: str | None, learned: Learned | None) -> int:
+    """Return how long a run is: as the command line says, or the recording, or the rack file."""
+    if learned is not None and duration is None:
+        return learned.scans
+    scans = scans_to_run(job.spec, duration, None, endless=False)
+    assert scans is not None
+    return scans
+
+
+def _replay(setup: Setup, file: Path, *, as_json: bool) -> int:
+    found = replay(bench_of(setup), read_scenario(file, setup))
+    if as_json:
+        say_json({"broken": [failure_row(each) for each in found]})
+    else:
+        say("\n".join(map(failure, found)) or "everything held")
+    return NO if found else DONE
+
+
+def read_scenario(file: Path, setup: Setup) -> Scenario:
+    """Read a scenario for a rack.
+
+    Raises:
+        ValueError: there is no such file, it holds no scenario, or one for slots that the rack has not.
+    """
+    if not file.is_file():
+        raise ValueError(f"{file}: there is no such scenario")
+    try:
+        text = read_checked(file, Text.SCENARIO)
+        scenario = Scenario.from_json(json.loads(text))
+        scenario.check(bench_of(setup).spec)
+    except json.JSONDecodeError as error:
+        raise ValueError(f"{file}:{error.lineno}: this is not JSON: {error.msg}") from None
+    except ValueError as error:
+        raise ValueError(f"{file}: {error}") from None
+    return scenario
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command("fuzz", no_args_is_help=True)(_fuzz_command)

@@ -1,0 +1,255 @@
+"""A session of `scanrack fuzz`: confirm what is known, search on, report, write the files."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from signal import default_int_handler
+from threading import current_thread, main_thread
+from types import FrameType
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskID, TaskProgressColumn, TextColumn, TimeElapsedColumn
+
+from ...jobs.fuzz import Found, Scenario, undisturbed
+from ...jobs.fuzz.campaign.campaign import campaign
+from ...jobs.fuzz.campaign.confirming import Confirmation
+from ...jobs.fuzz.campaign.executors import executor_of
+from ...jobs.fuzz.campaign.state import (
+    RECORDING,
+    State,
+    read_state,
+    write_state,
+)
+from ...jobs.fuzz.campaign.working import Apart, Work
+from ...jobs.fuzz.folder_lock import STATE_NAME
+from ...jobs.fuzz.job import Setup, bench_of, hand_over
+from ...jobs.fuzz.report import mended
+from ...jobs.fuzz.run import NO_FAULT, Bench, Broken
+from ...jobs.fuzz.steady import Uses
+from ...jobs.load.loading import Job
+from ...runtime.loop.pace import interrupted_by, wall_ns
+from ...runtime.modules.record import Trait
+from ...runtime.modules.registry import has
+from ...terminal.as_json import say_json
+from ...terminal.status import (
+    DONE,
+    INTERRUPTED,
+    NO,
+    complain,
+)
+from ...terminal.terminal import on_a_line, say
+from .fuzz_summary import (
+    failure,
+    failure_row,
+    held,
+    summary,
+    summary_row,
+)
+
+MOST_RUNS, LEAST_RUNS, SCANS, LINKED_SCANS = 50, 10, 150_000, 15_000
+"""Scenarios per task: as many as this number of scans, a few seconds' work, but within these limits.
+
+With an adapter in the rack a scan takes ten times as long, or more.
+"""
+
+
+@contextmanager
+def noting_ctrl_c() -> Iterator[Callable[[], bool]]:
+    """Raise KeyboardInterrupt on Ctrl-C, and note it even if the exception is swallowed; yield the note.
+
+    An ignored signal, as in the background of a shell, and a foreign handler stay as they are.
+    """
+    times = 0
+
+    def note(_number: int, _frame: FrameType | None) -> None:
+        nonlocal times
+        times += 1
+        raise KeyboardInterrupt
+
+    if current_thread() is not main_thread() or signal.getsignal(signal.SIGINT) is not default_int_handler:
+        yield lambda: False
+        return
+    signal.signal(signal.SIGINT, note)
+    try:
+        yield lambda: times > 0
+    finally:
+        signal.signal(signal.SIGINT, default_int_handler)
+
+
+@dataclass(frozen=True, slots=True)
+class Session:
+    """The options of one call of the command.
+
+    Attributes:
+        job: the rack.
+        setup: what is searched.
+        folder: where everything goes.
+        runs: how many scenarios are tried, if there is no limit of time.
+        limit_ns: how long is searched; None = until all runs are done.
+        jobs: how many searches at a time.
+        dask: address of a Dask scheduler, or None.
+        base: the scenario of a recording, or None.
+        quiet: print only what is broken.
+        as_json: print one JSON object.
+    """
+
+    job: Job
+    setup: Setup
+    folder: Path
+    runs: int
+    limit_ns: int | None
+    jobs: int
+    dask: str | None
+    base: Scenario | None
+    quiet: bool
+    as_json: bool = False
+
+    @property
+    def state_file(self) -> Path:
+        """The file that keeps the state of the campaign."""
+        return self.folder / STATE_NAME
+
+    @property
+    def examples(self) -> int:
+        """How many scenarios a task tries."""
+        return self._most_examples if self.tasks is None else -(-self.runs // self.tasks)
+
+    @property
+    def tasks(self) -> int | None:
+        """How many tasks to run; None = as many as the time allows."""
+        return None if self.limit_ns is not None else -(-self.runs // self._most_examples)
+
+    @property
+    def _most_examples(self) -> int:
+        linked = any(has(slot.module, Trait.LINE) for slot in self.job.spec.slot)
+        return min(MOST_RUNS, max(LEAST_RUNS, (LINKED_SCANS if linked else SCANS) // self.setup.scans))
+
+    def run(self) -> int:
+        """Search; return the exit status. The caller holds the folder, see `locked`.
+
+        Raises:
+            ValueError: something can't be used.
+            OSError: a file can't be written.
+        """
+        start_ns = wall_ns()
+        bench = bench_of(self.setup)
+        state = read_state(self.state_file, os.path.relpath(self.setup.rack, self.folder))
+        for old in state.leave_out_impossible(bench.spec):
+            self._tell(
+                f"left out: {old.sentence.rstrip('.')} [{old.invariant}]: the program needs newer firmware"
+            )
+        before = replace(state)
+        if self.base is not None:
+            state.corpus = {RECORDING: self.base, **state.corpus}
+        self._look_again(bench, state)
+        self._keep(bench, state, state.note(self._undisturbed(bench, state)))
+        status = DONE
+        if self._can_be_searched(state):
+            status = self._search(bench, state, start_ns)
+        broken = [each for _, each in sorted(state.found.items()) if each.broken.invariant in bench.names]
+        others = bench.names - {each.broken.invariant for each in broken}
+        if self.as_json:
+            rows = [failure_row(each, self._folder_of(state, each.broken)) for each in broken]
+            say_json({"broken": rows, **summary_row(state, before, others)})
+            return status or (NO if broken else DONE)
+        if not self.quiet:
+            say(summary(state, before, (wall_ns() - start_ns) / 1e9))
+            say(held(others, state))
+        for each in broken:
+            say(f"{failure(each)}\n  see {self._folder_of(state, each.broken)}")
+        return status or (NO if broken else DONE)
+
+    def _undisturbed(self, bench: Bench, state: State) -> list[Found]:
+        """Run the program without disturbances, and report what it uses that may differ between runs."""
+        uses = Uses()
+        found = undisturbed(
+            uses.watching(bench), self.base or Scenario(), state.found, confirm=Confirmation(self.setup)
+        )
+        if uses.seen:
+            complain(f"the program uses {uses}: it may not do the same twice in the same surroundings")
+        return found
+
+    def _tell(self, text: str) -> None:
+        """Say something beside the result."""
+        say(text, err=self.as_json)
+
+    def _look_again(self, bench: Bench, state: State) -> None:
+        """Run known failures again, and report those that are gone."""
+        for broken in state.recheck(bench):
+            self._tell(f"mended: {broken.sentence.rstrip('.')} [{broken.invariant}]")
+            mended(self._folder_of(state, broken) / "report.txt")
+
+    def _can_be_searched(self, state: State) -> bool:
+        """Whether the program can be searched; if not, say why."""
+        faults = [each for each in state.found.values() if each.broken.invariant == NO_FAULT]
+        if any(not each.scenario.size for each in faults):
+            complain("the program faults with nothing random around it: mend that, then search")
+            return False
+        return True
+
+    def _search(self, bench: Bench, state: State, start_ns: int) -> int:
+        deadline_ns = None if self.limit_ns is None else start_ns + self.limit_ns
+        with self._progress(state) as show, noting_ctrl_c() as pressed:
+
+            def news(found: list[Found]) -> None:
+                self._keep(bench, state, found)
+                show(found)
+
+            try:
+                campaign(
+                    Work(self.setup) if self.dask is None else Apart(Work(self.setup.from_anywhere())),
+                    state,
+                    executor_of(self.jobs, self.dask, complain),
+                    examples=self.examples,
+                    tasks=self.tasks,
+                    jobs=self.jobs,
+                    go_on=lambda: not pressed() and (deadline_ns is None or wall_ns() < deadline_ns),
+                    news=news,
+                )
+            except KeyboardInterrupt:
+                interrupted = True
+            else:
+                interrupted = pressed()
+        if interrupted:
+            complain(f"stopped by {interrupted_by()}; the same command goes on from here")
+            return INTERRUPTED
+        return DONE
+
+    def _keep(self, bench: Bench, state: State, found: Iterable[Found]) -> None:
+        """Save the state, and write the files of new failures."""
+        for each in found:
+            hand_over(self.job, self.setup, bench, each, self._folder_of(state, each.broken))
+        write_state(state, self.state_file)
+
+    def _folder_of(self, state: State, broken: Broken) -> Path:
+        return self.folder / state.folders[broken.key]
+
+    @contextmanager
+    def _progress(self, state: State) -> Iterator[Callable[[list[Found]], None]]:
+        """Show the progress of the search on a terminal; yield the function to call after every task."""
+        console = Console(file=sys.stderr)  # the real one: a running program may replace it
+        if self.quiet or not console.is_terminal:
+            yield lambda found: None
+            return
+        columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn())
+        with Progress(*columns, console=console) as bar:
+            total = self.tasks if self.limit_ns is None else self.limit_ns
+            yield self._bar(bar, bar.add_task("searching", total=total), state)
+
+    def _bar(self, bar: Progress, task: TaskID, state: State) -> Callable[[list[Found]], None]:
+        start_ns, tasks_before = wall_ns(), state.tasks
+
+        def show(found: list[Found]) -> None:
+            for each in found:
+                bar.console.print(on_a_line(str(each.broken)), highlight=False, markup=False)
+            done = state.tasks - tasks_before if self.limit_ns is None else wall_ns() - start_ns
+            text = f"{state.runs:,} runs, {len(state.found)} broken"
+            bar.update(task, completed=done, description=text)
+
+        return show

@@ -1,0 +1,99 @@
+"""What `scanrack fuzz` prints: a failure in words, and the summary of a campaign."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Set
+from dataclasses import asdict
+from pathlib import Path
+from textwrap import wrap
+
+from ...io_images.amci3601 import ERROR_BITS, RULES
+from ...jobs.fuzz import Found
+from ...jobs.fuzz.campaign.state import State
+from ...jobs.fuzz.run import NO_FAULT
+from ...jobs.fuzz.scenarios.words import told
+from ...jobs.fuzz.search import SPENT
+
+WIDTH = 100
+
+
+def failure(found: Found) -> str:
+    """Return a failure in a few lines: what is broken, the scenario, and what it shows.
+
+    The first line names the invariant and the time; the others are indented.
+    """
+    broken = found.broken
+    lines = [*told(found.scenario), *broken.shows, *broken.rules]
+    return "\n  ".join([str(broken), *lines])
+
+
+def failure_row(found: Found, folder: Path | None = None) -> dict[str, object]:
+    """Return a failure for --json.
+
+    Args:
+        found: the failure.
+        folder: where its files are; None of one that was only run again.
+    """
+    row = {**asdict(found.broken), "scenario": told(found.scenario)}
+    return row if folder is None else {**row, "after_runs": found.after, "folder": str(folder)}
+
+
+def summary_row(state: State, before: State, others: Set[str]) -> dict[str, object]:
+    """Return the figures of a campaign for --json.
+
+    Args:
+        state: after this call.
+        before: before it.
+        others: names of the invariants that were not broken.
+    """
+    return {
+        "runs": state.runs - before.runs,
+        "scans": state.scans - before.scans,
+        "runs_in_all": state.runs,
+        "scans_in_all": state.scans,
+        "held": sorted(others - _untried(others, state)),
+        "never_tested": sorted(_untried(others, state)),
+        "rules": dict(state.rules),
+    }
+
+
+def summary(state: State, before: State, seconds: float) -> str:
+    """Return the summary of a campaign, for people."""
+    return "\n".join([*_figures(state, before, seconds), *_rules(state)])
+
+
+def _figures(state: State, before: State, seconds: float) -> Iterator[str]:
+    runs, scans = state.runs - before.runs, state.scans - before.scans
+    rate = f" ({runs / seconds:,.0f} runs and {scans / seconds:,.0f} scans per second)" if runs else ""
+    yield f"runs          {runs:,}{rate}"
+    if state.shrinking:
+        yield f"              {state.shrinking:,} of them to shrink what was found"
+    if before.runs:
+        yield f"in all        {state.runs:,} runs, {state.scans:,} scans"
+    if state.printed:
+        yield f"printed       {state.printed:,} lines by the program, not shown"
+    total = state.spent.total()
+    if total:
+        shares = ", ".join(f"{what} {state.spent[what] / total:.0%}" for what in SPENT)
+        yield f"time          {shares}"
+
+
+def _rules(state: State) -> Iterator[str]:
+    told_of = [rule.id for rule in RULES.values() if rule.list_of and rule.list_of & ERROR_BITS.value]
+    fired = [rule for rule in told_of if state.rules[rule]]
+    yield f"error rules   {len(fired)} of {len(told_of)} of chapter 6 fired"
+    yield from (f"  {rule:<9} {state.rules[rule]:>9,} times" for rule in fired)
+    never = ", ".join(rule for rule in told_of if not state.rules[rule])
+    yield from wrap(never, WIDTH, initial_indent="  never     ", subsequent_indent=" " * 12)
+
+
+def held(names: Collection[str], state: State) -> str:
+    """Return a line with the invariants that held, and those that were never tested."""
+    untried = _untried(names, state)
+    told_of = [f"{name} (its clock never started)" if name in untried else name for name in sorted(names)]
+    return f"held          {', '.join(told_of) or 'nothing'}"
+
+
+def _untried(names: Collection[str], state: State) -> set[str]:
+    """Return the invariants whose clock never started."""
+    return {name for name in names if name not in state.applied and name != NO_FAULT and state.runs}

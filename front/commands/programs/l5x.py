@@ -1,0 +1,175 @@
+"""`scanrack l5x`: the contents of an exported controller, what runs, and what does not.
+
+An L5X of Studio 5000, or the text of RSLogix 500 (`SOR ... EOR`), under any suffix except L5X's.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ...io_images.input_files import open_input
+from ...jobs.load.program import L5X_SUFFIXES, SLC_SUFFIXES
+from ...ladder.build.checks import motion_of
+from ...ladder.build.controller import Controller
+from ...ladder.build.program import Program
+from ...ladder.files.rungfile import read_program
+from ...ladder.model.errors import LadderError
+from ...rockwell.l5x import import_l5x
+from ...rockwell.l5x.comparing import differences
+from ...rockwell.l5x.export import export_l5x
+from ...rockwell.l5x.report import Report
+from ...rockwell.l5x.trial import SCANS, run_trial
+from ...rockwell.l5x.xml.document import read_document
+from ...rockwell.slc import import_slc
+from ...rockwell.slc.trial import run_trial as run_slc_trial
+from ...terminal.as_json import JsonOption, say_json
+from ...terminal.status import (
+    BAD_INPUT,
+    DONE,
+    NO,
+    complain,
+    reason,
+)
+from ...terminal.terminal import say
+
+
+def reported(path: Path, scans: int = SCANS) -> Report:
+    """Import an export, run it for a trial of so many scans, and return the report.
+
+    Raises:
+        LadderError: the file can't be used.
+    """
+    if is_slc(path):
+        program = import_slc(path, trial=True)
+        run_slc_trial(program, scans)
+        return program.report
+    imported = import_l5x(path, trial=True)
+    run_trial(imported, scans)
+    if imported.controller is not None:
+        for axis, names in motion_of(imported.controller.build()).items():
+            imported.report.note(
+                axis, f"{', '.join(names)} end with ER, ERR 11, unless a rack has it in [axes]"
+            )
+    return imported.report
+
+
+def is_slc(path: Path) -> bool:
+    """Whether a file is an export of RSLogix 500: by its suffix, or because it does not begin as XML."""
+    if path.suffix in SLC_SUFFIXES or path.suffix.upper() == ".L5X":
+        return path.suffix in SLC_SUFFIXES
+    try:
+        with open_input(path) as file:
+            begin = file.read(200)
+    except OSError:
+        return False
+    return bool(begin.strip()) and b"<" not in begin and b"\0" not in begin
+
+
+def _l5x_command(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="An L5X or SLC export.", show_default=False)],
+    as_json: JsonOption = False,
+    rack: Annotated[bool, typer.Option("--rack", help="Print a rack file for it.")] = False,
+    against: Annotated[
+        Path | None, typer.Option(metavar="OLDER", help="List what differs from an older version.")
+    ] = None,
+    export: Annotated[
+        str | None,
+        typer.Option(metavar="PROGRAM[.ROUTINE]", help="Print it as an L5X for partial import."),
+    ] = None,
+    stepper: Annotated[
+        list[str] | None,
+        typer.Option(metavar="MODULE", help="With --rack: this module, by name or slot, is a 3601."),
+    ] = None,
+    scans: Annotated[int, typer.Option("--scans", min=1, help="Scans of the trial.")] = SCANS,
+) -> None:
+    """Report what is in an L5X or SLC export: what is imported, what is refused and why, what runs.
+
+    Rungs that are imported run for a trial in the interpreter and compiled; "ran" counts those in programs
+    in which both agreed after every scan.
+
+    Example: scanrack l5x machine.L5X
+    Example: scanrack l5x machine.L5X --rack > machine.toml
+    Example: scanrack l5x machine.L5X --rack --stepper Feed > machine.toml
+
+    Example: scanrack l5x machine.L5X --against before.L5X
+    Example: scanrack l5x line.rung --export Main.Sequence > sequence.L5X
+
+    Exit status: 0 all is imported, or nothing differs; 1 something is refused, or differs; 2 a file can't
+    be used.
+    """
+    if against is not None:
+        raise typer.Exit(_print_differences(file, against, as_json=as_json))
+    if rack or stepper:
+        raise typer.Exit(_print_rack(file, stepper or []))
+    if export is not None:
+        raise typer.Exit(_print_export(file, export))
+    try:
+        report = reported(file, scans)
+    except LadderError as error:
+        raise typer.Exit(complain(str(error), BAD_INPUT)) from None
+    if as_json:
+        say_json(report.as_json())
+    else:
+        for line in report.lines():
+            say(line)
+    raise typer.Exit(DONE if report.complete else NO)
+
+
+def _print_differences(file: Path, older: Path, *, as_json: bool) -> int:
+    """Print what differs between two versions; return the exit status."""
+    for each in (file, older):
+        if is_slc(each):
+            return complain(f"{each}: --against compares L5X files", BAD_INPUT)
+    try:
+        found = differences(read_document(older), read_document(file))
+    except LadderError as error:
+        return complain(str(error), BAD_INPUT)
+    if as_json:
+        say_json([each.as_json() for each in found])
+        return NO if found else DONE
+    for difference in found:
+        for line in difference.lines():
+            say(line)
+    say(f"{len(found)} difference{'s'[: len(found) != 1]}" if found else "no difference")
+    return NO if found else DONE
+
+
+def _print_export(file: Path, name: str) -> int:
+    """Print a program or a routine as an L5X; return the exit status."""
+    try:
+        if file.suffix in L5X_SUFFIXES:
+            logic: Controller | Program | None = import_l5x(file).controller
+        else:
+            logic = read_program(file)
+        if logic is None:
+            return complain(f"{file}: there is no program in it", BAD_INPUT)
+        say(export_l5x(logic, name).decode("utf-8").rstrip(), whole=True)
+    except (LadderError, OSError, UnicodeDecodeError) as error:
+        return complain(reason(error) if isinstance(error, OSError) else str(error), BAD_INPUT)
+    return DONE
+
+
+def _print_rack(file: Path, steppers: list[str]) -> int:
+    """Print a rack file for an export; return the exit status."""
+    from ...jobs.imports.l5x_rack import rack_of  # racks take time to import, and a report needs none
+    from ...jobs.imports.slc_rack import rack_of_slc
+
+    try:
+        if is_slc(file):
+            program = import_slc(file)
+            printed, report = rack_of_slc(program, file, steppers), program.report
+        else:
+            imported = import_l5x(file, trial=True)
+            printed, report = rack_of(imported, file, steppers), imported.report
+    except ValueError as error:
+        return complain(str(error), BAD_INPUT)
+    say(printed.rstrip(), whole=True)
+    return DONE if report.complete else NO
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command("l5x", no_args_is_help=True)(_l5x_command)

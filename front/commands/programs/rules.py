@@ -1,0 +1,216 @@
+"""`scanrack rules amci3601`: the rule table."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from enum import StrEnum
+from textwrap import wrap
+from typing import Annotated
+
+import typer
+
+from ...io_images.amci3601 import (
+    RULES,
+    Firmware,
+    StatusLsw,
+    StatusMsw,
+    bit_names,
+)
+from ...io_images.amci3601.rules import Rule
+from ...terminal.as_json import JsonOption, say_json
+from ...terminal.complaints import reported_mistakes
+from ...terminal.terminal import say
+
+WIDTH = 80
+INDENT = " " * 9
+
+CHAPTERS = {
+    "Module Overview": "Module Overview",
+    "chapter 1": "Chapter 1: Installing the 3601 module",
+    "chapter 2": "Chapter 2: Calculating move profiles",
+    "chapter 3": "Chapter 3: Configuration mode",
+    "chapter 4": "Chapter 4: Command mode operations",
+    "chapter 5": "Chapter 5: Command mode data",
+    "chapter 6": "Chapter 6: Status and error bits",
+    "Manual Revision History": "Manual revision history",
+}
+"""Titles of the chapters, by what the sections in the table begin with."""
+
+BITS: Mapping[str, int] = {str(bit.name): bit.value for bit in StatusMsw} | {
+    str(bit.name): bit.value << 16 for bit in StatusLsw
+}
+"""Every status bit's mask in `Rule.sets` and `Rule.clears`, by name."""
+
+
+class Table(StrEnum):
+    """Whose rules."""
+
+    AMCI3601 = "amci3601"
+
+
+def with_ids(rules: Iterable[Rule], wanted: Sequence[str]) -> list[Rule]:
+    """Return the rules with one of these ids or prefixes ("CMD-03", "CMD"); all of them if none is given.
+
+    Raises:
+        ValueError: there is no such id or prefix; the closest ones.
+    """
+    names = {name.upper() for name in wanted}
+    prefixes = list(dict.fromkeys(prefix_of(rule_id) for rule_id in RULES))
+    for name in sorted(names - set(prefixes) - set(RULES)):
+        among = [rule_id for rule_id in RULES if prefix_of(rule_id) == prefix_of(name)]
+        allowed = f"{among[0]} to {among[-1]}" if among else ", ".join(prefixes)
+        raise ValueError(_unknown("rule", name, among or prefixes, allowed))
+    return [rule for rule in rules if not names or names & {rule.id, prefix_of(rule.id)}]
+
+
+def with_bit(rules: Iterable[Rule], name: str) -> list[Rule]:
+    """Return the rules that set or clear the status bit of this name.
+
+    Raises:
+        ValueError: there is no such bit; all there are, and the closest one.
+    """
+    if name.upper() not in BITS:
+        raise ValueError(_unknown("status bit", name, list(BITS), ", ".join(BITS)))
+    mask = BITS[name.upper()]
+    return [rule for rule in rules if (rule.sets | rule.clears) & mask]
+
+
+def of_firmware(rules: Iterable[Rule], version: str) -> list[Rule]:
+    """Return the rules that a module with this firmware knows.
+
+    Raises:
+        ValueError: there is no such version.
+    """
+    firmware = Firmware.parse(version)
+    return [rule for rule in rules if rule.applies_to(firmware)]
+
+
+def chapter_of(rule: Rule) -> str:
+    """Return the title of the chapter in which the manual states a rule."""
+    return CHAPTERS[rule.section.split(",")[0]]
+
+
+def firmware_words(rule: Rule) -> str:
+    """Return which firmware knows a rule: "from 3.1", "before 3.1"; "" if every one does."""
+    since = "" if rule.firmware_from is None else f"from {rule.firmware_from}"
+    until = "" if rule.firmware_until is None else f"before {rule.firmware_until}"
+    return ", ".join(filter(None, (since, until)))
+
+
+def prefix_of(rule_id: str) -> str:
+    """Return the letters of a rule's id.
+
+    >>> prefix_of("CMD-03"), prefix_of("STS-M07")
+    ('CMD', 'STS')
+    """
+    return rule_id.split("-")[0]
+
+
+def _unknown(what: str, name: str, known: Sequence[str], allowed: str) -> str:
+    """Return the refusal of a name, with what was probably meant and what is allowed."""
+    close = difflib.get_close_matches(name.upper(), known, n=1, cutoff=0.5)
+    meant = f" (did you mean {close[0]}?)" if close else ""
+    return f"unknown {what} {name!r}{meant}: allowed are {allowed}"
+
+
+# -- as text ----------------------------------------------------------------------------------------
+
+
+def listing(rules: Sequence[Rule]) -> str:
+    """Return the rules as text of 80 columns, under their chapters, with a closing count."""
+    lines: list[str] = []
+    chapter = ""
+    for rule in rules:
+        if chapter_of(rule) != chapter:
+            chapter = chapter_of(rule)
+            lines += [chapter, "=" * len(chapter), ""]
+        lines += [*entry(rule), ""]
+    return "\n".join([*lines, count(rules)])
+
+
+def entry(rule: Rule) -> Iterator[str]:
+    """Yield the lines of one rule."""
+    yield f"{rule.id:<{len(INDENT)}}{rule.section}"
+    yield from _paragraph(rule.text)
+    for title, words in (
+        ("sets", ", ".join(bit_names(rule.sets))),
+        ("clears", ", ".join(bit_names(rule.clears))),
+        ("with", ", ".join(rule.together_with)),
+        ("firmware", firmware_words(rule)),
+        ("reading", ", ".join(rule.reading)),
+        ("in no image", rule.untestable_because),
+    ):
+        if words:
+            yield from _paragraph(f"{title}: {words}")
+
+
+def as_row(rule: Rule) -> dict[str, object]:
+    """Return a rule for --json: a list for every list, the words of its firmware or null."""
+    return {
+        "id": rule.id,
+        "section": rule.section,
+        "text": rule.text,
+        "sets": bit_names(rule.sets),
+        "clears": bit_names(rule.clears),
+        "with": rule.together_with,
+        "firmware": firmware_words(rule) or None,
+        "readings": rule.reading,
+        "in_no_image": rule.untestable_because or None,
+    }
+
+
+def _paragraph(text: str) -> list[str]:
+    return wrap(
+        text,
+        WIDTH,
+        initial_indent=INDENT,
+        subsequent_indent=INDENT,
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
+
+
+def count(rules: Sequence[Rule]) -> str:
+    """Return how many rules there are, and of how many no image can show whether they hold."""
+    hidden = sum(not rule.testable for rule in rules)
+    return f"{len(rules)} rule{'' if len(rules) == 1 else 's'}, {hidden} in no image"
+
+
+# -- the command ------------------------------------------------------------------------------------
+
+
+def _rules_command(
+    table: Annotated[Table, typer.Argument(help="Whose rules.", show_default=False)],
+    ids: Annotated[
+        list[str] | None,
+        typer.Option("--id", metavar="ID", help="Only this rule, or all with this prefix; may be repeated."),
+    ] = None,
+    bit: Annotated[
+        str | None,
+        typer.Option("--bit", metavar="NAME", help="Only rules that set or clear this status bit."),
+    ] = None,
+    firmware: Annotated[
+        str | None, typer.Option("--firmware", metavar="VERSION", help="Only rules that this version knows.")
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Print the rules of a module's manual: section, words and status bits.
+
+    The tests that prove each rule are in docs/rules-amci3601.md.
+
+    Exit status: 0 printed, 2 an option can't be used.
+    """
+    with reported_mistakes():
+        rules = with_ids(RULES.values(), ids or ())
+        rules = rules if bit is None else with_bit(rules, bit)
+        rules = rules if firmware is None else of_firmware(rules, firmware)
+    if as_json:
+        say_json({"table": table.value, "rules": [as_row(rule) for rule in rules]})
+    else:
+        say(listing(rules))
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command("rules", no_args_is_help=True)(_rules_command)

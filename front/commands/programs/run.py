@@ -1,0 +1,349 @@
+"""`scanrack run RACK`: logic against a rack, scan by scan, recorded, with a closing summary."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack, nullcontext, redirect_stdout
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from ...jobs.load.loading import (
+    DEFAULT_RUN,
+    Job,
+    load_job,
+    scans_to_run,
+    with_tags,
+)
+from ...jobs.record.recording import NOTHING
+from ...jobs.run.retained import Retained
+from ...jobs.run.running import JobRun
+from ...jobs.trust.owned import check_recording
+from ...runtime.config.rackspec import RackSpec
+from ...runtime.loop.cpu import Cpu
+from ...runtime.loop.faults import Cause, CpuFault
+from ...runtime.loop.pace import (
+    FreeRun,
+    Pacer,
+    RealTime,
+    interrupted_by,
+    wall_ns,
+)
+from ...runtime.loop.realtime import Outcome, real_time
+from ...terminal.as_json import JsonOption, say_json
+from ...terminal.progress import shown_progress
+from ...terminal.status import (
+    BAD_INPUT,
+    CANNOT_WRITE,
+    DONE,
+    INTERRUPTED,
+    NO,
+    complain,
+    reason,
+)
+from ...terminal.terminal import say
+from ...terminal.trace_options import ReplaceOption
+from .summary import Tally, summary, summary_row
+
+if TYPE_CHECKING:  # imported late: a run without a session does not need it
+    from ...jobs.record.editions import Editions
+    from ...jobs.record.repeating import RecordedOrder
+
+NO_SAFETY_SYSTEM = (
+    "this is not a safety system: the controller has no watchdog, and if scanrack dies in a manual move "
+    "the axis goes on until a limit stops it; wire end limits and emergency stop so that they act "
+    "without any software"
+)
+
+
+def run_job(
+    job: Job,
+    scans: int | None,
+    trace: Path | None,
+    *,
+    quiet: bool,
+    realtime: RealTime | None = None,
+    live: bool = False,
+    summarised: bool = True,
+    as_json: bool = False,
+    orders: Sequence[RecordedOrder] | None = None,
+    editions: Editions | None = None,
+    metadata: Mapping[str, str] = NOTHING,
+    keep: int | None = None,
+) -> int:
+    """Run a job and say what it came to; return the exit status.
+
+    Args:
+        job: what to run.
+        scans: how many scans, None = until Ctrl-C.
+        trace: where the recording goes, None = nowhere.
+        quiet: no progress and no summary; messages of what went wrong are still written.
+        realtime: keeps step with the wall clock; None = as fast as possible.
+        live: real ports may be driven.
+        summarised: whether what is not quiet ends in a summary.
+        as_json: whether the summary is one JSON object, and what the program prints goes to standard error.
+        orders: of a recorded session, given again; None if it was none.
+        editions: brings the programs of that session's edits.
+        metadata: further entries of the recording's metadata.
+        keep: how many earlier recordings are kept; None = as the rack file says.
+    """
+    with ExitStack() as ports:
+        if realtime is not None:
+            outcomes = ports.enter_context(real_time())  # before there are ports: their threads inherit it
+            _tell_of_real_time(outcomes, quiet=quiet)
+        pacer = FreeRun() if realtime is None else realtime
+        tally = Tally()
+        try:
+            run = JobRun(
+                job,
+                ports,
+                trace=trace,
+                live=live,
+                pacer=pacer,
+                listeners=[tally],
+                warn=_quiet if quiet else _warn,
+                orders=orders,
+                editions=editions,
+                metadata=metadata,
+                keep=keep,
+            )
+        except ValueError as error:
+            return complain(str(error), BAD_INPUT)
+        except OSError as error:
+            return complain(f"the trace can't be written: {reason(error)}", CANNOT_WRITE)
+        for each in () if quiet else job.warnings:
+            complain(each)
+        start_ns = wall_ns()
+        observed = partial(shown_progress, quiet=quiet)
+        with redirect_stdout(sys.stderr) if as_json else nullcontext():
+            status = run_to_end(
+                run.cpu, partial(run.run, scans, observed=observed), lambda: run.cpu.stop_requested
+            )
+        for each in () if run.repeated is None else run.repeated.refused:
+            complain(each)
+        took_ns = wall_ns() - start_ns
+        tally.end(run.rack)
+        if as_json:
+            say_json({"ended": ENDED[status], **summary_row(run, tally, took_ns, trace)})
+        elif summarised and not quiet:
+            say(_summary(run, tally, took_ns, pacer, trace))
+        return status
+
+
+ENDED = {DONE: "done", NO: "fault", CANNOT_WRITE: "trace not written", INTERRUPTED: "stopped"}
+"""How a run ended, by exit status, for --json."""
+
+
+def _tell_of_real_time(outcomes: list[Outcome], *, quiet: bool) -> None:
+    """Say what the system has granted and refused; that comes before the first scan."""
+    if not quiet:
+        for outcome in outcomes:
+            complain(str(outcome))
+
+
+def _warn(hint: str) -> None:
+    complain(str(hint))
+
+
+def _quiet(_hint: str) -> None:
+    """Say nothing."""
+
+
+def _summary(run: JobRun, tally: Tally, took_ns: int, pacer: Pacer, trace: Path | None) -> str:
+    return summary(
+        tally,
+        run.cpu.period_ns,
+        took_ns,
+        pacer,
+        trace,
+        run.hints.sentences(),
+        run.stubs,
+        run.steps,
+    )
+
+
+def check_ports(spec: RackSpec, *, realtime: bool, live: bool) -> None:
+    """Refuse real ports in virtual time, and real ports without --live.
+
+    Raises:
+        ValueError: such a port.
+    """
+    for slot in spec.slot:
+        if slot.is_live and not realtime:
+            raise ValueError(
+                f"slot {slot.number}: port {slot.port} is a real one, and a real controller does not "
+                "wait for virtual time: give --realtime"
+            )
+        if slot.is_live and not live:
+            raise ValueError(
+                f"slot {slot.number}: port {slot.port} moves a real motor; {NO_SAFETY_SYSTEM}. "
+                "If that is done, give --live"
+            )
+
+
+def trace_path(job: Job, record: Path | None, no_record: bool, keep: int | None = None) -> Path | None:
+    """Return where the recording goes: the command line's path, the rack file's, or one named after it.
+
+    Raises:
+        ValueError: the command line asks for a recording and for none, or it would replace
+            what somebody owns.
+    """
+    if record is not None and no_record:
+        raise ValueError("--record and --no-record contradict each other: give one of them")
+    if no_record:
+        return None
+    trace = record or _own_path(job)
+    check_recording(job, trace, keep=keep)
+    return trace
+
+
+def _own_path(job: Job) -> Path:
+    if job.spec.trace is not None:
+        return job.folder / job.spec.trace
+    return Path(f"{job.rack_file.stem}.mcap")
+
+
+def run_to_end(cpu: Cpu, run: Callable[[], object], stopped: Callable[[], bool]) -> int:
+    """Run scans until they end, say why they ended, and return the exit status.
+
+    Args:
+        cpu: runs the scans.
+        run: runs them.
+        stopped: returns afterwards whether a signal has stopped them.
+    """
+    try:
+        run()
+    except CpuFault as error:
+        return complain_of_fault(error)
+    except OSError as error:
+        return complain(f"the trace can't be finished: {reason(error)}", CANNOT_WRITE)
+    except KeyboardInterrupt:
+        return complain(f"stopped by {interrupted_by()} in scan {cpu.scan}", INTERRUPTED)
+    if stopped():
+        return complain(f"stopped by {interrupted_by()} after {cpu.scan} scans", INTERRUPTED)
+    return DONE
+
+
+def complain_of_fault(error: CpuFault) -> int:
+    """Say why the CPU has faulted; return the exit status."""
+    cause = error.__cause__
+    if error.fault.cause is Cause.LISTENER and isinstance(cause, OSError):
+        return complain(f"scan {error.fault.scan}: the trace can't be written: {reason(cause)}", CANNOT_WRITE)
+    notes = getattr(error, "__notes__", [])
+    return complain("\n".join([f"the CPU has faulted in {error}", *notes]), NO)
+
+
+def _run_command(
+    rack: Annotated[
+        str,
+        typer.Argument(
+            metavar="RACK", help="Rack file: TOML, or Python that defines rack().", show_default=False
+        ),
+    ],
+    duration: Annotated[
+        str | None,
+        typer.Option("--for", metavar="TIME", help="Machine time to run for, such as '10 s' or '250 ms'."),
+    ] = None,
+    scans: Annotated[int | None, typer.Option("--scans", help="Number of scans to run, instead.")] = None,
+    realtime: Annotated[
+        bool, typer.Option("--realtime", help="Keep step with the wall clock; without --for until Ctrl-C.")
+    ] = False,
+    spin: Annotated[
+        bool,
+        typer.Option(
+            "--spin",
+            help="With --realtime: wait the last tenth of a period, 0.2 ms at most, without sleeping.",
+        ),
+    ] = False,
+    record: Annotated[
+        Path | None, typer.Option("--record", help="Where the trace goes.", show_default=False)
+    ] = None,
+    no_record: Annotated[bool, typer.Option("--no-record", help="Record nothing.")] = False,
+    replace: ReplaceOption = False,
+    live: Annotated[
+        bool,
+        typer.Option(
+            "--live", help="Real ports in the rack file may move real motors. This is not a safety system."
+        ),
+    ] = False,
+    retain: Annotated[
+        Path | None,
+        typer.Option(
+            "--retain",
+            metavar="FILE",
+            help="Begin with the ladder tags in this file, if there is one, and write them to it at the end.",
+        ),
+    ] = None,
+    tag: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--tag",
+            metavar="PATTERN",
+            help="Record tags of the program beside those that the rack file names; '*' is all.",
+            show_default=False,
+        ),
+    ] = None,
+    as_json: JsonOption = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no summary.")] = False,
+) -> None:
+    try:
+        job = with_tags(load_job(rack), tag or ())
+        count = scans_to_run(job.spec, duration, scans, endless=realtime)
+        keep = 0 if replace else None
+        trace = trace_path(job, record, no_record, keep)
+        check_ports(job.spec, realtime=realtime, live=live)
+        if spin and not realtime:
+            raise ValueError("--spin goes with --realtime only: virtual time does not wait")
+        retained = None if retain is None else Retained(job, retain, trace, keep)
+    except ValueError as error:
+        raise typer.Exit(complain(str(error), BAD_INPUT)) from error
+    except OSError as error:
+        raise typer.Exit(complain(reason(error), CANNOT_WRITE)) from error
+    pacer = RealTime(spin=spin) if realtime else None
+    run = partial(
+        run_job,
+        scans=count,
+        trace=trace,
+        quiet=quiet,
+        realtime=pacer,
+        live=live,
+        keep=keep,
+        as_json=as_json,
+    )
+    raise typer.Exit(run(job) if retained is None else _run_retained(retained, run))
+
+
+def _run_retained(retained: Retained, run: Callable[[Job], int]) -> int:
+    """Run a job that begins with retained tags, and write them; return the exit status."""
+    with retained:
+        for said in retained.begin():
+            complain(said)
+        status = run(retained.job)
+        try:
+            retained.end()
+        except ValueError as error:
+            return complain(f"the tags can't be written: {error}", BAD_INPUT)
+        except OSError as error:
+            return complain(f"the tags can't be written to {retained.path}: {reason(error)}", CANNOT_WRITE)
+    return status
+
+
+_HELP = f"""Run a rack's logic scan by scan against its modules and machine, and record every scan.
+
+Time is virtual and does not wait, unless --realtime says so. In real time the scans run under
+SCHED_FIFO and in locked memory where the system lets them; the first lines say whether it does, and
+the summary how late scans began. A run takes as long as --for or
+--scans says, or run_for_s in the rack file, or {DEFAULT_RUN} of machine time. The trace goes where
+--record or the rack file says, or into the current folder, named after the rack file.
+
+Exit status: 0 done, 1 the CPU faulted (the program raised or did not come back), 2 a file or
+option can't be used, 3 the trace can't be written, 130 stopped by Ctrl-C. Whatever the end, the
+trace can be read up to there."""
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command("run", help=_HELP, no_args_is_help=True)(_run_command)

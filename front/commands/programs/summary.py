@@ -1,0 +1,218 @@
+"""What a run came to, for people: scans, time, moves, errors in the manual's words, the trace."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ...runtime.loop.events import JsonValue
+from ...runtime.loop.pace import LATE_FROM_NS, Pacer
+from ...runtime.loop.rack import Rack
+from ...traces.read.event_text import OF_ADAPTERS, describe, move_wording
+
+if TYPE_CHECKING:
+    from ...jobs.run.running import JobRun
+
+WIDTH = 14
+"""Columns of the titles."""
+
+
+UNDER_WAY = "still under way at the end"
+
+RULES_OF_START = frozenset({"CER-01", "POS-01"})
+"""Rules that fire in every healthy start: nothing is configured, and then no position is valid."""
+
+
+@dataclass(slots=True)
+class SeenError:
+    """A rule of the manual that set an error bit.
+
+    Attributes:
+        sentence: what it is, with its bits, its words and the first scan that shows it.
+        count: how often it happened.
+    """
+
+    sentence: str
+    count: int = 0
+
+
+@dataclass(slots=True)
+class Tally:
+    """A listener that counts. What it keeps does not grow with the length of a run.
+
+    Attributes:
+        scans: scans so far.
+        moves: moves by (slot, kind, outcome).
+        errors: errors by (slot, rule), the first one first.
+        of_start: what every start brings, see `RULES_OF_START`.
+    """
+
+    scans: int = 0
+    moves: Counter[tuple[JsonValue, JsonValue, JsonValue]] = field(default_factory=Counter)
+    errors: dict[tuple[JsonValue, JsonValue], SeenError] = field(default_factory=dict)
+    of_start: dict[tuple[JsonValue, JsonValue], SeenError] = field(default_factory=dict)
+
+    def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
+        """Count a move or an error."""
+        if topic != "/events":
+            return
+        if fields["kind"] == "move":
+            self.moves[fields["slot"], fields["name"], fields.get("outcome", "ended")] += 1
+        elif fields["kind"] in ("rule", *OF_ADAPTERS) and fields.get("bits"):
+            key = fields["slot"], fields["name"]
+            starts = fields["name"] in RULES_OF_START and key not in self.of_start
+            seen = self.of_start if starts else self.errors
+            seen.setdefault(key, SeenError(describe(topic, scan, fields))).count += 1
+
+    def end(self, rack: Rack) -> None:
+        """Count the moves that are still under way when the run is over."""
+        for slot in rack.slots.values():
+            kind = getattr(slot.module, "under_way", None)
+            if kind is not None:
+                self.moves[slot.number, kind, UNDER_WAY] += 1
+
+    def scan(self, scan: int, now_ns: int, flags: int) -> None:
+        """Count a scan."""
+        self.scans += 1
+
+    def close(self) -> None:
+        """There is nothing to close."""
+
+    @property
+    def slots(self) -> int:
+        """How many slots the summary has something about."""
+        return len({key[0] for key in (*self.moves, *self.errors, *self.of_start)})
+
+
+def seconds(time_ns: int) -> str:
+    """Return a time in seconds, exactly.
+
+    >>> seconds(2_240_000_000), seconds(250_000), seconds(0)
+    ('2.24 s', '0.00025 s', '0 s')
+    """
+    whole, rest = divmod(time_ns, 1_000_000_000)
+    return f"{whole}.{rest:09d}".rstrip("0").rstrip(".") + " s"
+
+
+def summary(
+    tally: Tally,
+    period_ns: int,
+    wall_ns: int,
+    pacer: Pacer,
+    trace: Path | None,
+    hints: Sequence[str] = (),
+    stubs: Sequence[str] = (),
+    sequences: Sequence[str] = (),
+) -> str:
+    """Return the closing summary of a run."""
+    lines = [
+        f"{title if first else '':<{WIDTH}}{line}"
+        for title, paragraph in (
+            ("scans", _scans(tally.scans, wall_ns)),
+            ("machine time", _machine_time(tally.scans * period_ns, wall_ns)),
+            ("overruns", _overruns(pacer)),
+            ("late scans", _late_scans(pacer)),
+            ("moves", _moves(tally)),
+            ("errors", _errors(tally)),
+            ("every start", _start(tally)),
+            ("sequences", iter(sequences)),
+            ("stubs", iter(stubs)),
+            ("hints", iter(hints)),
+            ("trace", _trace(trace)),
+        )
+        for first, line in ((index == 0, text) for index, text in enumerate(paragraph))
+    ]
+    return "\n".join(lines)
+
+
+def summary_row(run: JobRun, tally: Tally, took_ns: int, trace: Path | None) -> dict[str, object]:
+    """Return the summary for --json; times are in ns."""
+    cpu = run.cpu
+    fault = cpu.fault and {"scan": cpu.fault.scan, "now_ns": cpu.fault.now_ns, **cpu.fault.fields}
+    moves = [
+        {"slot": slot, "kind": kind, "outcome": outcome, "count": count}
+        for (slot, kind, outcome), count in tally.moves.items()
+    ]
+    return {
+        "scans": tally.scans,
+        "time_ns": tally.scans * cpu.period_ns,
+        "took_ns": took_ns,
+        "overruns": cpu.pacer.overruns,
+        "worst_late_ns": cpu.pacer.worst_late_ns,
+        "fault": fault,
+        "moves": moves,
+        "errors": _rows(tally.errors),
+        "every_start": _rows(tally.of_start),
+        "sequences": run.steps,
+        "stubs": run.stubs,
+        "hints": run.hints.sentences(),
+        "trace": None if trace is None else str(trace),
+    }
+
+
+def _rows(seen: Mapping[tuple[JsonValue, JsonValue], SeenError]) -> list[dict[str, object]]:
+    """Return errors for --json."""
+    return [
+        {"slot": slot, "rule": rule, "text": error.sentence, "count": error.count}
+        for (slot, rule), error in seen.items()
+    ]
+
+
+def _scans(scans: int, wall_ns: int) -> Iterator[str]:
+    rate = scans * 1_000_000_000 // max(wall_ns, 1)
+    yield f"{scans:,} ({rate:,} per second)"
+
+
+def _machine_time(machine_ns: int, wall_ns: int) -> Iterator[str]:
+    yield f"{seconds(machine_ns)}, run in {wall_ns / 1e9:.3g} s"
+
+
+def _overruns(pacer: Pacer) -> Iterator[str]:
+    if not pacer.free:
+        yield f"{pacer.overruns:,}; latest scan {pacer.worst_late_ns / 1e6:.3g} ms after it was due"
+
+
+def _late_scans(pacer: Pacer) -> Iterator[str]:
+    """Tell how many scans began late, by size."""
+    if pacer.free:
+        return
+    late, scans = sum(pacer.late[1:]), sum(pacer.late)
+    yield f"{late:,} of {scans:,} ({late / max(scans, 1):.2%})" if late else "none"
+    bounds = [f"{bound_ns / 1e6:g} ms" for bound_ns in LATE_FROM_NS]
+    for count, lowest, next_up in zip(pacer.late[1:], bounds, [*bounds[1:], None], strict=True):
+        if count:
+            yield f"  {count:,} by {lowest} " + ("or more" if next_up is None else f"to {next_up}")
+
+
+def _moves(tally: Tally) -> Iterator[str]:
+    yield f"{tally.moves.total():,}" if tally.moves else "none"
+    for (slot, kind, outcome), count in tally.moves.items():
+        yield f"  {_of(slot, tally)}{count:,} {move_wording(kind, outcome)}"
+
+
+def _errors(tally: Tally) -> Iterator[str]:
+    total = sum(error.count for error in tally.errors.values())
+    yield f"{total:,}" if total else "none"
+    for (slot, _), error in tally.errors.items():
+        often = f", {error.count:,} times in all" if error.count > 1 else ""
+        yield f"  {_of(slot, tally)}{error.sentence}{often}"
+
+
+def _start(tally: Tally) -> Iterator[str]:
+    """Tell what every start brings; it is not among the errors."""
+    for (slot, _), seen in tally.of_start.items():
+        yield f"{_of(slot, tally)}{seen.sentence}"
+
+
+def _of(slot: JsonValue, tally: Tally) -> str:
+    return f"slot {slot}, " if tally.slots > 1 else ""
+
+
+def _trace(trace: Path | None) -> Iterator[str]:
+    if trace is None:
+        yield "not recorded"
+    else:
+        yield f"{trace} ({trace.stat().st_size:,} bytes)"

@@ -1,0 +1,1 @@
+"""Commands for recordings: show, query, compare, export, plot, repair, replay, rerun."""

@@ -1,0 +1,131 @@
+"""`scanrack plot TRACE`: a timing chart as a page that zooms, or as a PNG or SVG picture."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Annotated, NamedTuple
+
+import typer
+
+from ...terminal.complaints import reported_mistakes
+from ...terminal.terminal import say
+from ...terminal.trace_options import (
+    QuietOption,
+    ScansOption,
+    TimeOption,
+    itself,
+    reading,
+    selection,
+    tell_notes,
+)
+from ...traces.files.guard import (
+    PAGE,
+    PNG,
+    SVG,
+    check_output,
+)
+from ...traces.plot import (
+    Envelope,
+    read_chart,
+    save_figure,
+    save_page,
+)
+from ...traces.read.reader import Trace, open_trace
+from ...traces.signals import Selection
+
+_KINDS = {".png": PNG, ".svg": SVG, ".html": PAGE, ".htm": PAGE}
+"""What is drawn, by the suffix of its file."""
+
+
+def _plot_command(
+    trace: Annotated[Path, typer.Argument(help="The trace to draw, an MCAP file.", show_default=False)],
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out",
+            "-o",
+            metavar="OUT",
+            help="Where to: .html, .png or .svg.",
+            show_default="beside the trace, as .html",
+        ),
+    ] = None,
+    slot: Annotated[
+        list[int] | None,
+        typer.Option("--slot", metavar="N", help="Only this slot; may be repeated.", show_default="all"),
+    ] = None,
+    tag: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--tag",
+            metavar="PATTERN",
+            help="Only recorded tags of this name, such as 'Dwell.*'; may be repeated.",
+            show_default="as many as there is room for; none with --slot",
+        ),
+    ] = None,
+    title: Annotated[
+        str | None, typer.Option("--title", help="What to write above it.", show_default="the rack's name")
+    ] = None,
+    scans: ScansOption = None,
+    time: TimeOption = None,
+    quiet: QuietOption = False,
+) -> None:
+    """Draw a timing chart: position, speed, ramp state, the bits that change, and recorded tags.
+
+    An HTML page needs nothing but a browser, holds every scan and zooms with the wheel; .png and .svg
+    need matplotlib: pip install 'scanrack[plot]'.
+
+    Example: scanrack plot run.mcap --out run.png --time 1.5s:3s
+
+    Exit status: 0 done, 2 the trace or an option can't be used, 3 the file can't be written.
+    """
+    with reported_mistakes():
+        wanted = selection(scans, time)
+        target = trace.with_suffix(".html") if out is None else out
+        kind = target.suffix.lower()
+        if kind not in _KINDS:
+            allowed = ", ".join(_KINDS)
+            raise ValueError(f"{target}: the file's suffix says what to draw: {allowed}")
+        check_output(target, _KINDS[kind], itself(trace))
+        with open_trace(trace) as opened, reading(opened, wanted, quiet=quiet) as progress:
+            shown = _Shown(slot or (), tag or (), title)
+            left_out = _draw(opened, target, wanted, shown, progress)
+        if not quiet:
+            say(f"{target}: {target.stat().st_size:,} bytes")
+            if left_out:
+                many = "tag is" if left_out == 1 else "tags are"
+                say(f"{left_out:,} recorded {many} not drawn; --tag chooses", err=True)
+        tell_notes(opened)
+
+
+class _Shown(NamedTuple):
+    """What a chart is to show.
+
+    Attributes:
+        slots: numbers of the slots; none at all for all.
+        tags: patterns of the tags; none at all for those that there is room for.
+        title: what to write above it; None = the rack's name.
+    """
+
+    slots: Sequence[int]
+    tags: Sequence[str]
+    title: str | None
+
+
+def _draw(
+    trace: Trace, target: Path, wanted: Selection, shown: _Shown, progress: Callable[[int], None]
+) -> int:
+    """Draw a chart; return how many values of recorded tags are not on it."""
+    slots, tags, title = shown
+    if _KINDS[target.suffix.lower()] is PAGE:
+        return save_page(
+            trace, target, wanted, slots=slots, tags=tags, title=title, progress=progress
+        ).left_out
+    chart = read_chart(trace, Envelope, wanted, slots=slots, tags=tags, title=title, progress=progress)
+    save_figure(chart, target)
+    return chart.left_out
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command("plot", no_args_is_help=True)(_plot_command)

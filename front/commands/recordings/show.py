@@ -1,0 +1,339 @@
+"""`scanrack show TRACE`: a trace as text - its head, what happened, the scans in which something changed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import asdict
+from io import StringIO
+from itertools import islice
+from pathlib import Path
+from typing import Annotated, Generic, TypeVar
+
+import typer
+from rich.console import Console
+from rich.measure import Measurement
+from rich.table import Table
+
+from ...jobs.trust.extracting import attached_files, extract
+from ...terminal.as_json import JsonOption, say_json
+from ...terminal.complaints import reported_mistakes
+from ...terminal.status import DONE
+from ...terminal.tables import Cells
+from ...terminal.terminal import on_a_line, say
+from ...terminal.trace_options import ScansOption, TimeOption, selection
+from ...traces.format.flags import flag_names
+from ...traces.read.arrays import extent, scan_count
+from ...traces.read.changes import Changes, Row
+from ...traces.read.event_text import describe
+from ...traces.read.image_text import seconds
+from ...traces.read.reader import Trace, TraceEvent, open_trace
+from ...traces.read.sections import Section
+from ...traces.read.tag_text import TagText
+from ...traces.signals import ALL, Selection
+
+CHECKED_BYTES = 256 * 1024 * 1024
+"""Up to this size the CRC of a trace is checked though not all of it is to be printed."""
+
+T = TypeVar("T")
+
+
+def show(
+    trace: Path,
+    *,
+    every: bool = False,
+    limit: int | None = None,
+    wanted: Selection = ALL,
+    as_json: bool = False,
+) -> None:
+    """Print a trace.
+
+    Args:
+        trace: its path.
+        every: a row for every change, not only where more than position and counts changed.
+        limit: most rows and most events to print; None = all.
+        wanted: which scans to print, and which events.
+        as_json: print one JSON object.
+
+    Raises:
+        TraceError: it can't be read.
+    """
+    with open_trace(trace) as opened:
+        contents = Contents(opened, every=every, limit=limit, wanted=wanted)
+        if opened.size <= CHECKED_BYTES or not contents.rows.stopped:
+            opened.check_data()
+        if as_json:
+            say_json(_as_json(trace, opened, contents))
+            return
+        for block in _blocks(trace, opened, contents):
+            print_block(block)
+
+
+class Capped(Generic[T]):
+    """Keeps so many of the things it is given, and counts the others.
+
+    Args:
+        limit: how many it keeps; None = all.
+
+    Attributes:
+        kept: the first of them.
+        more: how many more there were.
+        stopped: whether there may be more, which was not read.
+    """
+
+    def __init__(self, limit: int | None) -> None:
+        self.kept: list[T] = []
+        self.more = 0
+        self.stopped = False
+        self._limit = limit
+
+    @property
+    def full(self) -> bool:
+        """Whether it has as many as it keeps."""
+        return self._limit is not None and len(self.kept) >= self._limit
+
+    def add(self, things: Iterable[T]) -> None:
+        """Keep or count them."""
+        rest = iter(things)
+        room = None if self._limit is None else self._limit - len(self.kept)
+        self.kept.extend(islice(rest, room))
+        self.more += sum(1 for _ in rest)
+
+
+ASIDE = frozenset({"/indicators", "/texts"})
+"""Topics that are printed with --every only: the status bits and tags show the same."""
+
+
+class Contents:
+    """What is to be printed of a trace, found in one pass over it, which ends when the limit is reached.
+
+    Attributes:
+        count: how many scans there are, in the asked-for range or not.
+        first: number of the first of them.
+        last: number of the last.
+        end_ns: virtual time of the last.
+        rows: rows of the table, in the range.
+        events: events, likewise.
+    """
+
+    def __init__(self, trace: Trace, *, every: bool, limit: int | None, wanted: Selection = ALL) -> None:
+        self.rows: Capped[Row] = Capped(limit)
+        self.events: Capped[TraceEvent] = Capped(limit)
+        self._wanted = wanted
+        self._every = every
+        self._scans = 0
+        tags = None if trace.head.tags is None else TagText(trace.head.tags, trace.texts(), every=every)
+        self._changes = Changes(trace.head.slots, flag_names, every=every, tags=tags)
+        for section in trace.sections:
+            if self.events.full and self.rows.full:
+                self.events.stopped = self.rows.stopped = True
+                break
+            if self.rows.full and trace.shape.only_scans(section):
+                self.rows.stopped = True
+            else:
+                self._read(trace, section)
+        if not self.rows.full:
+            self.rows.add(self._changes.rest())
+        self.count: int = scan_count(trace) if self.rows.stopped else self._scans
+        self.first: int = 0
+        self.last: int = 0
+        self.end_ns: int = 0
+        if self.count:
+            ends = extent(trace)
+            self.first, self.last = ends.scan.tolist()
+            self.end_ns = int(ends.time_ns[-1])
+
+    def _read(self, trace: Trace, section: Section) -> None:
+        for entry in trace.entries(section):
+            if isinstance(entry, TraceEvent):
+                if self._wanted.has(entry.scan, entry.now_ns) and (self._every or entry.topic not in ASIDE):
+                    self.events.add([entry])
+            else:
+                self._scans += len(entry)
+                inside = self._wanted.has(entry["scan"], entry["log_time"])
+                self.rows.add(self._changes.rows_of(entry, inside, trace.as_scans))
+
+
+def _blocks(path: Path, trace: Trace, contents: Contents) -> Iterator[str | Table]:
+    """Yield all that is printed, in order."""
+    head = trace.head
+    attachments = {attachment.name: f"{len(attachment.data):,} bytes" for attachment in trace.attachments()}
+    yield f"{path}: {trace.size:,} bytes, written by {head.library}"
+    for note in trace.notes:
+        yield f"note: {note}"
+    yield _scans_line(contents)
+    yield from ("", _slot_table(trace), "", _pairs_table(head.metadata))
+    yield from ("", _pairs_table({f"attached: {name}": size for name, size in attachments.items()}))
+    yield ""
+    yield from story(contents)
+
+
+def _as_json(path: Path, trace: Trace, contents: Contents) -> dict[str, object]:
+    """Return all that is printed for --json; `more` is null where reading stopped at the limit."""
+    head = trace.head
+    return {
+        "trace": str(path),
+        "bytes": trace.size,
+        "library": head.library,
+        "notes": trace.notes,
+        "metadata": head.metadata,
+        "slots": [
+            {"number": slot.number, "module": slot.module, "firmware": slot.firmware} for slot in head.slots
+        ],
+        "attached": {each.name: len(each.data) for each in trace.attachments()},
+        "scans": contents.count,
+        "first": contents.first,
+        "last": contents.last,
+        "end_ns": contents.end_ns,
+        "events": [
+            {**asdict(each), "text": describe(each.topic, each.scan, each.fields)}
+            for each in contents.events.kept
+        ],
+        "more_events": None if contents.events.stopped else contents.events.more,
+        "changes": [asdict(row) for row in contents.rows.kept],
+        "more_changes": None if contents.rows.stopped else contents.rows.more,
+    }
+
+
+def story(contents: Contents) -> Iterator[str | Table]:
+    """Yield what happened and what changed."""
+    yield "What happened"
+    yield _event_table(contents.events.kept) if contents.events.kept else "nothing beside the scans"
+    yield from _more(contents.events, "events")
+    yield from ("", "What changed")
+    yield _row_table(contents.rows.kept) if contents.rows.kept else "nothing"
+    yield from _more(contents.rows, "rows")
+
+
+def _scans_line(contents: Contents) -> str:
+    if not contents.count:
+        return "no scans"
+    return (
+        f"{contents.count:,} scans, {contents.first} to {contents.last}, "
+        f"up to {seconds(contents.end_ns)} s of machine time"
+    )
+
+
+def _more(capped: Capped[T], what: str) -> Iterator[str]:
+    if capped.stopped:
+        yield f"... and maybe more {what}: it stopped at the limit"
+    elif capped.more:
+        yield f"... and {capped.more:,} more {what}"
+
+
+def _slot_table(trace: Trace) -> Table:
+    table = new_table("slot>", "module", "firmware")
+    for slot in trace.head.slots:
+        table.add_row(str(slot.number), slot.module or "-", slot.firmware or "-")
+    return table
+
+
+def _pairs_table(pairs: Mapping[str, str]) -> Table:
+    table = new_table("", "")
+    table.show_header = False
+    for name, value in pairs.items():
+        if not name.startswith("slot"):  # they have a table of their own
+            table.add_row(name, value)
+    return table
+
+
+def _event_table(events: Iterable[TraceEvent]) -> Table:
+    table = new_table("scan>", "time s>", "slot>", "what")
+    for event in events:
+        slot = event.fields.get("slot", "")
+        text = describe(event.topic, event.scan, event.fields)
+        table.add_row(str(event.scan), seconds(event.now_ns), str(slot), text)
+    return table
+
+
+def _row_table(rows: Iterable[Row]) -> Table:
+    table = new_table("scan>", "time s>", "slot>", "", "position>", "encoder>", "what")
+    for row in rows:
+        table.add_row(
+            "" if row.scan is None else str(row.scan),
+            "" if row.now_ns is None else seconds(row.now_ns),
+            "" if row.slot is None else str(row.slot),
+            row.direction,
+            "" if row.position is None else f"{row.position:,}",
+            "" if row.encoder is None else f"{row.encoder:,}",
+            row.text,
+        )
+    return table
+
+
+def new_table(*titles: str) -> Table:
+    """Return an empty table; a title that ends in ">" is of a column of numbers."""
+    table = Cells(box=None, pad_edge=False, padding=(0, 2, 0, 0))
+    for title in titles:
+        if title.endswith(">"):
+            table.add_column(title[:-1], justify="right", no_wrap=True)
+        else:
+            table.add_column(title, overflow="fold")
+    return table
+
+
+def print_block(block: str | Table) -> None:
+    """Print to a terminal in its width; to anything else in plain lines as long as they need to be."""
+    console = Console(highlight=False, markup=False, emoji=False)
+    if isinstance(block, str):
+        say(on_a_line(block))
+    elif console.is_terminal:
+        console.print(block)
+    else:
+        say("\n".join(plain_lines(block)))
+
+
+def plain_lines(block: str | Table) -> list[str]:
+    """Return a block as lines as long as they need to be."""
+    if isinstance(block, str):
+        return [block]
+    console = Console(color_system=None, highlight=False, markup=False, emoji=False)
+    width = Measurement.get(console, console.options.update(width=1_000_000), block).maximum
+    plain = Console(
+        file=StringIO(), width=width, color_system=None, highlight=False, markup=False, emoji=False
+    )
+    with plain.capture() as capture:
+        plain.print(block)
+    return [line.rstrip() for line in capture.get().splitlines()]
+
+
+def _show_command(
+    trace: Annotated[Path, typer.Argument(help="The trace to print, an MCAP file.", show_default=False)],
+    every: Annotated[
+        bool, typer.Option("--every", help="A row for every change, those of position and counts included.")
+    ] = False,
+    limit: Annotated[
+        int | None,
+        typer.Option("--limit", min=0, help="Most rows and most events to print.", show_default="all"),
+    ] = None,
+    scans: ScansOption = None,
+    time: TimeOption = None,
+    folder: Annotated[
+        Path | None,
+        typer.Option(
+            "--extract",
+            metavar="FOLDER",
+            help="Write the files that came with it there: program, rack file, map of words.",
+            show_default=False,
+        ),
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Print a trace: its head, its slots, what happened, and the scans in which something changed.
+
+    Bits that rose are shown as +NAME, bits that fell as -NAME. Scans in which only the position or
+    encoder count changed are counted, unless --every is given. A trace whose process was killed is
+    shown up to its last whole chunk. With --extract the files it was made of are written out and
+    named, and nothing else is printed. Exit status 2 if the file can't be read, 3 if none can be written.
+    """
+    if folder is not None:
+        with reported_mistakes(), open_trace(trace) as opened:
+            for path in extract(attached_files(opened), folder):
+                say(path)
+        raise typer.Exit(DONE)
+    with reported_mistakes():
+        show(trace, every=every, limit=limit, wanted=selection(scans, time), as_json=as_json)
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command("show", no_args_is_help=True)(_show_command)

@@ -1,0 +1,64 @@
+"""`scanrack drive TARGET`: one module on the bench, JSON in, JSON out, in virtual time."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterable
+from typing import Annotated, TextIO
+
+import typer
+
+from ...io_images.addresses import allowed
+from ...jobs.drive.requests import RequestError
+from ...jobs.drive.targets import BENCHES, Answer
+from ...terminal.status import BAD_INPUT, DONE, complain
+
+
+def bench_for(target: str) -> Answer:
+    """Return what answers the lines of a session with a target, by its name."""
+    return BENCHES[target]()
+
+
+def converse(answer: Answer, lines: Iterable[str], out: TextIO) -> int:
+    """Answer each line with one line; return the exit status: 2 if any request was refused, else 0.
+
+    Empty lines are passed over. A refused request changes nothing, and the session goes on.
+    """
+    status = DONE
+    for number, line in enumerate(lines, start=1):
+        if not line.strip():
+            continue
+        try:
+            reply = answer(line)
+        except RequestError as error:
+            reply = {"error": str(error), "line": number}
+            status = BAD_INPUT
+        out.write(json.dumps(reply) + "\n")
+        out.flush()
+    return status
+
+
+def drive(
+    target: Annotated[
+        str,
+        typer.Argument(
+            metavar="TARGET", help=f"What sits on the bench: {', '.join(BENCHES)}.", show_default=False
+        ),
+    ],
+) -> None:
+    """Put one module on the bench: one JSON request per line in, one JSON reply per line out.
+
+    Time is virtual and never waits; the same input gives the same output, byte for byte.
+    Exit status 2 if any request was refused. The protocol is described in docs/drive.md.
+    """
+    if target not in BENCHES:
+        raise typer.Exit(complain(f"there is no target {target!r}: {allowed(target, BENCHES)}", BAD_INPUT))
+    if sys.stdin is None:
+        raise typer.Exit(complain("there are no requests: standard input is closed", BAD_INPUT))
+    raise typer.Exit(converse(bench_for(target), sys.stdin, sys.stdout))
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command(no_args_is_help=True)(drive)

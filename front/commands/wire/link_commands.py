@@ -1,0 +1,239 @@
+"""Shared by the commands for real controllers: messages of faults, and the progress of a move."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import closing, contextmanager
+from dataclasses import dataclass
+from threading import Event
+from typing import Annotated, Protocol, TypeVar
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, TextColumn
+from rich.progress import Progress as Bar
+
+from ...runtime.line.clients.link import (
+    ANSWER_RANGE_S,
+    ANSWER_S,
+    Link,
+    LinkError,
+    Progress,
+    SerialLink,
+    TcpLink,
+)
+from ...runtime.line.clients.watching import LostSightError, try_to_stop
+from ...runtime.line.ports import Stop
+from ...runtime.line.wire import LineFormat
+from ...runtime.loop.pace import interrupted_by, stopping_on_interrupt
+from ...terminal.complaints import reported_mistakes
+from ...terminal.status import INTERRUPTED, NO, complain
+from ...terminal.tables import Cells
+from ...terminal.terminal import say
+from .serve import socket_address
+
+PortOption = Annotated[
+    str | None, typer.Option("--port", metavar="DEV", help="Serial port, such as /dev/ttyUSB0 or COM3.")
+]
+NameArgument = Annotated[str, typer.Argument(metavar="NAME", show_default=False)]
+ValueArgument = Annotated[int, typer.Argument(metavar="VALUE", show_default=False)]
+StepsArgument = Annotated[int, typer.Argument(metavar="STEPS", show_default=False)]
+SpeedOption = Annotated[
+    int | None, typer.Option("--speed", metavar="V", help="Maximum speed, steps/s; as it is without.")
+]
+
+TimeoutOption = Annotated[
+    float,
+    typer.Option(
+        "--timeout",
+        metavar="SECONDS",
+        help=f"How long an answer may take, {ANSWER_RANGE_S[0]:g} to {ANSWER_RANGE_S[1]:g}.",
+    ),
+]
+TIMEOUT_S = ANSWER_S
+"""Default of --timeout."""
+
+REOPENINGS = 6
+"""How often a line that was lost during a motion is opened again to stop the motor."""
+
+REOPEN_S = 0.5
+"""Time between two of them."""
+
+
+class Mover(Protocol):
+    """A client of something that moves."""
+
+    @property
+    def position(self) -> int:
+        """Where it is, steps."""
+        ...
+
+    def move(self, steps: int, progress: Progress) -> int:
+        """Move over so many steps and wait for the end; return the position."""
+        ...
+
+    def stop(self) -> None:
+        """Stop at once."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where a controller is, as the options before the command say.
+
+    Attributes:
+        port: serial port, None = none is named.
+        tcp: HOST:PORT, None = none is named.
+        address: of the controller on its line.
+        answer_s: how long an answer may take.
+    """
+
+    port: str | None
+    tcp: str | None
+    address: int
+    answer_s: float
+
+
+Client = TypeVar("Client", bound=Mover)
+
+
+def open_link(port: str | None, tcp: str | None, line_format: LineFormat) -> Link:
+    """Open the line that --port or --tcp names.
+
+    Raises:
+        ValueError: not one line is named.
+        LinkError: it can't be opened.
+    """
+    if port is not None and tcp is None:
+        return SerialLink(port, line_format)
+    if tcp is not None and port is None:
+        return TcpLink(*socket_address(tcp))
+    raise ValueError("give one of --port DEV and --tcp HOST:PORT before the command")
+
+
+@contextmanager
+def opened_client(
+    place: Place, line_format: LineFormat, client_on: Callable[[Link], Client]
+) -> Iterator[Client]:
+    """Open the line to a controller within the context; print a fault of it, and end.
+
+    If the line is lost while the motor moves, it is opened again to stop it.
+
+    Args:
+        place: names the line.
+        line_format: of the line.
+        client_on: makes the client of a link.
+    """
+
+    def opened() -> Link:
+        return open_link(place.port, place.tcp, line_format)
+
+    with reported_faults():
+        try:
+            with closing(opened()) as link:
+                yield client_on(link)
+        except LostSightError as lost:
+            if lost.stopped or not _stopped_anew(lambda: _stop_once(opened, client_on)):
+                raise
+            raise LostSightError(lost.why, stopped=True, received=lost.received) from lost
+
+
+def _stop_once(opened: Callable[[], Link], client_on: Callable[[Link], Mover]) -> None:
+    with closing(opened()) as link:
+        client_on(link).stop()
+
+
+def _stopped_anew(stop: Callable[[], None]) -> bool:
+    """Try to stop the motor over a new line until the controller answers; return whether it has."""
+    for _ in range(REOPENINGS):
+        if try_to_stop(stop):
+            return True
+        Event().wait(REOPEN_S)
+    return False
+
+
+def show_state(rows: Iterable[tuple[str, str]]) -> None:
+    """Print names and values below each other."""
+    table = Cells(box=None, show_header=False, pad_edge=False)
+    for name, value in rows:
+        table.add_row(name, value)
+    Console().print(table)
+
+
+def travel(client: Mover, steps: int, *, quiet: bool) -> None:
+    """Move over so many steps, show how far it has come, and print the position; Ctrl-C stops the motor.
+
+    Raises:
+        ValueError: so many steps are not allowed.
+        LinkError: it was not done.
+    """
+    start = client.position
+    with (
+        stopped_by_interrupt(client.stop) as look,
+        shown_travel(start, start + steps, look, quiet=quiet) as progress,
+    ):
+        position = client.move(steps, progress)
+    say(position)
+
+
+@contextmanager
+def reported_faults() -> Iterator[None]:
+    """Print a mistake or a fault of the line on standard error, and end."""
+    with reported_mistakes():
+        try:
+            yield
+        except LinkError as error:
+            raise typer.Exit(complain(str(error), NO)) from None
+
+
+@contextmanager
+def stopped_by_interrupt(stop: Callable[[], None]) -> Iterator[Callable[[], None]]:
+    """Stop the motor on Ctrl-C, and say so; yield a function that checks for Ctrl-C.
+
+    An exchange is not broken off: the line would have to fall silent before the stop can be sent.
+
+    Raises:
+        LostSightError: the controller does not answer the stop.
+    """
+    interrupt = Stop()
+
+    def look() -> None:
+        if interrupt.asked:
+            raise KeyboardInterrupt
+
+    try:
+        with stopping_on_interrupt(interrupt.ask, look.__code__):
+            yield look
+    except KeyboardInterrupt:
+        if not try_to_stop(stop):
+            raise LostSightError(interrupted_by(), stopped=False) from None
+        raise typer.Exit(complain(f"{interrupted_by()}: the motor was stopped", INTERRUPTED)) from None
+
+
+@contextmanager
+def shown_travel(
+    start: int, target: int | None, each: Callable[[], None], *, quiet: bool
+) -> Iterator[Progress]:
+    """Show the progress of a motion, if standard error is a terminal; yield what takes positions.
+
+    Args:
+        start: position at the start.
+        target: where it should end, None if that is not known.
+        each: called with every position, and once before the first.
+        quiet: show nothing.
+    """
+    each()
+    console = Console(stderr=True)
+    if quiet or not console.is_terminal:
+        yield lambda _: each()
+        return
+    columns = TextColumn("position"), BarColumn(), TextColumn("{task.fields[position]:,}")
+    with Bar(*columns, console=console) as bar:
+        total = None if target is None else abs(target - start)
+        task = bar.add_task("", total=total, position=start)
+
+        def told(position: int) -> None:
+            bar.update(task, completed=abs(position - start), position=position)
+            each()
+
+        yield told

@@ -1,0 +1,199 @@
+"""`scanrack pcl601`: a real PCL601 on a serial port or a network, or a simulated one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ...io_images.pcl601 import Code
+from ...io_images.pcl601.errors import CAUSES
+from ...runtime.controllers.pcl601.controller import Protocol
+from ...runtime.controllers.pcl601.line import FORMATS
+from ...runtime.controllers.pcl601.program import read_program
+from ...runtime.line.clients.link import Link
+from ...runtime.line.clients.modbus import RtuLine, TcpLine
+from ...runtime.line.clients.pcl601 import READABLE, Pcl601Client
+from ...terminal.terminal import say
+from ...terminal.trace_options import QuietOption
+from .link_commands import (
+    TIMEOUT_S,
+    NameArgument,
+    Place,
+    PortOption,
+    SpeedOption,
+    StepsArgument,
+    TimeoutOption,
+    ValueArgument,
+    opened_client,
+    reported_faults,
+    show_state,
+    shown_travel,
+    stopped_by_interrupt,
+    travel,
+)
+
+app = typer.Typer(
+    help="Talk to a PCL601 over Modbus.\n\nExample: scanrack pcl601 --port /dev/ttyUSB0 --unit 1 move 2000",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+)
+programs = typer.Typer(
+    help="Stored programs; see also scanrack pclt.", no_args_is_help=True, rich_markup_mode=None
+)
+app.add_typer(programs, name="program")
+
+NO_DOWNLOAD = (
+    "how a program is written into a PCL601 is not documented: load it with the maker's tool, "
+    "or into the simulated controller with scanrack serve pcl601 --program"
+)
+
+
+@contextmanager
+def client_at(context: typer.Context) -> Iterator[Pcl601Client]:
+    """Open the line that the group's options name; complain if that fails."""
+    place: Place
+    place, rtu_over_tcp = context.obj
+
+    def client_on(link: Link) -> Pcl601Client:
+        in_rtu = place.tcp is None or rtu_over_tcp
+        line = RtuLine(link, place.answer_s) if in_rtu else TcpLine(link, place.answer_s)
+        return Pcl601Client(line, place.address)
+
+    with opened_client(place, FORMATS[Protocol.MODBUS], client_on) as client:
+        yield client
+
+
+@app.callback()
+def _place(
+    context: typer.Context,
+    port: PortOption = None,
+    tcp: Annotated[
+        str | None, typer.Option("--tcp", metavar="HOST:PORT", help="Modbus TCP instead of a serial port.")
+    ] = None,
+    rtu_over_tcp: Annotated[
+        bool, typer.Option("--rtu-over-tcp", help="With --tcp: the serial line's own bytes.")
+    ] = False,
+    unit: Annotated[int, typer.Option("--unit", metavar="N", help="Its address, 1 to 99.")] = 1,
+    timeout: TimeoutOption = TIMEOUT_S,
+) -> None:
+    context.obj = Place(port, tcp, unit, timeout), rtu_over_tcp
+
+
+@app.command()
+def status(context: typer.Context) -> None:
+    """Show position, motion, errors, inputs, outputs and all registers."""
+    with client_at(context) as client:
+        show_state(_state(client))
+
+
+def _state(client: Pcl601Client) -> Iterator[tuple[str, str]]:
+    yield "motion", "moving" if client.busy else "idle"
+    errors = client.errors
+    yield "errors", "; ".join(f"{error.name}: {CAUSES[error]}" for error in errors) or "-"
+    yield "inputs active", f"{client.inputs:b}"
+    yield "outputs on", f"{client.outputs:08b}"
+    yield "firmware", client.firmware
+    for name, row in READABLE.items():
+        if name not in ("command", "busy", "error_code", "firmware"):
+            yield name, f"{client.read(name):,}  ({row.meaning})"
+
+
+@app.command()
+def read(context: typer.Context, name: NameArgument) -> None:
+    """Print one register, such as position or base_speed."""
+    with client_at(context) as client:
+        say(client.firmware if name == "firmware" else client.read(name))
+
+
+@app.command("set")
+def set_register(
+    context: typer.Context,
+    name: NameArgument,
+    value: ValueArgument,
+) -> None:
+    """Set a register; a negative VALUE goes after --."""
+    with client_at(context) as client:
+        client.set(name, value)
+
+
+@app.command()
+def output(
+    context: typer.Context,
+    number: Annotated[int, typer.Argument(metavar="N", show_default=False)],
+    on: Annotated[bool, typer.Option("--on/--off")] = True,
+) -> None:
+    """Switch output N, 1 to 8."""
+    with client_at(context) as client:
+        client.set_output(number, on)
+
+
+@app.command()
+def move(
+    context: typer.Context,
+    steps: StepsArgument,
+    speed: SpeedOption = None,
+    quiet: QuietOption = False,
+) -> None:
+    """Move over STEPS and wait for the end; a negative number goes after --.
+
+    Ctrl-C stops the motor at once.
+
+    Example: scanrack pcl601 --tcp 192.168.0.9:502 move --speed 4000 -- -2000
+    """
+    with client_at(context) as client:
+        if speed is not None:
+            client.set("max_speed", speed)
+        travel(client, steps, quiet=quiet)
+
+
+@app.command()
+def home(
+    context: typer.Context,
+    kind: Annotated[int, typer.Option("--type", metavar="0|1", help="The manual's home type.")] = 1,
+    quiet: QuietOption = False,
+) -> None:
+    """Look for the home switch; Ctrl-C stops the motor at once."""
+    with client_at(context) as client, stopped_by_interrupt(client.stop) as look:
+        with shown_travel(client.position, None, look, quiet=quiet) as progress:
+            position = client.home(kind, progress)
+        say(position)
+
+
+@app.command()
+def stop(context: typer.Context) -> None:
+    """Stop motion and program at once."""
+    with client_at(context) as client:
+        client.stop()
+
+
+@app.command()
+def clear(context: typer.Context) -> None:
+    """Clear the error register."""
+    with client_at(context) as client:
+        client.clear()
+
+
+@programs.command("run")
+def run_program(context: typer.Context) -> None:
+    """Start the stored program."""
+    with client_at(context) as client:
+        client.command(Code.RUN_PROGRAM)
+
+
+@programs.command("write")
+def write(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="The program.", show_default=False)],
+) -> None:
+    """Check a program; writing it into a controller is not documented."""
+    with reported_faults():
+        steps = len(read_program(file).steps)
+        raise ValueError(f"{file} is a good program of {steps} instructions, but {NO_DOWNLOAD}")
+
+
+def register(application: typer.Typer) -> None:
+    """Add the command to the application."""
+    application.add_typer(app, name="pcl601")

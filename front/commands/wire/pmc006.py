@@ -1,0 +1,242 @@
+"""`scanrack pmc006`: a real PMC006x3s on a serial port or behind a serial server, or a simulated one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from enum import IntFlag
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ...io_images.input_files import read_checked
+from ...io_images.pmc006.program import UserProgram, assemble
+from ...io_images.pmc006.status import Level
+from ...io_images.text_limits import Text
+from ...runtime.line.clients.link import Link
+from ...runtime.line.clients.pmc006 import (
+    BY_ZERO,
+    READABLE,
+    SETTABLE,
+    Pmc006Client,
+)
+from ...runtime.line.pmc006_frames import LINE_FORMAT
+from ...terminal.status import complain
+from ...terminal.terminal import say
+from ...terminal.trace_options import QuietOption
+from .link_commands import (
+    TIMEOUT_S,
+    NameArgument,
+    Place,
+    PortOption,
+    SpeedOption,
+    StepsArgument,
+    TimeoutOption,
+    ValueArgument,
+    opened_client,
+    reported_faults,
+    show_state,
+    shown_travel,
+    stopped_by_interrupt,
+    travel,
+)
+
+app = typer.Typer(
+    help="Talk to a PMC006x3s on a serial port.\n\n"
+    "Example: scanrack pmc006 --port /dev/ttyUSB0 --address 1 move 2000",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+)
+programs = typer.Typer(help="User programs.", no_args_is_help=True, rich_markup_mode=None)
+app.add_typer(programs, name="program")
+
+NO_DOWNLOAD = (
+    "the frames that write a program into a PMC006 are not documented: load it with the maker's tool, "
+    "or into the simulated controller with scanrack serve pmc006 --program"
+)
+
+
+@contextmanager
+def client_at(context: typer.Context) -> Iterator[Pmc006Client]:
+    """Open the port that the group's options name; complain if that fails."""
+    place: Place
+    place, by_zero = context.obj
+
+    def client_on(link: Link) -> Pmc006Client:
+        return Pmc006Client(link, place.address, answer_s=place.answer_s, by_zero=by_zero)
+
+    with opened_client(place, LINE_FORMAT, client_on) as client:
+        yield client
+
+
+@app.callback()
+def _place(
+    context: typer.Context,
+    port: PortOption = None,
+    tcp: Annotated[
+        str | None,
+        typer.Option("--tcp", metavar="HOST:PORT", help="The line's own bytes over TCP instead."),
+    ] = None,
+    address: Annotated[
+        int, typer.Option("--address", metavar="N", help="Its address, 1 to 120; 255 as from the factory.")
+    ] = 255,
+    timeout: TimeoutOption = TIMEOUT_S,
+    by_zero: Annotated[
+        bool,
+        typer.Option(
+            "--by-zero",
+            help=f"Also read {', '.join(BY_ZERO)}, by sending their setting instructions with data 0. "
+            "The manual says that some of them read then [4.1.1]; one that does not is set to 0.",
+        ),
+    ] = False,
+) -> None:
+    context.obj = Place(port, tcp, address, timeout), by_zero
+
+
+@app.command()
+def status(context: typer.Context) -> None:
+    """Show position, status registers, pins and parameters that can be read.
+
+    It sends read instructions only. With --by-zero before the command it also shows the speeds, the current
+    and the encoder's counts.
+    """
+    with client_at(context) as client:
+        show_state(_state(client))
+
+
+def _state(client: Pmc006Client) -> Iterator[tuple[str, str]]:
+    yield "position", f"{client.position:,} steps"
+    yield "status 1", _names(client.status1)
+    yield "status 2", _names(client.status2)
+    yield "pins high", _names(Level(client.read("levels") & 0xF))
+    yield "firmware", client.firmware
+    for name in client.readable:
+        if name not in ("position", "status1", "status2", "levels", "firmware"):
+            yield name, _shown(name, client.read(name))
+
+
+def _names(bits: IntFlag) -> str:
+    return " ".join(str(bit.name) for bit in bits) or "-"
+
+
+def _shown(name: str, value: int) -> str:
+    row = SETTABLE.get(name) or READABLE[name]
+    return f"{value:,} {row.unit}".rstrip()
+
+
+@app.command()
+def read(context: typer.Context, name: NameArgument) -> None:
+    """Print one value, such as position or microstepping."""
+    with client_at(context) as client:
+        say(client.firmware if name == "firmware" else client.read(name))
+
+
+@app.command("set")
+def set_parameter(
+    context: typer.Context,
+    name: NameArgument,
+    value: ValueArgument,
+    keep: Annotated[bool, typer.Option("--save", help="Save all parameters into the EEPROM, too.")] = False,
+) -> None:
+    """Set a parameter; a negative VALUE goes after --."""
+    with client_at(context) as client:
+        client.set(name, value)
+        if keep:
+            client.save()
+
+
+@app.command()
+def save(context: typer.Context) -> None:
+    """Save the parameters into the EEPROM, which does not last for ever."""
+    with client_at(context) as client:
+        client.save()
+
+
+@app.command()
+def move(
+    context: typer.Context,
+    steps: StepsArgument,
+    speed: SpeedOption = None,
+    quiet: QuietOption = False,
+) -> None:
+    """Move over STEPS and wait for the end; a negative number goes after --.
+
+    Ctrl-C stops the motor at once.
+
+    Example: scanrack pmc006 --port /dev/ttyUSB0 move --speed 4000 -- -2000
+    """
+    with client_at(context) as client:
+        if speed is not None:
+            client.set("max_speed", speed)
+        travel(client, steps, quiet=quiet)
+
+
+@app.command()
+def home(
+    context: typer.Context,
+    stroke: Annotated[
+        int, typer.Option("--stroke", metavar="STEPS", help="The most it may travel.", show_default=False)
+    ],
+    speed: Annotated[
+        int | None, typer.Option("--speed", metavar="V", help="Speed back to zero, steps/s.")
+    ] = None,
+    quiet: QuietOption = False,
+) -> None:
+    """Go back to the switch on EXT1; Ctrl-C stops the motor at once."""
+    with client_at(context) as client, stopped_by_interrupt(client.stop) as look:
+        if speed is not None:
+            client.set("zero_back_speed", speed)
+        with shown_travel(client.position, None, look, quiet=quiet) as progress:
+            position = client.home(stroke, progress)
+        say(position)
+
+
+@app.command()
+def stop(context: typer.Context) -> None:
+    """Stop at once, without a ramp."""
+    with client_at(context) as client:
+        client.stop()
+
+
+@app.command()
+def clear(context: typer.Context) -> None:
+    """Clear the emergency stops of EXT1 and EXT2."""
+    with client_at(context) as client:
+        client.clear()
+
+
+FileArgument = Annotated[Path, typer.Argument(metavar="FILE", help="The listing.", show_default=False)]
+
+
+def _listing(file: Path) -> UserProgram:
+    try:
+        program = assemble(read_checked(file, Text.STORED))
+    except OSError as error:
+        raise ValueError(f"{file}: {error.strerror}") from error
+    except ValueError as error:
+        raise ValueError(f"{file}: {error}") from error
+    for warning in program.warnings:
+        complain(f"{file}: {warning}")
+    return program
+
+
+@programs.command("check")
+def check(file: FileArgument) -> None:
+    """Assemble a listing and print it as a program, line by line."""
+    with reported_faults():
+        for number, line in enumerate(_listing(file).lines):
+            say(f"{number:3}  {line}")
+
+
+@programs.command("write")
+def write(file: FileArgument) -> None:
+    """Check a listing; writing it into a controller is not documented."""
+    with reported_faults():
+        lines = len(_listing(file).lines)
+        raise ValueError(f"{file} is a good program of {lines} instructions, but {NO_DOWNLOAD}")
+
+
+def register(application: typer.Typer) -> None:
+    """Add the command to the application."""
+    application.add_typer(app, name="pmc006")

@@ -1,0 +1,373 @@
+"""`scanrack serve CONTROLLER`: a simulated controller at a port, in step with the wall clock."""
+
+from __future__ import annotations
+
+import os
+import select
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import closing, contextmanager, suppress
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.live import Live
+from rich.table import Table
+
+from ...io_images.pcl601 import Code
+from ...jobs.run.served_units import (
+    NO_PROGRAM,
+    PORT_GAP_MS,
+    SERIAL_GAP_MS,
+    Unit,
+    addresses_in,
+    pcl601_units,
+    pmc006_units,
+)
+from ...runtime.config.rackspec import KEPT_TRACES
+from ...runtime.line.hosts import split_address
+from ...runtime.line.ports import (
+    LONGEST_S,
+    LineListener,
+    LineServer,
+    ModbusTcpPort,
+    PduServer,
+    Port,
+    PtyPort,
+    RawTcpPort,
+    Segment,
+    SerialPort,
+    Server,
+    serve_until_interrupted,
+)
+from ...runtime.line.wire import Device
+from ...runtime.loop.pace import Clock, wall_ns
+from ...terminal.complaints import reported_mistakes
+from ...terminal.status import INTERRUPTED, complain
+from ...terminal.tables import Cells
+from ...terminal.terminal import say
+from ...terminal.trace_options import QuietOption, ReplaceOption
+from ...traces.files.keeping import Keeping, check_recordings
+from ...traces.write.line import LineRecorder, UnitColumns
+
+LOOPBACK = "127.0.0.1"
+BROADCAST = 0
+RECORDED_EVERY_S = 0.01
+"""How often registers are recorded at least, if they change."""
+
+REFRESH_NS = 250_000_000
+"""How often the status is redrawn."""
+
+
+class Served(StrEnum):
+    """Controllers that can be served."""
+
+    PCL601 = "pcl601"
+    PMC006 = "pmc006"
+
+
+MAKERS: dict[Served, Callable[[list[int], list[Path], float, list[str], float], list[Unit]]] = {
+    Served.PCL601: pcl601_units,
+    Served.PMC006: pmc006_units,
+}
+
+
+def socket_address(text: str) -> tuple[str, int]:
+    """Return host and port; without a host it is the loopback address.
+
+    >>> socket_address("5020"), socket_address("0.0.0.0:502"), socket_address("[::1]:502")
+    (('127.0.0.1', 5020), ('0.0.0.0', 502), ('::1', 502))
+
+    Raises:
+        ValueError: not an address.
+    """
+    try:
+        host, port = split_address(text)
+    except ValueError as error:
+        raise ValueError(f"--tcp {error}") from error
+    return host or LOOPBACK, port
+
+
+def line_of(units: list[Unit]) -> Device:
+    """Return the line that the units are on, as one device."""
+    return units[0].device if len(units) == 1 else Segment(*(unit.device for unit in units))
+
+
+def server_for(
+    units: list[Unit],
+    clock: Clock,
+    listener: LineListener | None = None,
+    *,
+    pty: bool = False,
+    serial: str | None = None,
+    tcp: str | None = None,
+    rtu_over_tcp: bool = False,
+) -> tuple[Server, str]:
+    """Open the port that was asked for; return what serves it, and where others find it.
+
+    Raises:
+        ValueError: not exactly one port is asked for, or it can't be opened.
+    """
+    if [pty, serial is not None, tcp is not None].count(True) != 1:
+        raise ValueError("give one of --pty, --serial DEV and --tcp HOST:PORT")
+    line = line_of(units)
+    if tcp is not None and not rtu_over_tcp and units[0].answer is not None:
+        modbus = ModbusTcpPort(*socket_address(tcp))
+        return PduServer(line, answering(units), modbus, clock, listener), modbus.name
+    if tcp is not None:
+        port: Port = RawTcpPort(*socket_address(tcp))
+    else:
+        port = PtyPort() if serial is None else SerialPort(serial, line.line_format)
+    return LineServer(line, port, clock, listener), port.name
+
+
+def answering(units: list[Unit]) -> Callable[[int, bytes], bytes | None]:
+    """Return what passes a Modbus request on to the unit that it is for.
+
+    One unit answers whatever unit a request names, as gateways do; of several the one that is named
+    answers, and what is for unit 0 is carried out by all of them and not answered.
+    """
+    answers = {unit.address: unit.answer for unit in units if unit.answer is not None}
+    if len(answers) == 1:
+        [only] = answers.values()
+        return lambda _unit, pdu: only(pdu)
+
+    def pass_on(unit: int, pdu: bytes) -> bytes | None:
+        if unit == BROADCAST:
+            for answer in answers.values():
+                answer(pdu)
+            return None
+        return answers[unit](pdu) if unit in answers else None
+
+    return pass_on
+
+
+def status_table(units: list[Unit]) -> Table:
+    """Return the state of the units, one row for each."""
+    rows = [unit.status() for unit in units]
+    table = Cells(*rows[0], box=None, pad_edge=False)
+    for row in rows:
+        table.add_row(*row.values())
+    return table
+
+
+def wire(units: list[Unit], text: str) -> None:
+    """Give an input a state: `in1=ground`, or `2:home=..-3000` for the unit at address 2.
+
+    Raises:
+        ValueError: there is no such unit, input or state.
+    """
+    name, equals, state = text.replace(" ", "").partition("=")
+    address, colon, pin = name.rpartition(":")
+    chosen = [unit for unit in units if not colon or str(unit.address) == address]
+    if not equals or not chosen:
+        raise ValueError(f"{text!r} wires no input: it has to be NAME=STATE, or ADDRESS:NAME=STATE")
+    chosen[0].wire(pin, state)
+
+
+class Typed:
+    """Lines typed while it serves: each gives an input a state."""
+
+    def __init__(self, units: list[Unit]) -> None:
+        self._units = units
+        self._open = sys.stdin is not None and sys.stdin.isatty()
+        self._due_ns = 0
+
+    def look(self) -> None:
+        """Take a line, if there is one; a mistake prints a message and changes nothing."""
+        if not self._open or wall_ns() < self._due_ns:
+            return
+        self._due_ns = wall_ns() + REFRESH_NS
+        if os.tcgetpgrp(0) != os.getpgrp() or not select.select([0], [], [], 0)[0]:
+            return
+        line = sys.stdin.readline()
+        self._open = bool(line)
+        try:
+            if line.strip():
+                wire(self._units, line.strip())
+        except ValueError as error:
+            complain(str(error))
+
+
+def begin(units: list[Unit], *, ascii_mode: bool, start: bool) -> None:
+    """Do what is asked for before anybody talks to the units, as SMC60WIN does it.
+
+    Raises:
+        ValueError: these units have nothing of the kind.
+    """
+    if (ascii_mode or start) and any(unit.do is None for unit in units):
+        raise ValueError("--ascii and --start: only a PCL601 has them")
+    for unit in units:
+        if unit.do is not None and ascii_mode:
+            unit.do(Code.SWITCH_TO_ASCII)
+        if unit.do is not None and start and unit.status()["program"] != NO_PROGRAM:
+            unit.do(Code.RUN_PROGRAM)
+
+
+@contextmanager
+def recording(
+    path: Path | None, controller: str, units: list[Unit], programs: Sequence[Path], *, replace: bool
+) -> Iterator[LineRecorder | None]:
+    """Record the line and the units into a file, if there is a path.
+
+    Args:
+        path: of the recording.
+        controller: which one.
+        units: those on the line.
+        programs: files of their stored programs.
+        replace: keep no earlier recordings.
+
+    Raises:
+        OwnedError: it would replace what somebody owns.
+        OSError: it can't be written.
+    """
+    if path is None:
+        yield None
+        return
+    used = dict.fromkeys(programs, "a stored program")
+    keeping = None if replace else Keeping(path, KEPT_TRACES)
+    check_recordings([path], keeping, used)
+    columns = [UnitColumns(unit.address, tuple(unit.values())) for unit in units]
+    with closing(LineRecorder(path, columns, {"controller": controller}, keeping)) as recorder:
+        yield recorder
+
+
+@contextmanager
+def shown_status(units: list[Unit], *, quiet: bool) -> Iterator[Callable[[], None]]:
+    """Show the state of the units on standard error, if that is a terminal; yield what refreshes it."""
+    console = Console(stderr=True)
+    if quiet or not console.is_terminal:
+        yield lambda: None
+        return
+    due_ns = 0
+
+    def refresh() -> None:
+        nonlocal due_ns
+        if wall_ns() >= due_ns:
+            due_ns = wall_ns() + REFRESH_NS
+            live.update(status_table(units), refresh=True)
+
+    with Live(console=console, auto_refresh=False) as live:
+        yield refresh
+
+
+def _serve_command(
+    controller: Annotated[Served, typer.Argument(help="Which controller.", show_default=False)],
+    pty: Annotated[bool, typer.Option("--pty", help="On a pseudo-terminal, whose path is printed.")] = False,
+    serial: Annotated[
+        str | None, typer.Option("--serial", metavar="DEV", help="On a serial port of this machine.")
+    ] = None,
+    tcp: Annotated[
+        str | None,
+        typer.Option(
+            "--tcp", metavar="[HOST:]PORT", help="Over TCP; on the loopback address unless a host is given."
+        ),
+    ] = None,
+    rtu_over_tcp: Annotated[
+        bool, typer.Option("--rtu-over-tcp", help="With --tcp: the line's own bytes, not Modbus TCP.")
+    ] = False,
+    address: Annotated[
+        list[str] | None,
+        typer.Option("--address", metavar="N", help="Address; several, or 1-5, for several units on a line."),
+    ] = None,
+    program: Annotated[
+        list[Path] | None,
+        typer.Option("--program", metavar="FILE", help="A stored program, as if saved earlier."),
+    ] = None,
+    speed: Annotated[
+        float, typer.Option("--speed", metavar="FACTOR", help="How many times as fast as real time.")
+    ] = 1.0,
+    pin: Annotated[
+        list[str] | None,
+        typer.Option("--pin", metavar="NAME=STATE", help="State of an input: in1=ground, home=..-3000."),
+    ] = None,
+    thumbwheel: Annotated[
+        list[str] | None,
+        typer.Option("--thumbwheel", metavar="DIGITS", help="PCL601: a thumbwheel; of several 2:DIGITS."),
+    ] = None,
+    gap_ms: Annotated[
+        float | None,
+        typer.Option(
+            "--gap-ms",
+            metavar="MS",
+            help="PCL601: silence that ends bytes that are not a frame; 5, on a serial port 25.",
+        ),
+    ] = None,
+    record: Annotated[
+        Path | None, typer.Option("--record", metavar="FILE", help="Record line and registers as MCAP.")
+    ] = None,
+    replace: ReplaceOption = False,
+    ascii_mode: Annotated[
+        bool, typer.Option("--ascii", help="PCL601: the line is in AA ASCII, as after code 11.")
+    ] = False,
+    start: Annotated[
+        bool, typer.Option("--start", help="PCL601: stored programs are started, as by SMC60WIN.")
+    ] = False,
+    quiet: QuietOption = False,
+) -> None:
+    """Serve a simulated controller until Ctrl-C.
+
+    The first line printed says where it is to be found. On a terminal its state is shown meanwhile, and
+    inputs change by typing NAME=STATE: ground, open, high, 2.5V at in1, or the positions at which a
+    switch is closed: 9000.. or ..-3000 or 5..10. With several units: ADDRESS:NAME=STATE.
+
+    Example: scanrack serve pcl601 --tcp 5020 --program examples/pcl601/sample1.pclt
+
+    Exit status: 130 ended by Ctrl-C, SIGTERM or SIGHUP, 2 an option, a file or a port can't be used, 3 the
+    recording can't be written.
+    """
+    with reported_mistakes():
+        clock = Clock(speed)
+        usual_ms = PORT_GAP_MS if serial is None else SERIAL_GAP_MS
+        gap = usual_ms if gap_ms is None else gap_ms
+        units = MAKERS[controller](addresses_in(address or []), program or [], speed, thumbwheel or [], gap)
+        for each in pin or []:
+            wire(units, each)
+        begin(units, ascii_mode=ascii_mode, start=start)
+        # Ctrl-C may come between the line that says where, and the first step
+        with (
+            recording(record, controller, units, program or (), replace=replace) as recorder,
+            suppress(KeyboardInterrupt),
+        ):
+            server, place = server_for(
+                units, clock, recorder, pty=pty, serial=serial, tcp=tcp, rtu_over_tcp=rtu_over_tcp
+            )
+            names = ", ".join(str(unit.address) for unit in units)
+            _record(units, clock, recorder)  # before anything can end it
+            say(f"{place}  {controller} at address {names}, {units[0].device.line_format}; Ctrl-C ends")
+            sys.stdout.flush()  # who reads the path through a pipe waits for it
+            _serve(server, units, clock, recorder, quiet=quiet)
+        raise typer.Exit(INTERRUPTED)
+
+
+def _serve(
+    server: Server, units: list[Unit], clock: Clock, recorder: LineRecorder | None, *, quiet: bool
+) -> None:
+    typed = Typed(units)
+
+    def each_step() -> None:
+        refresh()
+        typed.look()
+        _record(units, clock, recorder)
+
+    with shown_status(units, quiet=quiet) as refresh:
+        each_step()  # how it is at first
+        serve_until_interrupted(
+            server, each_step, longest_s=LONGEST_S if recorder is None else RECORDED_EVERY_S
+        )
+
+
+def _record(units: list[Unit], clock: Clock, recorder: LineRecorder | None) -> None:
+    """Record how the units are now, and let a process that is killed leave it."""
+    if recorder is not None:
+        recorder.draft()
+        now_ns = clock.now_ns()
+        for unit in units:
+            recorder.unit(now_ns, unit.address, unit.values())
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command("serve", no_args_is_help=True)(_serve_command)

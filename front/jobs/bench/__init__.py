@@ -1,0 +1,15 @@
+"""The bench: a rack with its program and its machine, driven scan by scan.
+
+    line = open_bench("line.toml")
+    line.run_until(lambda line: line.slot[1].status.MOVE_COMPLETE, within="5 s")
+    line.slot[1].press("estop", "100 ms")
+    assert line["Trouble"], line.why("Trouble")
+
+Made for tests that read as a story. A condition that stays false is reported with what the bench shows then.
+"""
+
+from .bench import Bench, NotReachedError, Observed
+from .event_log import Told
+from .slot import SlotBench
+
+__all__ = ["Bench", "NotReachedError", "Observed", "SlotBench", "Told"]

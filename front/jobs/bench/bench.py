@@ -1,0 +1,341 @@
+"""The bench itself."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Sequence as SequenceOf
+from types import TracebackType
+from typing import Any, Protocol, Self, runtime_checkable
+
+from ...io_images.addresses import parse_address
+from ...ladder.python.sequences import Sequence
+from ...runtime.config.quantities import parse_duration
+from ...runtime.config.rackspec import RackSpec
+from ...runtime.loop.events import Event
+from ...runtime.loop.listeners import ScanListener
+from ...runtime.loop.pace import Watchdog
+from ...runtime.loop.rack import Rack, Slots
+from ...runtime.loop.scan import CpuMode, Logic
+from ..record.sequence_watch import sequences_in, standing, watching
+from ..record.tag_names import named_values, namespace_of
+from ..run.build import build_cpu, build_rack
+from ..run.outside import tell_cpu
+from ..why.again import Load
+from ..why.answer import Why
+from ..why.journal import Journal
+from ..why.source.named import Names
+from .event_log import EventLog
+from .slot import SlotBench
+
+
+class NotReachedError(AssertionError):
+    """A condition that did not come true in time; the message says what the bench shows."""
+
+
+@runtime_checkable
+class Observed(Protocol):
+    """Logic with a debugger: a ladder program."""
+
+    stops: tuple[Any, ...]
+    on_edit: Callable[[Any], object]
+
+    @property
+    def tags(self) -> Any:
+        """The tags by name."""
+        ...
+
+    def why(self, tag: str) -> str:
+        """Why a tag is as it is."""
+        ...
+
+    def force(self, tag: str, value: object) -> None:
+        """Hold a tag at a value."""
+        ...
+
+    def unforce(self, tag: str | None = None) -> None:
+        """Release a tag."""
+        ...
+
+
+Condition = Callable[["Bench"], Any] | str
+"""The condition that ends a run: a function of the bench, or a tag that becomes true; of a rack with a Python
+program, a bit of an image."""
+
+
+class Bench:
+    """A rack under test.
+
+    Attributes:
+        spec: the rack.
+        logic: the program.
+        cpu: the CPU that runs it.
+        slot: the modules by slot number.
+        told: what has happened, oldest first.
+
+    Args:
+        spec: the rack.
+        logic: the program; a ladder program under a debugger for tags, forces and `why`.
+        listeners: makes further listeners of the rack, a recorder for one.
+        watched: the rack's watchdog ends logic that does not come back. Without it a test can stop at
+            a breakpoint for as long as it likes.
+        load: how a Python program is loaded again, so that `why` can name its lines.
+    """
+
+    def __init__(
+        self,
+        spec: RackSpec,
+        logic: Logic,
+        *,
+        listeners: Callable[[Rack], Iterable[ScanListener]] = lambda _rack: (),
+        watched: bool = False,
+        load: Load | None = None,
+    ) -> None:
+        self.spec = spec
+        self._load = load
+        self.logic: Any = logic
+        self._observed = isinstance(logic, Observed)
+        if self._observed:
+            self.program.on_edit = self._record_edit
+        rack = build_rack(spec)
+        self._events = events = EventLog()
+        self.told = events.told
+        self._journal = Journal(rack)
+        self.cpu = events.cpu = build_cpu(
+            spec,
+            logic,
+            rack,
+            listeners=[*listeners(rack), watching(self._journal, logic), events],
+            watchdog=None if watched else Watchdog(0),
+        )
+        if self._observed:
+            tell_cpu(self.program, self.cpu)
+        self.slot = Slots(
+            (number, SlotBench(slot, self.run_for, lambda: self.now_ns))
+            for number, slot in rack.slots.items()
+        )
+
+    # --- time
+
+    @property
+    def scans(self) -> int:
+        """Number of scans so far."""
+        return self.cpu.scan
+
+    @property
+    def now_ns(self) -> int:
+        """Virtual time of the latest scan, ns since power-up; 0 before the first."""
+        return max(self.cpu.now_ns - self.cpu.period_ns, 0)
+
+    @property
+    def now_s(self) -> float:
+        """Virtual time of the latest scan, s since power-up."""
+        return self.now_ns / 1e9
+
+    @property
+    def stops(self) -> tuple[Any, ...]:
+        """The breakpoints that were met in the latest scan."""
+        return self.logic.stops if self._observed else ()
+
+    def scan(self, scans: int = 1) -> None:
+        """Run scans; a breakpoint that is met ends the run.
+
+        Raises:
+            CpuFault: the program faults the CPU.
+        """
+        self._run(scans, lambda: self.stops)
+
+    def _run(self, scans: int, over: Callable[[], object]) -> None:
+        self._events.over = over
+        try:
+            self.cpu.run(scans)
+        finally:
+            self._events.over = bool
+
+    def run_for(self, time: str) -> None:
+        """Run for a machine time with its unit, such as "2 s", rounded up to whole scans.
+
+        Raises:
+            ValueError: not a time.
+            CpuFault: the program faults the CPU.
+        """
+        self.scan(-(-parse_duration(time) // self.cpu.period_ns))
+
+    def run_until(self, condition: Condition, within: str = "10 s") -> None:
+        """Run until a condition holds, which it may do already.
+
+        Args:
+            condition: a function of the bench, or the address of a tag that is to be true.
+            within: longest machine time.
+
+        Raises:
+            NotReachedError: it does not hold in time; with what the bench shows then.
+            ValueError: `within` is not a time, or there is no such tag.
+            CpuFault: the program faults the CPU.
+        """
+        scans = -(-parse_duration(within) // self.cpu.period_ns)
+        if not self._holds(condition):
+            self._run(scans, lambda: self.stops or self._holds(condition))
+        if not self.stops and not self._holds(condition):
+            wanted = condition if isinstance(condition, str) else _name(condition)
+            raise NotReachedError(f"{wanted} has not become true within {within}.\n{self}")
+
+    def _holds(self, condition: Condition) -> bool:
+        return bool(self[condition] if isinstance(condition, str) else condition(self))
+
+    def _in_image(self, address: str) -> int:
+        """Return a bit or word of an image."""
+        place = parse_address(address, {slot.number: slot.words for slot in self.spec.slot})
+        slot = self.slot[place.slot]
+        word = (slot.inputs if place.image == "I" else slot.outputs)[place.word]
+        return word if place.bit is None else word >> place.bit & 1
+
+    def program_mode(self) -> None:
+        """Turn the CPU's key to program: logic rests, outputs are not sent."""
+        self.cpu.mode = CpuMode.PROGRAM
+
+    def run_mode(self) -> None:
+        """Turn the CPU's key to run."""
+        self.cpu.mode = CpuMode.RUN
+
+    # --- the program
+
+    @property
+    def program(self) -> Any:
+        """The ladder program under its debugger: breakpoints, truth, pictures, cross reference.
+
+        Raises:
+            ValueError: the program is a Python function.
+        """
+        if not self._observed:
+            raise ValueError("the program is a Python function: it has no tags and no rungs")
+        return self.logic
+
+    def edit(self, program: Any) -> Any:
+        """Go on with an edited ladder program from the next scan on, see `Debugger.edit`.
+
+        The next scan is recorded with an event of kind "edit": which tags are new, changed and dropped.
+
+        Raises:
+            ValueError: the program is a Python function, or the edited one can't be built.
+        """
+        return self.program.edit(program)
+
+    def _record_edit(self, edit: Any) -> None:
+        groups = {"new": edit.new, "changed": edit.changed, "dropped": edit.dropped}
+        fields = {name: list(tags) for name, tags in groups.items()}
+        self.cpu.announce(Event(self.now_ns, "edit", self.logic.program.name, str(edit), fields))
+
+    def __getitem__(self, tag: str) -> Any:
+        if self._observed:
+            return self.program.tags[tag]
+        if self._is_image(tag):
+            return self._in_image(tag)
+        namespace = namespace_of(self.logic)
+        (value,) = named_values(namespace, [tag])
+        return eval(value.source, namespace)
+
+    def __setitem__(self, tag: str, value: object) -> None:
+        self.program.tags[tag] = value
+
+    def check(self, *tags: str) -> None:
+        """Refuse tags and addresses that mean nothing, before a run.
+
+        Raises:
+            ValueError: there is nothing of that name.
+        """
+        for tag in tags:
+            if self._observed and not self._is_image(tag):
+                _ = self.program.tags[tag]
+            elif not self._is_image(tag) and not self._is_declared(tag):
+                named_values(namespace_of(self.logic), [tag])
+
+    def _is_declared(self, name: str) -> bool:
+        """Return whether a class of `Logic` declares something of that name."""
+        return Names(self.logic, {slot.number: slot.words for slot in self.spec.slot}).declares(name)
+
+    def why(self, tag: str | None = None) -> str:
+        """Say why something is as it is.
+
+        Args:
+            tag: a tag of a ladder program, see `Debugger.why`; an address of an image; a value of a Python
+                program, such as `line.step`. Left out: what every module waits for, and what last changed
+                its output words.
+
+        A Python program is loaded again and runs on the inputs that it has had; the scan in question
+        is traced. The program on the bench is not touched.
+
+        Raises:
+            ValueError: there is nothing of that name, or no scan has run.
+        """
+        if tag is not None and self._observed and (tag in self.program.tags or not self._is_image(tag)):
+            return str(self.program.why(tag))
+        recording = self._journal.recording()
+        by_rung = self.logic.why if self._observed else None
+        asked = Why(recording, len(recording.scans) - 1, self.spec, self._load, by_rung)
+        return asked.rack() if tag is None else asked.of(tag)
+
+    def force(self, address: str, value: int) -> None:
+        """Hold a bit or word of an image, or a tag, at a value; forces of images are recorded.
+
+        Raises:
+            ValueError: there is nothing of that name, or the value does not fit.
+        """
+        if self._is_image(address):
+            self.cpu.forces.set(address, value)
+        else:
+            self.program.force(address, value)
+
+    def unforce(self, address: str) -> None:
+        """Release a force.
+
+        Raises:
+            ValueError: it is not forced.
+        """
+        if self._is_image(address):
+            self.cpu.forces.remove(address)
+        else:
+            self.program.unforce(address)
+
+    def _is_image(self, address: str) -> bool:
+        try:
+            parse_address(address, {slot.number: slot.words for slot in self.spec.slot})
+        except ValueError:
+            return False
+        return True
+
+    @property
+    def sequences(self) -> Mapping[str, Sequence]:
+        """The sequences of a program that has some, by name: `bench.sequences["cycle"].line`."""
+        return {each.name: each for each in sequences_in(self.logic)}
+
+    # --- what happened
+
+    @property
+    def rules(self) -> SequenceOf[str]:
+        """Ids of the manual's rules that have fired, in their order."""
+        return [each.name for each in self.told if each.kind == "rule"]
+
+    def __str__(self) -> str:
+        lines = [f"scan {self.scans}, {self.now_s:g} s", *map(str, self.slot.values())]
+        lines += [str(standing(each, self.scans)) for each in self.sequences.values()]
+        lines += [f"  {each}" for each in self.told[-5:]]
+        return "\n".join(lines)
+
+    # --- the end
+
+    def close(self) -> None:
+        """Close all listeners; this completes a recording."""
+        self.cpu.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+def _name(condition: Callable[..., Any]) -> str:
+    name = str(getattr(condition, "__name__", "the condition"))
+    return "the condition" if name == "<lambda>" else name

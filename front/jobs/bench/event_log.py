@@ -1,0 +1,64 @@
+"""The events of the rack on a bench."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from ...runtime.loop.cpu import Cpu
+from ...runtime.loop.events import JsonValue
+
+
+@dataclass(frozen=True, slots=True)
+class Told:
+    """Something that happened.
+
+    Attributes:
+        scan: number of the scan in which it became known.
+        now_ns: when, ns since power-up.
+        slot: the module, 0 for the CPU.
+        kind: "rule", "move", "stimulus", "indicator", or the topic of an event of the CPU.
+        name: the rule's id, the move's kind, the input's name; the topic for the CPU.
+        text: a sentence.
+    """
+
+    scan: int
+    now_ns: int
+    slot: int
+    kind: str
+    name: str
+    text: str
+
+    def __str__(self) -> str:
+        where = f"slot {self.slot}" if self.slot else "CPU"
+        return f"scan {self.scan}, {self.now_ns / 1e9:g} s, {where}: {self.text}"
+
+
+class EventLog:
+    """A listener that keeps events, and ends a run on request.
+
+    Attributes:
+        told: what has happened, oldest first.
+        over: asked after every scan whether the run is over.
+    """
+
+    def __init__(self) -> None:
+        self.told: list[Told] = []
+        self.over: Callable[[], object] = bool
+        self.cpu: Cpu
+
+    def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
+        """Keep an event."""
+        slot = fields.get("slot", 0)
+        text = fields.get("text", ", ".join(f"{key} {value}" for key, value in fields.items()))
+        kind = str(fields.get("kind", topic.strip("/")))
+        name = str(fields.get("name", kind))
+        self.told.append(Told(scan, now_ns, slot if isinstance(slot, int) else 0, kind, name, str(text)))
+
+    def scan(self, scan: int, now_ns: int, flags: int) -> None:
+        """Stop the CPU if the run is over."""
+        if self.over():
+            self.cpu.stop()
+
+    def close(self) -> None:
+        """Do nothing: nothing is open."""

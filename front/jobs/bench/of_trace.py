@@ -1,0 +1,136 @@
+"""Questions about a trace: its program runs on the recorded inputs, up to the scan in question."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from ...ladder import LadderLogic
+from ...ladder.debug import Debugger
+from ...runtime.config.rackspec import RackSpec
+from ...traces.read.columns import Columns
+from ...traces.read.reader import Trace
+from ...traces.replay import Recording
+from ..load.loading import Job
+from ..replay.replaying import edit_notes, score_of
+from ..replay.tag_orders import TagOrders, first_few
+from ..trust.attachments import job_of
+from ..why.again import Load
+from ..why.answer import Why
+from ..why.following import Following
+from . import NotReachedError
+from .moment import Moment
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """An answer, and the scan that it is about.
+
+    Attributes:
+        scan: number of the scan.
+        now_ns: its time.
+        text: the answer.
+        notes: reasons to doubt it.
+    """
+
+    scan: int
+    now_ns: int
+    text: str
+    notes: tuple[str, ...] = ()
+
+
+def why_of_trace(
+    trace: Trace,
+    folder: Path,
+    what: str | None,
+    moment: Moment,
+    *,
+    trust: bool,
+    more: Columns | None = None,
+) -> Asked:
+    """Answer a question about a trace.
+
+    Args:
+        trace: the trace; its images answer alone if it does not say what made it.
+        folder: where its files are written.
+        what: see `Bench.why`.
+        moment: the scan.
+        trust: run Python that came with the trace; without, only what is the same as in the current folder.
+        more: scans of a trace that grows which are not written yet.
+
+    Raises:
+        ValueError: a file or an option can't be used, or there is nothing of that name.
+        UntrustedError: Python of the trace would run.
+        NotReachedError: the bit of `moment` does not come on.
+    """
+    recording = Recording.of(trace, more)
+    if not {"rack_file", "program_file"} <= set(trace.head.metadata):
+        return _of_images(recording, what, moment)
+    job = job_of(trace, folder, trust=trust)
+    if isinstance(job.logic, LadderLogic):
+        return _of_ladder(recording, job, what, moment)
+    load = Load(job.program, lambda: job_of(trace, folder, trust=trust).logic)
+    return _of_images(recording, what, moment, job.spec, load)
+
+
+def _of_images(
+    recording: Recording,
+    what: str | None,
+    moment: Moment,
+    spec: RackSpec | None = None,
+    load: Load | None = None,
+) -> Asked:
+    asked = Why(recording, 0, spec, load)
+    row = moment.row(recording) if moment.until is None else _reached(moment, asked.first_on(moment.until))
+    why = Why(recording, row, spec, load)
+    return _asked(recording, row, why.rack() if what is None else why.of(what))
+
+
+def _of_ladder(recording: Recording, job: Job, what: str | None, moment: Moment) -> Asked:
+    """Answer from a ladder program under its debugger."""
+    assert isinstance(job.logic, LadderLogic)
+    debugger = Debugger(job.logic)
+    images = Why(recording, 0, job.spec, None)
+    for tag in (what, moment.until):
+        if tag is not None and not images.means_image(tag):
+            _ = debugger.tags[tag]  # refuse an unknown tag before the run
+    if moment.until is not None and images.means_image(moment.until):
+        row = _reached(moment, images.first_on(moment.until))
+        moment = Moment(at=str(recording.numbers[row]))
+    last = len(recording.scans) - 1 if moment.until is not None else moment.row(recording)
+    until = moment.until
+    over = bool if until is None else lambda: debugger.tags[until]
+    following = Following(recording, job.spec, last, over)
+    orders = TagOrders(score_of(recording), recording.events)
+    refused = following.play(debugger, orders)
+    row = _reached(moment, following.row - 1 if following.met or until is None else None)
+    why = Why(recording, row, job.spec, None, debugger.why)
+    notes = [
+        *edit_notes(recording.events),
+        *orders.notes,
+        *first_few(refused),
+        *_departed(why, following),
+    ]
+    if what is None:
+        return _asked(recording, row, why.rack(), notes)
+    own = what in debugger.tags or not why.means_image(what)
+    return _asked(recording, row, debugger.why(what) if own else why.of(what), notes)
+
+
+def _departed(why: Why, following: Following) -> list[str]:
+    """Return a note if the program has not done as recorded."""
+    if following.departs is None:
+        return []
+    when = why.past.when(following.departs)
+    return [f"run again on the recorded inputs, the program writes other words from {when} on"]
+
+
+def _reached(moment: Moment, row: int | None) -> int:
+    if row is None:
+        raise NotReachedError(f"{moment.until} does not come on in the trace")
+    return row
+
+
+def _asked(recording: Recording, row: int, text: str, notes: Sequence[str] = ()) -> Asked:
+    return Asked(recording.numbers[row], recording.times[row], text, tuple(notes))

@@ -1,0 +1,62 @@
+"""From a rack file to a bench: for users' tests, and for the commands that look into a running program."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from ...ladder import LadderLogic
+from ...ladder.debug import Debugger
+from ...runtime.loop.listeners import ScanListener
+from ...runtime.loop.rack import Rack
+from ..load.loading import Job, load_job
+from ..record.recording import recorder_for
+from ..record.sequence_watch import watching
+from ..why.again import Load
+from . import Bench
+
+
+def open_bench(rack: str | Path, record: str | Path | None = None, *, watched: bool = False) -> Bench:
+    """Put a rack with its program onto a bench, powered up and not yet scanned.
+
+    A ladder program runs under a debugger: it can be asked why, forced and stopped. A Python program
+    is loaded again, so that nothing of an earlier bench remains.
+
+    Args:
+        rack: path of the rack file, TOML or Python.
+        record: where every scan is recorded; nowhere if left out. `Bench.close` makes it whole.
+        watched: the rack's watchdog ends logic that does not come back.
+
+    Raises:
+        ValueError: the rack or its program can't be used; file, line, key and what is allowed.
+        OSError: the recording can't be written.
+    """
+    job = load_job(str(rack))
+    return bench_of(
+        job, None if record is None else Path(record), watched=watched, load=loading(job, str(rack))
+    )
+
+
+def loading(job: Job, rack: str, program: str | None = None) -> Load | None:
+    """Return how a job's program is loaded again; None for a ladder program, which has a debugger.
+
+    Args:
+        job: the job.
+        rack: path of the rack, as `load_job` takes it.
+        program: likewise.
+    """
+    if isinstance(job.logic, LadderLogic):
+        return None
+    return Load(job.program, lambda: load_job(rack, program).logic)
+
+
+def bench_of(
+    job: Job, record: Path | None = None, *, watched: bool = False, load: Load | None = None
+) -> Bench:
+    """Put a loaded job onto a bench, see `open_bench`; `load` is how `why` loads its program again."""
+
+    def listeners(rack: Rack) -> Iterable[ScanListener]:
+        return () if record is None else (watching(recorder_for(job, rack, record, logic), logic),)
+
+    logic = Debugger(job.logic) if isinstance(job.logic, LadderLogic) else job.logic
+    return Bench(job.spec, logic, listeners=listeners, watched=watched, load=load)

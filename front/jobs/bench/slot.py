@@ -1,0 +1,133 @@
+"""A module on the bench: its words, its machine, and what a test can do to it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from ...io_images.amci3601 import StatusView, status_names
+from ...io_images.amci3601.bits import InputBit
+from ...io_images.image import Image
+from ...runtime.loop.incidents import TROUBLES, FaultKind
+from ...runtime.loop.rack import Slot
+from ...runtime.machine.spec import INPUT_NAMES
+from ...runtime.modules.record import AnalogInputs, NamedInputs, Trait
+from ...runtime.modules.registry import MODULES, has
+
+
+class SlotBench:
+    """A module on the bench, and its machine.
+
+    Attributes:
+        number: its slot.
+        outputs: the output image, as the program wrote it last.
+        inputs: the input image, as the program saw it last.
+        status: the bits and values of the input image by name.
+    """
+
+    def __init__(self, slot: Slot, run_for: Callable[[str], None], now_ns: Callable[[], int]) -> None:
+        self.number = slot.number
+        self.outputs: Image = slot.outputs
+        self.inputs: Image = slot.inputs
+        self._slot = slot
+        self.status: Any = self._view(slot)
+        self._run_for, self._now_ns = run_for, now_ns
+        self._module: Any = slot.module
+        self._device: Any = getattr(slot.module, "module", slot.module)  # inside of incidents
+
+    @staticmethod
+    def _view(slot: Slot) -> object:
+        record = MODULES.get(slot.catalog)
+        return StatusView(slot.inputs) if record is None else record.status(slot.inputs, slot.words)
+
+    @property
+    def moving(self) -> bool:
+        """Whether the axis moves, either way, as the program saw it last."""
+        return bool(self.status.moving)
+
+    @property
+    def shaft(self) -> int:
+        """True position of the shaft, steps from its place at power-up; the module may be wrong."""
+        shaft, *_ = self._device.figures()
+        return int(shaft)
+
+    def set_input(self, name: str, energised: bool) -> None:
+        """Give an input a level from now on.
+
+        Args:
+            name: "capture", "external", "home", "estop", "cw_limit" or "ccw_limit"; of a card, as the rack
+                file names it.
+            energised: the level.
+
+        Raises:
+            ValueError: there is no such input, or the machine of the rack file sees to it.
+        """
+        if isinstance(self._device, NamedInputs):
+            self._device.set_input(name, energised)
+            return
+        bit = INPUT_NAMES.get(name.lower())
+        if bit is None:
+            raise ValueError(f"there is no input {name!r}: inputs are {', '.join(INPUT_NAMES)}")
+        self._device.machine.set_input(bit, energised)
+        self._device.look_again()
+
+    def set_value(self, name: str, value: float) -> None:
+        """Give an analog input of a card a value from now on.
+
+        Args:
+            name: as the rack file names it.
+            value: V or mA of a channel with a range, else the raw number.
+
+        Raises:
+            ValueError: there is no such input, or it can't have this value.
+        """
+        if not isinstance(self._device, AnalogInputs):
+            raise ValueError(f"slot {self.number}: a {self._slot.catalog} has no analog inputs")
+        self._device.set_value(name, value)
+
+    def press(self, name: str, for_: str = "50 ms") -> None:
+        """Energise an input and run for a time; then release it.
+
+        Raises:
+            ValueError: as `set_input`; or `for_` is not a time.
+        """
+        self.set_input(name, True)
+        self._run_for(for_)
+        self.set_input(name, False)
+
+    def power_cycle(self) -> None:
+        """Remove and restore the module's power."""
+        self._module.power_cycle()
+
+    def fail(self, how: str | None) -> None:
+        """Let the module stop answering, or answer again (None).
+
+        Args:
+            how: "link-lost", "removed", "fatal-error" or "asic-lost".
+
+        Raises:
+            ValueError: there is no such trouble, or the module can't be made to fail.
+        """
+        names = {each.value: trouble for each, trouble in TROUBLES.items()}
+        if how is not None and how not in names:
+            raise ValueError(f"there is no trouble {how!r}: allowed are {', '.join(names)}")
+        if not hasattr(self._device, "inject"):
+            raise ValueError(f"slot {self.number}: this module can't be made to fail")
+        if how is None and self._device.trouble is TROUBLES[FaultKind.FATAL_ERROR]:
+            self._device.power_cycle()
+        else:
+            self._device.inject(None if how is None else names[how])
+
+    def __str__(self) -> str:
+        if not has(self._slot.catalog, Trait.MACHINE):
+            return f"slot {self.number}: {self.status}; outputs {list(self.outputs)}"
+        msw, lsw = self.inputs[0] & 0xFFFF, self.inputs[1] & 0xFFFF
+        bits = " ".join(status_names(msw, lsw)) or "no bit"
+        held = [name for name, bit in INPUT_NAMES.items() if self._levels() & bit]
+        return (
+            f"slot {self.number}: {bits}; position {self.status.position}, shaft {self.shaft}; "
+            f"energised {', '.join(held) or 'nothing'}; outputs {list(self.outputs)}"
+        )
+
+    def _levels(self) -> InputBit:
+        return InputBit(self._device.machine.levels(self._now_ns()) & sum(InputBit))

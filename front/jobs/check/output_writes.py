@@ -1,0 +1,308 @@
+"""Writes of a ladder program to the output words of 3601s.
+
+A write of output word 0 sets bits and clears bits:
+
+    instruction              sets            clears
+    OTE(bit), bit := tag     the bit         the bit
+    OTL(bit), bit := 1       the bit         none
+    OTU(bit), bit := 0       none            the bit
+    MOV, FLL, := a constant  its bits        the others
+    CLR                      none            all
+    COP, CPS of constants    their bits      the others
+    anything else            not known: none all
+
+Constants are the initial values of words that no instruction writes.
+
+Words that a COP or CPS copies to all output words of a 3601 are staged if the program writes the first of
+them, the command: what is written to them is written to the module.
+
+    COP(Setup[0],Words[0],8);  ...  CPS(Words[0],Local:1:O.Data[0],8);
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from ...io_images.amci3601 import CommandMsw, StatusMsw
+from ...io_images.amci3601.parameters import RATE_MAX
+from ...io_images.image import WORDS
+from ...ladder.debug.crossref import TARGETS, Mention
+from ...ladder.model.operands import Constant, Group, first_leaf
+from ...ladder.model.operands import Place as Operand
+from ...ladder.model.types import count_of
+from ...ladder.state.lowered import (
+    AddOnCall,
+    Line,
+    Lowered,
+    Step,
+    steps_of,
+)
+from .facts import Place, Remark
+
+MODE_CONFIG = CommandMsw.MODE_CONFIG.value
+"""The bit of output word 0 that asks for configuration mode."""
+
+_WORD = 0xFFFF
+_COMMANDS = [bit for bit in CommandMsw if bit not in (CommandMsw.MODE_CONFIG, CommandMsw.RESERVED_14)]
+
+ELSEWHERE = (
+    StatusMsw.MODE_CONFIG | StatusMsw.CONFIG_ERROR | StatusMsw.COMMAND_ERROR | StatusMsw.POSITION_INVALID
+).value
+"""Status bits of start-up and trouble: a rung that needs one of them takes no command back in between."""
+
+WORD_RANGES = {
+    2: (-8388, 8388),
+    3: (-999, 999),
+    4: (0, 1000),
+    5: (0, 999),
+    6: (0, RATE_MAX),
+    7: (0, RATE_MAX),
+}
+"""Output words 2 to 7: what a single word may be in any command, 0 included [chapter 5, notes 4 to 8]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Write:
+    """An instruction that writes an output word of a 3601.
+
+    Attributes:
+        place: where.
+        slot: the slot.
+        word: 0 to 7.
+        sets: bits that it may set.
+        clears: bits that it may clear.
+        known: whether the bits that it sets are known.
+        first_scan: whether its rung needs the first scan.
+        status: bits of input word 0 that its rung needs.
+        command: bits of output word 0 that its rung needs.
+    """
+
+    place: Place
+    slot: int
+    word: int
+    sets: int
+    clears: int
+    known: bool = True
+    first_scan: bool = False
+    status: int = 0
+    command: int = 0
+
+    def takes_back(self, bit: int) -> bool:
+        """Whether this clears a command bit after the command has been given."""
+        return bool(self.clears & bit) and not (
+            self.first_scan or self.status & ELSEWHERE or self.command & ~bit
+        )
+
+
+class WriteReader:
+    """Reads the writes of a program's lines.
+
+    Args:
+        lowered: the program.
+        mentions: its uses of tags.
+        slots: numbers of the 3601s.
+        place_of: returns file and line of a line.
+    """
+
+    def __init__(
+        self,
+        lowered: Lowered,
+        mentions: Sequence[Mention],
+        slots: Mapping[int, object],
+        place_of: Callable[[Line], Place],
+    ) -> None:
+        self._constants = _constants(lowered, mentions)
+        self._slots, self._place = slots, place_of
+        self._staged = dict(self._stages(lowered))
+
+    def _stages(self, lowered: Lowered) -> Iterator[tuple[str, tuple[int, int]]]:
+        """Yield the paths of tags that are copied to all output words: slot, and where its words begin."""
+        lines = [line for routine in lowered.routines.values() for line in routine.lines]
+        for step in (step for line in lines for step in steps_of(line.nodes)):
+            if step.name not in ("COP", "CPS") or output_word(step.operands[0]) is not None:
+                continue
+            source, target, length = step.operands[0], output_word(step.operands[1]), step.operands[2]
+            is_whole = isinstance(length, Constant) and length.value >= WORDS
+            if target is None or target[0] not in self._slots or target[1] or not is_whole:
+                continue
+            if isinstance(source, (Operand, Group)) and self._is_written(source):
+                yield path_of(source), (target[0], _start_of(source))
+
+    def _is_written(self, source: Operand | Group) -> bool:
+        """Return whether the program writes the first of the words from an operand on, the command."""
+        words = self.words_of(source)
+        return words is None or words[0] is None
+
+    def target(self, operand: object) -> tuple[int, int] | None:
+        """Return slot and first word that an operand writes, staged or not; None if it is neither."""
+        direct = output_word(operand)
+        if direct is not None or not isinstance(operand, (Operand, Group)):
+            return direct
+        slot, first = self._staged.get(path_of(operand), (0, 0))
+        word = _start_of(operand) - first
+        return (slot, word) if slot and 0 <= word < WORDS else None
+
+    def words_of(self, operand: object) -> tuple[int | None, ...] | None:
+        """Return eight constant words from an operand on, None for each that is written; None if unknown."""
+        if not isinstance(operand, (Operand, Group)):
+            return None
+        start = operand.fixed_index if isinstance(operand, Operand) else 0
+        words = self._constants.get(path_of(operand))
+        if words is None or start is None or (isinstance(operand, Group) and operand.indices):
+            return None
+        return words[start : start + 8] if len(words) >= start + 8 else None
+
+    def writes(self, is_rung: bool, line: Line) -> Iterator[Write]:
+        """Yield the writes of a rung, or of a statement."""
+        needs = _needs(line) if is_rung else {}
+        for step in steps_of(line.nodes):
+            for use, operand in zip(step.uses, step.operands, strict=False):
+                target = self.target(operand) if use in TARGETS else None
+                if target is not None and target[0] in self._slots and not self._hands_on(step, operand):
+                    yield from self._written(step, operand, *target, self._place(line), needs.get(target[0]))
+            for call in step.operands:
+                for operand in call.handed.values() if isinstance(call, AddOnCall) else ():
+                    target = self.target(operand)
+                    if target is not None:
+                        yield Write(self._place(line), target[0], 0, 0, _WORD, known=False)
+
+    def _hands_on(self, step: Step, operand: object) -> bool:
+        """Return whether an instruction copies staged words to the module."""
+        source = step.operands[0]
+        is_copy = step.name in ("COP", "CPS") and isinstance(source, (Operand, Group))
+        return is_copy and output_word(operand) is not None and path_of(source) in self._staged
+
+    def _written(
+        self, step: Step, operand: Operand | Group, slot: int, word: int, place: Place, needs: Write | None
+    ) -> Iterator[Write]:
+        base = replace(needs, place=place) if needs else Write(place, slot, 0, 0, 0)
+        bit = operand.bit if isinstance(operand, Operand) else None
+        if isinstance(bit, Constant):
+            mask = 1 << int(bit.value)
+            sets, clears = (mask * each for each in _of_bit(step))
+            rung = (
+                base if step.name in ("OTL", "OTU") else Write(place, slot, 0, 0, 0)
+            )  # a false rung acts, too
+            yield replace(rung, word=word, sets=sets, clears=clears)
+            return
+        for at, value in enumerate(self._values(step), word):
+            if value is None:
+                yield replace(base, word=at, sets=0, clears=_WORD, known=False)
+            else:
+                yield replace(base, word=at, sets=value & _WORD, clears=~value & _WORD)
+
+    def _values(self, step: Step) -> Sequence[int | None]:
+        """Return the values of the words that an instruction writes; None for an unknown one."""
+        source = step.operands[0]
+        if step.name == "CLR":
+            return [0]
+        if step.name == "MOV" and isinstance(source, Constant):
+            return [int(source.value)]
+        if step.name == ":=" and isinstance(step.operands[1], Constant):
+            return [int(step.operands[1].value)]
+        if step.name in ("FLL", "COP", "CPS") and isinstance(step.operands[2], Constant):
+            length = min(int(step.operands[2].value), 8)
+            if step.name == "FLL":
+                return [int(source.value) if isinstance(source, Constant) else None] * length
+            return (self.words_of(source) or (None,) * 8)[:length]
+        return [None] * 8
+
+
+def _constants(lowered: Lowered, mentions: Sequence[Mention]) -> Mapping[str, tuple[int | None, ...]]:
+    """Return the initial values of arrays of integers by path; None for words that are written."""
+    found: dict[str, list[int | None]] = {
+        name: [*tag.initial, *[0] * (count_of(tag.dims) - len(tag.initial))]  # the rest is zeros
+        for name, tag in lowered.layout.tags().items()
+        if isinstance(tag.initial, list) and all(isinstance(each, int) for each in tag.initial)
+    }
+    for each in mentions:
+        name = path_of(each.where)
+        if each.writes and name in found:
+            at = each.where.fixed_index if isinstance(each.where, Operand) else None
+            whole = at is None or each.stretch
+            for index in range(at or 0, len(found[name])) if whole else (at or 0,):
+                found[name][index] = None
+    return {name: tuple(words) for name, words in found.items()}
+
+
+def _needs(line: Line) -> dict[int, Write]:
+    """Return by slot what the contacts in series with the whole rung need."""
+    status: dict[int, int] = {}
+    command: dict[int, int] = {}
+    first = False
+    for step in line.nodes:
+        if not isinstance(step, Step) or step.name != "XIC" or not isinstance(step.operands[0], Operand):
+            continue
+        place = step.operands[0]
+        first = first or place.leaf.path == "S:FS"
+        slot = place.leaf.slot
+        if slot is not None and place.fixed_index == 0 and isinstance(place.bit, Constant):
+            bits = command if place.leaf.output else status
+            bits[slot] = bits.get(slot, 0) | 1 << int(place.bit.value)
+    slots = range(1, 256) if first else {*status, *command}
+    return {
+        slot: Write(Place("", 0), slot, 0, 0, 0, True, first, status.get(slot, 0), command.get(slot, 0))
+        for slot in slots
+    }
+
+
+def _of_bit(step: Step) -> tuple[bool, bool]:
+    """Return whether an instruction that writes a bit may set it, and whether it may clear it."""
+    if step.name == ":=" and isinstance(step.operands[1], Constant):
+        return bool(step.operands[1].value), not step.operands[1].value
+    return step.name != "OTU", step.name != "OTL"
+
+
+def _start_of(operand: Operand | Group) -> int:
+    return (operand.fixed_index or 0) if isinstance(operand, Operand) else 0
+
+
+def output_word(operand: object) -> tuple[int, int] | None:
+    """Return slot and first word of an operand in an output image; None if it is in none."""
+    if not isinstance(operand, (Operand, Group)):
+        return None
+    leaf = first_leaf(operand)
+    if leaf.slot is None or not leaf.output or not leaf.is_image:
+        return None
+    at = operand.fixed_index if isinstance(operand, Operand) else 0
+    return leaf.slot, at or 0
+
+
+def held(writes: Sequence[Write]) -> Iterator[Remark]:
+    """Yield the first instruction that sets a command bit which nothing takes back."""
+    for slot in dict.fromkeys(each.slot for each in writes):
+        own = [each for each in writes if each.slot == slot and each.word == 0]
+        for bit in _COMMANDS:
+            setting = [e for e in own if e.known and e.sets & bit.value and not e.sets & MODE_CONFIG]
+            if setting and not any(each.takes_back(bit.value) for each in own):
+                text = f"slot {slot}: {bit.name} is set here, and nothing takes it back after the command"
+                yield Remark(setting[0].place, text)
+
+
+def computed(writes: Sequence[Write]) -> Iterator[str]:
+    """Yield for each slot the first instruction whose words are not constants."""
+    slots = set()
+    for each in writes:
+        if not each.known and each.slot not in slots:
+            slots.add(each.slot)
+            where = f"{each.place.file}:{each.place.line}"
+            yield f"slot {each.slot}: output words that the program computes or a block writes, as in {where}"
+
+
+def words_out_of_range(writes: Sequence[Write]) -> Iterator[Remark]:
+    """Yield constants that no output word from 2 to 7 may have."""
+    for each in writes:
+        if not each.known or each.word not in WORD_RANGES:
+            continue
+        value = each.sets - (1 << 16) * (each.sets >> 15)
+        least, most = WORD_RANGES[each.word]
+        if not least <= value <= most:
+            text = f"slot {each.slot}: output word {each.word} is {value}: allowed are {least} to {most}"
+            yield Remark(each.place, text)
+
+
+def path_of(operand: Operand | Group, *, as_written: bool = False) -> str:
+    """Return the path of a tag, in capitals unless as written."""
+    path = operand.leaf.path if isinstance(operand, Operand) else operand.path
+    return path if as_written else path.upper()

@@ -1,0 +1,187 @@
+"""Calls in a program with sequences whose constants an axis refuses, or that fail when they are reached.
+
+self.axis.move_to(9_000_000, ...)     refused: out of range
+self.axis.move_to(4000, speed=200)    refused by the module: below the starting speed
+self.axis.moveto(4000)                fails: there is no such method
+dwell("2 seconds")                    fails: no time
+"""
+
+from __future__ import annotations
+
+import ast
+import difflib
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from inspect import Signature, signature
+from typing import Any
+
+from ...io_images.amci3601 import Acceleration, Direction
+from ...ladder.python.axis3601 import Axis3601, Command, ErrorId
+from ...ladder.python.sequences import dwell, steady
+from .facts import Place, Remark
+from .python_facts import Reader, UnknownError, variants
+
+NEUTRAL: Mapping[str, object] = {
+    "direction": Direction.CW,
+    "shape": Acceleration.CONSTANT,
+    "position": 0,
+    "distance": 1,
+    "speed": 1,
+    "acceleration": 1,
+    "deceleration": 1,
+    "register": 1,
+    "numerator": 1,
+    "denominator": 1,
+}
+"""A legal value for each argument of a command, in place of an unknown one."""
+
+SEARCH = "home"
+"""The method of an axis that starts a home search."""
+
+FROM_STARTING_SPEED = (SEARCH, "move_to", "move_by")
+"""Commands whose speed may not be below the starting speed [3601 manual, chapter 6, Invalid Profile]."""
+
+
+class Calls:
+    """The calls in a text.
+
+    Args:
+        reader: reads the text.
+        axes: the axes of the program by name.
+        classes: the class of the program and those that it inherits from; `self` of another has other axes.
+    """
+
+    def __init__(self, reader: Reader, axes: Mapping[str, Axis3601], classes: Collection[type]) -> None:
+        self._reader = reader
+        own = [each for each in reader.tree.body if not _is_other_class(each, reader.names, classes)]
+        self._calls = [node for each in own for node in ast.walk(each) if isinstance(node, ast.Call)]
+        self._commands = [(axes[name], call) for call in self._calls if (name := _owner(call)) in axes]
+
+    def searches(self) -> Iterator[tuple[Place, Axis3601]]:
+        """Yield where home searches start, with their axes."""
+        for axis, call in self._commands:
+            if _method(call) == SEARCH:
+                yield self._place(call), axis
+
+    def refused(self) -> Iterator[Remark]:
+        """Yield the commands whose constants are refused."""
+        for axis, call in self._commands:
+            text = self._refusal(axis, call)
+            if text:
+                yield Remark(self._place(call), f"{_method(call)}: {text}")
+
+    def failing(self) -> Iterator[Remark]:
+        """Yield the calls that raise when they are reached."""
+        for axis, call in self._commands:
+            text = _misfit(axis, call)
+            if text:
+                yield Remark(self._place(call), text)
+        for call in self._calls:
+            kind = self._reader.names.get(getattr(call.func, "id", ""))
+            text = self._no_time(kind, call) if kind in (dwell, steady) else ""
+            if text:
+                yield Remark(self._place(call), text)
+
+    def _place(self, call: ast.Call) -> Place:
+        return Place(self._reader.file, call.lineno)
+
+    def _refusal(self, axis: Axis3601, call: ast.Call) -> str:
+        """Return why the constants of a command are refused; empty if they are not."""
+        neutral = {**NEUTRAL, "speed": axis.configuration.starting_speed}
+        arguments = self._arguments(axis, call, neutral)
+        for each in variants(arguments) if arguments else ():
+            try:
+                command = getattr(axis, _method(call))(**each)
+            except (TypeError, ValueError):  # the call itself fails, at its line
+                return ""
+            if isinstance(command, Command) and command.error_id & ErrorId.PARAMETER:
+                return command.detail
+            speed, least = each.get("speed"), axis.configuration.starting_speed
+            if _method(call) in FROM_STARTING_SPEED and isinstance(speed, int) and speed < least:
+                return f"speed {speed} is below the starting speed of {axis.name}, {least}"
+        return ""
+
+    def _arguments(
+        self, axis: Axis3601, call: ast.Call, neutral: Mapping[str, object]
+    ) -> Mapping[str, Sequence[object]] | None:
+        """Return the values of the arguments, legal ones for unknown ones; None if it can't be tried."""
+        method = getattr(axis, _method(call), None)
+        if not callable(method) or _unpacks(call) or _misfit(axis, call):
+            return None
+        arguments: dict[str, Sequence[object]] = {}
+        for name, node in _bound(signature(method), call).items():
+            try:
+                arguments[name] = self._reader.possible(node)
+            except UnknownError:
+                if name not in neutral:
+                    return None
+                arguments[name] = (neutral[name],)
+        return arguments
+
+    def _no_time(self, kind: Any, call: ast.Call) -> str:
+        """Return what is wrong with the time of a wait; empty if nothing, or if it is not known."""
+        if _unpacks(call):
+            return ""
+        try:
+            node = _bound(signature(kind), call).get("time")
+            if node is not None:
+                dwell(self._reader.value(node))  # type: ignore[arg-type]  # whatever the user has written
+        except UnknownError:
+            return ""
+        except (TypeError, ValueError) as error:
+            return f"{kind.__name__}: {error}"
+        return ""
+
+
+def _is_other_class(node: ast.stmt, names: Mapping[str, Any], classes: Collection[type]) -> bool:
+    return isinstance(node, ast.ClassDef) and names.get(node.name) not in classes
+
+
+def _owner(call: ast.Call) -> str:
+    """Return `axis` of a call of `self.axis.method(...)`; empty for another call."""
+    owner = call.func.value if isinstance(call.func, ast.Attribute) else None
+    of_self = isinstance(owner, ast.Attribute) and getattr(owner.value, "id", "") == "self"
+    return owner.attr if of_self and isinstance(owner, ast.Attribute) else ""
+
+
+def _method(call: ast.Call) -> str:
+    return call.func.attr if isinstance(call.func, ast.Attribute) else ""
+
+
+def _unpacks(call: ast.Call) -> bool:
+    return any(isinstance(each, ast.Starred) for each in call.args) or None in (
+        each.arg for each in call.keywords
+    )
+
+
+def _bound(of: Signature, call: ast.Call) -> dict[str, ast.expr]:
+    """Return the arguments of a call by the names of the parameters.
+
+    Raises:
+        TypeError: they do not fit.
+    """
+    named = {str(each.arg): each.value for each in call.keywords}
+    return dict(of.bind(*call.args, **named).arguments)
+
+
+def _misfit(axis: Axis3601, call: ast.Call) -> str:
+    """Return why a method of an axis can't be called so; empty if it can, or if that is not known."""
+    name = _method(call)
+    method = getattr(axis, name, None)
+    if not callable(method):
+        near = difflib.get_close_matches(name, [each for each in dir(axis) if not each.startswith("_")], n=1)
+        return f"{axis.name} has no {name}" + (f"; did you mean {near[0]}?" if near else "")
+    if _unpacks(call):
+        return ""
+    try:
+        _bound(signature(method), call)
+    except TypeError as error:
+        return f"{name}: {error}; it takes {_taken(signature(method))}"
+    return ""
+
+
+def _taken(of: Signature) -> str:
+    """Return the parameters of a method, such as "position, speed=, acceleration="."""
+    named = [
+        f"{each.name}=" if each.kind is each.KEYWORD_ONLY else each.name for each in of.parameters.values()
+    ]
+    return ", ".join(named)

@@ -1,0 +1,192 @@
+"""How `scanrack drive` reads requests: the keys of one for an image target, and the errors of all.
+
+Numbers are read as exact decimals, so that a time is the time that was written.
+"""
+
+from __future__ import annotations
+
+import difflib
+import json
+from decimal import Decimal
+from typing import Annotated, Any, Literal, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+
+from ...io_images.amci3601 import StatusLsw, StatusMsw
+from ...io_images.image import UNSIGNED_MAX, WORD_MIN, WORDS
+
+SCAN_STEP_MS = Decimal("0.25")
+STATUS_NAMES = frozenset(str(bit.name) for bit in (*StatusMsw, *StatusLsw))
+
+Word = Annotated[int, Field(ge=WORD_MIN, le=UNSIGNED_MAX, strict=True)]
+Level = Annotated[int, Field(ge=0, le=1, strict=True)]
+Steps = Annotated[int, Field(strict=True)]
+Model = TypeVar("Model", bound=BaseModel)
+Milliseconds = Annotated[Decimal, Field(ge=0, le=Decimal(10) ** 12)]
+
+
+class Strict(BaseModel):
+    """A table in which every key is known."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, arbitrary_types_allowed=True)
+
+
+class SwitchRanges(Strict):
+    """Closed ranges of the physical step count at which an input is energised; null is open-ended."""
+
+    capture: tuple[Steps | None, Steps | None] | None = None
+    external: tuple[Steps | None, Steps | None] | None = None
+    home: tuple[Steps | None, Steps | None] | None = None
+    estop: tuple[Steps | None, Steps | None] | None = None
+    cw_limit: tuple[Steps | None, Steps | None] | None = None
+    ccw_limit: tuple[Steps | None, Steps | None] | None = None
+
+    @field_validator("*")
+    @classmethod
+    def _ordered(cls, value: tuple[int | None, int | None] | None) -> tuple[int | None, int | None] | None:
+        if value is not None and None not in value and value[0] > value[1]:  # type: ignore[operator]
+            raise ValueError("the first end of the range must not be above the last")
+        return value
+
+
+class Levels(Strict):
+    """Electrical levels of the discrete inputs, 1 = energised."""
+
+    capture: Level | None = None
+    external: Level | None = None
+    home: Level | None = None
+    estop: Level | None = None
+    cw_limit: Level | None = None
+    ccw_limit: Level | None = None
+
+
+class Bench(Strict):
+    """Options of a fresh bench."""
+
+    firmware: Literal["2.0", "2.1", "2.2", "3.1", "4.1"] = "4.1"
+    scan_ms: Annotated[Decimal, Field(gt=0, le=10_000)] = Decimal(2)
+    machine: SwitchRanges = SwitchRanges()
+    wiring: Literal["diagnostic"] | None = None
+    options: dict[str, bool | int | str] = {}
+
+    @field_validator("scan_ms")
+    @classmethod
+    def _multiple(cls, value: Decimal) -> Decimal:
+        if value % SCAN_STEP_MS:
+            raise ValueError(f"must be a multiple of {SCAN_STEP_MS}")
+        return value
+
+
+class Encoder(Strict):
+    """A hand turns the encoder during this request."""
+
+    counts: Steps = 0
+    markers_ms: list[Milliseconds] = []
+
+
+class Until(Strict):
+    """Status bits that end the request when they have these values."""
+
+    set: list[str] = []
+    clear: list[str] = []
+
+    @field_validator("set", "clear")
+    @classmethod
+    def _known(cls, names: list[str]) -> list[str]:
+        for name in names:
+            if name not in STATUS_NAMES:
+                near = difflib.get_close_matches(name.upper(), STATUS_NAMES, n=1)
+                hint = f"; did you mean {near[0]}?" if near else ""
+                raise ValueError(f"{name} is not the name of a status bit{hint}")
+        return names
+
+
+class Request(Strict):
+    """One request to an image target."""
+
+    new: Bench | None = None
+    power_cycle: Literal[True] | None = None
+    plc_mode: Literal["run", "program"] | None = None
+    out: Annotated[list[Word], Field(min_length=WORDS, max_length=WORDS)] | None = None
+    inputs: Levels = Levels()
+    encoder: Encoder | None = None
+    for_ms: Milliseconds = Decimal(0)
+    until: Until | None = None
+    changes: Annotated[bool, Field(strict=True)] = False
+
+    @model_validator(mode="after")
+    def _turning_takes_time(self) -> Request:
+        if self.encoder is not None:
+            if self.encoder.counts and not self.for_ms:
+                raise ValueError(
+                    "encoder: counts are spread over the request's time, so for_ms must be above 0"
+                )
+            late = [str(at) for at in self.encoder.markers_ms if at > self.for_ms]
+            if late:
+                raise ValueError(f"encoder.markers_ms: {', '.join(late)} is beyond for_ms = {self.for_ms}")
+        return self
+
+
+Tables = dict[tuple[str, ...], type[BaseModel]]
+
+TABLES: Tables = {
+    (): Request,
+    ("new",): Bench,
+    ("new", "machine"): SwitchRanges,
+    ("inputs",): Levels,
+    ("encoder",): Encoder,
+    ("until",): Until,
+}
+"""What is allowed where in a request."""
+
+
+class RequestError(ValueError):
+    """A request that can't be taken; the text names the key, the value and what is allowed."""
+
+
+def parse(line: str) -> Request:
+    """Read one line for an image target; errors as for `read`."""
+    return read(line, Request, TABLES)
+
+
+def read(line: str, model: type[Model], tables: Tables) -> Model:
+    """Read one line.
+
+    Args:
+        line: a JSON object.
+        model: its model.
+        tables: the models of the objects in it, by their place, to name the known keys.
+
+    Raises:
+        RequestError: not JSON, not an object, an unknown key, or a value that is not allowed.
+    """
+    try:
+        data = json.loads(line, parse_float=Decimal, parse_constant=_no_constant)
+    except (ValueError, RecursionError) as error:
+        raise RequestError(f"not a JSON object: {error}") from None
+    if not isinstance(data, dict):
+        raise RequestError(f"not a JSON object: {line.strip()[:60]}")
+    try:
+        return model.model_validate(data)
+    except ValidationError as error:
+        raise RequestError("; ".join(_explain(fault, tables) for fault in error.errors())) from None
+
+
+def _no_constant(name: str) -> Any:
+    raise ValueError(f"{name} is not a number")
+
+
+def _explain(fault: Any, tables: Tables) -> str:
+    """Say a validation fault in one line: key, value, what is allowed."""
+    key = ".".join(str(part) for part in fault["loc"]) or "request"
+    if fault["type"] == "extra_forbidden":
+        table = tables.get(fault["loc"][:-1])
+        allowed = f"; allowed are {', '.join(table.model_fields)}" if table is not None else ""
+        return f"{key}: unknown key{allowed}"
+    value = "" if isinstance(fault["input"], BaseModel | dict) else f" {_shown(fault['input'])}"
+    message = str(fault["msg"]).removeprefix("Value error, ")
+    return f"{key}:{value} is not allowed: {message}" if value else f"{key}: {message}"
+
+
+def _shown(value: Any) -> str:
+    return json.dumps(value, default=lambda other: float(other) if isinstance(other, Decimal) else "")[:80]

@@ -1,0 +1,38 @@
+"""What `scanrack drive` can put on the bench: every module of the registry, and the controllers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any
+
+from ...io_images.amci3601.words import is_stepper
+from ...runtime.modules.record import ModuleRecord, Trait
+from ...runtime.modules.registry import MODULES
+from .adapter_bench import AdapterBench
+from .card_bench import CardBench
+from .image_bench import ImageBench, on_bench
+from .pcl601_bench import pcl601_bench
+from .pmc006_bench import pmc006_bench
+from .requests import parse
+
+Answer = Callable[[str], dict[str, Any]]
+"""Answers a line of a session; RequestError for one that can't be taken."""
+
+
+def module_bench(record: ModuleRecord) -> Answer:
+    """Return a fresh bench of a kind of module."""
+    if Trait.LINE in record.traits:
+        return AdapterBench(partial(on_bench, record)).answer_line
+    if is_stepper(record.words({})):
+        bench = ImageBench(partial(on_bench, record))
+        return lambda line: bench.answer(parse(line))
+    return CardBench(record).answer_line
+
+
+BENCHES: Mapping[str, Callable[[], Answer]] = {
+    **{name: partial(module_bench, record) for name, record in MODULES.items()},
+    "pcl601": lambda: pcl601_bench().answer,
+    "pmc006": lambda: pmc006_bench().answer,
+}
+"""What makes the bench of a target, by its name."""

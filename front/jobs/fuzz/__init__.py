@@ -1,0 +1,59 @@
+"""Searches a user's logic for failures under random conditions.
+
+    from scanrack.jobs.fuzz import never, within
+
+    @never
+    def command_error(now):
+        "no COMMAND_ERROR ever"
+        return now.slot[1].status.COMMAND_ERROR
+
+    @within("5 s", after=lambda now: now.slot[1].status.IN_ESTOP)
+    def stands_still(now):
+        "at most 5 s from emergency stop to zero speed"
+        return not now.slot[1].moving
+
+Random surroundings (`scenario`) are tried one after the other (`trial`), each with the logic
+and the rack is built again; what breaks an invariant is shrunk by Hypothesis (`search`).
+"""
+
+from .laws.invariants import (
+    Invariant,
+    InvariantError,
+    always,
+    load_invariants,
+    never,
+    within,
+)
+from .laws.scan_view import Moment, SlotMoment
+from .laws.standard import STANDARD
+from .run import Bench, Broken, Verdict
+from .scenarios.scenario import Press, Scenario
+from .search import (
+    Found,
+    Report,
+    UnsteadyError,
+    search,
+    undisturbed,
+)
+
+__all__ = [
+    "STANDARD",
+    "Bench",
+    "Broken",
+    "Found",
+    "Invariant",
+    "InvariantError",
+    "Moment",
+    "Press",
+    "Report",
+    "Scenario",
+    "SlotMoment",
+    "UnsteadyError",
+    "Verdict",
+    "always",
+    "load_invariants",
+    "never",
+    "search",
+    "undisturbed",
+    "within",
+]

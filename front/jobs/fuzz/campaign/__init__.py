@@ -1,0 +1,1 @@
+"""A long search: rounds over processes, kept on disk, finds confirmed."""

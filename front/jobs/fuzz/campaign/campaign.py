@@ -1,0 +1,166 @@
+"""A campaign: many searches, on all cores or on a cluster, that can be interrupted and continued.
+
+A search is a task: a seed and a number of examples. Tasks go to an executor of the standard library's
+kind; what they report is added to the state, which is written after every one of them. Every other task
+varies a scenario of the corpus, which holds the first scenario in which each rule of the manual fired.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterator
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
+from dataclasses import dataclass
+
+from ..scenarios.scenario import Scenario
+from ..search import Found, Report
+from .state import CampaignError, State
+
+TRIES = 3
+"""How often a task is tried whose worker dies."""
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """One search.
+
+    Attributes:
+        number: which one, from 0; its seed follows from it.
+        examples: how many scenarios it tries.
+        known: names of invariants that it does not look for.
+        base: a scenario that it varies.
+    """
+
+    number: int
+    examples: int
+    known: frozenset[str] = frozenset()
+    base: Scenario | None = None
+
+
+Work = Callable[[Task], Report]
+"""Does a task, in this process or another one; it can be pickled."""
+
+
+def campaign(
+    work: Work,
+    state: State,
+    executor: Callable[[], Executor],
+    *,
+    examples: int,
+    tasks: int | None,
+    jobs: int,
+    known: frozenset[str] = frozenset(),
+    go_on: Callable[[], bool] = lambda: True,
+    news: Callable[[list[Found]], None] = lambda _found: None,
+) -> None:
+    """Run tasks until all are done, or until `go_on` returns False; the state holds the results.
+
+    Args:
+        work: does a task.
+        state: what is known; it is added to.
+        executor: makes the executor, and again if its workers die.
+        examples: scenarios per task.
+        tasks: how many tasks; None = until `go_on` says no.
+        jobs: how many at a time.
+        known: names of invariants that are not looked for.
+        go_on: asked after every task.
+        news: called after every task with its findings.
+
+    Raises:
+        CampaignError: a task's worker has died several times.
+        InvariantError: an invariant raised.
+    """
+    desk = _Desk(work, executor, _tasks(state, examples, tasks, known))
+    try:
+        for _ in range(jobs):
+            desk.give_out()
+        while desk.reports_are_due:
+            for report in desk.wait(state.tasks):
+                news(state.add(report))
+                if go_on():
+                    desk.give_out()
+    finally:
+        desk.close()
+
+
+class _Desk:
+    """Submits tasks and collects their reports.
+
+    Reports are passed on in the order of their tasks, and each is followed by a new task: so what a task
+    knows does not hang on which worker was faster, and the same campaign finds the same.
+    """
+
+    def __init__(self, work: Work, executor: Callable[[], Executor], waiting: Iterator[Task]) -> None:
+        self._work = work
+        self._executor = executor
+        self._waiting = waiting
+        self._pool = executor()
+        self._running: dict[Future[Report], Task] = {}
+        self._early: dict[int, Report] = {}
+        self._tried: Counter[int] = Counter()
+
+    @property
+    def reports_are_due(self) -> bool:
+        """Whether a task is under way."""
+        return bool(self._running)
+
+    def give_out(self) -> None:
+        """Submit the next task, if there is one."""
+        task = next(self._waiting, None)
+        if task is not None:
+            self._submit(task)
+
+    def _submit(self, task: Task) -> None:
+        self._tried[task.number] += 1
+        if self._tried[task.number] > TRIES:
+            raise CampaignError(f"task {task.number}: its worker has died {TRIES} times")
+        self._running[self._pool.submit(self._work, task)] = task
+
+    def wait(self, number: int) -> Iterator[Report]:
+        """Wait until a task is done; yield the reports that have arrived, from a task's number on."""
+        done, _ = wait(self._running, return_when=FIRST_COMPLETED)
+        self._take(done)
+        while number in self._early:
+            yield self._early.pop(number)
+            number += 1
+
+    def _take(self, done: set[Future[Report]]) -> None:
+        """Keep a report; submit a task again if its worker died."""
+        lost = []
+        broken = False
+        for future in done:
+            task = self._running.pop(future)
+            error = future.exception()
+            if error is None:
+                self._early[task.number] = future.result()
+            elif _worker_died(error):
+                broken = broken or isinstance(error, BrokenExecutor)
+                lost.append(task)
+            else:
+                raise error
+        if broken:
+            lost += self._running.values()
+            self._running.clear()
+            self._pool.shutdown(wait=False)
+            self._pool = self._executor()
+        for task in sorted(lost, key=lambda each: each.number):
+            self._submit(task)
+
+    def close(self) -> None:
+        """Cancel the running tasks."""
+        self._pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _worker_died(error: BaseException) -> bool:
+    return isinstance(error, BrokenExecutor) or type(error).__name__ == "KilledWorker"
+
+
+def _tasks(state: State, examples: int, count: int | None, known: frozenset[str]) -> Iterator[Task]:
+    """Return tasks with what is known when each is submitted."""
+    number = state.tasks
+    end = None if count is None else number + count
+    while end is None or number < end:
+        bases = list(state.corpus.values())
+        base = bases[number // 2 % len(bases)] if bases and number % 2 == 0 else None
+        yield Task(number, examples, known | frozenset(state.found), base)
+        number += 1

@@ -1,0 +1,48 @@
+"""A failure counts if it happens twice: here, and in a new process with other surroundings."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+
+from .. import Found, Scenario, UnsteadyError
+from ..job import Setup, bench_of
+from ..run import HANGS, Broken
+from ..search import unsteady
+from ..steady import Uses
+from .fresh import in_other_surroundings
+
+
+@dataclass(frozen=True, slots=True)
+class Confirmation:
+    """Asks another process whether a failure happens there, too.
+
+    Attributes:
+        setup: what is searched.
+    """
+
+    setup: Setup
+
+    def __call__(self, found: Found, without: Collection[str]) -> bool:
+        """Return whether it does.
+
+        Args:
+            found: the failure.
+            without: names of invariants that are not asked, and keys of failures that do not count.
+
+        Raises:
+            UnsteadyError: it does not, which is the program's doing.
+        """
+        broken, uses = in_other_surroundings(run_again, self.setup, found.scenario, frozenset(without))
+        if broken is not None and broken.key == found.broken.key:
+            return True
+        if HANGS in (found.broken.cause, broken and broken.cause):
+            return False  # the machine may have been busy, here or there
+        raise UnsteadyError(unsteady(found, uses))
+
+
+def run_again(setup: Setup, scenario: Scenario, without: frozenset[str]) -> tuple[Broken | None, str]:
+    """Run a scenario; return what it breaks, and what the program was seen to use that may differ."""
+    uses = Uses()
+    verdict = uses.watching(bench_of(setup)).run(scenario, without=without)
+    return verdict.broken, str(uses)

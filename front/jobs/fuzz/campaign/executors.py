@@ -1,0 +1,185 @@
+"""Executors for the tasks of a campaign: this process, a pool of processes, or a Dask cluster."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Sequence
+from concurrent.futures import CancelledError, Executor, Future
+from contextlib import suppress
+from queue import SimpleQueue
+from threading import Event, Thread
+from typing import Any
+
+from ....runtime.loop.pace import wall_ns
+from .fresh import Worker
+from .state import CampaignError
+
+
+class Here(Executor):
+    """Does every task at once, in this process."""
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """Run it, and return the result."""
+        future: Future[Any] = Future()
+        try:
+            future.set_result(fn(*args, **kwargs))
+        except Exception as error:  # it is raised where the result is asked for
+            future.set_exception(error)
+        return future
+
+
+class Processes(Executor):
+    """Runs tasks in processes, and ends the processes at shutdown, in the middle of their work."""
+
+    def __init__(self, jobs: int) -> None:
+        self._waiting: SimpleQueue[tuple[Future[Any], Asked] | None] = SimpleQueue()
+        self._workers = [Worker() for _ in range(jobs)]
+        self._threads = [Thread(target=self._serve, args=(each,), daemon=True) for each in self._workers]
+        for each in self._threads:
+            each.start()
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """Send it to a process."""
+        future: Future[Any] = Future()
+        self._waiting.put((future, (fn, args, kwargs)))
+        return future
+
+    def _serve(self, worker: Worker) -> None:
+        """Give a process one task after the other; after its death all tasks are broken."""
+        while (task := self._waiting.get()) is not None:
+            future, asked = task
+            try:
+                future.set_result(worker.run(*asked))
+            except Exception as error:  # it is raised where the result is asked for
+                future.set_exception(error)
+        worker.close()
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """End the processes; tasks without a result are broken."""
+        for worker in self._workers:
+            worker.kill()
+            self._waiting.put(None)
+        if wait:
+            for thread in self._threads:
+                thread.join()
+
+
+Asked = tuple[Callable[..., Any], Sequence[Any], dict[str, Any]]
+"""A function and its arguments."""
+
+
+class OnCluster(Executor):
+    """Runs tasks on a Dask cluster, and leaves the cluster at shutdown."""
+
+    def __init__(self, client: Any, address: str, say: Say) -> None:
+        self._client = client
+        self._address = address
+        self._executor: Executor = client.get_executor(pure=False)
+        self._over = Event()
+        self._lost = False
+        Thread(target=self._look_for_workers, args=(say,), daemon=True).start()
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """Send it to a worker.
+
+        Raises:
+            CampaignError: the scheduler has gone; or the future has it as its exception.
+        """
+        answer: Future[Any] = Future()
+        try:
+            asked = self._executor.submit(fn, *args, **kwargs)
+        except CONNECTION_LOST as error:
+            raise self._gone() from error
+        asked.add_done_callback(lambda _done: self._pass_on(asked, answer))
+        return answer
+
+    def _pass_on(self, asked: Future[Any], answer: Future[Any]) -> None:
+        """Answer as the cluster does; it cancels what it has lost."""
+        error = self._gone() if asked.cancelled() else asked.exception()
+        if isinstance(error, CONNECTION_LOST):
+            error = self._gone()
+        if error is None:
+            answer.set_result(asked.result())
+        else:
+            answer.set_exception(error)
+
+    def _gone(self) -> CampaignError:
+        self._lost = True
+        return CampaignError(
+            f"the Dask scheduler at {self._address} has gone; what is known is kept: the same command, "
+            "with a scheduler that runs, goes on from here"
+        )
+
+    def _look_for_workers(self, say: Say) -> None:
+        """Print a message when there has been no worker for some time."""
+        since_ns, told = wall_ns(), False
+        while not self._over.wait(0.5):
+            try:
+                workers = self._client.nthreads()
+            except CONNECTION_LOST:
+                return  # the tasks tell it
+            if workers:
+                since_ns, told = wall_ns(), False
+            elif not told and wall_ns() - since_ns >= NO_WORKER_NS:
+                told = True
+                say(
+                    f"the Dask scheduler at {self._address} has had no worker for {NO_WORKER_NS // 10**9} s; "
+                    f"the search waits for one: dask worker {self._address}"
+                )
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """Close the connection; the cluster goes on."""
+        self._over.set()
+        if self._lost:
+            with suppress(*CONNECTION_LOST):  # the connection is gone already
+                self._client.close(timeout=1)
+            return
+        self._executor.shutdown(wait=wait)
+        self._client.close()
+
+
+Say = Callable[[str], object]
+
+NO_WORKER_NS = 5_000_000_000
+"""How long a cluster may be without a worker before a message says so."""
+
+CONNECTION_LOST = (OSError, AssertionError, RuntimeError, CancelledError)
+"""What Dask raises, or answers, where a connection breaks in the middle of something."""
+
+
+def executor_of(jobs: int, dask: str | None, say: Say = lambda _text: None) -> Callable[[], Executor]:
+    """Return what makes the executor: this process, a pool of processes, or a Dask cluster.
+
+    Args:
+        jobs: how many tasks at a time.
+        dask: address of the cluster's scheduler; None = there is no cluster.
+        say: called with what the user should know while the cluster is at work.
+
+    Raises:
+        ValueError: when the executor is made: the cluster's library is missing, or nothing answers.
+    """
+    if dask is not None:
+        return lambda: _dask(dask, say)
+    return Here if jobs == 1 else lambda: Processes(jobs)
+
+
+def _dask(address: str, say: Say) -> Executor:
+    try:
+        from distributed import Client
+    except ModuleNotFoundError:
+        raise ValueError("a cluster needs dask: pip install 'scanrack[cluster]'") from None
+    _silence("distributed")
+    try:
+        client: Any = Client(address, timeout=10)  # type: ignore[no-untyped-call, unused-ignore]
+    except OSError as error:
+        raise ValueError(f"no Dask scheduler answers at {address}: {error}") from error
+    return OnCluster(client, address, say)
+
+
+def _silence(library: str) -> None:
+    """Keep a library's log off the terminal; our messages say what matters of it."""
+    for name in [library, *logging.root.manager.loggerDict]:
+        if name.partition(".")[0] == library:
+            logger = logging.getLogger(name)
+            logger.handlers[:] = [logging.NullHandler()]
+            logger.propagate = False

@@ -1,0 +1,254 @@
+"""What a campaign knows, as a file that is written after every task and read by the next run."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+from itertools import chain, count
+from pathlib import Path, PurePath
+from typing import Any
+
+from ....io_images.amci3601 import RULES
+from ....io_images.input_files import read_checked
+from ....io_images.text_limits import Text
+from ....runtime.config.rackspec import RackSpec
+from ....traces.files.guard import beginning
+from ....traces.files.newfile import new_file
+from ..run import Bench, Broken
+from ..scenarios.scenario import Scenario
+from ..search import Found, Report, behind
+
+RECORDING = "recording"
+"""What replaces a rule in the corpus where a scenario was learned from a recording."""
+
+
+class CampaignError(ValueError):
+    """A campaign that can't go on; the message says why."""
+
+
+@dataclass(slots=True)
+class State:
+    """What a campaign knows.
+
+    Attributes:
+        rack: path of what is searched, as it was given; empty before the first run.
+        tasks: number of tasks done, all of those before included.
+        runs: number of runs.
+        scans: scans in all of them.
+        rules: how often each rule of the manual fired.
+        corpus: by a rule's id, the scenario in which it fired first; by `RECORDING`, that of a recording;
+            by a failure's key, one that broke something once and does not any more.
+        found: of each failure the smallest scenario, by the failure's key.
+        folders: name of the folder of each failure that was ever found, by its key.
+        applied: names of the invariants that have had something to look at.
+        shrinking: how many of this session's runs were to shrink what was found; not kept in the file.
+        spent: what the time of this session's searches went to, ns; not kept in the file.
+        printed: number of lines that the program printed in this session's searches; not kept in the file.
+    """
+
+    rack: str = ""
+    tasks: int = 0
+    runs: int = 0
+    scans: int = 0
+    rules: Counter[str] = field(default_factory=Counter)
+    corpus: dict[str, Scenario] = field(default_factory=dict)
+    found: dict[str, Found] = field(default_factory=dict)
+    folders: dict[str, str] = field(default_factory=dict)
+    applied: set[str] = field(default_factory=set)
+    shrinking: int = field(default=0, compare=False)
+    spent: Counter[str] = field(default_factory=Counter, compare=False)
+    printed: int = field(default=0, compare=False)
+
+    def add(self, report: Report) -> list[Found]:
+        """Add what a task reports; return what is found for the first time, or smaller than before."""
+        self.tasks += 1
+        self.runs += report.runs
+        self.scans += report.scans
+        self.rules.update(report.rules)
+        self.applied |= report.applied
+        self.shrinking += report.shrinking
+        self.spent.update(report.spent)
+        self.printed += report.printed
+        for rule, scenario in report.firsts.items():
+            self.corpus.setdefault(rule, scenario)
+        return self.note(report.found)
+
+    def note(self, found: Iterable[Found]) -> list[Found]:
+        """Add what is found; return what is so for the first time, or smaller than before."""
+        news = []
+        for each in found:
+            known = self.found.get(each.broken.key)
+            if known is None or each.scenario.size < known.scenario.size:
+                self.found[each.broken.key] = each
+                self._give_folder(each.broken)
+                news.append(each)
+        return news
+
+    def _give_folder(self, broken: Broken) -> None:
+        """Call a failure's folder as the invariant, with a number if that is taken."""
+        if broken.key not in self.folders:
+            numbered = (f"{broken.invariant}-{number}" for number in count(2))
+            names = chain([broken.invariant], numbered)
+            self.folders[broken.key] = next(name for name in names if name not in self.folders.values())
+
+    def leave_out_impossible(self, spec: RackSpec) -> list[Broken]:
+        """Forget scenarios with an older firmware than the program needs; return what they broke."""
+        gone = {key: each for key, each in self.found.items() if not each.scenario.is_possible(spec)}
+        for key in gone:
+            del self.found[key]
+        self.corpus = {key: each for key, each in self.corpus.items() if each.is_possible(spec)}
+        return [each.broken for _key, each in sorted(gone.items())]
+
+    def recheck(self, bench: Bench) -> list[Broken]:
+        """Look whether the program still breaks what it was found to break; return what it does not.
+
+        What is mended becomes part of the corpus. Invariants that the bench does not ask are left alone.
+        """
+        mended = []
+        before = {
+            key: each for key, each in sorted(self.found.items()) if each.broken.invariant in bench.names
+        }
+        for key in before:
+            del self.found[key]
+        for key, each in before.items():
+            others = {other for other, known in before.items() if known.broken.cause in RULES}
+            broken = bench.run(each.scenario, without=behind(bench, each.broken, others)).broken
+            if broken is None:
+                self.corpus[key] = each.scenario
+                mended.append(each.broken)
+            else:  # a place may have moved with its line
+                self.folders.setdefault(broken.key, self.folders[key])
+                self.note([replace(each, broken=broken)])
+        return mended
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the state as JSON can hold it."""
+        return {
+            "rack": self.rack,
+            "tasks": self.tasks,
+            "runs": self.runs,
+            "scans": self.scans,
+            "rules": dict(sorted(self.rules.items())),
+            "corpus": {rule: each.to_json() for rule, each in sorted(self.corpus.items())},
+            "found": [_found_json(each) for _, each in sorted(self.found.items())],
+            "folders": dict(sorted(self.folders.items())),
+            "applied": sorted(self.applied),
+        }
+
+    @classmethod
+    def from_json(cls, given: dict[str, Any]) -> State:
+        """Return the state that `to_json` wrote.
+
+        Raises:
+            ValueError: it is none.
+        """
+        try:
+            found = [_found(each) for each in given["found"]]
+            state = cls(
+                _text(given["rack"]),
+                _count(given["tasks"]),
+                _count(given["runs"]),
+                _count(given["scans"]),
+                Counter({rule: _count(times) for rule, times in given["rules"].items()}),
+                {rule: Scenario.from_json(each) for rule, each in given["corpus"].items()},
+                {each.broken.key: each for each in found},
+                {key: _folder(name) for key, name in given["folders"].items()},
+                set(_texts(given["applied"])),
+            )
+        except (KeyError, TypeError, AttributeError) as error:
+            raise ValueError(f"this is not the state of a campaign: {error!r}") from None
+        homeless = state.found.keys() - state.folders.keys()
+        if homeless:
+            raise ValueError(f"this is not the state of a campaign: {min(homeless)} has no folder")
+        return state
+
+
+def _count(value: object) -> int:
+    if type(value) is not int or value < 0:
+        raise ValueError(f"this is not the state of a campaign: {value!r:.40} is not a count")
+    return value
+
+
+def _text(value: object) -> str:
+    if not isinstance(value, str):
+        raise ValueError(f"this is not the state of a campaign: {value!r:.40} is not text")
+    return value
+
+
+def _texts(value: object) -> tuple[str, ...]:
+    if not isinstance(value, list):
+        raise ValueError(f"this is not the state of a campaign: {value!r:.40} is not a list")
+    return tuple(map(_text, value))
+
+
+def _folder(value: object) -> str:
+    """Return a name that stays in the campaign's folder."""
+    name = _text(value)
+    if PurePath(name).name != name or "\\" in name:
+        raise ValueError(f"this is not the state of a campaign: {name!r:.40} is not the name of a folder")
+    return name
+
+
+def _found_json(found: Found) -> dict[str, Any]:
+    broken = found.broken
+    return {
+        "scenario": found.scenario.to_json(),
+        "after": found.after,
+        "invariant": broken.invariant,
+        "sentence": broken.sentence,
+        "scan": broken.scan,
+        "now_ns": broken.now_ns,
+        "why": broken.why,
+        "shows": list(broken.shows),
+        "rules": list(broken.rules),
+        "cause": broken.cause,
+    }
+
+
+def _found(given: dict[str, Any]) -> Found:
+    broken = Broken(
+        _text(given["invariant"]),
+        _text(given["sentence"]),
+        _count(given["scan"]),
+        _count(given["now_ns"]),
+        _text(given["why"]),
+        _texts(given["shows"]),
+        _texts(given["rules"]),
+        _text(given["cause"]),
+    )
+    return Found(Scenario.from_json(given["scenario"]), broken, _count(given["after"]))
+
+
+STATE = beginning("the state of a campaign", b'{\n "rack"')
+
+
+def read_state(file: Path, rack: str) -> State:
+    """Return the state in a file, an empty one if there is no such file.
+
+    Raises:
+        CampaignError: the file can't be read, holds no state, or that of another rack.
+    """
+    if not file.exists():
+        return State(rack)
+    try:
+        text = read_checked(file, Text.STATE)
+        state = State.from_json(json.loads(text))
+    except (OSError, ValueError) as error:
+        raise CampaignError(f"{file}: {error}; move it away to start again") from error
+    if state.rack != rack:
+        raise CampaignError(
+            f"{file} is of a search of {state.rack}, not of {rack}: give --out another folder"
+        )
+    return state
+
+
+def write_state(state: State, file: Path) -> None:
+    """Write a state in place of the one that was there.
+
+    Raises:
+        OSError: it can't be written.
+    """
+    with new_file(file, STATE, encoding="utf-8") as opened:
+        opened.write(json.dumps(state.to_json(), indent=1) + "\n")

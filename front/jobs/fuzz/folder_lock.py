@@ -1,0 +1,72 @@
+"""The folder of a campaign: nothing else is in it, and one campaign at a time is at work there."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from ...traces.files.guard import (
+    NOTHING,
+    Kind,
+    OwnedError,
+    Used,
+)
+from ...traces.files.locking import could_lock
+from ...traces.files.newfile import naming, new_file
+
+OF_A_CAMPAIGN = Kind("a file of a campaign", lambda _content: True)
+"""Anything in a folder that passed `locked`."""
+
+STATE_NAME = "state.json"
+"""The file that keeps the state of the campaign."""
+
+NAME = ".lock"
+"""The file that is locked; it stays after the campaign, without meaning."""
+
+
+@contextmanager
+def locked(folder: Path) -> Iterator[None]:
+    """Hold a folder within the context, made if it is missing; the system releases it when the process dies.
+
+    Raises:
+        OwnedError: it has files in it that are not of a campaign.
+        ValueError: another process holds it.
+        OSError: the folder or its file can't be written.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    if any(folder.iterdir()) and not any((folder / name).exists() for name in (NAME, STATE_NAME)):
+        raise OwnedError(f"{folder} has files in it that are not of a campaign: give --out another folder")
+    with (folder / NAME).open("a+b", buffering=0) as file:
+        if not could_lock(file.fileno()):
+            file.seek(0)
+            raise ValueError(
+                f"{folder}: another campaign{_of(file.read().decode('ascii', 'replace'))} is at work there: "
+                "wait for its end, or give --out another folder"
+            )
+        with naming(folder / NAME):  # a full disk
+            file.truncate(0)
+            os.write(file.fileno(), str(os.getpid()).encode())
+        yield
+
+
+def write_text(path: Path, text: str, used: Used = NOTHING) -> Path:
+    """Write a file of a campaign; return its path.
+
+    Args:
+        path: the file, in the campaign's folder.
+        text: its contents.
+        used: files that are not replaced.
+
+    Raises:
+        OwnedError: it is one of them.
+        OSError: it can't be written.
+    """
+    with new_file(path, OF_A_CAMPAIGN, used=used, encoding="utf-8") as file:
+        file.write(text)
+    return path
+
+
+def _of(owner: str) -> str:
+    return f" (process {owner})" if owner.isdecimal() else ""

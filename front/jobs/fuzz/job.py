@@ -1,0 +1,256 @@
+"""What `scanrack fuzz` searches, built again in every worker, and the files that it writes."""
+
+from __future__ import annotations
+
+import json
+import os
+import shlex
+import sys
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from functools import cache, partial
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from ...io_images.amci3601.firmware import Firmware
+from ...ladder import LadderLogic
+from ...ladder.python.sequences import Logic as SequenceLogic
+from ...ladder.python.sequences import fresh
+from ...runtime.config.rackspec import RackSpec, SlotSpec
+from ...runtime.loop.listeners import ScanListener
+from ...runtime.loop.rack import Rack
+from ...runtime.loop.scan import Logic
+from ...runtime.machine.spec import input_name
+from ...traces.plot import Mark, save_page
+from ...traces.read.reader import open_trace
+from ..load.loading import Job, load_job
+from ..load.program import load_program
+from ..record.recording import recorder_for
+from ..record.sequence_watch import watching
+from ..trust.attachments import forget_imported
+from ..trust.owned import in_use
+from . import (
+    STANDARD,
+    Bench,
+    Found,
+    Invariant,
+    InvariantError,
+    Scenario,
+    load_invariants,
+)
+from .drawing import Kind
+from .folder_lock import write_text
+from .report import report
+from .scenarios.drivescript import DriveScript, obstacle
+from .scenarios.rackdoc import rack_text
+
+RESERVE = 100
+"""Scans that a recording goes on after the one in which an invariant is broken."""
+
+AROUND_NS = 200_000_000
+"""How much is shown of the chart before and after the failure, if only its surroundings are asked for."""
+
+
+@dataclass(frozen=True, slots=True)
+class Setup:
+    """What is fuzzed, in words that can be sent to a worker.
+
+    Attributes:
+        rack: path of the rack file.
+        invariants: files with invariants.
+        checks: standard invariants by name.
+        scans: how long a run is.
+        kinds: what is random.
+        notes: folder for what Hypothesis keeps.
+    """
+
+    rack: str
+    invariants: tuple[Path, ...]
+    checks: tuple[str, ...]
+    scans: int
+    kinds: frozenset[Kind]
+    notes: Path
+
+    def from_anywhere(self) -> Setup:
+        """Return the same with absolute paths, for a worker in another folder."""
+        files = tuple(file.absolute() for file in self.invariants)
+        return replace(self, rack=os.path.abspath(self.rack), invariants=files, notes=self.notes.absolute())
+
+    @property
+    def words(self) -> list[str]:
+        """How the command line says what must hold."""
+        words = [word for file in self.invariants for word in ("--invariants", str(file))]
+        return words + [word for check in self.checks for word in ("--check", check)]
+
+
+@cache
+def bench_of(setup: Setup) -> Bench:
+    """Return the bench of a setup; a worker makes it once.
+
+    Raises:
+        ValueError: the rack, its program or the invariants can't be used.
+    """
+    job = load_job(setup.rack)
+    return Bench(with_needs(job), logic_maker(job, setup.rack), invariants_of(setup), setup.scans, _tags_of)
+
+
+NEEDS_FIRMWARE = "NEEDS_FIRMWARE"
+"""The name by which a Python program states the oldest firmware that it works with."""
+
+
+def with_needs(job: Job) -> RackSpec:
+    """Return a job's rack with the firmware that its program says it needs.
+
+    Raises:
+        ValueError: a module's firmware is older, or the program names no firmware.
+    """
+    modules = [each for each in list(sys.modules.values()) if _is_of(each, job.program)]
+    named = next((vars(each)[NEEDS_FIRMWARE] for each in modules if NEEDS_FIRMWARE in vars(each)), None)
+    if named is None:
+        return job.spec
+    try:
+        needed = Firmware.parse(str(named))
+    except ValueError as error:
+        raise ValueError(f"{job.program}: {NEEDS_FIRMWARE} = {named!r}: {error}") from None
+    return job.spec.model_copy(update={"slot": tuple(_needing(slot, needed, job) for slot in job.spec.slot)})
+
+
+def _is_of(module: ModuleType, program: Path) -> bool:
+    file = getattr(module, "__file__", None)
+    return isinstance(file, str) and Path(file) == program
+
+
+def _needing(slot: SlotSpec, needed: Firmware, job: Job) -> SlotSpec:
+    if Firmware.parse(slot.firmware) < needed:
+        raise ValueError(
+            f"{job.program}: {NEEDS_FIRMWARE} is {needed}, and slot {slot.number} has "
+            f"firmware {slot.firmware}"
+        )
+    needed = max(needed, Firmware.parse(slot.needs_firmware))
+    return slot.model_copy(update={"needs_firmware": str(needed)})
+
+
+def invariants_of(setup: Setup) -> list[Invariant]:
+    """Return the invariants of a setup, each name once.
+
+    Raises:
+        InvariantError: a file can't be used, or two have an invariant of one name.
+    """
+    chosen = {name: STANDARD[name] for name in setup.checks}
+    origin: dict[str, Path] = {}
+    for file in dict.fromkeys(setup.invariants):
+        for each in load_invariants(file):
+            if each.name in origin:
+                raise InvariantError(
+                    f"{file}: {each.name} is in {origin[each.name]}, too: give it another name"
+                )
+            origin[each.name] = file
+            chosen[each.name] = each
+    return list(chosen.values())
+
+
+def logic_maker(job: Job, rack: str) -> Callable[[], Logic]:
+    """Return a factory of a job's logic."""
+    logic = job.logic
+    if isinstance(logic, LadderLogic):
+        return logic.compile
+    if isinstance(logic, SequenceLogic):
+        return partial(fresh, logic)
+    if job.rack_file == job.program:
+        return lambda: _of_rack(rack, job.folder.resolve())
+    address = f"{job.program}:{job.logic_name.rpartition(':')[2]}"
+    return lambda: _function(address, job.program.resolve().parent)
+
+
+def _function(address: str, folder: Path) -> Logic:
+    forget_imported(folder)
+    logic: Logic = load_program(address).function
+    return logic
+
+
+def _of_rack(rack: str, folder: Path) -> Logic:
+    forget_imported(folder)
+    return load_job(rack).logic
+
+
+def _tags_of(logic: Logic) -> Any:
+    return getattr(logic, "tags", {})
+
+
+def hand_over(job: Job, setup: Setup, bench: Bench, found: Found, folder: Path) -> None:
+    """Write all that shows a failure: report, scenario, rack file, trace, drive scripts, picture.
+
+    Raises:
+        OSError: a file can't be written.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    used = {**in_use(job), **dict.fromkeys(setup.invariants, "a file of invariants")}
+    scans = min(bench.scans, found.broken.scan + RESERVE)
+    scenario = write_text(
+        folder / "scenario.json", json.dumps(found.scenario.to_json(), indent=1) + "\n", used
+    )
+    check = shlex.join(["scanrack", "fuzz", setup.rack, *setup.words, "--scenario", str(scenario)])
+    again = []
+    if job.rack_file.suffix == ".toml":
+        text = rack_text(job.rack_file, bench.spec, found.scenario, scans, folder)
+        rack_file = write_text(folder / "rack.toml", text, used)
+        job = load_job(str(rack_file))
+        again.append(shlex.join(["scanrack", "run", str(rack_file)]))
+    again += _recorded(job, bench, found.scenario, scans, folder)
+    chart = _drawn(found, folder)
+    write_text(folder / "report.txt", report(found, chart, again, check), used)
+
+
+def _drawn(found: Found, folder: Path) -> list[str]:
+    """Draw the trace as a page; return where it is, and where on it the failure is."""
+    broken, page = found.broken, folder / "chart.html"
+    mark = Mark(broken.now_ns, None, "broken", f"{broken.invariant} is broken", str(broken))
+    with open_trace(folder / "trace.mcap") as trace:
+        save_page(trace, page, title=broken.sentence, more=[mark])
+    around = max(0, broken.now_ns - AROUND_NS), broken.now_ns + AROUND_NS
+    return [
+        str(page),
+        "{}#from={:.3f}&to={:.3f}".format(page.resolve().as_uri(), *(ns / 1e9 for ns in around)),
+    ]
+
+
+def _recorded(job: Job, bench: Bench, scenario: Scenario, scans: int, folder: Path) -> list[str]:
+    """Record a scenario, as a trace and as scripts for the bench; return how to run these, or why not."""
+    scripts: dict[int, DriveScript] = {}
+    told = []
+    made: list[Logic] = []  # what runs, whose tags are recorded
+
+    def listeners(spec: RackSpec, rack: Rack) -> Iterable[ScanListener]:
+        for slot in spec.slot:
+            why = obstacle(spec, slot)
+            if why is None:
+                scripts[slot.number] = DriveScript(spec, slot, rack.slots[slot.number])
+                yield scripts[slot.number]
+            else:
+                told.append(f"(slot {slot.number} has no drive script: the bench can't do {why})")
+        yield watching(recorder_for(job, rack, folder / "trace.mcap", made[-1], keep=0), made[-1])
+
+    def fresh_logic() -> Logic:
+        made.append(bench.fresh_logic())
+        return made[-1]
+
+    Bench(bench.spec, fresh_logic, (), scans).run(scenario, listeners=listeners)
+    modules = {slot.number: slot.module for slot in bench.spec.slot}
+    for number, script in scripts.items():
+        file = write_text(folder / f"drive-slot{number}.jsonl", script.text())
+        told.append(f"scanrack drive {modules[number]} < {shlex.quote(str(file))}")
+        if script.by_level:
+            inputs = ", ".join(map(input_name, script.by_level))
+            told.append(f"(up to a scan late where {inputs} is met: the script sets its level)")
+    return told
+
+
+def replay(bench: Bench, scenario: Scenario) -> list[Found]:
+    """Run one scenario; return what it breaks, each failure once. What the program prints is shown."""
+    found: list[Found] = []
+    known: set[str] = set()
+    while (broken := bench.run(scenario, without=known, aloud=not known).broken) is not None:
+        found.append(Found(scenario, broken, 1))
+        known.add(broken.key)
+    return found

@@ -1,0 +1,1 @@
+"""What holds in every scan: invariants, the standard ones and those of users."""

@@ -1,0 +1,136 @@
+"""The law of commands: none is under way while its axis rests for a second and the link is good.
+
+A search for home may rest longer: two seconds on an end limit. A follower rests with its encoder. A blend is
+programmed at rest, in phases; each begins the second anew. With a round trip of more than a third of a
+second it is three of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from ....io_images.amci3601.bits import StatusLsw, StatusMsw
+from ....ladder.python.axis3601 import Axis3601
+from ....ladder.python.axis3601.evidence import HOME_REST_NS
+from ....ladder.python.axis3601.kinds import GEAR, HOME
+from ....ladder.python.sequences import Logic as SequenceLogic
+from ....ladder.python.sequences import parts_of
+from ....runtime.loop.scan import Logic
+from ...record.wrapped import unwrapped
+
+
+class NamedTags(Protocol):
+    """The tags of a program by name."""
+
+    def __iter__(self) -> Iterator[str]: ...
+    def __contains__(self, name: str, /) -> bool: ...
+    def __getitem__(self, name: str, /) -> Any: ...
+
+
+SECOND_NS = 1_000_000_000
+
+SEARCH, FOLLOWER = 4, 10
+"""Kinds of commands in the motion blocks, see `axis3601.rung`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Busy:
+    """A command under way.
+
+    Attributes:
+        text: what it is called, or what says so.
+        rests: its axis rests, and answers.
+        phase: differs when it goes on at rest.
+        limit_ns: how long it may rest.
+    """
+
+    text: object
+    rests: bool
+    phase: int
+    limit_ns: int
+
+
+Question = Callable[[], Busy | None]
+"""Returns the command of an axis that is under way now."""
+
+
+def axes_in(logic: Logic, tags: NamedTags) -> tuple[Question, ...]:
+    """Return a question for each axis of a program: axes in Python, and those of the motion blocks."""
+    inside = unwrapped(logic)
+    parts = parts_of(inside) if isinstance(inside, SequenceLogic) else ()
+    axes = [_of_python(each) for each in parts if isinstance(each, Axis3601)]
+    return (*axes, *(_of_blocks(tags, name) for name in tags if f"{name}.RunKind" in tags))
+
+
+def _of_python(axis: Axis3601) -> Question:
+    def ask() -> Busy | None:
+        command = axis.commanded
+        if command is None or not command.busy:
+            return None
+        idle = axis.status.MODULE_OK and not axis.moving
+        rests = idle and not (command.kind is GEAR and axis.status.ENC_FOLLOWER)
+        return Busy(command, rests, axis.phase, _limit_ns(axis.trip_ns, searches=command.kind is HOME))
+
+    return ask
+
+
+def _of_blocks(tags: NamedTags, name: str) -> Question:
+    def ask() -> Busy | None:
+        step = tags[f"{name}.Step"]
+        if not step and tags[f"{name}.Ticket"] == tags[f"{name}.Taken"]:
+            return None
+        kind = tags[f"{name}.RunKind"]
+        msw, lsw = tags[f"{name}.In[0]"], tags[f"{name}.In[1]"]
+        idle = msw & StatusMsw.MODULE_OK.value and not tags[f"{name}.Moving"]
+        rests = bool(idle) and not (kind == FOLLOWER and lsw & StatusLsw.ENC_FOLLOWER.value)
+        limit_ns = _limit_ns(1_000_000 * tags[f"{name}.RoundTrip"], searches=kind == SEARCH)
+        return Busy(f"{name}, kind {kind}, step {step}", rests, tags[f"{name}.Out[1]"], limit_ns)
+
+    return ask
+
+
+def _limit_ns(trip_ns: int, *, searches: bool) -> int:
+    return max(SECOND_NS, 3 * trip_ns) + HOME_REST_NS * searches
+
+
+class Rests:
+    """Measures how long the axes of a program have rested under a command.
+
+    Args:
+        axes: a question for each.
+    """
+
+    def __init__(self, axes: Iterable[Question]) -> None:
+        self._axes = [_Rest(each) for each in axes]
+
+    def too_long(self, now_ns: int, *, linked: bool) -> str | None:
+        """Return the command that rests for too long, in words.
+
+        Args:
+            now_ns: virtual time of the scan.
+            linked: all links are good.
+        """
+        told = [each.too_long(now_ns, linked=linked) for each in self._axes]
+        return next((each for each in told if each), None)
+
+
+class _Rest:
+    """The rest of one axis."""
+
+    def __init__(self, ask: Question) -> None:
+        self._ask = ask
+        self._since_ns: int | None = None
+        self._phase = 0
+
+    def too_long(self, now_ns: int, *, linked: bool) -> str | None:
+        busy = self._ask()
+        if busy is None or not busy.rests or not linked or busy.phase != self._phase:
+            self._since_ns = None
+        elif self._since_ns is None:
+            self._since_ns = now_ns
+        self._phase = busy.phase if busy is not None else 0
+        if busy is None or self._since_ns is None or now_ns - self._since_ns <= busy.limit_ns:
+            return None
+        return f"{busy.text} is busy, and its axis has rested for {(now_ns - self._since_ns) / 1e9:g} s"

@@ -1,0 +1,204 @@
+"""Invariants: what must hold in every scan of every run, as small functions of a moment."""
+
+from __future__ import annotations
+
+import importlib.util
+import inspect
+import sys
+import traceback
+from collections.abc import Callable
+from dataclasses import dataclass
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any
+
+from ....runtime.config.quantities import parse_duration
+from ...load.modules_beside import find_beside
+from .scan_view import Moment
+
+Condition = Callable[[Moment], Any]
+"""A condition of a moment; its answer counts as true or false."""
+
+Watch = Callable[[Moment], str | None]
+"""Looks at every scan of one run; returns how the invariant is broken, or None.
+
+Where it may have nothing to look at, its attribute `applied` says whether it had. Where it breaks
+later than what led to it, its attribute `origin_scan` is the scan of that.
+"""
+
+
+class InvariantError(ValueError):
+    """An invariant that can't be loaded, or that raised; the message names it, file and line."""
+
+
+@dataclass(frozen=True, slots=True)
+class Invariant:
+    """A condition that must hold.
+
+    Attributes:
+        name: its short name.
+        sentence: what must hold, in words.
+        start: begins to watch a run.
+    """
+
+    name: str
+    sentence: str
+    start: Callable[[], Watch]
+
+
+def always(condition: Condition) -> Invariant:
+    """Make an invariant of a condition that must be true in every scan; its docstring is the sentence."""
+    return _single(condition, wanted=True)
+
+
+def never(condition: Condition) -> Invariant:
+    """Make an invariant of a condition that must not be true in any scan; its docstring is the sentence."""
+    return _single(condition, wanted=False)
+
+
+def within(limit: str, *, after: Condition, while_resting: bool = False) -> Callable[[Condition], Invariant]:
+    """Make an invariant of a condition that must come true in time.
+
+    The clock starts in a scan in which `after` is true, if it does not run already, and stops in
+    one in which the condition is. It pauses while the logic rests (program mode): a program that is
+    not called can't act.
+
+    Args:
+        limit: machine time with its unit, such as "5 s".
+        after: what starts the clock.
+        while_resting: let the clock run in program mode, too, for what the machine must do by itself.
+
+    Raises:
+        ValueError: `limit` is not a time, or the condition does not take one argument.
+    """
+    limit_ns = parse_duration(limit)
+
+    def make(condition: Condition) -> Invariant:
+        _check(condition)
+        return Invariant(
+            _name(condition),
+            _sentence(condition),
+            lambda: _Within(condition, after, limit_ns, while_resting=while_resting),
+        )
+
+    return make
+
+
+class _Within:
+    """Watches a run for a condition that must come true in time."""
+
+    def __init__(self, condition: Condition, after: Condition, limit_ns: int, *, while_resting: bool) -> None:
+        self._condition, self._after, self._limit_ns = condition, after, limit_ns
+        self._while_resting = while_resting
+        self._since_ns: int | None = None
+        self._paused_ns = 0
+        self._last_ns = 0
+        self.origin_scan = 0
+        self.applied = False
+
+    def __call__(self, now: Moment) -> str | None:
+        step_ns, self._last_ns = now.ns - self._last_ns, now.ns
+        if _ask(self._condition, now):
+            self._since_ns = None
+            self.applied = self.applied or bool(_ask(self._after, now))
+        elif self._since_ns is None:
+            if _ask(self._after, now):
+                self._start(now)
+        elif now.resting and not self._while_resting:
+            self._paused_ns += step_ns
+        elif now.ns - self._since_ns - self._paused_ns > self._limit_ns:
+            return self._why(now.ns - self._since_ns - self._paused_ns, self._since_ns)
+        return None
+
+    def _start(self, now: Moment) -> None:
+        self._since_ns, self._paused_ns, self.origin_scan = now.ns, 0, now.scan
+        self.applied = True
+
+    def _why(self, ran_ns: int, since_ns: int) -> str:
+        paused = f", {_ms(self._paused_ns)} ms in program mode not counted" if self._paused_ns else ""
+        return f"{_ms(ran_ns)} ms after scan time {_ms(since_ns)} ms it has not come true{paused}"
+
+
+def _single(condition: Condition, *, wanted: bool) -> Invariant:
+    _check(condition)
+
+    def watch(now: Moment) -> str | None:
+        if bool(_ask(condition, now)) is wanted:
+            return None
+        return f"it is {'false' if wanted else 'true'}"
+
+    return Invariant(_name(condition), _sentence(condition), lambda: watch)
+
+
+def _check(condition: Condition) -> None:
+    """Refuse a condition that does not take a moment.
+
+    Raises:
+        InvariantError: it is not a function of one argument.
+    """
+    try:
+        inspect.signature(condition).bind(None)
+    except TypeError as error:
+        raise InvariantError(f"{_name(condition)} has to take one argument, the moment: {error}") from None
+
+
+def _name(condition: Condition) -> str:
+    return str(getattr(condition, "__name__", "condition"))
+
+
+def _sentence(condition: Condition) -> str:
+    return inspect.getdoc(condition) or _name(condition).replace("_", " ")
+
+
+def _ms(time_ns: int) -> str:
+    return f"{time_ns / 1e6:.3f}".rstrip("0").rstrip(".")
+
+
+def _ask(condition: Condition, now: Moment) -> Any:
+    """Evaluate a user's condition; an exception becomes an InvariantError with its place."""
+    try:
+        return condition(now)
+    except (Exception, SystemExit) as error:
+        steps = traceback.extract_tb(error.__traceback__)[1:] or traceback.extract_tb(error.__traceback__)
+        step = [each for each in steps if each.filename == steps[0].filename][-1]
+        what = f"{type(error).__name__}: {error}{_hint(error)}"
+        where = f"{step.filename}:{step.lineno}"
+        says = f"invariant {_name(condition)} raised at {now.seconds:g} s: {what} [{where}]"
+        raise InvariantError(says) from error
+
+
+def _hint(error: BaseException) -> str:
+    """Return the closest name, as a hint."""
+    if not isinstance(error, AttributeError) or error.obj is None:
+        return ""
+    close = get_close_matches(str(error.name), dir(error.obj), n=1)
+    return f"; did you mean {close[0]}?" if close else ""
+
+
+def load_invariants(path: Path | str) -> list[Invariant]:
+    """Load the invariants of a Python file, in the order in which it defines them.
+
+    Raises:
+        InvariantError: the file can't be read or run, or defines none.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise InvariantError(f"{path}: there is no such file with invariants")
+    spec = importlib.util.spec_from_file_location(f"scanrack_invariants_{path.stem}", path)
+    if spec is None or spec.loader is None:
+        raise InvariantError(f"{path}: invariants are in a Python file (.py)")
+    module = importlib.util.module_from_spec(find_beside(path, spec))
+    sys.modules[spec.name] = module
+    try:
+        spec.loader.exec_module(module)
+    except (Exception, SystemExit) as error:
+        steps = traceback.extract_tb(error.__traceback__)
+        line = next((step.lineno for step in reversed(steps) if step.filename == str(path)), 1)
+        what = error if isinstance(error, InvariantError) else f"{type(error).__name__}: {error}"
+        raise InvariantError(f"{path}:{line}: {what}") from error
+    found = [value for value in vars(module).values() if isinstance(value, Invariant)]
+    if not found:
+        raise InvariantError(
+            f"{path}: it defines no invariant; write functions under @always, @never, @within"
+        )
+    return found

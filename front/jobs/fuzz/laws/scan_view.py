@@ -1,0 +1,162 @@
+"""What an invariant sees: the end of one scan, with its images and what the logic knows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from ....io_images.amci3601 import (
+    MOTIONS,
+    CommandMsw,
+    StatusView,
+    status_names,
+)
+from ....io_images.amci3601.words import may_be_stepper
+from ....io_images.image import UNSIGNED_MAX, Image
+from ....runtime.loop.rack import Rack, Slot
+from ....runtime.loop.scan import MODE_MASK, CpuMode, mode_name
+from .busy import Question
+
+NO_WORDS = Image().words
+"""What is in force while the CPU sends nothing, and on a card, whose words are not commands."""
+
+
+class SlotMoment:
+    """A module at the end of a scan.
+
+    Attributes:
+        outputs: what the logic has written, sent or not; live, so not to be kept.
+        inputs: what the logic has seen.
+        status: the bits and values of `inputs` by name; a card has none of them, so all are off and 0.
+    """
+
+    __slots__ = ("_axis", "_in_force", "_slot", "inputs", "outputs", "status")
+
+    def __init__(self, slot: Slot) -> None:
+        self._slot = slot
+        self.outputs: Image = slot.outputs
+        self.inputs: Image = slot.inputs
+        self._axis = may_be_stepper(slot.words)
+        self.status = StatusView(slot.inputs if self._axis else Image())
+        self.outputs_are_sent(True)
+
+    def outputs_are_sent(self, sent: bool) -> None:
+        """Take the outputs for the words in force, or none if the CPU does not send them."""
+        self._in_force = self.outputs.words if sent and self._axis else NO_WORDS
+
+    def __str__(self) -> str:
+        """Return what is to be seen of it, in words."""
+        if not self._axis:
+            return f"outputs {_hex(self.outputs)}; inputs {_hex(self.inputs)}"
+        commands = "configuration" if self.configuring else " ".join(self.commands) or "none"
+        status = " ".join(status_names(self.inputs[0], self.inputs[1])) or "none"
+        return f"commands {commands}; status {status}; position {self.position}"
+
+    @property
+    def linked(self) -> bool:
+        """Whether the PLC reaches the module."""
+        return self._slot.fault == 0
+
+    @property
+    def moving(self) -> bool:
+        """Whether the axis moves, either way."""
+        return self.status.moving
+
+    @property
+    def position(self) -> int:
+        """The position the module reports, steps."""
+        return self.status.position
+
+    @property
+    def configuring(self) -> bool:
+        """Whether the words in force ask for configuration mode: then they are not commands."""
+        return self._in_force[0] < 0
+
+    @property
+    def commands(self) -> tuple[str, ...]:
+        """Names of the command bits in force.
+
+        There are none in configuration mode, and none while the CPU does not send its outputs
+        (in program and test mode), whatever the output image shows.
+        """
+        word = self._in_force[0]
+        if word < 0:
+            return ()
+        return tuple(str(bit.name) for bit in CommandMsw if word & bit.value)
+
+    @property
+    def motions(self) -> int:
+        """Number of command bits in force that make the axis move."""
+        word = self._in_force[0]
+        return 0 if word < 0 else (word & MOTIONS.value).bit_count()
+
+
+def _hex(image: Image) -> str:
+    """Return the words of an image up to the last that is not 0, as Logix writes them.
+
+    >>> _hex(Image([5, -1])), _hex(Image())
+    ('16#0005 16#FFFF', '16#0000')
+    """
+    words = [word & UNSIGNED_MAX for word in image.words]
+    while len(words) > 1 and words[-1] == 0:
+        words.pop()
+    return " ".join(f"16#{word:04X}" for word in words)
+
+
+class Slots(dict[int, SlotMoment]):
+    """The modules by slot number."""
+
+    def __missing__(self, number: object) -> SlotMoment:
+        """Say which slots there are.
+
+        Raises:
+            LookupError: always.
+        """
+        raise LookupError(f"there is no slot {number!r}: modules sit in {', '.join(map(str, self))}")
+
+
+class Moment:
+    """The end of a scan; one object for a whole run, always at the latest scan.
+
+    Attributes:
+        scan: number of the scan, from 0.
+        ns: its virtual time, ns since power-up.
+        slot: the modules by slot number.
+        tags: the tags of a ladder program by name; empty if the logic is a plain function.
+        mode: the CPU's mode: "run", "test", "program" or "single scan".
+        axes: asks the axes of the program for their commands, one question each.
+        resting: whether the logic was not called in this scan, which is so in program mode.
+    """
+
+    __slots__ = ("_mode", "axes", "mode", "ns", "resting", "scan", "slot", "tags")
+
+    def __init__(self, rack: Rack, tags: Mapping[str, Any], axes: tuple[Question, ...] = ()) -> None:
+        self.scan = 0
+        self.ns = 0
+        self.slot = Slots((number, SlotMoment(slot)) for number, slot in rack.slots.items())
+        self.tags = tags
+        self.axes = axes
+        self._mode = CpuMode.RUN.value
+        self.mode = mode_name(CpuMode.RUN)
+        self.resting = False
+
+    def move_on(self, scan: int, ns: int, flags: int) -> None:
+        """Show the end of another scan.
+
+        Args:
+            scan: its number.
+            ns: its virtual time, ns since power-up.
+            flags: its flags, see `ScanFlag`; the mode is among them.
+        """
+        self.scan, self.ns = scan, ns
+        if flags & MODE_MASK != self._mode:
+            self._mode = flags & MODE_MASK
+            mode = CpuMode(self._mode)
+            self.mode, self.resting = mode_name(mode), mode is CpuMode.PROGRAM
+            for slot in self.slot.values():
+                slot.outputs_are_sent(mode is CpuMode.RUN)
+
+    @property
+    def seconds(self) -> float:
+        """Virtual time of the scan, s since power-up."""
+        return self.ns / 1e9

@@ -1,0 +1,74 @@
+"""What `scanrack fuzz` learns from a recording: rack, program, and the scenario that it varies."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+from ...runtime.config.rackspec import RackSpec
+from ...traces.read.reader import open_trace
+from ...traces.replay import Recording
+from ..record.repeating import is_session, orders_of
+from ..replay.levels import recorded_levels
+from ..replay.replaying import recorded_stimuli
+from ..run.playback import Stimulus
+from ..trust.attachments import job_of
+from . import Scenario
+from .folder_lock import write_text
+from .scenarios.ordered import with_orders
+from .scenarios.rackdoc import bare_rack_text
+from .scenarios.recorded import recorded_scenario
+
+SCENARIO = "scenario.json"
+
+
+class Learned(NamedTuple):
+    """What a recording gives.
+
+    Attributes:
+        rack: path of a rack file without anything that happens by time.
+        scenario: what happened by time.
+        scans: how long the recording is.
+    """
+
+    rack: Path
+    scenario: Scenario
+    scans: int
+
+
+def _stimuli(recording: Recording, spec: RackSpec) -> Iterator[Stimulus]:
+    """Yield what acted on the inputs; for real hardware only the status bits show it."""
+    live = {slot.number for slot in spec.slot if slot.is_live}
+    told = [each for each in recorded_stimuli(recording) if each.slot not in live]
+    shown = [each for each in recorded_levels(recording) if each.slot in live]
+    yield from sorted([*told, *shown], key=lambda each: each.at_ns)
+
+
+def learn(path: Path, folder: Path, *, trust: bool) -> Learned:
+    """Take rack file and program out of a trace, and its stimuli for a scenario.
+
+    A controller on a real port is simulated from there on, and its inputs change when their status bits did.
+    The folder gets the trace's files, `NAME-recorded.toml` and `scenario.json`.
+
+    Raises:
+        ValueError: the trace can't be read, or does not bring a rack file in TOML.
+        OSError: a file can't be written.
+    """
+    with open_trace(path) as trace:
+        recording = Recording.of(trace)
+        job = job_of(trace, folder, trust=trust)
+        program = folder / trace.head.metadata["program_file"]
+        given = orders_of(trace.events()) if is_session(trace) else []
+    if job.rack_file.suffix != ".toml":
+        raise ValueError(f"{path}: its rack is {job.rack_file.name}; only one in TOML can be varied")
+    end_ns = recording.times[-1] + job.spec.scan_ns
+    scenario = recorded_scenario(_stimuli(recording, job.spec), job.spec, end_ns)
+    scenario = with_orders(scenario, given, job.spec, end_ns)
+    rack = job.rack_file.with_name(f"{job.rack_file.stem}-recorded.toml")
+    text = bare_rack_text(job.rack_file, os.path.relpath(program, rack.parent))
+    write_text(rack, text, {path: "the trace itself"})
+    write_text(folder / SCENARIO, json.dumps(scenario.to_json(), indent=1) + "\n", {path: "the trace itself"})
+    return Learned(rack, scenario, len(recording.scans))

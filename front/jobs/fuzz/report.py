@@ -1,0 +1,47 @@
+"""The report of a failure: the file `report.txt` beside its trace."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from .folder_lock import write_text
+from .scenarios.words import told
+from .search import Found
+
+
+def report(found: Found, chart: Sequence[str], again: Sequence[str], check: str) -> str:
+    """Return the text of a failure's report.
+
+    Args:
+        found: the failure.
+        chart: where its picture is, as a whole and around the failure.
+        again: commands that show it again, and what can't.
+        check: the command that looks whether a changed program still breaks.
+    """
+    broken = found.broken
+    parts = [
+        ("What it takes:", told(found.scenario)),
+        (f"At the end of scan {broken.scan}, {broken.now_ns / 1e9:g} s:", broken.shows),
+        ("Rules that fired in that scan:", broken.rules or ["none"]),
+        ("Its picture, and the part around the failure:", chart),
+        ("Run it again:", again),
+        ("Look whether the program still does it, after a change:", [check]),
+    ]
+    return "\n".join([str(broken), *(line for title, lines in parts for line in _part(title, lines))]) + "\n"
+
+
+def _part(title: str, lines: Sequence[str]) -> Iterator[str]:
+    yield ""
+    yield title
+    yield from (f"    {line}" for line in lines)
+
+
+def mended(file: Path) -> None:
+    """Write into a failure's report that the program does it no longer."""
+    if file.is_file():
+        text = file.read_text(encoding="utf-8")
+        write_text(file, f"{MENDED}\n\n{text.removeprefix(MENDED).lstrip()}")
+
+
+MENDED = "Mended: a later run of the program in these surroundings kept it."

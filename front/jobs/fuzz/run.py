@@ -1,0 +1,393 @@
+"""One run of a program in one scenario, under invariants."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
+from dataclasses import dataclass, field, replace
+from io import TextIOBase
+from pathlib import Path
+from typing import Any
+
+from typing_extensions import override
+
+from ...io_images.amci3601 import RULES, StatusMsw
+from ...ladder.python.sequences import Sequence as LogicSequence
+from ...runtime.config.rackspec import RackSpec
+from ...runtime.loop.cpu import Cpu, ScanFlag
+from ...runtime.loop.events import JsonValue
+from ...runtime.loop.faults import Cause, CpuFault, Fault
+from ...runtime.loop.listeners import ScanListener
+from ...runtime.loop.pace import wall_ns
+from ...runtime.loop.rack import Rack
+from ...runtime.loop.scan import Logic
+from ..record.sequence_watch import sequences_in, standing
+from ..record.wrapped import Wrapped
+from ..run.build import build_cpu, build_rack
+from .laws.busy import axes_in
+from .laws.invariants import Invariant, Watch
+from .laws.place import Places
+from .laws.scan_view import Moment
+from .scenarios.scenario import Scenario
+
+NO_FAULT = "no-fault"
+"""Name of the invariant that is always there: the program does not fault the CPU."""
+
+PROGRAM, RUNNING, ASKING, BUILDING = "the program", "modules and scan loop", "invariants", "making racks"
+"""What the time of a run goes to."""
+
+HANGS = "watchdog"
+"""Cause of a fault where the logic has not come back in time: where it was then is chance."""
+
+SENTENCES = ("rule", "refusal", "adapter")
+"""Kinds of events that say why a bit is set."""
+
+FAULT = ScanFlag.FAULT.value
+
+NOTHING: Mapping[str, Any] = {}
+
+
+@dataclass(frozen=True, slots=True)
+class Broken:
+    """An invariant that did not hold.
+
+    Attributes:
+        invariant: its name.
+        sentence: what should have held.
+        scan: number of the scan.
+        now_ns: its virtual time, ns since power-up.
+        why: in which way it did not.
+        shows: what each slot shows at the end of that scan, in words, and where the program's sequences wait.
+        rules: sentences of the manual's rules that fired in that scan, and of an adapter's refusals,
+            with their ids.
+        cause: distinguishes it from other failures of the same invariant: of a fault, its place; of others
+            the rule that refused a command in that scan (or in the one that started a clock), or else the
+            line that last changed an output word, where the sequences of the program wait, or of a ladder
+            program the commands in force.
+    """
+
+    invariant: str
+    sentence: str
+    scan: int
+    now_ns: int
+    why: str
+    shows: tuple[str, ...] = ()
+    rules: tuple[str, ...] = ()
+    cause: str = ""
+
+    @property
+    def key(self) -> str:
+        """What one failure is known by: the invariant, and its cause if it has one."""
+        return f"{self.invariant} {self.cause}".rstrip()
+
+    def __str__(self) -> str:
+        what = f"{self.sentence.rstrip('.')} [{self.invariant}]"
+        return f"broken: {what}: scan {self.scan}, {self.now_ns / 1e9:g} s: {self.why}"
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """What a run came to.
+
+    Attributes:
+        scans: number of scans run.
+        rules: how often each rule of the manual fired, by id.
+        broken: the first invariant that did not hold, or None.
+        spent: what the time went to, ns.
+        applied: names of the invariants that had something to look at.
+        printed: number of lines that the program printed, which are not shown.
+    """
+
+    scans: int
+    rules: Mapping[str, int]
+    broken: Broken | None = None
+    spent: Mapping[str, int] = field(default_factory=dict, compare=False)
+    applied: frozenset[str] = frozenset()
+    printed: int = 0
+
+
+class _Timed(Wrapped):
+    """A logic whose time is taken."""
+
+    def __init__(self, logic: Logic) -> None:
+        super().__init__(logic)
+        self.spent_ns = 0
+
+    def __call__(self, scan: Any) -> None:
+        start_ns = wall_ns()
+        self._logic(scan)
+        self.spent_ns += wall_ns() - start_ns
+
+
+class _Counted(TextIOBase):
+    """What a program prints to; it only counts the lines."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.lines = 0
+
+    @override
+    def writable(self) -> bool:
+        return True
+
+    def write(self, text: str, /) -> int:
+        """Count the lines of a text."""
+        self.lines += text.count("\n")
+        return len(text)
+
+
+class _Asked:
+    """An invariant in one run.
+
+    Attributes:
+        invariant: which.
+        watch: looks at every scan.
+        broken: whether it was broken in the scan before: a failure counts once, until it holds again.
+    """
+
+    __slots__ = ("broken", "invariant", "watch")
+
+    def __init__(self, invariant: Invariant) -> None:
+        self.invariant = invariant
+        self.watch: Watch = invariant.start()
+        self.broken = False
+
+
+class _Watcher(ScanListener):
+    """A listener that looks at every scan and stops the CPU when an invariant is broken.
+
+    Args:
+        asked: the invariants.
+        known: keys of failures that are passed over: the run goes on past them.
+        place: returns what a failure is known by where no rule has fired.
+    """
+
+    def __init__(self, asked: Sequence[_Asked], known: Collection[str], place: Callable[[], str]) -> None:
+        self._asked = asked
+        self._known = known
+        self._place = place
+        self.moment: Moment
+        self.cpu: Cpu
+        self.rules: Counter[str] = Counter()
+        self.broken: Broken | None = None
+        self.spent_ns = 0
+        self.sequences: tuple[LogicSequence, ...] = ()
+        self._stood: tuple[str, ...] = ()
+        self._told: list[str] = []
+        self._fired: dict[int, list[str]] = {}
+
+    def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
+        """Note the rules that fire, and what an adapter says beside them."""
+        if fields.get("kind") in SENTENCES:
+            name = str(fields["name"])
+            self._told.append(f"{fields['text']} [{name}]")
+            if fields["kind"] == "rule":
+                self.rules[name] += 1
+                self._fired.setdefault(scan, []).append(name)
+
+    def scan(self, scan: int, now_ns: int, flags: int) -> None:
+        """Ask every invariant, unless the scan was not finished."""
+        if flags & FAULT:
+            self._stood = self._standing(scan)  # before the CPU closes them
+            return
+        start_ns = wall_ns()
+        moment = self.moment
+        moment.move_on(scan, now_ns, flags)
+        for each in self._asked:
+            why = each.watch(moment)
+            if why is None:
+                each.broken = False
+            elif not each.broken:
+                each.broken = True
+                if self._counts(each, why):
+                    self.cpu.stop()
+                    return
+        self._told.clear()
+        self.spent_ns += wall_ns() - start_ns
+
+    def _counts(self, asked: _Asked, why: str) -> bool:
+        """Note a failure unless it is a known one; return whether it is noted."""
+        broken = self.told(asked.invariant.name, asked.invariant.sentence, why)
+        origin = getattr(asked.watch, "origin_scan", broken.scan)
+        broken = replace(broken, cause=_leading(self._fired.get(origin, ())) or self._place())
+        if broken.key in self._known:
+            return False
+        self.broken = broken
+        return True
+
+    @property
+    def applied(self) -> frozenset[str]:
+        """Names of the invariants that have had something to look at."""
+        return frozenset(each.invariant.name for each in self._asked if getattr(each.watch, "applied", True))
+
+    def told(self, name: str, sentence: str, why: str) -> Broken:
+        """Return what is broken at this moment."""
+        now = self.moment
+        shows = tuple(f"slot {number}: {slot}" for number, slot in now.slot.items())
+        shows += self._stood or self._standing(now.scan)
+        return Broken(name, sentence, now.scan, now.ns, why, shows, tuple(self._told))
+
+    def _standing(self, scan: int) -> tuple[str, ...]:
+        """Return where the program's sequences wait, a sentence each."""
+        return tuple(str(standing(each, scan)) for each in self.sequences)
+
+    def faulted(self, fault: Fault) -> Broken:
+        """Return that the CPU has faulted."""
+        self.moment.scan, self.moment.ns = fault.scan, fault.now_ns
+        broken = self.told(NO_FAULT, "The program does not fault the CPU", f"{fault.text} [{fault.where}]")
+        return replace(broken, cause=HANGS if fault.cause is Cause.WATCHDOG else Path(fault.where).name)
+
+    @override
+    def close(self) -> None:
+        pass
+
+
+def _leading(rules: Sequence[str]) -> str:
+    """Return the rule that a failure is known by: the first that refuses what the program asked for."""
+    return next((rule for rule in rules if rule in REFUSALS), "")
+
+
+REFUSALS = frozenset(
+    rule.id
+    for rule in RULES.values()
+    if rule.list_of
+    and rule.list_of & (StatusMsw.COMMAND_ERROR | StatusMsw.INVALID_PROFILE | StatusMsw.HOME_INVALID).value
+)
+"""Ids of the rules that refuse a command.
+
+Rules about what an input or a power-up brings are not among them: they may fire in the same scan by chance.
+"""
+
+Listeners = Callable[[RackSpec, Rack], Iterable[ScanListener]]
+"""Makes listeners for a rack."""
+
+
+def _no_listeners(_spec: RackSpec, _rack: Rack) -> Iterable[ScanListener]:
+    return ()
+
+
+UNPLACED = "?"
+"""Cause of a failure whose place is not known yet: the run is repeated with its lines traced."""
+
+
+@dataclass(frozen=True, slots=True)
+class Bench:
+    """What does not change from trial to trial.
+
+    Attributes:
+        spec: the rack, as its file describes it.
+        fresh_logic: makes fresh logic.
+        invariants: what must hold.
+        scans: how long a run is.
+        tags_of: the tags of a logic by name.
+    """
+
+    spec: RackSpec
+    fresh_logic: Callable[[], Logic]
+    invariants: Sequence[Invariant]
+    scans: int
+    tags_of: Callable[[Logic], Any] = field(default=lambda _logic: NOTHING)
+
+    @property
+    def names(self) -> frozenset[str]:
+        """Names of all that must hold, `NO_FAULT` among them."""
+        return frozenset({NO_FAULT, *(each.name for each in self.invariants)})
+
+    def run(
+        self,
+        scenario: Scenario,
+        *,
+        without: Iterable[str] = (),
+        listeners: Listeners = _no_listeners,
+        aloud: bool = False,
+    ) -> Verdict:
+        """Run the program in a scenario until an invariant is broken or the time is over.
+
+        Args:
+            scenario: what surrounds it.
+            without: names of invariants that are not asked, and keys of failures that do not count.
+            listeners: makes further listeners for the rack, a recorder for one.
+            aloud: show what the program prints.
+
+        Raises:
+            InvariantError: an invariant raised.
+        """
+        start_ns = wall_ns()
+        run = _Run(self, scenario, frozenset(without), traced=False)
+        verdict = run.go(listeners, aloud=aloud)
+        if verdict.broken is not None and verdict.broken.cause == UNPLACED:
+            verdict = _Run(self, scenario, frozenset(without), traced=True).go(_no_listeners, aloud=False)
+        spent = {**verdict.spent, BUILDING: 0}
+        return replace(verdict, spent={**spent, BUILDING: wall_ns() - start_ns - sum(spent.values())})
+
+
+class _Run:
+    """One run: a new rack, a new logic, fresh watches.
+
+    Args:
+        bench: what does not change.
+        scenario: what surrounds the program.
+        without: names of invariants that are not asked, and keys of failures that do not count.
+        traced: find the lines that write outputs, which makes the program slower.
+    """
+
+    def __init__(self, bench: Bench, scenario: Scenario, without: frozenset[str], *, traced: bool) -> None:
+        self._scans = bench.scans
+        self._without = without
+        self._printed = _Counted()
+        self._spec = scenario.laid_over(bench.spec)
+        self._rack = build_rack(self._spec)
+        with self._kept_quiet(aloud=False):
+            logic = bench.fresh_logic()
+        self._places = Places(logic, self._rack) if traced else None
+        self._timed = _Timed(logic if self._places is None else self._places)
+        asked = [_Asked(each) for each in bench.invariants if each.name not in without]
+        self._watcher = _Watcher(asked, without, self._place)
+        tags = bench.tags_of(logic)
+        self._watcher.moment = Moment(self._rack, tags, axes_in(logic, tags))
+        self._watcher.sequences = sequences_in(logic)
+
+    def go(self, listeners: Listeners, *, aloud: bool) -> Verdict:
+        """Run; return what it came to.
+
+        Raises:
+            InvariantError: an invariant raised.
+        """
+        watcher = self._watcher
+        listening = [*listeners(self._spec, self._rack), watcher]
+        watcher.cpu = cpu = build_cpu(self._spec, self._timed, self._rack, listeners=listening)
+        start_ns = wall_ns()
+        try:
+            with self._kept_quiet(aloud=aloud):
+                cpu.run(self._scans)
+                cpu.close()
+        except CpuFault as error:
+            if error.fault.cause is Cause.LISTENER and error.__cause__ is not None:
+                raise error.__cause__ from None  # an invariant that raised, not the program
+            broken = watcher.faulted(error.fault)
+            watcher.broken = None if {NO_FAULT, broken.key} & self._without else broken
+        spent = {PROGRAM: self._timed.spent_ns, ASKING: watcher.spent_ns}
+        spent[RUNNING] = wall_ns() - start_ns - sum(spent.values())
+        return Verdict(cpu.scan, watcher.rules, watcher.broken, spent, watcher.applied, self._printed.lines)
+
+    def _place(self) -> str:
+        """Return the line that last changed an output word.
+
+        Where an axis of the program writes them it is where the sequences wait; else the commands in force.
+        """
+        if self._places is None:
+            return UNPLACED
+        commands = [name for slot in self._watcher.moment.slot.values() for name in slot.commands]
+        waiting = [each for each in self._watcher.sequences if not each.over]
+        places = [f"{each.name} at {Path(each.file or '').name}:{each.line}" for each in waiting]
+        return self._places.last or " ".join(places or commands)
+
+    @contextmanager
+    def _kept_quiet(self, *, aloud: bool) -> Iterator[None]:
+        """Keep what the program prints from the terminal, and count it."""
+        if aloud:
+            yield
+        else:
+            with redirect_stdout(self._printed), redirect_stderr(self._printed):
+                yield

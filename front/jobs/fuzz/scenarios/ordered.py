@@ -1,0 +1,76 @@
+"""Orders of a session as parts of a scenario: incidents, the key, and contacts of cards.
+
+Inputs of an axis are among the recorded stimuli already. Forces and written tags are left
+out: a scenario has none.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
+
+from ....runtime.config.rackspec import RackSpec
+from ....runtime.live.orders import Happen, Mode, Press
+from ....runtime.loop.incidents import FaultKind, Incident
+from ...record.repeating import RecordedOrder
+from .scenario import Push, Scenario
+
+
+def with_orders(scenario: Scenario, given: Sequence[RecordedOrder], spec: RackSpec, end_ns: int) -> Scenario:
+    """Return a scenario with the orders of a session in it.
+
+    Args:
+        scenario: what acted on the inputs.
+        given: the orders.
+        spec: the rack.
+        end_ns: when the session ended.
+    """
+    incidents = [*scenario.incidents, *_incidents(given, spec), *_turns(given, spec, end_ns)]
+    incidents.sort(key=lambda each: each.at_ns)
+    pushes = (*scenario.pushes, *_pushes(given, spec, end_ns))
+    return replace(scenario, incidents=tuple(incidents), pushes=pushes)
+
+
+def _incidents(given: Iterable[RecordedOrder], spec: RackSpec) -> Iterator[Incident]:
+    for scan, order in given:
+        if isinstance(order, Happen):
+            for_ns = round(order.for_ms * 1_000_000)
+            yield Incident(scan * spec.scan_ns, FaultKind(order.kind), order.slot, for_ns, order.late_words)
+
+
+def _turns(given: Iterable[RecordedOrder], spec: RackSpec, end_ns: int) -> Iterator[Incident]:
+    """Yield the times in which the key was at program."""
+    since: int | None = None
+    for scan, order in given:
+        if not isinstance(order, Mode):
+            continue
+        at_ns = scan * spec.scan_ns
+        if order.mode == "program":
+            since = at_ns if since is None else since
+        elif since is not None:
+            yield Incident(since, FaultKind.PROGRAM_MODE, 0, at_ns - since)
+            since = None
+    if since is not None and since < end_ns:
+        yield Incident(since, FaultKind.PROGRAM_MODE, 0)
+
+
+def _pushes(given: Iterable[RecordedOrder], spec: RackSpec, end_ns: int) -> Iterator[Push]:
+    """Yield the times in which a contact of a card was operated."""
+    cards = [slot for slot in spec.slot if _is_card(slot.words.groups)]
+    closed = {slot.number: slot.options.get("normally_closed", ()) for slot in cards}
+    levels: dict[tuple[int, str], list[tuple[int, bool]]] = defaultdict(list)
+    for scan, order in given:
+        if isinstance(order, Press) and order.slot in closed and order.on is not None:
+            at_rest = closed[order.slot]
+            rest = isinstance(at_rest, list | tuple) and order.name in at_rest
+            levels[order.slot, order.name].append((scan * spec.scan_ns, order.on is not rest))
+    for (slot, name), changes in levels.items():
+        ends = [at_ns for at_ns, _operated in changes[1:]] + [end_ns]
+        for (at_ns, operated), until_ns in zip(changes, ends, strict=True):
+            if operated and until_ns > at_ns:
+                yield Push(slot, name, at_ns, until_ns - at_ns)
+
+
+def _is_card(groups: object) -> bool:
+    return isinstance(groups, dict) and "input" in groups

@@ -1,0 +1,148 @@
+"""Rack files with a scenario in them, so that `scanrack run` shows what was found, or with none."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Sequence
+from decimal import Decimal
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+
+from ....io_images.input_files import read_input_text
+from ....io_images.text_limits import Text
+from ....runtime.config.rackfile import parse_toml
+from ....runtime.config.rackspec import RackSpec
+from ....runtime.loop.incidents import Incident
+from ....runtime.machine import TimelineEntry
+from ....runtime.machine.spec import input_name
+from .scenario import (
+    Push,
+    Scenario,
+    Signal,
+    entries_of,
+    signal_entries,
+)
+
+Table = dict[str, Any]
+
+
+def rack_text(rack_file: Path, spec: RackSpec, scenario: Scenario, scans: int, folder: Path) -> str:
+    """Return the text of a rack file with a scenario in it; its trace is `again.mcap` beside it.
+
+    Args:
+        rack_file: the rack file the scenario is laid over, TOML.
+        spec: what it says.
+        scenario: the scenario.
+        scans: how long the run is to be.
+        folder: of the new file; the paths of the programs start there.
+
+    Raises:
+        OSError: the rack file can't be read.
+    """
+    document: Table = parse_toml(read_input_text(rack_file, Text.TOML), rack_file)
+    for table in (document, *document.get("unit", ())):
+        if "program" in table:
+            table["program"] = os.path.relpath(rack_file.parent / str(table["program"]), folder)
+    document["run_for_s"] = _seconds(scans * spec.scan_ns)
+    document["trace"] = "again.mcap"
+    versions = dict(scenario.firmware)
+    for table, slot in zip(document["slot"], spec.slot, strict=True):
+        if slot.number in versions:
+            table["firmware"] = versions[slot.number]
+        machine: Table = table.setdefault("machine", {})
+        for shift in scenario.shifts:
+            if shift.slot == slot.number:
+                _shift(machine, shift.steps)
+        _extend(machine, "slips", _slips(scenario, slot.number))
+        presses = [each for each in scenario.presses if each.slot == slot.number]
+        entries = [entry for each in presses for entry in entries_of(each, slot.machine)]
+        _extend(machine, "timeline", map(_entry, entries))
+        pushes = [_push(each) for each in scenario.pushes if each.slot == slot.number]
+        signals = [each for each in scenario.signals if each.slot == slot.number]
+        if pushes or signals:
+            options: Table = table.setdefault("options", {})
+            given = list(options.get("timeline", ()))
+            _extend(options, "timeline", [*pushes, *_signals(signals, given)])
+    _extend(document, "incident", map(_incident, scenario.incidents))
+    return tomli_w.dumps(document)
+
+
+def bare_rack_text(rack_file: Path, program: str) -> str:
+    """Return the text of a rack file in which nothing happens by time, and all controllers are simulated.
+
+    Args:
+        rack_file: the rack file, TOML.
+        program: the path of the program, from the new file's folder.
+
+    Raises:
+        OSError: the rack file can't be read.
+    """
+    document: Table = parse_toml(read_input_text(rack_file, Text.TOML), rack_file)
+    document["program"] = program
+    document.pop("incident", None)
+    document.pop("trace", None)
+    for table in document["slot"]:
+        table.get("machine", {}).pop("timeline", None)
+        for key in ("port", "address"):
+            table.pop(key, None)
+    return tomli_w.dumps(document)
+
+
+def _extend(table: Table, key: str, more: Iterable[Table]) -> None:
+    rows = [*table.get(key, ()), *more]
+    if rows:
+        table[key] = rows
+
+
+def _slips(scenario: Scenario, slot: int) -> list[Table]:
+    return [{"at": each.at, "steps": each.steps} for each in scenario.lost if each.slot == slot]
+
+
+def _shift(machine: Table, steps: int) -> None:
+    for switch in machine.get("switches", ()):
+        for end in ("first", "last"):
+            if end in switch:
+                switch[end] += steps
+    for station in machine.get("stations", ()):
+        station["position"] += steps
+
+
+def _seconds(time_ns: int) -> Decimal | int:
+    whole, rest = divmod(time_ns, 1_000_000_000)
+    return Decimal(time_ns).scaleb(-9).normalize() if rest else whole
+
+
+def _ms(time_ns: int) -> Decimal | int:
+    whole, rest = divmod(time_ns, 1_000_000)
+    return Decimal(time_ns).scaleb(-6) if rest else whole
+
+
+def _entry(entry: TimelineEntry) -> Table:
+    level = "wired" if entry.energised is None else entry.energised
+    return {"at_ms": _ms(entry.at_ns), "input": input_name(entry.input), "energised": level}
+
+
+def _push(push: Push) -> Table:
+    return {"at_ms": _ms(push.at_ns), "input": push.input, "for_ms": _ms(push.for_ns)}
+
+
+def _signals(signals: Sequence[Signal], rows: Sequence[Table]) -> list[Table]:
+    return [{name: _plain(value) for name, value in row.items()} for row in signal_entries(signals, rows)]
+
+
+def _plain(value: object) -> object:
+    """Return a whole number without a fraction, as a person would write it."""
+    return int(value) if isinstance(value, float) and value == int(value) else value
+
+
+def _incident(incident: Incident) -> Table:
+    table: Table = {"at_ms": _ms(incident.at_ns), "what": incident.what.value}
+    if incident.slot:
+        table["slot"] = incident.slot
+    if incident.for_ns:
+        table["for_ms"] = _ms(incident.for_ns)
+    if incident.late_words:
+        table["late_words"] = list(incident.late_words)
+    return table

@@ -1,0 +1,366 @@
+"""A scenario: what surrounds a program in one run, laid over the rack as its file describes it.
+
+It is data: the same scenario gives the same run, it can be written to a file and read again, and
+each part of it can be left out, which is what shrinking does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from decimal import Decimal
+from typing import Annotated, Any
+
+from pydantic import (
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    PlainSerializer,
+    StrictBool,
+    StrictInt,
+    StrictStr,
+    TypeAdapter,
+    ValidationError,
+)
+
+from ....io_images.amci3601.firmware import Firmware
+from ....runtime.config.rackspec import IncidentSpec, RackSpec, SlotSpec
+from ....runtime.loop.incidents import FaultKind, Incident
+from ....runtime.machine import MachineSpec, Slip, TimelineEntry
+from ....runtime.machine.spec import InputName
+from ....runtime.modules.cards.options import Press as CardPress
+from ....runtime.modules.registry import MODULES
+
+Time = Annotated[StrictInt, Field(ge=0)]
+NO_MORE_KEYS = ConfigDict(extra="forbid")
+
+
+def _versions(given: object) -> object:
+    """Return pairs of slot and version of what JSON has as an object."""
+    if not isinstance(given, Mapping):
+        return given
+    return tuple((int(slot), str(Firmware.parse(str(version)))) for slot, version in given.items())
+
+
+def _object(versions: tuple[tuple[int, str], ...]) -> dict[str, str]:
+    return {str(slot): version for slot, version in versions}
+
+
+Versions = Annotated[tuple[tuple[int, str], ...], BeforeValidator(_versions), PlainSerializer(_object)]
+
+
+@dataclass(frozen=True, slots=True)
+class Press:
+    """An input is held at a level for a time; on an input with a switch, the switch fails.
+
+    Attributes:
+        slot: of which module.
+        input: which.
+        energised: the level.
+        at_ns: from when on, ns since power-up.
+        for_ns: how long.
+    """
+
+    __pydantic_config__ = NO_MORE_KEYS
+
+    slot: StrictInt
+    input: InputName
+    energised: StrictBool
+    at_ns: Time
+    for_ns: Time
+
+
+@dataclass(frozen=True, slots=True)
+class Push:
+    """A contact of a card is operated for a time: a button, a selector switch.
+
+    Attributes:
+        slot: of which card.
+        input: which, as the rack file names it.
+        at_ns: from when on, ns since power-up.
+        for_ns: how long.
+    """
+
+    __pydantic_config__ = NO_MORE_KEYS
+
+    slot: StrictInt
+    input: StrictStr
+    at_ns: Time
+    for_ns: Annotated[Time, Field(gt=0)]
+
+
+@dataclass(frozen=True, slots=True)
+class Signal:
+    """An analog input of a card has another value for a time.
+
+    Attributes:
+        slot: of which card.
+        input: which, as the rack file names it.
+        value: V or mA of a channel with a range, else the raw number.
+        at_ns: from when on, ns since power-up.
+        for_ns: how long.
+    """
+
+    __pydantic_config__ = NO_MORE_KEYS
+
+    slot: StrictInt
+    input: StrictStr
+    value: float
+    at_ns: Time
+    for_ns: Annotated[Time, Field(gt=0)]
+
+
+@dataclass(frozen=True, slots=True)
+class Shift:
+    """A machine whose switches are not where the drawing has them.
+
+    Attributes:
+        slot: of which module.
+        steps: by how much all of them are moved.
+    """
+
+    __pydantic_config__ = NO_MORE_KEYS
+
+    slot: StrictInt
+    steps: StrictInt
+
+
+@dataclass(frozen=True, slots=True)
+class Lost:
+    """Steps that a motor loses.
+
+    Attributes:
+        slot: of which module.
+        at: shaft position, steps.
+        steps: how many, 1 or more.
+    """
+
+    __pydantic_config__ = NO_MORE_KEYS
+
+    slot: StrictInt
+    at: StrictInt
+    steps: StrictInt
+
+
+@dataclass(frozen=True, slots=True)
+class Scenario:
+    """What surrounds a program in one run.
+
+    Attributes:
+        firmware: versions of modules, by slot number, where they differ from the rack file.
+        presses: what people do to the inputs.
+        incidents: what happens to modules and CPU.
+        shifts: switches that are elsewhere.
+        lost: steps that are lost.
+        pushes: what people do to the contacts of cards.
+        signals: values of their analog inputs.
+    """
+
+    __pydantic_config__ = NO_MORE_KEYS
+
+    firmware: Versions = ()
+    presses: tuple[Press, ...] = ()
+    incidents: tuple[Incident, ...] = ()
+    shifts: tuple[Shift, ...] = ()
+    lost: tuple[Lost, ...] = ()
+    pushes: tuple[Push, ...] = ()
+    signals: tuple[Signal, ...] = ()
+
+    def laid_over(self, spec: RackSpec) -> RackSpec:
+        """Return a rack with this scenario in it."""
+        slots = tuple(self._slot(slot) for slot in spec.slot)
+        incidents = tuple(_incident_spec(each) for each in self.incidents)
+        return spec.model_copy(update={"slot": slots, "incident": (*spec.incident, *incidents)})
+
+    def _slot(self, slot: SlotSpec) -> SlotSpec:
+        firmware = dict(self.firmware).get(slot.number, slot.firmware)
+        machine = slot.machine
+        for shift in self.shifts:
+            if shift.slot == slot.number:
+                machine = shifted(machine, shift.steps)
+        slips = tuple(Slip(each.at, each.steps) for each in self.lost if each.slot == slot.number)
+        presses = [each for each in self.presses if each.slot == slot.number]
+        entries = tuple(entry for each in presses for entry in entries_of(each, machine))
+        if slips or entries:
+            machine = replace(machine, slips=(*machine.slips, *slips), timeline=(*machine.timeline, *entries))
+        options = slot.options
+        rows: Any = options.get("timeline", ())
+        more = [push_entry(each) for each in self.pushes if each.slot == slot.number]
+        more += signal_entries([each for each in self.signals if each.slot == slot.number], rows)
+        if more:
+            timeline: Any = one_at_a_time([*rows, *more])
+            options = {**options, "timeline": timeline}
+        return slot.model_copy(update={"firmware": firmware, "machine": machine, "options": options})
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the scenario as JSON can hold it; `from_json` is the way back."""
+        written: dict[str, Any] = _SCENARIO.dump_python(self, mode="json")
+        return written
+
+    @classmethod
+    def from_json(cls, given: object) -> Scenario:
+        """Return the scenario that `to_json` wrote.
+
+        Raises:
+            ValueError: it is none; the message names the key.
+        """
+        try:
+            return _SCENARIO.validate_python(given)
+        except ValidationError as error:
+            raise ValueError(f"scenario: {first_mistake(error)}") from None
+
+    def check(self, spec: RackSpec) -> None:
+        """Refuse a scenario that does not belong to a rack.
+
+        Raises:
+            ValueError: it is about a slot that the rack does not have.
+        """
+        have = [slot.number for slot in spec.slot]
+        parts: Sequence[Press | Push | Signal | Incident | Shift | Lost] = (
+            *self.presses,
+            *self.pushes,
+            *self.signals,
+            *(each for each in self.incidents if each.what is not FaultKind.PROGRAM_MODE),
+            *self.shifts,
+            *self.lost,
+        )
+        for slot in (*dict(self.firmware), *(part.slot for part in parts)):
+            if slot not in have:
+                slots = ", ".join(map(str, have))
+                raise ValueError(f"scenario: there is no slot {slot}; the rack has {slots}")
+        buttons = {slot.number: MODULES[slot.module].buttons(slot.options) for slot in spec.slot}
+        for push in self.pushes:
+            if push.input not in buttons[push.slot]:
+                names = ", ".join(buttons[push.slot]) or "none"
+                raise ValueError(f"scenario: slot {push.slot} has no button {push.input!r}, only {names}")
+        analog = {slot.number: MODULES[slot.module].signals(slot.options) for slot in spec.slot}
+        for signal in self.signals:
+            if signal.input not in analog[signal.slot]:
+                names = ", ".join(analog[signal.slot]) or "none"
+                raise ValueError(
+                    f"scenario: slot {signal.slot} has no analog input {signal.input!r}, only {names}"
+                )
+
+    def is_possible(self, spec: RackSpec) -> bool:
+        """Return whether no module has an older firmware here than the rack's program needs."""
+        needed = {slot.number: Firmware.parse(slot.needs_firmware) for slot in spec.slot}
+        return all(
+            Firmware.parse(version) >= needed[slot] for slot, version in self.firmware if slot in needed
+        )
+
+    @property
+    def size(self) -> int:
+        """How much there is of it: number of parts."""
+        parts: Sequence[Sequence[object]] = (
+            self.firmware,
+            self.presses,
+            self.incidents,
+            self.shifts,
+            self.lost,
+            self.pushes,
+            self.signals,
+        )
+        return sum(map(len, parts))
+
+
+_SCENARIO = TypeAdapter(Scenario)
+
+
+def first_mistake(error: ValidationError) -> str:
+    """Return the first mistake: key, value, what is wrong."""
+    first = error.errors(include_url=False)[0]
+    kind, path = first["type"], first["loc"]
+    key, names = ".".join(map(str, path)), ", ".join(each.name for each in fields(Scenario))
+    if not path:
+        return f"an object with {names} is needed, not {first['input']!r:.40}"
+    if kind == "unexpected_keyword_argument" and len(path) == 1:
+        return f"unknown key {key}; allowed are {names}"
+    if kind == "missing":
+        return f"key {key} is missing"
+    return f"{key} = {first['input']!r:.40}: {first.get('ctx', {}).get('error', first['msg'])}"
+
+
+def push_entry(push: Push) -> dict[str, Any]:
+    """Return a push as a row of a card's timeline."""
+    return {"at_ms": push.at_ns / 1e6, "input": push.input, "for_ms": push.for_ns / 1e6}
+
+
+def one_at_a_time(rows: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
+    """Return rows of a card's timeline in which no input is operated twice at a time, as the card wants them.
+
+    Presses that overlap are one, from the first beginning to the last end; of two values at one instant the
+    later row counts.
+    """
+    kept: dict[str, list[Mapping[str, Any]]] = {}
+    for row in sorted(rows, key=lambda row: CardPress(**row).begin_ns):
+        before = kept.setdefault(row["input"], [])
+        press, last = CardPress(**row), CardPress(**before[-1]) if before else None
+        if last is None or last.value is not None:
+            if last is not None and last.begin_ns == press.begin_ns:
+                before.pop()
+            before.append(row)
+        elif last.end_ns is not None and press.begin_ns >= last.end_ns:
+            before.append(row)
+        elif last.end_ns is not None:
+            end_ns = None if press.end_ns is None else max(press.end_ns, last.end_ns)
+            lasts = {} if end_ns is None else {"for_ms": (end_ns - last.begin_ns) / 1e6}
+            before[-1] = {"at_ms": last.begin_ns / 1e6, "input": row["input"], **lasts}
+    return [row for each in kept.values() for row in each]
+
+
+def signal_entries(
+    signals: Sequence[Signal], rows: Sequence[Mapping[str, Any]]
+) -> list[dict[str, str | int | float]]:
+    """Return signals as rows of a card's timeline, each with the return to the value that it would have.
+
+    Args:
+        signals: the signals of one card.
+        rows: the timeline of its rack file.
+    """
+    made: list[dict[str, str | int | float]] = []
+    for each in signals:
+        end_ms = (each.at_ns + each.for_ns) / 1e6
+        own = [(CardPress(**row).begin_ns, row["value"]) for row in rows if row["input"] == each.input]
+        before = [(at_ns, value) for at_ns, value in own if at_ns <= each.at_ns + each.for_ns]
+        back = max(before, key=lambda row: row[0])[1] if before else 0
+        made.append({"at_ms": each.at_ns / 1e6, "input": each.input, "value": each.value})
+        made.append({"at_ms": end_ms, "input": each.input, "value": back})
+    return made
+
+
+def _incident_spec(incident: Incident) -> IncidentSpec:
+    """Return an incident as a rack file has it."""
+    return IncidentSpec(
+        at_ms=Decimal(incident.at_ns).scaleb(-6),
+        what=incident.what,
+        slot=incident.slot or None,
+        for_ms=Decimal(incident.for_ns).scaleb(-6) if incident.for_ns else None,
+        late_words=incident.late_words,
+    )
+
+
+def shifted(machine: MachineSpec, steps: int) -> MachineSpec:
+    """Return a machine with all of its switches and stations elsewhere."""
+
+    def moved(position: int | None) -> int | None:
+        return None if position is None else position + steps
+
+    switches = tuple(
+        replace(each, first=moved(each.first), last=moved(each.last)) for each in machine.switches
+    )
+    stations = tuple(replace(each, position=each.position + steps) for each in machine.stations)
+    return replace(machine, switches=switches, stations=stations)
+
+
+def entries_of(press: Press, machine: MachineSpec) -> tuple[TimelineEntry, TimelineEntry]:
+    """Return the timeline entries of a press; afterwards the input is as it would have been."""
+    end_ns = press.at_ns + press.for_ns
+    if machine.fed_inputs & press.input.value:
+        level: bool | None = None
+    else:
+        before = [each for each in machine.timeline if each.input is press.input and each.at_ns <= end_ns]
+        level = max(before, key=lambda each: each.at_ns).energised if before else False
+    return (
+        TimelineEntry(press.at_ns, press.input, press.energised),
+        TimelineEntry(end_ns, press.input, level),
+    )

@@ -1,0 +1,84 @@
+"""A scenario in words: a line for every part of it, permanent conditions first."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from ....runtime.loop.incidents import FaultKind, Incident
+from ....runtime.machine.spec import input_name
+from .scenario import (
+    Press,
+    Push,
+    Scenario,
+    Signal,
+)
+
+HAPPENS = {
+    FaultKind.POWER_CYCLE: "the power of slot {slot} goes and comes back",
+    FaultKind.LINK_LOST: "the link to slot {slot} is lost",
+    FaultKind.REMOVED: "the module in slot {slot} is taken out",
+    FaultKind.FATAL_ERROR: "the module in slot {slot} fails",
+    FaultKind.ASIC_LOST: "the backplane interface of slot {slot} fails",
+    FaultKind.TORN_UPDATE: "the next change of slot {slot}'s outputs is torn: {words} late",
+    FaultKind.PROGRAM_MODE: "the CPU's key is turned to program",
+    FaultKind.LINE_DOWN: "the line to the controller of slot {slot} is open",
+    FaultKind.REPLIES_LOST: "{replies} of the controller of slot {slot} got lost",
+    FaultKind.REPLIES_DAMAGED: "{replies} of the controller of slot {slot} got damaged",
+    FaultKind.CONTROLLER_POWER_CYCLE: "the power of the controller of slot {slot} goes and comes back",
+}
+"""What happens, as a sentence."""
+
+
+def told(scenario: Scenario) -> list[str]:
+    """Return the surroundings of a program in a scenario, as sentences.
+
+    >>> from ....io_images.amci3601 import InputBit
+    >>> told(Scenario(presses=(Press(1, InputBit.ESTOP, True, 1_500_000_000, 20_000_000),)))
+    ['1.5 s: input estop of slot 1 is on for 20 ms']
+    >>> told(Scenario())
+    ['nothing: the rack as its file has it']
+    """
+    timed = [(each.at_ns, _press(each)) for each in scenario.presses]
+    timed += [(each.at_ns, _push(each)) for each in scenario.pushes]
+    timed += [(each.at_ns, _signal(each)) for each in scenario.signals]
+    timed += [(each.at_ns, _incident(each)) for each in scenario.incidents]
+    lines = list(_from_the_start(scenario))
+    lines += [f"{at_ns / 1e9:g} s: {text}" for at_ns, text in sorted(timed, key=lambda entry: entry[0])]
+    return lines or ["nothing: the rack as its file has it"]
+
+
+def _from_the_start(scenario: Scenario) -> Iterator[str]:
+    for slot, version in scenario.firmware:
+        yield f"slot {slot} has firmware {version}"
+    for shift in scenario.shifts:
+        yield f"the switches of slot {shift.slot} are {shift.steps:+,} steps from where they should be"
+    for lost in scenario.lost:
+        steps = "1 step" if lost.steps == 1 else f"{lost.steps:,} steps"
+        yield f"the motor of slot {lost.slot} loses {steps} at {lost.at:,}"
+
+
+def _press(press: Press) -> str:
+    level = "on" if press.energised else "off"
+    return f"input {input_name(press.input)} of slot {press.slot} is {level}{_for(press.for_ns)}"
+
+
+def _push(push: Push) -> str:
+    return f"input {push.input} of slot {push.slot} is operated{_for(push.for_ns)}"
+
+
+def _signal(signal: Signal) -> str:
+    return f"input {signal.input} of slot {signal.slot} is {signal.value:g}{_for(signal.for_ns)}"
+
+
+def _incident(incident: Incident) -> str:
+    late = ", ".join(map(str, incident.late_words))
+    words = f"words {late} come" if len(incident.late_words) > 1 else f"word {late} comes"
+    replies = "replies" if incident.for_ns else "a reply"
+    text = HAPPENS[incident.what].format(slot=incident.slot, words=words, replies=replies)
+    return text + _for(incident.for_ns)
+
+
+def _for(time_ns: int) -> str:
+    if not time_ns:
+        return ""
+    return f" for {time_ns / 1e6:g} ms" if time_ns < 1_000_000_000 else f" for {time_ns / 1e9:g} s"

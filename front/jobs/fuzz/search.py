@@ -1,0 +1,298 @@
+"""The search: scenario after scenario, until an invariant is broken, and then the smallest that breaks it.
+
+Hypothesis draws scenarios     one breaks something that is not known yet
+delta debugging (`shrink`)     the smallest that breaks the same
+confirmation                   the same failure in another process
+and the search goes on, past what is known
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Collection, Iterable
+from dataclasses import dataclass, field
+from typing import Any
+
+from hypothesis import HealthCheck, Phase, Verbosity, given, seed, settings, target
+from hypothesis import strategies as st
+from hypothesis.errors import Flaky
+
+from ...runtime.loop.pace import wall_ns
+from .drawing import buttons, sensors
+from .run import (
+    ASKING,
+    BUILDING,
+    HANGS,
+    PROGRAM,
+    RUNNING,
+    Bench,
+    Broken,
+    Verdict,
+)
+from .scenarios.scenario import Scenario
+from .scenarios.words import told
+from .shrink import smallest
+from .steady import Uses
+
+DRAWING, CONFIRMING = "drawing scenarios", "confirming"
+SPENT = (PROGRAM, RUNNING, ASKING, BUILDING, DRAWING, CONFIRMING)
+"""What the time of a search goes to."""
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """A scenario in which an invariant is broken.
+
+    Attributes:
+        scenario: the smallest that was found.
+        broken: what is broken.
+        after: number of runs until it was first broken.
+    """
+
+    scenario: Scenario
+    broken: Broken
+    after: int
+
+
+@dataclass(slots=True)
+class Report:
+    """What a search came to.
+
+    Attributes:
+        runs: number of runs, those of shrinking included.
+        scans: scans in all of them.
+        rules: how often each rule of the manual fired.
+        found: what was found, each invariant once.
+        firsts: the scenario in which a rule fired first, by the rule's id.
+        shrinking: how many of the runs were to shrink what was found.
+        spent: what the time went to, ns, by the names of `SPENT`.
+        applied: names of the invariants that have had something to look at.
+        printed: number of lines that the program has printed in all runs.
+    """
+
+    runs: int = 0
+    scans: int = 0
+    rules: Counter[str] = field(default_factory=Counter)
+    found: list[Found] = field(default_factory=list)
+    firsts: dict[str, Scenario] = field(default_factory=dict)
+    shrinking: int = 0
+    spent: Counter[str] = field(default_factory=Counter)
+    applied: set[str] = field(default_factory=set)
+    printed: int = 0
+
+    def add(self, scenario: Scenario, verdict: Verdict) -> None:
+        """Count a run."""
+        self.runs += 1
+        self.scans += verdict.scans
+        for rule in verdict.rules:
+            self.firsts.setdefault(rule, scenario)
+        self.rules.update(verdict.rules)
+        self.spent.update(verdict.spent)
+        self.applied |= verdict.applied
+        self.printed += verdict.printed
+
+
+class UnsteadyError(ValueError):
+    """A program that does not do the same twice in the same scenario."""
+
+
+class _BrokenError(Exception):
+    """The exception that makes an example a failure for Hypothesis."""
+
+
+Confirm = Callable[[Found, Collection[str]], bool]
+"""Looks in another process whether a failure happens there, too, without what is known.
+
+Returns False where it may have been the machine's doing; raises `UnsteadyError` where it is the program's.
+"""
+
+
+def _taken_at_its_word(_found: Found, _without: Collection[str]) -> bool:
+    return True
+
+
+def search(
+    bench: Bench,
+    strategy: st.SearchStrategy[Scenario],
+    *,
+    examples: int,
+    start: int = 0,
+    known: Iterable[str] = (),
+    progress: Callable[[int], None] = lambda _runs: None,
+    confirm: Confirm = _taken_at_its_word,
+) -> Report:
+    """Look for scenarios in which invariants are broken.
+
+    When one is found it is made as small as can be and confirmed, and the search goes on past it
+    until the examples are used up. Failures of one invariant differ by their cause.
+
+    Args:
+        bench: the program and what must hold.
+        strategy: the scenarios.
+        examples: how many are tried in all, less those of shrinking.
+        start: seed of the search; the same seed finds the same.
+        known: names of invariants, and keys of failures, that are not looked for.
+        progress: called with the number of runs so far.
+        confirm: asked of every failure before it is reported.
+
+    Raises:
+        InvariantError: an invariant raised.
+        UnsteadyError: the program does not do the same twice.
+    """
+    report = Report()
+    start_ns = wall_ns()
+    given_up = set(known)
+    left, attempt = examples, 0
+    while left > 0 and bench.names - given_up:
+        hunt = _Hunt(bench, frozenset(given_up), report, progress)
+        found = hunt.go(strategy, left, start + attempt)
+        left -= hunt.used
+        attempt += 1
+        if found is None:
+            break
+        without = behind(bench, found.broken, given_up)
+        given_up.add(found.broken.key)
+        found = shrunk(bench, found, without, report)
+        found_ns = wall_ns()
+        if confirm(found, without):
+            report.found.append(found)
+        report.spent[CONFIRMING] += wall_ns() - found_ns
+    report.spent[DRAWING] = wall_ns() - start_ns - report.spent.total()
+    return report
+
+
+def undisturbed(
+    bench: Bench,
+    scenario: Scenario,
+    known: Iterable[str] = (),
+    *,
+    confirm: Confirm = _taken_at_its_word,
+) -> list[Found]:
+    """Run one scenario, before anything is random; return what is broken in it, each failure once.
+
+    Args:
+        bench: the program and what must hold.
+        scenario: an empty one, or what a recording shows.
+        known: names of invariants that are not asked, and keys of failures that do not count.
+        confirm: asked of every failure before it is reported.
+
+    Raises:
+        InvariantError: an invariant raised.
+        UnsteadyError: the program does not do the same twice.
+    """
+    found: list[Found] = []
+    given_up = set(known)
+    while (broken := bench.run(scenario, without=given_up).broken) is not None:
+        without = behind(bench, broken, given_up)
+        given_up.add(broken.key)
+        each = shrunk(bench, Found(scenario, broken, 1), without)
+        if confirm(each, without):
+            found.append(each)
+    return found
+
+
+def behind(bench: Bench, broken: Broken, known: Collection[str]) -> frozenset[str]:
+    """Return what does not count in a run for one failure: all other invariants, and what is known before."""
+    return frozenset({*known, *bench.names} - {broken.invariant, broken.key})
+
+
+def shrunk(bench: Bench, found: Found, without: Collection[str], report: Report | None = None) -> Found:
+    """Return a failure with the smallest scenario that shows it, see `shrink`."""
+
+    def breaks(scenario: Scenario) -> Broken | None:
+        verdict = bench.run(scenario, without=without)
+        if report is not None:
+            report.add(scenario, verdict)
+            report.shrinking += 1
+        return verdict.broken if verdict.broken and verdict.broken.key == found.broken.key else None
+
+    inputs = {slot.number: (*buttons(slot), *sensors(slot)) for slot in bench.spec.slot}
+    scenario, broken = smallest(found.scenario, found.broken, breaks, inputs, bench.spec.scan_ns)
+    return Found(scenario, broken, found.after)
+
+
+class _Hunt:
+    """A search until something is broken.
+
+    Attributes:
+        used: number of examples used.
+    """
+
+    def __init__(
+        self, bench: Bench, without: frozenset[str], report: Report, progress: Callable[[int], None]
+    ) -> None:
+        self._bench, self._without = bench, without
+        self._report, self._progress = report, progress
+        self._found: Found | None = None
+        self.used = 0
+
+    def go(self, strategy: st.SearchStrategy[Scenario], examples: int, start: int) -> Found | None:
+        """Search; return what was found.
+
+        Raises:
+            UnsteadyError: the program does not do the same twice.
+        """
+        trial = seed(start)(settings(**HYPOTHESIS, max_examples=examples)(given(strategy)(self._try)))
+        try:
+            trial()
+        except _BrokenError:
+            return self._found
+        except Flaky:
+            assert self._found is not None
+            raise UnsteadyError(unsteady(self._found, self._uses(self._found.scenario))) from None
+        return None
+
+    def _uses(self, scenario: Scenario) -> str:
+        """Return what the program uses that may differ from run to run."""
+        uses = Uses()
+        uses.watching(self._bench).run(scenario)
+        return str(uses)
+
+    def _try(self, scenario: Scenario) -> None:
+        verdict = self._bench.run(scenario, without=self._without)
+        self._report.add(scenario, verdict)
+        self._progress(self._report.runs)
+        broken = verdict.broken
+        if self._found is None:
+            self.used += 1
+            target(float(len(verdict.rules)), label="rules of the manual that fire")
+            if broken is not None and broken.cause == HANGS:  # the machine may have been busy
+                broken = self._bench.run(scenario, without=self._without).broken
+        if broken is None or (self._found is not None and broken.key != self._found.broken.key):
+            return
+        self._found = self._found or Found(scenario, broken, self._report.runs)
+        raise _BrokenError
+
+
+HYPOTHESIS: dict[str, Any] = {
+    "database": None,
+    "deadline": None,
+    "phases": [Phase.generate, Phase.target],
+    "suppress_health_check": list(HealthCheck),
+    "report_multiple_bugs": False,
+    "verbosity": Verbosity.quiet,
+    "print_blob": False,
+}
+"""Hypothesis only draws the scenarios; `shrink` makes them small."""
+
+
+def unsteady(found: Found, uses: str = "") -> str:
+    """Return that a program does not do the same twice, and why.
+
+    Args:
+        found: what it broke in one run only.
+        uses: what it was seen to use, such as "the clock (line.py:12)"; empty if nothing was seen.
+    """
+    why = f"It uses {uses}." if uses else UNSEEN
+    return (
+        "the program does not do the same twice in the same surroundings "
+        f"({'; '.join(told(found.scenario))}): it broke {found.broken.invariant} in one run and not in "
+        f"another. {why}"
+    )
+
+
+UNSEEN = (
+    "It keeps something from run to run, or uses state of its process: the order of a set of texts, a file, "
+    "an object's address."
+)
+"""What is said where neither chance nor clock nor threads were seen."""

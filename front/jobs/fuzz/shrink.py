@@ -1,0 +1,220 @@
+"""Delta debugging: the smallest scenario that still breaks what a found one breaks.
+
+Two kinds of steps are repeated until neither helps:
+
+    parts     leave some out: a half of them, a quarter, ..., at last each by itself
+    numbers   make a part's time, duration or count rounder; and take the simplest input, the
+              newest firmware, the fewest late words that do
+
+At the end no single part can go, and no number can be rounder: a number is rounder if it has fewer
+significant digits in decimal (166 ms, 170 ms, 200 ms, 0), or as many and is less. What is tried for a
+number is 0, 1, 2 or 5 in every decade below it, and its neighbours of fewer digits, above and below.
+Times stay on the grid of the scans.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import takewhile
+from types import MappingProxyType
+from typing import Any
+
+from ...io_images.amci3601.bits import InputBit
+from ...io_images.amci3601.firmware import KNOWN
+from ...runtime.loop.incidents import Incident
+from .run import Broken
+from .scenarios.scenario import (
+    Lost,
+    Press,
+    Push,
+    Scenario,
+    Shift,
+    Signal,
+)
+
+Inputs = Mapping[int, Sequence[InputBit]]
+"""By slot number: inputs, those that are simpler to press before the others."""
+
+Part = tuple[str, Any]
+"""A part of a scenario: its field, and itself."""
+
+FIELDS = ("firmware", "presses", "incidents", "shifts", "lost", "pushes", "signals")
+"""The fields of a scenario that hold parts."""
+
+STEPS = (1, 2, 5)
+"""Leading digits of round numbers."""
+
+
+def smallest(
+    scenario: Scenario,
+    broken: Broken,
+    breaks: Callable[[Scenario], Broken | None],
+    inputs: Inputs = MappingProxyType({}),
+    scan_ns: int = 2_000_000,
+) -> tuple[Scenario, Broken]:
+    """Return the smallest scenario that breaks the same, and how it does.
+
+    Args:
+        scenario: breaks something.
+        broken: what it breaks.
+        breaks: runs a scenario; returns what it breaks if that is the same failure, else None.
+        inputs: of each slot the inputs that may be pressed, the simplest first.
+        scan_ns: time from scan to scan; times that are tried are multiples of it.
+    """
+    shrinking = _Shrinking(scenario, broken, breaks, inputs, scan_ns)
+    while shrinking.drops_parts() or shrinking.simplifies_parts():
+        pass
+    return shrinking.scenario, shrinking.broken
+
+
+class _Shrinking:
+    """A scenario on its way to the smallest one.
+
+    Attributes:
+        scenario: the smallest so far.
+        broken: what it breaks.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        broken: Broken,
+        breaks: Callable[[Scenario], Broken | None],
+        inputs: Inputs,
+        scan_ns: int,
+    ) -> None:
+        self.scenario, self.broken = scenario, broken
+        self._breaks = breaks
+        self._inputs, self._scan_ns = inputs, scan_ns
+        self._tried = {scenario}
+
+    def drops_parts(self) -> bool:
+        """Leave out what can be left out; return whether there was anything."""
+        before = self.scenario
+        count = len(parts_of(before)) or 1
+        while count:
+            start = 0
+            while start < len(parts := parts_of(self.scenario)):
+                if not self._take([*parts[:start], *parts[start + count :]]):
+                    start += count
+            count //= 2
+        return self.scenario != before
+
+    def simplifies_parts(self) -> bool:
+        """Make numbers rounder, and whatever else is simpler; return whether anything could be."""
+        before = self.scenario
+        for place in range(len(parts_of(before))):
+            while self._simplifies(place):
+                pass
+        return self.scenario != before
+
+    def _simplifies(self, place: int) -> bool:
+        parts = parts_of(self.scenario)
+        field, part = parts[place]
+        return any(
+            self._take([*parts[:place], (field, simpler), *parts[place + 1 :]])
+            for simpler in simpler_parts(part, self._inputs, self._scan_ns)
+        )
+
+    def _take(self, parts: Sequence[Part]) -> bool:
+        """Go on from these parts if they break the same."""
+        scenario = scenario_of(parts)
+        if scenario in self._tried:
+            return False
+        self._tried.add(scenario)
+        broken = self._breaks(scenario)
+        if broken is None:
+            return False
+        self.scenario, self.broken = scenario, broken
+        return True
+
+
+def parts_of(scenario: Scenario) -> list[Part]:
+    """Return the parts of a scenario; `scenario_of` is the way back."""
+    return [(name, part) for name in FIELDS for part in getattr(scenario, name)]
+
+
+def scenario_of(parts: Sequence[Part]) -> Scenario:
+    """Return the scenario of some parts."""
+    return Scenario(**{name: tuple(part for field, part in parts if field == name) for name in FIELDS})
+
+
+def simpler_parts(part: Any, inputs: Inputs, scan_ns: int) -> Iterator[Any]:
+    """Yield parts that are simpler than one, the simplest first of each kind."""
+    if isinstance(part, Press | Push | Signal | Incident):
+        yield from (replace(part, at_ns=time_ns) for time_ns in _rounder_times(part.at_ns, scan_ns))
+        yield from (
+            replace(part, for_ns=time_ns) for time_ns in _rounder_times(part.for_ns, scan_ns) if time_ns
+        )
+    if isinstance(part, Press):
+        simpler = takewhile(lambda bit: bit is not part.input, inputs.get(part.slot, ()))
+        yield from (replace(part, input=bit) for bit in simpler)
+    if isinstance(part, Signal) and part.value == int(part.value):
+        yield from (replace(part, value=float(value)) for value in rounder(int(part.value)))
+    if isinstance(part, Incident) and len(part.late_words) > 1:
+        yield from (replace(part, late_words=words) for words in _all_but_one(part.late_words))
+    if isinstance(part, Lost):
+        yield from (replace(part, at=at) for at in rounder(part.at))
+    if isinstance(part, Lost | Shift):
+        yield from (replace(part, steps=steps) for steps in rounder(part.steps) if steps)
+    if isinstance(part, tuple):  # a slot and its firmware
+        slot, version = part
+        yield from ((slot, newer) for newer in _newer(version))
+
+
+def _all_but_one(words: tuple[int, ...]) -> Iterator[tuple[int, ...]]:
+    return (words[:place] + words[place + 1 :] for place in range(len(words)))
+
+
+def _newer(version: str) -> Iterator[str]:
+    """Yield the versions after one, the newest first."""
+    names = [str(known) for known in KNOWN]
+    if version in names:
+        yield from reversed(names[names.index(version) + 1 :])
+
+
+def digits(number: int) -> int:
+    """Return how many significant digits a number has in decimal.
+
+    >>> digits(0), digits(200_000_000), digits(-1_500)
+    (0, 1, 2)
+    """
+    return len(str(abs(number)).rstrip("0")) if number else 0
+
+
+def _rounder_times(time_ns: int, scan_ns: int) -> Iterator[int]:
+    """Yield rounder times on the grid of the scans: whole decimals of a second, then of scans."""
+    decimal = (each for each in rounder(time_ns) if each % scan_ns == 0)
+    in_scans = (each * scan_ns for each in rounder(time_ns // scan_ns))
+    given = digits(time_ns), time_ns
+    yield from (each for each in dict.fromkeys((*decimal, *in_scans)) if (digits(each), each) < given)
+
+
+def rounder(number: int) -> Iterator[int]:
+    """Yield numbers that are rounder than one, the roundest first, all of its sign.
+
+    >>> list(rounder(166))
+    [0, 1, 2, 5, 10, 20, 50, 100, 200, 160, 170]
+    >>> list(rounder(-20)), list(rounder(0))
+    ([0, -1, -2, -5, -10], [])
+    """
+    size, sign = abs(number), -1 if number < 0 else 1
+    candidates = [0, *_round_below(size), *_neighbours(size)] if size else []
+    yield from (sign * candidate for candidate in dict.fromkeys(candidates))
+
+
+def _round_below(size: int) -> Iterator[int]:
+    decade = 1
+    while decade < size:
+        yield from (step * decade for step in STEPS if step * decade < size)
+        decade *= 10
+
+
+def _neighbours(size: int) -> Iterator[int]:
+    """Yield the next numbers of fewer digits, below and above."""
+    length = len(str(size))
+    for kept in range(1, digits(size)):
+        unit = 10 ** (length - kept)
+        below = size // unit * unit
+        yield from (below, below + unit)

@@ -1,0 +1,1 @@
+"""Exports of Rockwell's programs to rack files."""

@@ -1,0 +1,335 @@
+"""From the path of a rack to the parts of a run: specification, logic, and their files."""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path, PurePath
+
+from pydantic import ValidationError
+
+from ...ladder import LadderLogic
+from ...ladder.instructions.motion.axes import AxisSettings
+from ...ladder.model.errors import LadderError
+from ...ladder.model.stubs import Stub, Stubs
+from ...runtime.config.quantities import parse_duration
+from ...runtime.config.rackfile import (
+    RackFile,
+    RackFileError,
+    explain,
+    load_rack_file,
+)
+from ...runtime.config.rackspec import (
+    MISSING_TAGS,
+    REFUSED,
+    STUB_SETTINGS,
+    RackSpec,
+)
+from ...runtime.loop.scan import Logic
+from .program import (
+    EXPORT_SUFFIXES,
+    L5X_SUFFIXES,
+    Form,
+    MissingNameError,
+    Program,
+    ProgramError,
+    as_logic,
+    axes_of,
+    is_python,
+    load_function,
+    load_program,
+    load_stubs,
+    split_address,
+)
+
+RACK_FUNCTION = "rack"
+"""The function of a Python rack file that returns the `RackSpec`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """What is to be run.
+
+    Attributes:
+        spec: the rack.
+        logic: the function that is called once per scan.
+        logic_name: where it is from, `file:function`.
+        program: the file with the logic.
+        rack_file: the rack file; for a rack in Python it may be the program, too.
+        rack_name: the rack file's name, with the function of one in Python.
+        retained: the file of tags that the ladder program begins with; None without one.
+        notices: what the program and the rack have other than an export, a sentence for each.
+    """
+
+    spec: RackSpec
+    logic: Logic
+    logic_name: str
+    program: Path
+    rack_file: Path
+    rack_name: str
+    retained: bytes | None = None
+    notices: tuple[str, ...] = ()
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Warnings of an export, and those of a ladder program, such as two coils of one bit."""
+        own = map(str, self.logic.warnings) if isinstance(self.logic, LadderLogic) else ()
+        return (*self.notices, *own)
+
+    @property
+    def stubs(self) -> tuple[str, ...]:
+        """The stubs in use, as `MSG = done after 20 ms (3 times)`."""
+        return self.logic.stubs_in_use if isinstance(self.logic, LadderLogic) else ()
+
+    @property
+    def stub_files(self) -> tuple[str, ...]:
+        """Paths of the Python files of stubs, from the rack file's folder, each once."""
+        return stub_files(self.spec)
+
+    @property
+    def folder(self) -> Path:
+        """Where the paths in the rack file start."""
+        return self.rack_file.parent
+
+
+def load_job(rack: str, program: str | None = None) -> Job:
+    """Load a rack and its program.
+
+    Args:
+        rack: path of a TOML file, or of a Python file (`path[:function]`).
+        program: another program in place of the rack's, `path[:function]` from the current folder.
+
+    Raises:
+        ValueError: one of the files can't be used; file, line, key and what is allowed.
+    """
+    if program is not None:
+        spec, path = load_spec(rack)
+        loaded = load_program(program, stubs=_stubs(spec, path.parent), slots=_slots(spec))
+        if isinstance(loaded.function, LadderLogic):
+            loaded = _bound(spec, loaded, path)
+        return _job(spec, loaded, path, rack)
+    path = _rack_path(rack)
+    return _from_toml(path) if rack_form(path) is Form.DATA else _from_python(rack)
+
+
+def with_tags(job: Job, patterns: Sequence[str]) -> Job:
+    """Return a job that records further tags."""
+    return replace(job, spec=job.spec.model_copy(update={"tags": (*job.spec.tags, *patterns)}))
+
+
+def load_spec(rack: str) -> tuple[RackSpec, Path]:
+    """Load a rack without its program; return it and its path. See `load_job`."""
+    path = _rack_path(rack)
+    if rack_form(path) is Form.DATA:
+        return load_rack_file(path).spec, path
+    try:
+        file = load_function(_address(rack), Path(), default=RACK_FUNCTION, arguments=())
+    except MissingNameError as error:
+        says = f'a program is run by a rack file that names it: program = "{path.name}"'
+        raise RackFileError(f"{error}; {says}") from error
+    return _call(file), file.path
+
+
+RACK_FORMS = {".toml": Form.DATA, ".py": Form.PYTHON}
+"""By the suffix of a rack file; `load_spec` refuses any other."""
+
+
+def rack_form(path: PurePath) -> Form:
+    """Return what `load_spec` does with a rack file.
+
+    Raises:
+        RackFileError: this is not a rack file.
+    """
+    if path.suffix not in RACK_FORMS:
+        raise RackFileError(f"{path}: a rack is a .toml or a .py file")
+    return RACK_FORMS[path.suffix]
+
+
+def _rack_path(rack: str) -> Path:
+    path = Path(split_address(rack)[0])
+    rack_form(path)
+    return path
+
+
+def scans_to_run(spec: RackSpec, duration: str | None, scans: int | None, *, endless: bool) -> int | None:
+    """Return how many scans to run, None = until Ctrl-C.
+
+    Args:
+        spec: the rack; its `run_for_s` counts if neither `duration` nor `scans` is given.
+        duration: machine time with its unit, such as "10 s".
+        scans: number of scans.
+        endless: without any of them a run has no end; otherwise it takes `DEFAULT_RUN`.
+
+    Raises:
+        ValueError: both are given, or one of them is not a time or not a number to run for.
+    """
+    if scans is not None and duration is not None:
+        raise ValueError("--scans and --for say the same thing: give one of them")
+    if scans is not None:
+        if scans < 1:
+            raise ValueError(f"--scans {scans} is not allowed: 1 or more")
+        return scans
+    if duration is None and spec.run_for_s is not None:
+        duration = f"{spec.run_for_s:f} s"
+    if duration is None:
+        if endless:
+            return None
+        duration = DEFAULT_RUN
+    return -(-parse_duration(duration) // spec.scan_ns)
+
+
+DEFAULT_RUN = "10 s"
+"""Default machine time of a run in virtual time."""
+
+
+def _from_toml(path: Path) -> Job:
+    file = load_rack_file(path)
+    stubs = _stubs(file.spec, path.parent, file)
+    try:
+        program = load_program(str(file.spec.program), path.parent, stubs, _slots(file.spec))
+    except ProgramError as error:
+        raise file.refusal("program", str(error)) from error
+    if stubs.by_name and not isinstance(program.function, LadderLogic):
+        raise file.refusal("stubs", "the program has no instructions: it is a function")
+    try:
+        _bind_axes(file.spec, program)
+    except LadderError as error:
+        raise file.refusal("axes", str(error)) from error
+    return _job(file.spec, program, path, str(path))
+
+
+def _from_python(rack: str) -> Job:
+    spec, path = load_spec(rack)
+    if isinstance(spec.program, str):
+        stubs = _stubs(spec, path.parent)
+        loaded = _bound(spec, load_program(spec.program, path.parent, stubs, _slots(spec)), path)
+        return _job(spec, loaded, path, rack)
+    name = getattr(spec.program, "__name__", type(spec.program).__name__)
+    return Job(spec, as_logic(spec.program), f"{path.name}:{name}", path, path, _rack_name(rack))
+
+
+def _slots(spec: RackSpec) -> list[int]:
+    """Return the slots of a rack."""
+    return [slot.number for slot in spec.slot]
+
+
+def _bind_axes(spec: RackSpec, program: Program) -> None:
+    """Let axes of a ladder program be 3601s of the rack.
+
+    Raises:
+        LadderError: the program has no such axis, or asks it for what a 3601 can't do.
+    """
+    if not spec.axes:
+        return
+    if not isinstance(program.function, LadderLogic):
+        raise LadderError("the program has no axes: it is a function")
+    settings = {
+        name: AxisSettings(**axis.values(), round_trip_ms=_round_trip_ms(spec))
+        for name, axis in spec.axes.items()
+    }
+    program.function.take_axes(axes_of(settings))
+    program.function.build()
+
+
+def _round_trip_ms(spec: RackSpec) -> int:
+    """Return how long words take to cross the backplane both ways: two packets and a scan, 10 ms at least."""
+    packets_ns = 2 * spec.rpi_ns if spec.controller == "compactlogix" else 0
+    return max(10, -(-(packets_ns + spec.scan_ns) // 1_000_000))
+
+
+def _stubs(spec: RackSpec, folder: Path, file: RackFile | None = None) -> Stubs:
+    """Read the stubs of a rack.
+
+    Args:
+        spec: the rack.
+        folder: of the rack file.
+        file: the rack file, if it is TOML.
+
+    Raises:
+        RackFileError: one is not a stub, or its function can't be loaded.
+    """
+    read: dict[str, Stub] = {}
+    for name, text in spec.stubs.items():
+        if name in STUB_SETTINGS:
+            continue
+        try:
+            read.update(load_stubs({name: text}, folder).by_name)
+        except (LadderError, ProgramError) as error:
+            if file is not None:
+                raise file.refusal("stubs", str(error), name) from error
+            raise RackFileError(f"stubs.{name}: {error}") from error
+    if REFUSED in spec.stubs and PurePath(str(spec.program)).suffix not in EXPORT_SUFFIXES:
+        text = "only an export, an .L5X or an .SLC, has refused rungs"
+        raise (
+            RackFileError(f"stubs.{REFUSED}: {text}")
+            if file is None
+            else file.refusal("stubs", text, REFUSED)
+        )
+    cards = {slot.number: slot.module for slot in spec.slot}
+    return Stubs(read, MISSING_TAGS in spec.stubs, REFUSED in spec.stubs, cards)
+
+
+def stub_files(spec: RackSpec) -> tuple[str, ...]:
+    """Return the paths of the Python files of a rack's stubs, from the rack file's folder, each once."""
+    files = (split_address(text, "")[0] for text in spec.stubs.values() if is_python(text))
+    return tuple(dict.fromkeys(files))
+
+
+def _address(rack: str) -> str:
+    path, name = split_address(rack, RACK_FUNCTION)
+    return f"{path}:{name}"
+
+
+def _rack_name(rack: str) -> str:
+    """Return the address of a rack without the folder."""
+    path, name = split_address(rack, RACK_FUNCTION)
+    return Path(path).name if rack_form(Path(path)) is Form.DATA else f"{Path(path).name}:{name}"
+
+
+def _bound(spec: RackSpec, program: Program, file: Path) -> Program:
+    """Return a program whose axes are bound.
+
+    Raises:
+        RackFileError: see `_bind_axes`.
+    """
+    try:
+        _bind_axes(spec, program)
+    except LadderError as error:
+        raise RackFileError(f"{file}: axes: {error}") from error
+    return program
+
+
+def _job(spec: RackSpec, program: Program, rack_file: Path, rack: str) -> Job:
+    name = f"{program.path.name}:{program.name}"
+    notices = (*program.notices, *_other_modules(spec, program))
+    return Job(spec, program.function, name, program.path, rack_file, _rack_name(rack), notices=notices)
+
+
+def _other_modules(spec: RackSpec, program: Program) -> Iterator[str]:
+    """Yield where a rack has another module than the export that runs in it."""
+    if not program.modules:
+        return
+    from ..imports.export_slots import differences  # with lxml: most programs are no exports
+    from ..imports.l5x_rack import slots_of
+    from ..imports.slc_rack import slots_of_slc
+
+    is_l5x = program.path.suffix in L5X_SUFFIXES
+    slots = slots_of(program.modules) if is_l5x else slots_of_slc(program.modules)  # type: ignore[arg-type]
+    yield from differences(slots, [(slot.number, slot.module) for slot in spec.slot])
+
+
+def _call(file: Program) -> RackSpec:
+    """Call the function of a Python rack file."""
+    try:
+        spec = file.function()
+    except ValidationError as error:
+        raise RackFileError(explain(error, file.path)) from error
+    except (Exception, SystemExit) as error:
+        steps = traceback.extract_tb(error.__traceback__)
+        line = next((step.lineno for step in reversed(steps) if step.filename == str(file.path)), 1)
+        what = f"{type(error).__name__}: {error}"
+        raise RackFileError(f"{file.path}:{line}: {file.name}() raised {what}") from error
+    if not isinstance(spec, RackSpec):
+        raise RackFileError(f"{file.path}: {file.name}() returned {type(spec).__name__}, not a RackSpec")
+    return spec

@@ -1,0 +1,463 @@
+"""Programs from files: `path[:function]` to the function, its source and its fingerprint.
+
+A file is Python that defines `logic`, a function of the scan or an instance of a class of `Logic`; or one
+such class; or `program`, a ladder program. Or it is a `.rung` file, a ladder program as text; a `.st` file,
+structured text; a `.steps` file, a list of steps; or an `.L5X` or `.SLC` file, an exported controller.
+"""
+
+from __future__ import annotations
+
+import difflib
+import hashlib
+import importlib.util
+import inspect
+import sys
+import traceback
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from importlib.machinery import ModuleSpec
+from pathlib import Path, PurePath
+from types import FunctionType, ModuleType
+from typing import TYPE_CHECKING, Any
+
+from ...io_images.input_files import read_input
+from ...io_images.text_limits import LIMITS, Text, shortened
+from ...ladder.build.bound_axes import Axes
+from ...ladder.build.runnable import REFUSALS_SHOWN, LadderLogic
+from ...ladder.files.rungfile import (
+    STRUCTURED_SUFFIX,
+    SUFFIX,
+    parse_program,
+    parse_structured,
+)
+from ...ladder.files.rungreader import load_library
+from ...ladder.files.steps import SUFFIX as STEPS_SUFFIX
+from ...ladder.files.steps import StepsError, parse_steps
+from ...ladder.instructions.motion.axes import AxisSettings
+from ...ladder.model.errors import LadderError
+from ...ladder.model.stubs import (
+    NO_STUBS,
+    InPython,
+    Stub,
+    Stubs,
+    check_stubbed,
+    parse_stub,
+)
+from ...ladder.model.types import Structure
+from ...ladder.python.sequences.logic import Logic
+from .modules_beside import find_beside, shadowed
+
+if TYPE_CHECKING:
+    from ...rockwell.l5x.report import Report
+    from ...rockwell.l5x.xml.records import ModuleRecord
+    from ...rockwell.slc.records import SlotRecord
+
+DEFAULT_FUNCTION = "logic"
+"""The function that is called once per scan, if the address names no other."""
+
+SLC_SUFFIXES = (".SLC", ".slc")
+"""Suffixes of the text of an SLC 500 or MicroLogix program."""
+
+L5X_SUFFIXES = (".L5X", ".l5x")
+"""Suffixes of an exported controller."""
+
+EXPORT_SUFFIXES = (*L5X_SUFFIXES, *SLC_SUFFIXES)
+"""Suffixes of programs of which a part may be refused."""
+
+LADDER_NAME = "program"
+"""The ladder program that is run instead, if the file has no such function."""
+
+
+class Form(StrEnum):
+    """What is done with a file."""
+
+    PYTHON = "python"
+    """It is executed."""
+
+    DATA = "data"
+    """It is parsed."""
+
+
+FORMS = {
+    ".py": Form.PYTHON,
+    SUFFIX: Form.DATA,
+    STRUCTURED_SUFFIX: Form.DATA,
+    STEPS_SUFFIX: Form.DATA,
+    **dict.fromkeys(EXPORT_SUFFIXES, Form.DATA),
+}
+"""By the suffix of a program. `load_program` refuses any other, so nothing else is ever executed."""
+
+
+@dataclass(frozen=True, slots=True)
+class Program:
+    """A function from a file.
+
+    Attributes:
+        path: the file.
+        name: the function's name.
+        function: the function itself.
+        data: the file's bytes.
+        notices: what is different from an export: a sentence for each.
+        modules: records of the modules of an export.
+    """
+
+    path: Path
+    name: str
+    function: Callable[..., Any]
+    data: bytes
+    notices: tuple[str, ...] = ()
+    modules: tuple[ModuleRecord | SlotRecord, ...] = ()
+
+    @property
+    def source(self) -> str:
+        """Text of the file."""
+        return importlib.util.decode_source(self.data)
+
+    @property
+    def sha256(self) -> str:
+        """Fingerprint of the file's bytes, in hex."""
+        return hashlib.sha256(self.data).hexdigest()
+
+
+class ProgramError(ValueError):
+    """A program that can't be loaded; the message names file, line and what is allowed."""
+
+
+class MissingNameError(ProgramError):
+    """A file without the name that is loaded from it."""
+
+
+def split_address(address: str, default: str = DEFAULT_FUNCTION) -> tuple[str, str]:
+    """Split `path[:function]` into path and function name.
+
+    >>> split_address("line.py"), split_address("line.py:cycle"), split_address("C:/line.py")
+    (('line.py', 'logic'), ('line.py', 'cycle'), ('C:/line.py', 'logic'))
+    """
+    path, colon, name = address.rpartition(":")
+    return (path, name) if colon and path and name.isidentifier() else (address, default)
+
+
+def program_form(path: PurePath) -> Form:
+    """Return what `load_program` does with a file.
+
+    Raises:
+        ProgramError: it is not a program.
+    """
+    if path.suffix not in FORMS:
+        raise ProgramError(f"{path}: a program is a .py, a .rung, a .st, a .steps, an .L5X or an .SLC file")
+    return FORMS[path.suffix]
+
+
+def load_program(
+    address: str,
+    folder: Path | str = Path(),
+    stubs: Stubs = NO_STUBS,
+    slots: Collection[int] | None = None,
+) -> Program:
+    """Load the function that a scan loop calls once per scan.
+
+    The file is run once, as a module of its own; it can import files beside it, see `modules_beside`.
+
+    Args:
+        address: `path[:function]`, the path relative to `folder`.
+        folder: where a relative path starts.
+        stubs: replacements of instructions of a ladder program, see `load_stubs`.
+        slots: slots of the rack, whose images an SLC program has; None if there is no rack.
+
+    Raises:
+        ProgramError: no such file or function, a syntax error, an error while the file runs, or
+            a function that can't be called with one argument.
+    """
+    folder = Path(folder)
+    path = folder / split_address(address)[0]
+    if program_form(path) is Form.DATA:
+        if path.suffix in L5X_SUFFIXES:
+            return _load_l5x(path, stubs, slots)
+        if path.suffix in SLC_SUFFIXES:
+            return _load_slc(path, stubs, slots)
+        return _load_steps(path) if path.suffix == STEPS_SUFFIX else _load_rungs(path, stubs)
+    return load_function(address, folder, default=DEFAULT_FUNCTION, arguments=("scan",), stubs=stubs)
+
+
+def load_stubs(texts: Mapping[str, str], folder: Path | str, *, missing_tags: bool = False) -> Stubs:
+    """Read the stubs of a rack file.
+
+    Args:
+        texts: by instruction or message tag: see `stubs`; `path:function` of a Python function.
+        folder: where a relative path starts.
+        missing_tags: see `Stubs`.
+
+    Raises:
+        ProgramError: a function can't be loaded.
+        LadderError: it is not a stub.
+    """
+    read: dict[str, Stub] = {}
+    for name, text in texts.items():
+        check_stubbed(name.upper())
+        if is_python(text):
+            function = load_function(text, folder, default="", arguments=("tags", "rung"), loosely=True)
+            read[name.upper()] = InPython(text, function.function)
+        else:
+            read[name.upper()] = parse_stub(text)
+    return Stubs(read, missing_tags)
+
+
+def axes_of(settings: Mapping[str, AxisSettings]) -> Axes:
+    r"""Return axes for `LadderLogic.take_axes`.
+
+    Args:
+        settings: by tag, in a controller `\\Program.tag` for that of a program.
+    """
+    library = load_library("axis3601")
+    state = library.types["AXIS_3601"]
+    assert isinstance(state, Structure)
+    return Axes(dict(settings), state, library.add_ons["AMCI3601"])
+
+
+def is_python(stub: str) -> bool:
+    """Whether the text of a stub names a Python function.
+
+    >>> is_python("plant.py:xrp"), is_python("done after 20 ms")
+    (True, False)
+    """
+    path, name = split_address(stub, "")
+    return bool(name) and PurePath(path).suffix == ".py"
+
+
+def load_function(
+    address: str,
+    folder: Path | str,
+    *,
+    default: str,
+    arguments: tuple[str, ...],
+    stubs: Stubs = NO_STUBS,
+    loosely: bool = False,
+) -> Program:
+    """Load a function from a file, see `load_program`.
+
+    Args:
+        address: `path[:function]`.
+        folder: where a relative path starts.
+        default: name of the function, if the address names none.
+        arguments: what it is called with, by position.
+        stubs: of a ladder program, see `load_program`.
+        loosely: the call may have further arguments.
+
+    Raises:
+        ProgramError: see `load_program`.
+    """
+    file, name = split_address(address, default)
+    path = Path(folder) / file
+    data = _read(path)
+    _check_text(path, data)
+    module = _execute(path, data)
+    if name == DEFAULT_FUNCTION == default and not hasattr(module, name):
+        name = _other_name(path, module)
+    function = _made(path, _pick(path, module, name))
+    if isinstance(function, LadderLogic):
+        _build(path, function, stubs)
+    _check_signature(path, name, function, arguments, loosely=loosely)
+    return Program(path, name, function, data)
+
+
+def as_logic(program: Callable[..., Any]) -> Callable[..., Any]:
+    """Return what a scan loop calls: an instance of a class of `Logic`, anything else as it is.
+
+    Raises:
+        TypeError: the class takes arguments.
+    """
+    return program() if isinstance(program, type) and issubclass(program, Logic) else program
+
+
+def _made(path: Path, program: Callable[..., Any]) -> Callable[..., Any]:
+    try:
+        return as_logic(program)
+    except Exception as error:
+        raise ProgramError(_while_loading(path, error)) from error
+
+
+def _other_name(path: Path, module: ModuleType) -> str:
+    """Return the name of what is run in a file without the default function.
+
+    Raises:
+        ProgramError: there are several classes of `Logic`.
+    """
+    if isinstance(getattr(module, LADDER_NAME, None), LadderLogic):
+        return LADDER_NAME
+    classes = [name for name, value in vars(module).items() if _is_logic_of(module, value)]
+    if len(classes) > 1:
+        raise ProgramError(f"{path}: there are several classes of Logic: write {path.name}:{classes[0]}")
+    return classes[0] if classes else DEFAULT_FUNCTION
+
+
+def _is_logic_of(module: ModuleType, value: object) -> bool:
+    return isinstance(value, type) and issubclass(value, Logic) and value.__module__ == module.__name__
+
+
+def _load_rungs(path: Path, stubs: Stubs) -> Program:
+    """Load a ladder program, or one of structured text, from its text."""
+    data = _read(path, Text.STRUCTURED if path.suffix == STRUCTURED_SUFFIX else Text.RUNGS)
+    _check_text(path, data)
+    try:
+        text = data.decode("utf-8")
+        program: LadderLogic
+        if path.suffix == STRUCTURED_SUFFIX:
+            program = parse_structured(text, path.stem, file=str(path), stubs=stubs)
+        else:
+            program = parse_program(text, file=str(path), stubs=stubs)
+    except LadderError as error:
+        raise ProgramError(str(error)) from error
+    _build(path, program)
+    return Program(path, program.name, program, data)
+
+
+def _load_l5x(path: Path, stubs: Stubs, slots: Collection[int] | None) -> Program:
+    """Load an exported controller; one of which a part is refused does not run."""
+    from ...rockwell.l5x import import_l5x  # lxml takes time to import, and most programs are no L5X
+
+    data = _read(path, Text.EXPORT)
+    try:
+        imported = import_l5x(path, stubs, slots)
+    except LadderError as error:
+        raise ProgramError(str(error)) from error
+    return _whole(path, data, imported.controller, imported.report, imported.document.modules, stubs)
+
+
+def _load_slc(path: Path, stubs: Stubs, slots: Collection[int] | None) -> Program:
+    """Load an export of RSLogix 500; one of which a rung is refused does not run."""
+    from ...rockwell.slc import import_slc  # most programs are no SLC
+
+    data = _read(path, Text.EXPORT)
+    try:
+        imported = import_slc(path, stubs, slots)
+    except LadderError as error:
+        raise ProgramError(str(error)) from error
+    modules = tuple(imported.document.slots.values())
+    return _whole(path, data, imported.program, imported.report, modules, stubs)
+
+
+def _whole(
+    path: Path,
+    data: bytes,
+    program: LadderLogic | None,
+    report: Report,
+    modules: tuple[ModuleRecord | SlotRecord, ...],
+    stubs: Stubs,
+) -> Program:
+    """Return what was imported.
+
+    Raises:
+        ProgramError: a part of it was refused, and the stubs do not leave it out.
+    """
+    refused = [*report.refused, *report.objects]
+    if program is None or (refused and not stubs.refused):
+        shown = [str(each) for each in refused[:REFUSALS_SHOWN]] or [f"{path}: there is no program in it"]
+        more = len(refused) - REFUSALS_SHOWN
+        shown += [f"and {more} more: scanrack l5x {path} lists all"] * (more > 0)
+        raise ProgramError("\n".join(shown))
+    program.refused = [each.place for each in sorted(refused, key=lambda each: each.line)]
+    notices = (report.warning,) if report.lost else ()
+    return Program(path, program.name, program, data, notices, modules)
+
+
+def _load_steps(path: Path) -> Program:
+    """Load a program of steps from its text."""
+    data = _read(path, Text.STEPS)
+    _check_text(path, data)
+    try:
+        return Program(path, path.stem, parse_steps(data.decode("utf-8"), str(path)), data)
+    except StepsError as error:
+        raise ProgramError(str(error)) from error
+
+
+def _build(path: Path, program: LadderLogic, stubs: Stubs = NO_STUBS) -> None:
+    """Find the mistakes of a ladder program before it runs."""
+    try:
+        program.take_stubs(stubs)
+        program.build()
+    except LadderError as error:
+        raise ProgramError(f"{path}: {error}") from error
+
+
+def _read(path: Path, kind: Text = Text.PYTHON) -> bytes:
+    try:
+        return read_input(path, LIMITS[kind].size)
+    except FileNotFoundError:
+        raise ProgramError(f"{path}: there is no such program file") from None
+    except OSError as error:
+        raise ProgramError(f"{path}: the program can't be read: {error.strerror}") from None
+
+
+def _check_text(path: Path, data: bytes) -> None:
+    try:
+        importlib.util.decode_source(data)
+    except (SyntaxError, UnicodeDecodeError) as error:
+        raise ProgramError(f"{path}: the program is not UTF-8 text: {error}") from None
+
+
+def _execute(path: Path, data: bytes) -> ModuleType:
+    """Run the file as a module of its own."""
+    try:
+        code = compile(data, str(path), "exec")
+    except (SyntaxError, ValueError) as error:  # null bytes are the one or the other, by Python version
+        line, text = getattr(error, "lineno", None) or 1, getattr(error, "msg", error)
+        raise ProgramError(f"{path}:{line}: the program has a syntax error: {text}") from None
+    module = ModuleType(f"scanrack_program_{path.stem}")
+    module.__file__ = str(path)
+    module.__spec__ = find_beside(path, ModuleSpec(module.__name__, None, origin=str(path)))
+    sys.modules[module.__name__] = module
+    try:
+        exec(code, module.__dict__)
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:
+        raise ProgramError(_while_loading(path, error)) from error
+    return module
+
+
+def _while_loading(path: Path, error: BaseException) -> str:
+    """Say what went wrong, at the innermost line of the program's own file."""
+    steps = traceback.extract_tb(error.__traceback__)
+    lines = [step.lineno for step in steps if step.filename == str(path)]
+    what = f"{type(error).__name__}: {shortened(str(error))}{shadowed(path, error)}"
+    return f"{path}:{lines[-1] if lines else 1}: the program can't be loaded: {what}"
+
+
+def _pick(path: Path, module: ModuleType, name: str) -> Callable[..., Any]:
+    found = getattr(module, name, None)
+    if callable(found):
+        return found  # type: ignore[no-any-return]
+    if found is not None:
+        raise ProgramError(f"{path}: {name} is {type(found).__name__}, not a function")
+    there = [
+        key
+        for key, value in vars(module).items()
+        if isinstance(value, FunctionType) and value.__module__ == module.__name__ and not key.startswith("_")
+    ]
+    close = difflib.get_close_matches(name, there, n=1)
+    hint = f"; did you mean {close[0]}?" if close else ""
+    named = f"no function {name} among {', '.join(there)}" if there else f"no function {name} in it"
+    raise MissingNameError(f"{path}: there is {named}{hint}")
+
+
+def _check_signature(
+    path: Path, name: str, function: Callable[..., Any], arguments: tuple[str, ...], *, loosely: bool = False
+) -> None:
+    wanted = f"{name}({', '.join(arguments)}{', *operands' if loosely else ''})"
+    where = f"{path}:{_line_of(function)}"
+    if inspect.iscoroutinefunction(function) or inspect.isgeneratorfunction(function):
+        raise ProgramError(f"{where}: {name} must be a plain function {wanted}, without async and yield")
+    try:
+        signature = inspect.signature(function)
+    except ValueError:  # a callable of C code tells nothing of its arguments
+        return
+    try:
+        (signature.bind_partial if loosely else signature.bind)(*arguments)
+    except TypeError:
+        raise ProgramError(f"{where}: {name}{signature} can't be called as {wanted}") from None
+
+
+def _line_of(function: Callable[..., Any]) -> int:
+    code = getattr(inspect.unwrap(function), "__code__", None)
+    return 1 if code is None else code.co_firstlineno

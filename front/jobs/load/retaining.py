@@ -1,0 +1,37 @@
+"""A ladder program that begins with the tags that another run ended with.
+
+Their file travels with the trace, so that a rerun begins with it, too.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from ...ladder import LadderError, LadderLogic
+from ...ladder.run.edit import retain
+from .loading import Job
+
+
+def retaining(job: Job, data: bytes, name: str) -> tuple[Job, list[str]]:
+    """Let a job's ladder program begin with retained tags.
+
+    Args:
+        job: its program has done no scan yet.
+        data: contents of the file of tags.
+        name: what the file is called in messages.
+
+    Returns:
+        The job with the file, and what was not taken over, a sentence each.
+
+    Raises:
+        ValueError: it is not a file of retained tags, or the program is a Python function.
+    """
+    if not isinstance(job.logic, LadderLogic):
+        raise ValueError(f"{name}: the program is a Python function; it has no tags to retain")
+    try:
+        said = retain(job.logic.engine, data.decode("utf-8"))
+    except UnicodeDecodeError as error:
+        raise ValueError(f"{name}: the retained tags can't be read: {error}") from None
+    except LadderError as error:
+        raise ValueError(f"{name}: {error}") from None
+    return replace(job, retained=data), said

@@ -1,0 +1,1 @@
+"""A run on record: words, tags, waits of sequences, orders and edits."""

@@ -1,0 +1,243 @@
+"""The programs of a session: the one that it begins with and those that edits made of it, as files.
+
+    scan     0 ............ 4,010 ............ 9,200 ....
+    number   0              1                  2
+    trace    feeder.rung    edit-1/feeder.rung edit-2/feeder.rung     attachments, and all beside them
+    orders                  edit 1             edit 2                 on /orders
+
+Each can be loaded again: for a rerun, for a branch, and by a monitor that shows past scans.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from ...runtime.live.hands import GivenOrder
+from ...runtime.live.orders import Edit
+from ...traces.format.topics import ORDERS
+from ...traces.read.reader import Trace
+from ...traces.write.recorder import Attachment
+from ..load.loading import Job, load_job
+from ..load.retaining import retaining
+from ..trust.attachments import (
+    RETAINED,
+    attachment,
+    edit_number,
+    files_of,
+    folder_of_edit,
+    forget_imported,
+    load_files,
+    made_by,
+    own_program,
+)
+from ..trust.extracting import attached_files, extract
+from ..trust.trust import Given, address_name, admitted
+from .repeating import orders_of
+
+
+@dataclass(frozen=True, slots=True)
+class Edition:
+    """A program as it runs from some scan on: its files and where it begins in them.
+
+    Attributes:
+        rack: the rack file among the files, `path[:function]`.
+        program: the program among them, `path[:function]`.
+        files: by their names in a trace.
+        paths: where they are on the disk, by the same names; empty if they come from a trace.
+        retained: tags that it begins with, the contents of their file; None without one.
+        place: folder of a copy of the files, for other processes; None without one.
+    """
+
+    rack: str
+    program: str
+    files: Mapping[str, bytes]
+    paths: Mapping[str, Path] = field(default_factory=dict)
+    retained: bytes | None = None
+    place: Path | None = None
+
+    @property
+    def is_on_disk(self) -> bool:
+        """Whether the files on the disk still are the same."""
+        return bool(self.paths) and all(
+            path.is_file() and path.read_bytes() == self.files[name] for name, path in self.paths.items()
+        )
+
+
+def edition_of(job: Job) -> Edition:
+    """Return the files of a job that was just loaded from the disk.
+
+    Raises:
+        OSError: one can't be read.
+    """
+    made, paths = made_by(job), files_of(job)
+    files = {name: path.read_bytes() for name, path in paths.items()}
+    return Edition(made["rack_file"], made["program_file"], files, paths, job.retained)
+
+
+class Editions:
+    """The programs of a session by their numbers; 0 is the one that it begins with.
+
+    Args:
+        folder: copies are written there, for those that the disk has no longer.
+        rack: address of the rack file on the disk; None if all comes from a trace.
+        known: programs by number.
+    """
+
+    def __init__(
+        self, folder: Path, rack: str | None = None, known: Mapping[int, Edition] | None = None
+    ) -> None:
+        self._folder, self._rack = folder, rack
+        self._known: dict[int, Edition] = dict(known or {})
+        self._loaded: dict[int, Job] = {}
+        self._used: set[Path] = set()
+
+    def __getitem__(self, number: int) -> Edition:
+        return self._known[number]
+
+    def keep(self, number: int, edition: Edition, job: Job) -> None:
+        """Take a program that has been loaded; it takes the place of one with the same number."""
+        self._known[number], self._loaded[number] = edition, job
+        self.follow(job)
+
+    def follow(self, job: Job) -> None:
+        """Remember a loaded program: its modules are dropped when another one is loaded."""
+        self._used |= folders_of(job)
+
+    def up_to(self, number: int) -> Editions:
+        """Return the programs up to a number, none of them loaded yet: those of a branch."""
+        known = {each: edition for each, edition in self._known.items() if each <= number}
+        branch = Editions(self._folder, self._rack, known)
+        branch._used = set(self._used)
+        return branch
+
+    def job(self, number: int) -> Job:
+        """Return a program that runs from its beginning: the kept one, or one that is loaded again.
+
+        Raises:
+            ValueError: there is no such program, or it can't be loaded.
+            OSError: its files can't be written.
+        """
+        loaded = self._loaded.pop(number, None)
+        if loaded is not None:
+            return loaded
+        if number not in self._known:
+            raise ValueError(f"the files of edit {number} are not there")
+        job = self._load(self._known[number])
+        self.follow(job)
+        return job
+
+    def _load(self, edition: Edition) -> Job:
+        forget(self._used)
+        if self._rack is not None and edition.is_on_disk:
+            job = load_job(self._rack)
+            if edition.is_on_disk:
+                return job
+        job = load_files(self._copied(edition), edition.rack, edition.program)
+        return job if edition.retained is None else retaining(job, edition.retained, RETAINED)[0]
+
+    def of_a_session(self, begins: Edition) -> Editions:
+        """Return the programs of a session that begins with one of its own; there is a copy of each.
+
+        Raises:
+            OSError: a copy can't be written.
+        """
+        known = {0: begins, **self._known}
+        copies = {number: self.with_copy(edition) for number, edition in known.items()}
+        session = Editions(self._folder, self._rack, copies)
+        session._used = set(self._used)
+        return session
+
+    def with_copy(self, edition: Edition) -> Edition:
+        """Return a program with a copy of its files.
+
+        Raises:
+            OSError: it can't be written.
+        """
+        return replace(edition, place=self._copied(edition))
+
+    def _copied(self, edition: Edition) -> Path:
+        self._folder.mkdir(parents=True, exist_ok=True)
+        number = sum(1 for _ in self._folder.glob("program-*"))
+        place = self._folder / f"program-{number}"
+        extract(edition.files, place)
+        return place.resolve()
+
+    def attachments(self, number: int) -> list[Attachment]:
+        """Return the files of an edit as a trace brings them, in the order of their names."""
+        files, start = self._known[number].files, folder_of_edit(number)
+        return [attachment(f"{start}{name}", files[name]) for name in sorted(files)]
+
+
+def edits_of(trace: Trace) -> list[GivenOrder]:
+    """Return the edits of a recorded session, in order; only chunks behind their files are read."""
+    starts: dict[int, int] = {}
+    for span, name in trace.attachment_names():
+        if number := edit_number(name):
+            starts.setdefault(number, span.offset)
+    found = [_edit_behind(trace, number, offset) for number, offset in sorted(starts.items())]
+    return [each for each in found if each is not None]
+
+
+def _edit_behind(trace: Trace, number: int, offset: int) -> GivenOrder | None:
+    """Return an edit, whose order is in the chunks behind its files."""
+    for section in trace.sections:
+        if section.span.offset > offset and trace.may_tell(section, {ORDERS.name}):
+            for each in orders_of(trace.events_in(section, {ORDERS.name})):
+                if isinstance(each.order, Edit) and each.order.number == number:
+                    return each
+    return None
+
+
+def editions_of(
+    trace: Trace, given: Iterable[GivenOrder], job: Job, folder: Path, *, trust: bool
+) -> Editions:
+    """Return the edits of a recorded session, as far as they may be used.
+
+    Args:
+        trace: the recording.
+        given: its orders.
+        job: the program that it begins with.
+        folder: copies of the files are written there.
+        trust: run Python that came with the trace, see `trust`.
+
+    Raises:
+        UntrustedError: Python of the trace would be run.
+        ValueError: the trace does not bring the files of an edit, or they can't be used.
+    """
+    files = attached_files(trace)
+    rack = trace.head.metadata.get("rack_file", "")
+    known = {}
+    for each in given:
+        if isinstance(each.order, Edit):
+            number, program = each.order.number, each.order.program
+            known[number] = _recorded(files, number, rack, program, trust=trust)
+    editions = Editions(folder, None, known)
+    editions.follow(job)
+    return editions
+
+
+def _recorded(files: Mapping[str, bytes], number: int, rack: str, program: str, *, trust: bool) -> Edition:
+    start = folder_of_edit(number)
+    own = {name.removeprefix(start): data for name, data in files.items() if name.startswith(start)}
+    if not own:
+        raise ValueError(f"the trace does not bring the files of edit {number}, which its run needs")
+    given = Given(address_name(rack), own_program(rack, program) and address_name(program))
+    return Edition(rack, program, admitted(own, given, trust=trust))
+
+
+def forget(folders: Iterable[Path]) -> None:
+    """Drop the modules of programs that ran before.
+
+    Args:
+        folders: absolute paths without symbolic links.
+    """
+    for folder in folders:
+        forget_imported(folder)
+
+
+def folders_of(job: Job) -> set[Path]:
+    """Return the folders in which a job's Python finds modules."""
+    stubs = {(job.folder / each).parent.resolve() for each in job.stub_files}
+    return {job.rack_file.parent.resolve(), job.program.parent.resolve(), *stubs}

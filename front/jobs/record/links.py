@@ -1,0 +1,36 @@
+"""When the link to a module was lost: its Module light is off on the record [chapter 1, Front Panel]."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from ...runtime.modules.amci3601.indicators import Light
+from ...traces.read.reader import TraceEvent
+
+INDICATORS = "/indicators"
+"""The topic of the lights."""
+
+
+@dataclass(frozen=True, slots=True)
+class LinkChange:
+    """A link that is lost, or that is good again.
+
+    Attributes:
+        scan: number of the scan that sees it first.
+        now_ns: its time, ns.
+        good: the PLC reaches the module from then on.
+    """
+
+    scan: int
+    now_ns: int
+    good: bool
+
+
+def link_changes(events: Iterable[TraceEvent], slot: int) -> list[LinkChange]:
+    """Return the changes of the link to a module, in order; every change of its lights repeats it."""
+    return [
+        LinkChange(each.scan, each.now_ns, each.fields.get("module") != Light.OFF.value)
+        for each in events
+        if each.topic == INDICATORS and each.fields.get("slot") == slot
+    ]

@@ -1,0 +1,93 @@
+"""The recorder of a run: with its files, and with all that decides the outcome."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from types import MappingProxyType
+
+from ...runtime.loop.rack import Rack
+from ...runtime.loop.scan import Logic
+from ...traces.format.layout import SlotInfo
+from ...traces.write.recorder import ScanRecorder
+from ..load.loading import Job
+from ..trust.attachments import (
+    attachment,
+    files_beside,
+    made_by,
+    program_name,
+    retained_tags,
+)
+from ..trust.owned import check_recording, keeping_of
+from .sequence_watch import sequences_in
+
+NOTHING: Mapping[str, str] = MappingProxyType({})
+
+
+def recorder_for(
+    job: Job,
+    rack: Rack,
+    trace: Path,
+    logic: Logic | None = None,
+    *,
+    orders: bool = False,
+    sequences: bool = False,
+    metadata: Mapping[str, str] = NOTHING,
+    keep: int | None = None,
+    warn: Callable[[str], None] = lambda _cost: None,
+) -> ScanRecorder:
+    """Return the recorder of a run; `sequence_watch` tells it of the program's sequences.
+
+    Args:
+        job: what is run.
+        rack: its rack.
+        trace: where the recording goes.
+        logic: what runs in place of the job's logic: a debugger of it.
+        orders: whether the rack can be operated while it runs.
+        sequences: whether there may be sequences though the program has none: an edit may bring some.
+        metadata: further entries of the metadata record.
+        keep: how many earlier recordings are kept; None = as the rack file says.
+        warn: takes a warning about tags that cost much.
+
+    Raises:
+        OwnedError: it would replace what somebody owns.
+        OSError: the trace can't be written.
+        ValueError: a tag that is to be recorded can't be.
+    """
+    check_recording(job, trace, keep=keep)
+    spec = job.spec
+    running = logic or job.logic
+    tags = None
+    if spec.tags:
+        from .tag_source import tags_of  # which knows the debugger; a run without tags does not wait for it
+
+        tags = tags_of(running, spec.tags, rack.memory)
+        if tags.plan.cost is not None:
+            warn(tags.plan.cost)
+    beside = [attachment(name, path.read_bytes()) for name, path in files_beside(job).items()]
+    return ScanRecorder(
+        trace,
+        rack.memory,
+        [SlotInfo(slot.number, slot.catalog, slot.firmware, slot.words) for slot in rack.slots.values()],
+        scan_period_ns=spec.scan_ns,
+        seed=spec.seed,
+        program=attachment(program_name(job), job.program.read_bytes()),
+        rack_file=None
+        if job.rack_file == job.program
+        else attachment(job.rack_file.name, job.rack_file.read_bytes()),
+        attachments=[*beside, *retained_tags(job)],
+        metadata={
+            **made_by(job),
+            "name": spec.name,
+            "logic": job.logic_name,
+            "controller": spec.controller,
+            **({"stubs": "; ".join(job.stubs)} if job.stubs else {}),
+            **({"tags": " ".join(spec.tags)} if spec.tags else {}),
+            **({"rpi_ns": str(spec.rpi_ns)} if spec.controller == "compactlogix" else {}),
+            **metadata,
+        },
+        tags=tags,
+        orders=orders,
+        keeping=keeping_of(job, trace, keep),
+        sequences=sequences or bool(sequences_in(running)),
+    )

@@ -1,0 +1,114 @@
+"""The waits of sequences for a recorder, a journal or a message: where, for what, since when.
+
+    scan     602                          603 to 1,402   1,403
+    cycle    goes on, waits at line 14    waits          goes on, waits at line 15
+    written  /sequences                   nothing        /sequences
+
+Looking at a waiting sequence costs one comparison; the text is made when it has gone on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from ...ladder.python.axis3601 import Axis3601
+from ...ladder.python.sequences import Logic as SequenceLogic
+from ...ladder.python.sequences import Sequence, parts_of, sequences_of
+from ...runtime.loop.events import JsonValue
+from ...runtime.loop.listeners import ScanListener
+from ...runtime.loop.scan import Logic
+from ...traces.format.topics import SEQUENCES
+from ...traces.read.sequence_steps import Step
+from .wrapped import unwrapped
+
+
+def sequences_in(logic: Logic) -> tuple[Sequence, ...]:
+    """Return the sequences of a program, in order of definition; none if its class is not a `Logic`."""
+    inside = unwrapped(logic)
+    return sequences_of(inside) if isinstance(inside, SequenceLogic) else ()
+
+
+def declared_axes(logic: Logic) -> dict[int, str]:
+    """Return the slots of the axes that a program declares, each with the line that does."""
+    parts = parts_of(logic) if isinstance(logic, SequenceLogic) else ()
+    return {each.slot: each.declared for each in parts if isinstance(each, Axis3601)}
+
+
+def standing(sequence: Sequence, scan: int) -> Step:
+    """Return the present wait of a sequence.
+
+    Args:
+        sequence: the sequence.
+        scan: number of the present scan.
+    """
+    file = Path(sequence.file or "").name
+    line = sequence.line or 0
+    return Step(scan, sequence.since_ns, sequence.name, file, line, sequence.waits_for)
+
+
+def watching(listener: ScanListener, logic: Logic) -> ScanListener:
+    """Return a listener that also gets the sequences of a program; the same one if it has none."""
+    sequences = sequences_in(logic)
+    return WatchesSequences(listener, sequences) if sequences else listener
+
+
+class WatchesSequences:
+    """Reports to a listener, before a scan, the sequences that have gone on in it.
+
+    A sequence that goes on in every scan and waits for the same at the same line is reported once.
+
+    Args:
+        listener: the listener.
+        sequences: what is watched.
+    """
+
+    def __init__(self, listener: ScanListener, sequences: tuple[Sequence, ...]) -> None:
+        self._listener = listener
+        self.watch(sequences)
+
+    def watch(self, sequences: tuple[Sequence, ...]) -> None:
+        """Watch others from now on: the program has been edited."""
+        self._watched = [_Watched(each) for each in sequences]
+
+    def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
+        """Pass on an event."""
+        self._listener.event(scan, now_ns, topic, fields)
+
+    def scan(self, scan: int, now_ns: int, flags: int) -> None:
+        """Report sequences that have gone on, and pass on the scan."""
+        for each in self._watched:
+            resumed = each.sequence.resumed
+            if resumed != each.resumed:
+                each.resumed = resumed
+                step = each.step(scan)
+                if step is not None:
+                    self._listener.event(scan, now_ns, SEQUENCES.name, fields_of(step))
+        self._listener.scan(scan, now_ns, flags)
+
+    def close(self) -> None:
+        """Close the listener."""
+        self._listener.close()
+
+
+class _Watched:
+    """A sequence and its wait in the scan before."""
+
+    def __init__(self, sequence: Sequence) -> None:
+        self.sequence = sequence
+        self.resumed = 0
+        self._scan = -1
+        self._stood: tuple[str, int, str] | None = None
+
+    def step(self, scan: int) -> Step | None:
+        """Return its new wait; None if it still waits as a scan ago."""
+        step = standing(self.sequence, scan)
+        stands = step.file, step.line, step.wait
+        stays = stands == self._stood and scan == self._scan + 1
+        self._scan, self._stood = scan, stands
+        return None if stays else step
+
+
+def fields_of(step: Step) -> dict[str, JsonValue]:
+    """Return a step as the fields of a message on /sequences."""
+    return {"sequence": step.sequence, "file": step.file, "line": step.line, "wait": step.wait}

@@ -1,0 +1,285 @@
+"""The tags of a run, read in every scan by one generated function.
+
+    def take():
+        return pack(images(), Fill_ACC, Run, *Recipe)
+
+Variables of a ladder program are the cells of its memory; names of a Python program are looked up in its
+module. So neither the compiler nor the program knows that tags are recorded.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from struct import Struct
+from types import CellType, CodeType, FunctionType
+from typing import Any
+
+from ...ladder.build.runnable import LadderLogic
+from ...ladder.debug import Debugger
+from ...ladder.debug.tag_values import TEXT, tag_values
+from ...ladder.model.errors import LadderError
+from ...ladder.run.engine import Engine
+from ...runtime.loop.scan import Logic
+from ...traces.format.tagplan import (
+    LAST_CODE,
+    Tag,
+    TagPlan,
+    plan_of,
+)
+from .tag_names import named_values, namespace_of
+
+Pending = list[tuple[str, Mapping[str, str | int]]]
+
+
+@dataclass(frozen=True, slots=True)
+class Recorded:
+    """A tag and what reads it.
+
+    Attributes:
+        tag: the tag.
+        source: the expression; of a TEXT the arguments of what finds its code.
+        codes: of an ENUM: its codes by value of the member.
+    """
+
+    tag: Tag
+    source: str
+    codes: Mapping[Any, int] = field(default_factory=dict)
+
+
+class TextCodes:
+    """Numbers the texts of a run in the order in which they appear first.
+
+    Args:
+        pending: takes a message for each change.
+
+    Attributes:
+        pending: the same.
+    """
+
+    def __init__(self, pending: Pending) -> None:
+        self._codes: dict[str, int] = {}
+        self.pending = pending
+        self._full = False
+
+    def code(self, name: str, text: str) -> int:
+        """Return the code of a text that a tag has changed to, and report the change."""
+        known = self._codes.get(text)
+        if known is None:
+            if len(self._codes) >= LAST_CODE:
+                return self._last(name)
+            known = self._codes[text] = len(self._codes)
+        self.pending.append(("/texts", {"tag": name, "code": known, "text": text}))
+        return known
+
+    def _last(self, name: str) -> int:
+        """Return the code of all further texts; report it once."""
+        if not self._full:
+            self._full = True
+            text = f"{name}: this is text {LAST_CODE + 1:,}; from here on new texts are recorded as one"
+            self.pending.append(("/events", {"kind": "tag", "name": name, "text": text}))
+        return LAST_CODE
+
+
+class TextValue:
+    """The code of one text, looked up again only when it changes."""
+
+    def __init__(self, name: str, codes: TextCodes) -> None:
+        self._name, self._codes = name, codes
+        self._last: object = None
+        self._code = 0
+
+    def of_text(self, text: str) -> int:
+        """Return the code of a str."""
+        if text != self._last:
+            if not isinstance(text, str):
+                raise TypeError(f"{type(text).__name__} is not text")
+            writable = text.encode("utf-8", "replace").decode()  # half a pair of surrogates is not
+            self._code, self._last = self._codes.code(self._name, writable), text
+        return self._code
+
+    def of_string(self, length: int, data: Sequence[int]) -> int:
+        """Return the code of a ladder program's STRING."""
+        characters = data[: max(0, length)]
+        if characters != self._last:
+            text = bytes(code & 0xFF for code in characters).decode("latin-1")
+            self._code, self._last = self._codes.code(self._name, text), characters
+        return self._code
+
+
+class ProgramTags:
+    """The tags of a program, for a recorder; see `traces.tagplan.TagSource`.
+
+    Args:
+        recorded: the tags and what reads them.
+        cells: variables of a ladder program.
+        namespace: names of a Python program's module.
+        memory: the rack's memory block.
+        texts: numbers the texts; those of the run begin here if left out.
+
+    Attributes:
+        plan: what is recorded.
+        pending: messages of the last scan.
+        take: returns the present memory block and tags.
+    """
+
+    def __init__(
+        self,
+        recorded: Sequence[Recorded],
+        cells: Mapping[str, CellType],
+        namespace: dict[str, Any],
+        memory: bytearray,
+        texts: TextCodes | None = None,
+    ) -> None:
+        texts = texts or TextCodes([])
+        self.texts = texts
+        self.plan: TagPlan = plan_of([each.tag for each in recorded])
+        self.pending: Pending = texts.pending
+        self._images = memoryview(memory).tobytes
+        self._refused: set[str] = set()
+        by_name = {each.tag.name: each for each in recorded}
+        order = [by_name[field.tag.name] for field in self.plan.fields]
+        own, sources = _services(order, texts, in_cells=bool(cells))
+        own |= {"__pack": Struct(f"<{len(memory)}s{self.plan.letters}").pack, "__images": self._images}
+        own |= {"__slowly": self._slowly, "__error": Exception}
+        call = f"__pack(__images(), {', '.join(sources)})"
+        body = f"try:\n   return {call}\n  except __error:\n   return __slowly()"
+        variables = {**cells, **_cells(own)}
+        self.take: Callable[[], bytes] = _function(body, variables, namespace)
+        self._single = [
+            (each.tag, _function(f"return [{source}]", variables, namespace))
+            for each, source in zip(order, sources, strict=True)
+        ]
+
+    def _slowly(self) -> bytes:
+        """Return images and tags; a value that does not fit is 0, with one event per tag."""
+        parts = [self._images()]
+        for (tag, read), each in zip(self._single, self.plan.fields, strict=True):
+            form = Struct("<" + each.letters)
+            try:
+                parts.append(form.pack(*read()))
+            except Exception as error:
+                parts.append(bytes(form.size))
+                self._refuse(tag, error)
+        return b"".join(parts)
+
+    def _refuse(self, tag: Tag, error: Exception) -> None:
+        if tag.name in self._refused:
+            return
+        self._refused.add(tag.name)
+        reason = str(error) if isinstance(error, struct.error) else f"{type(error).__name__}: {error}"
+        text = f"{tag.name} has no value that fits {tag.type} ({reason}): it is recorded as 0"
+        self.pending.append(("/events", {"kind": "tag", "name": tag.name, "text": text}))
+
+
+class WatchedTags:
+    """The tags of a program under a debugger, which may be edited while it runs.
+
+    A tag that an edit has dropped, or whose type it has changed, is 0 from then on.
+
+    Args:
+        debugger: runs the program.
+        patterns: see `ladder.tag_values`.
+        memory: the rack's memory block.
+
+    Attributes:
+        plan: what is recorded.
+        pending: messages of the last scan.
+    """
+
+    def __init__(self, debugger: Debugger, patterns: Sequence[str], memory: bytearray) -> None:
+        self._debugger, self._memory = debugger, memory
+        self._engine: Engine = debugger.engine
+        self._tags = ProgramTags(_of_ladder(self._engine, patterns), self._engine.memory.cells, {}, memory)
+        self.plan, self.pending = self._tags.plan, self._tags.pending
+
+    def take(self) -> bytes:
+        """Return the present memory block and tags."""
+        if self._debugger.engine is not self._engine:
+            self._read_from(self._debugger.engine)
+        return self._tags.take()
+
+    def _read_from(self, engine: Engine) -> None:
+        """Read the tags of an edited program."""
+        self._engine = engine
+        recorded = [_after_edit(engine, field.tag) for field in self.plan.fields]
+        self._tags = ProgramTags(recorded, engine.memory.cells, {}, self._memory, self._tags.texts)
+
+
+def _after_edit(engine: Engine, tag: Tag) -> Recorded:
+    """Return what reads a tag in an edited program."""
+    try:
+        found = [each for each in _of_ladder(engine, [tag.name]) if each.tag == tag]
+    except LadderError:
+        found = []
+    zeros = "0, []" if tag.type == TEXT else f"*[0] * {tag.length}" if tag.length else "0"
+    return found[0] if found else Recorded(tag, zeros)
+
+
+def _of_ladder(engine: Engine, patterns: Sequence[str]) -> list[Recorded]:
+    return [
+        Recorded(Tag(each.name, each.type, each.length), each.source)
+        for each in tag_values(engine.lowered.layout, patterns)
+    ]
+
+
+def tags_of(logic: Logic, patterns: Sequence[str], memory: bytearray) -> ProgramTags | WatchedTags:
+    """Return the tags of a program that patterns name.
+
+    Args:
+        logic: the program.
+        patterns: see `ladder.tag_values` and `tag_names`.
+        memory: the rack's memory block.
+
+    Raises:
+        ValueError: a pattern matches nothing, or the tags are more than a scan may have.
+    """
+    if isinstance(logic, Debugger):
+        return WatchedTags(logic, patterns, memory)
+    if isinstance(logic, LadderLogic | Engine):
+        engine = logic.engine if isinstance(logic, LadderLogic) else logic
+        return ProgramTags(_of_ladder(engine, patterns), engine.memory.cells, {}, memory)
+    namespace = namespace_of(logic)
+    recorded = []
+    for each in named_values(namespace, patterns):
+        names = tuple(member.name for member in each.members)
+        codes = {member.value: code for code, member in enumerate(each.members)}
+        recorded.append(Recorded(Tag(each.name, each.type, names=names), each.source, codes))
+    return ProgramTags(recorded, {}, namespace, memory)
+
+
+def _services(
+    recorded: Sequence[Recorded], texts: TextCodes, *, in_cells: bool
+) -> tuple[dict[str, object], list[str]]:
+    """Return the variables that the generated function needs, and its expressions."""
+    own: dict[str, object] = {}
+    sources = []
+    for number, each in enumerate(recorded):
+        name = f"__value{number}"
+        if each.tag.type == TEXT:
+            value = TextValue(each.tag.name, texts)
+            own[name] = value.of_string if in_cells else value.of_text
+            sources.append(f"{name}({each.source})")
+        elif each.tag.type == "ENUM":
+            own[name] = each.codes
+            sources.append(f"{name}[{each.source}._value_]")
+        else:
+            sources.append(each.source)
+    return own, sources
+
+
+def _cells(values: Mapping[str, object]) -> dict[str, CellType]:
+    return {name: CellType(value) for name, value in values.items()}
+
+
+def _function(body: str, cells: Mapping[str, CellType], namespace: dict[str, Any]) -> Callable[[], Any]:
+    """Compile a function without arguments whose free variables are cells, and its globals a namespace."""
+    text = f"def outer({', '.join(cells)}):\n def take():\n  {body}\n return take"
+    outer = _code_in(compile(text, "<tags>", "exec"))
+    code = _code_in(outer)
+    return FunctionType(code, namespace, "take", None, tuple(cells[name] for name in code.co_freevars))
+
+
+def _code_in(code: CodeType) -> CodeType:
+    return next(each for each in code.co_consts if isinstance(each, CodeType))

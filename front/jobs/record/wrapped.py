@@ -1,0 +1,36 @@
+"""A logic that wraps another one: attached and closed with it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from ...runtime.loop.rack import Slot
+from ...runtime.loop.scan import AttachedLogic, Logic, Scan
+
+
+class Wrapped:
+    """A logic that calls another one; see `AttachedLogic`."""
+
+    def __init__(self, logic: Logic) -> None:
+        self._logic = logic
+
+    def __call__(self, scan: Scan) -> object:
+        """Call the logic inside."""
+        return self._logic(scan)
+
+    def __attach_logic__(self, slots: Mapping[int, Slot]) -> None:
+        """Attach the logic inside, if it asks for that."""
+        if isinstance(self._logic, AttachedLogic):
+            self._logic.__attach_logic__(slots)
+
+    def __close_logic__(self) -> None:
+        """Close the logic inside, if it asks for that."""
+        if isinstance(self._logic, AttachedLogic):
+            self._logic.__close_logic__()
+
+
+def unwrapped(logic: Logic) -> Logic:
+    """Return the logic inside of all that is around it."""
+    while isinstance(logic, Wrapped):
+        logic = logic._logic
+    return logic

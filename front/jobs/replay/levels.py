@@ -1,0 +1,86 @@
+"""The levels of a 3601's inputs, from the status bits of a recording: all that real hardware records of them.
+
+configuration, word 1     which level is active       [chapter 3]
+input word 1, bits 0-5    which inputs are active     [chapter 6]
+scan       n-1        n
+bit         0         1        the level changed between the two scans: half-way, for want of better
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...io_images.amci3601 import ALL_INPUTS, InputBit
+from ...io_images.image import WORDS
+from ...traces.replay import Recording
+from ...traces.signals.decode import in_command_mode
+from ..run.playback import Stimulus
+
+
+def recorded_levels(recording: Recording) -> Iterator[Stimulus]:
+    """Yield the level of every input at the beginning, and whenever it changed, in order of time.
+
+    An input that is not used shows no level: it is taken as it is shown, not active.
+    """
+    for slot in recording.slots:
+        if slot.is_stepper:
+            yield from _levels_of(recording, slot.number)
+
+
+def _levels_of(recording: Recording, slot: int) -> Iterator[Stimulus]:
+    first_ns = recording.times[0]
+    before: int | None = None
+    for at_ns, levels in _shown(recording, recording.place(slot) // 2):
+        for bit in InputBit:
+            if before is None:
+                yield Stimulus(first_ns, slot, bit, bool(levels & bit.value))
+            elif (before ^ levels) & bit.value:
+                yield Stimulus(at_ns, slot, bit, bool(levels & bit.value))
+        before = levels
+
+
+def _shown(recording: Recording, place: int) -> Iterator[tuple[int, int]]:
+    """Yield the levels that a slot shows first, and those that it shows after every change.
+
+    Args:
+        recording: the recording, read chunk by chunk.
+        place: the first column of the slot's output words.
+
+    Yields:
+        When the levels came about, ns, and which inputs are energised.
+    """
+    outputs, inputs = slice(place, place + WORDS), slice(place + WORDS, place + 2 * WORDS)
+    before, configured, last_ns = _NOTHING, _ALL_HIGH, recording.times[0]
+    for columns in recording.scans.chunks():
+        if not len(columns.scan):
+            return
+        high = _active_high(columns.words[:, outputs], configured)
+        shown = columns.words[:, inputs]
+        levels = (shown[:, 1].view(np.uint16) & _ALL_HIGH) ^ high ^ _ALL_HIGH
+        rows = np.flatnonzero(in_command_mode(shown))
+        changed = rows[np.diff(levels[rows].astype(np.int32), prepend=before) != 0]
+        times = np.concatenate(([last_ns], columns.time_ns))
+        for row in changed.tolist():
+            yield int(times[row] + times[row + 1]) // 2, int(levels[row])
+        before = int(levels[rows[-1]]) if len(rows) else before
+        configured, last_ns = high[-1], int(times[-1])
+
+
+_ALL_HIGH = np.uint16(ALL_INPUTS)
+_NOTHING = -1  # no levels
+
+
+def _active_high(outputs: NDArray[np.int16], before: np.uint16) -> NDArray[np.uint16]:
+    """Return for each scan which inputs are active when energised: as configured last.
+
+    Args:
+        outputs: the slot's output image in each scan.
+        before: what was configured before them.
+    """
+    configured = ~in_command_mode(outputs)
+    last = np.maximum.accumulate(np.where(configured, np.arange(len(outputs)), -1))
+    levels = outputs[last, 1].view(np.uint16) & _ALL_HIGH
+    return np.where(last < 0, before, levels)

@@ -1,0 +1,269 @@
+"""A recording played to modules, to a program, or to a whole rack."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from enum import StrEnum
+from itertools import pairwise
+
+from ...io_images.amci3601 import InputBit
+from ...runtime.config.rackspec import RackSpec
+from ...runtime.loop.faults import CpuFault
+from ...runtime.loop.rack import Card, Rack
+from ...runtime.loop.scan import CpuMode, Logic
+from ...traces.compare import Tolerance
+from ...traces.format.topics import ORDERS
+from ...traces.read.reader import TraceEvent
+from ...traces.replay import Follower, Image, Recording
+from ..record.links import link_changes
+from ..run.build import build_playback, build_rack, round_trip_ms
+from ..run.playback import (
+    RecordedInputs,
+    Score,
+    Stimulus,
+    recorded_outputs,
+    stimulated,
+)
+from ..run.running import Observer, unobserved
+from .levels import recorded_levels
+from .tag_orders import TagOrders, first_few
+
+
+class Into(StrEnum):
+    """What a recording is played to."""
+
+    MODULE = "module"
+    PROGRAM = "program"
+    RACK = "rack"
+
+
+class Stimuli(StrEnum):
+    """What acts on the machine."""
+
+    MACHINE = "machine"
+    """The rack file's timeline and stations act again."""
+
+    RECORDED = "recorded"
+    """The stimuli of the trace."""
+
+    INPUTS = "inputs"
+    """The levels of the inputs as the recorded status bits show them; real hardware records no more."""
+
+
+class Replay:
+    """A recording and what it is played to.
+
+    Args:
+        recording: what is played.
+        spec: the rack; its modules answer to the recorded outputs.
+        logic: answers to the recorded inputs.
+        into: which of them is real.
+        slots: the slots of which the images are compared.
+
+    Attributes:
+        rack: the rack in which it is played.
+        notes: what is to be known of it, in words.
+    """
+
+    def __init__(
+        self, recording: Recording, spec: RackSpec, logic: Logic | None, into: Into, slots: Sequence[int]
+    ) -> None:
+        self._recording = recording
+        self._spec = spec
+        self._score = score_of(recording)
+        self.rack = build_rack(spec) if into is not Into.PROGRAM else recorded_rack(recording, spec)
+        self._logic = logic or recorded_outputs(self._score, recording.memory)
+        directions = {Into.MODULE: ("in",), Into.PROGRAM: ("out",), Into.RACK: ("in", "out")}[into]
+        self._orders: TagOrders | None = None
+        self._images: list[Image] = [(slot, direction) for slot in slots for direction in directions]
+        self.notes = list(_assumptions(into, self._score))
+        if into is not Into.MODULE:
+            self.notes += edit_notes(recording.events)
+            self._orders = TagOrders(self._score, recording.events)
+            self.notes += self._orders.notes
+
+    def run(self, allowed: Tolerance, *, to_the_end: bool, observed: Observer = unobserved) -> Follower:
+        """Replay to the first difference, or to the end; return the follower with the comparison.
+
+        A program that raises or does not come back ends it, too, and is noted.
+        """
+        follower = Follower(self._recording, self.rack.memory, self._images, tolerance=allowed)
+        logic = self._logic if self._orders is None else self._orders.program(self._logic)
+        cpu = build_playback(self._spec, self._score, logic, self.rack, listeners=[follower])
+        orders = None if self._orders is None else self._orders.give(cpu, self.rack, logic)
+        if not to_the_end:
+            follower.stop = cpu.stop
+        with cpu.stopping_on_ctrl_c(), cpu, observed(cpu, self._score.numbers[-1]):
+            try:
+                cpu.play()
+            except CpuFault as error:
+                self.notes.append(f"the replay faulted in {error}")
+        if orders is not None:
+            self.notes += first_few(orders.refused)
+        return follower
+
+
+def recorded_rack(recording: Recording, spec: RackSpec) -> Rack:
+    """Return a rack of modules that show the recorded inputs.
+
+    A trace keeps the names of words and bits, the rack file also how a card's data are addressed.
+    """
+    known = {slot.number: slot.words for slot in spec.slot}
+    trips = {slot.number: round_trip_ms(spec, slot) for slot in spec.slot}
+    return Rack(
+        Card(
+            slot.number,
+            RecordedInputs(
+                recording.images((slot.number, "in")),
+                recording.times,
+                link_changes(recording.events, slot.number),
+            ),
+            slot.module,
+            slot.firmware,
+            known[slot.number] if known.get(slot.number) == slot.words else slot.words,
+            trips.get(slot.number, 0),
+        )
+        for slot in recording.slots
+    )
+
+
+def score_of(recording: Recording) -> Score:
+    """Return numbers, times, modes and forces of the scans of a recording."""
+    return Score(recording.numbers, recording.times, recording.flags, _forces(recording))
+
+
+def edit_notes(events: Iterable[TraceEvent]) -> list[str]:
+    """Return a note for each edit of the running program, for a command that runs the first program only."""
+    return [
+        f"the program was edited before scan {event.scan:,}: here the one that the trace begins with runs on"
+        for event in events
+        if is_edit(event)
+    ]
+
+
+def lost_edits(events: Iterable[TraceEvent]) -> list[int]:
+    """Return the scans from which on a program ran that the trace does not bring: edits at a bench."""
+    known = list(events)
+    orders = [event for event in known if event.topic == ORDERS.name]
+    brought = {event.scan for event in orders if event.fields.get("name") == "edit"}
+    return [event.scan for event in known if is_edit(event) and event.scan not in brought]
+
+
+def lost_notes(scans: Iterable[int]) -> list[str]:
+    """Return a note for each of `lost_edits`."""
+    return [
+        f"the program was edited before scan {scan:,}: the trace brings the one that it began with"
+        for scan in scans
+    ]
+
+
+def is_edit(event: TraceEvent) -> bool:
+    """Return whether an event tells of an edit of the program."""
+    return event.topic == "/events" and event.fields.get("kind") == "edit"
+
+
+_FRESH = {
+    Into.MODULE: "the module is taken to be just powered up",
+    Into.PROGRAM: "the program is taken to have just been started",
+    Into.RACK: "the rack is taken to be just powered up",
+}
+
+
+def _assumptions(into: Into, score: Score) -> Iterator[str]:
+    """Yield what a replay assumes of a trace."""
+    first = score.numbers[0]
+    if first:
+        yield f"the trace begins with scan {first:,}, in mid-life: {_FRESH[into]} then"
+    if all(score.mode(row) is CpuMode.PROGRAM for row in range(len(score.flags))):
+        yield "the flags of all scans say program mode, in which logic rests and outputs are not sent"
+    yield from first_few(list(_gaps(score.numbers)))
+
+
+def _gaps(numbers: Sequence[int]) -> Iterator[str]:
+    """Yield what a replay assumes of missing scans."""
+    for before, after in pairwise(numbers):
+        if after != before + 1:
+            missing = f"scans {before + 1} to {after - 1} are missing"
+            yield f"{missing}: outputs and inputs are taken to stay as they were in scan {before}"
+
+
+def _forces(recording: Recording) -> Mapping[int, Mapping[str, int]]:
+    """Return the forces by the scan from which they were in effect."""
+    return {event.scan: image_forces(event) for event in recording.events if event.topic == "/forces"}
+
+
+def image_forces(event: TraceEvent) -> dict[str, int]:
+    """Return the forces of images in a message on /forces, by address; those of tags are beside them."""
+    return {address: int(str(value)) for address, value in event.fields.items() if address != "tags"}
+
+
+def recorded_stimuli(recording: Recording) -> Iterator[Stimulus]:
+    """Yield what acted on the machines' inputs, as a trace has it; incidents come with the rack.
+
+    A card's input may have the name of a machine's one: cards have no machine.
+    """
+    bolted = {slot.number for slot in recording.slots if slot.is_stepper}
+    for event in recording.events:
+        name = str(event.fields.get("name")).upper()
+        if event.topic == "/stimuli" and name in InputBit.__members__:
+            slot, level = _slot_of(event), event.fields.get("energised")
+            if slot not in bolted:
+                continue
+            yield Stimulus(event.now_ns, slot, InputBit[name], None if level is None else bool(level))
+
+
+def _slot_of(event: TraceEvent) -> int:
+    """Return the slot that a message belongs to; no slot if it does not say."""
+    slot = event.fields.get("slot")
+    return slot if isinstance(slot, int) else NO_SLOT
+
+
+NO_SLOT = 0
+"""Slots have numbers from 1."""
+
+
+def with_stimuli(spec: RackSpec, recording: Recording, stimuli: Stimuli) -> RackSpec:
+    """Return a rack on whose machines the selected stimuli act."""
+    if stimuli is Stimuli.MACHINE:
+        return spec
+    found = recorded_stimuli(recording) if stimuli is Stimuli.RECORDED else recorded_levels(recording)
+    by_slot: dict[int, list[Stimulus]] = defaultdict(list)
+    for each in found:
+        by_slot[each.slot].append(each)
+    slots = tuple(
+        slot.model_copy(
+            update={
+                "machine": stimulated(
+                    slot.machine, by_slot[slot.number], switches=stimuli is not Stimuli.INPUTS
+                )
+            }
+        )
+        for slot in spec.slot
+    )
+    return spec.model_copy(update={"slot": slots})
+
+
+def check_slots(recording: Recording, spec: RackSpec, only: int | None) -> list[int]:
+    """Return the slots whose images are compared.
+
+    Raises:
+        ValueError: trace and rack have different slots, or the wanted one is not there.
+    """
+    recorded, given = (
+        sorted(slot.number for slot in recording.slots),
+        sorted(slot.number for slot in spec.slot),
+    )
+    if recorded != given:
+        raise ValueError(
+            f"the trace has {_slots(recorded)}, the rack {_slots(given)}: they have to be the same"
+        )
+    if only is None:
+        return recorded
+    if only not in recorded:
+        raise ValueError(f"--slot {only}: the trace has {_slots(recorded)}")
+    return [only]
+
+
+def _slots(numbers: Iterable[int]) -> str:
+    return f"slot {', '.join(map(str, numbers))}"

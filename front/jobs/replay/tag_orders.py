@@ -1,0 +1,120 @@
+"""Orders on the tags of a program in a recording, given again during its replay.
+
+/orders    of a session: what was written, forced and released, in its order
+/forces    of any other recording: the forced tags with their values; what was written is not recorded
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import islice
+
+from ...ladder import LadderLogic
+from ...runtime.live.hands import GivenOrder, Hands
+from ...runtime.live.orders import Force, Unforce, Write
+from ...runtime.loop.cpu import Cpu
+from ...runtime.loop.rack import Rack
+from ...runtime.loop.scan import Logic, ScanFlag
+from ...traces.format.topics import ORDERS
+from ...traces.read.reader import TraceEvent
+from ..record.repeating import Repeated, orders_of
+from ..run.playback import Score
+
+Forced = Mapping[str, str | int | float | bool]
+
+_TOLD = 3
+
+
+class TagOrders:
+    """The orders on tags in a recording.
+
+    Attributes:
+        notes: which of them can't be given again, in words; those that the program refuses come with the run.
+
+    Args:
+        score: the scans of the recording.
+        events: its events.
+
+    Raises:
+        ValueError: an order of the recording can't be read.
+    """
+
+    def __init__(self, score: Score, events: Sequence[TraceEvent]) -> None:
+        session = any(event.topic == ORDERS.name for event in events)
+        self._given = list(_of_session(events) if session else _of_forces(events))
+        self.notes = [] if session else list(_unknown(score, events))
+
+    def program(self, logic: Logic) -> Logic:
+        """Return the program to run: a ladder program under a debugger if there are orders."""
+        if not self._given or not isinstance(logic, LadderLogic):
+            return logic
+        from ...ladder.debug import Debugger  # most recordings need none
+
+        return Debugger(logic, remembered=0)
+
+    def give(self, cpu: Cpu, rack: Rack, logic: Logic) -> Repeated:
+        """Carry out the orders while a CPU runs, before the same scans.
+
+        Args:
+            cpu: runs the program, no scan yet.
+            rack: its rack.
+            logic: the program of `program`.
+
+        Returns:
+            What carries them out; `refused` says what the program refused.
+        """
+        from ...ladder.debug import Debugger
+
+        repeated = Repeated(
+            cpu, Hands(cpu, rack, logic if isinstance(logic, Debugger) else None), self._given
+        )
+        cpu.add_listener(repeated)
+        repeated.begin()
+        return repeated
+
+
+def _of_session(events: Sequence[TraceEvent]) -> Iterator[GivenOrder]:
+    return (each for each in orders_of(events) if isinstance(each.order, Write | Force | Unforce))
+
+
+def _of_forces(events: Sequence[TraceEvent]) -> Iterator[GivenOrder]:
+    before: Forced = {}
+    for event in events:
+        if event.topic == "/forces":
+            after = _forced(event)
+            gone: list[Force | Unforce] = [Unforce(tag) for tag in before if tag not in after]
+            come = [Force(tag, after[tag]) for tag in after if before.get(tag) != after[tag]]
+            for order in gone + come:
+                yield GivenOrder(event.scan, order)
+            before = after
+
+
+def _forced(event: TraceEvent) -> Forced:
+    tags = event.fields.get("tags")
+    return tags if isinstance(tags, Mapping) else {}
+
+
+def _unknown(score: Score, events: Sequence[TraceEvent]) -> Iterator[str]:
+    """Yield a note if tags were set to values that the recording does not have."""
+    changes = {event.scan: bool(_forced(event)) for event in events if event.topic == "/forces"}
+    forced = False
+    scans = []
+    for number, flags in zip(score.numbers, score.flags, strict=True):
+        forced = changes.get(number, forced)
+        if flags & ScanFlag.TAGS_FROM_OUTSIDE and not forced and number not in changes:
+            scans.append(number)
+    if scans:
+        times = f"{len(scans):,} scan{'s' * (len(scans) != 1)}, first before scan {scans[0]:,}"
+        yield f"tags were set from outside before {times}: the trace does not have the values"
+
+
+def first_few(sentences: Sequence[str]) -> list[str]:
+    """Return the first sentences, and how many there are if these are not all.
+
+    >>> first_few(["a", "b"])
+    ['a', 'b']
+    >>> first_few("abcde")
+    ['a', 'b', 'c', 'and so on, 5 times in all']
+    """
+    few = list(islice(sentences, _TOLD))
+    return few if len(sentences) <= _TOLD else [*few, f"and so on, {len(sentences):,} times in all"]

@@ -1,0 +1,33 @@
+"""Tags of a program that are set or forced from outside, passed to the CPU, which records it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from math import isfinite
+from typing import Protocol
+
+from ...runtime.loop.cpu import Cpu
+
+
+class Operated(Protocol):
+    """A program whose tags are set and forced from outside: a debugger."""
+
+    on_outside: Callable[[], object]
+
+    @property
+    def forces(self) -> Mapping[str, str | int | float | bool]:
+        """The forced tags with their values."""
+        ...
+
+
+def tell_cpu(program: Operated, cpu: Cpu) -> None:
+    """Report every tag that is set, forced or released between scans to the CPU."""
+    program.on_outside = lambda: cpu.tags_from_outside(forced_tags(program))
+
+
+def forced_tags(program: Operated) -> dict[str, str | int | float | bool]:
+    """Return the forced tags and their values as JSON has them; infinity and NaN as text."""
+    return {
+        tag: str(value) if isinstance(value, float) and not isfinite(value) else value
+        for tag, value in program.forces.items()
+    }

@@ -1,0 +1,221 @@
+"""A CPU that repeats the scans of a recording, and what a recording puts in place of modules and logic.
+
+    recorded outputs -> modules         logic is `recorded_outputs`
+    recorded inputs  -> logic           modules are `RecordedInputs`
+    stimuli          -> both            modules and logic are real, the stimuli a timeline
+
+Numbers, times and modes of the scans are the recording's, so scans may be as irregular as
+they were, and begin anywhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from ...io_images.amci3601.bits import InputBit
+from ...io_images.image import IMAGE_BYTES, Image
+from ...runtime.loop.cpu import Cpu
+from ...runtime.loop.events import Event
+from ...runtime.loop.exchange import Exchange
+from ...runtime.loop.listeners import ScanListener
+from ...runtime.loop.pace import Watchdog
+from ...runtime.loop.phases import IDLE_PHASES
+from ...runtime.loop.rack import SLOT_BYTES, Rack
+from ...runtime.loop.scan import (
+    MODE_MASK,
+    CpuMode,
+    Logic,
+    Scan,
+    ScanFlag,
+)
+from ...runtime.machine import MachineSpec, TimelineEntry
+from ..record.links import LinkChange
+
+
+@dataclass(frozen=True, slots=True)
+class Score:
+    """What is repeated.
+
+    Attributes:
+        numbers: of the scans.
+        times: when they were, ns.
+        flags: what the CPU was doing.
+        forces: number of a scan -> the forces in effect from it on, all of them, by address.
+    """
+
+    numbers: Sequence[int]
+    times: Sequence[int]
+    flags: Sequence[int]
+    forces: Mapping[int, Mapping[str, int]]
+
+    def mode(self, row: int) -> CpuMode:
+        """Return the mode of a scan."""
+        return CpuMode(self.flags[row] & MODE_MASK)
+
+
+class Playback(Cpu):
+    """A CPU whose scans are those of a recording: their numbers, times, modes and forces.
+
+    Call `play`; the listeners hear of every scan.
+
+    Args:
+        score: what is repeated, at least one scan.
+        rack: the rack, just powered up.
+        logic: called once per scan, in the modes in which logic runs.
+        period_ns: nominal time from scan to scan.
+        exchange: how images cross the backplane.
+        listeners: called with every scan and event.
+        watchdog: ends logic that does not come back.
+    """
+
+    _looks_ahead = False
+
+    def __init__(
+        self,
+        score: Score,
+        rack: Rack,
+        logic: Logic,
+        period_ns: int,
+        *,
+        exchange: Exchange,
+        listeners: Iterable[ScanListener],
+        watchdog: Watchdog,
+    ) -> None:
+        super().__init__(
+            rack,
+            logic,
+            period_ns,
+            exchange=exchange,
+            mode=score.mode(0),
+            listeners=listeners,
+            watchdog=watchdog,
+        )
+        self._score = score
+        self._rows = len(score.numbers)
+        self._row = 0
+        self._ask_for(0)
+        self._turn_to(0)
+
+    def play(self) -> None:
+        """Repeat all scans, or those up to a call of `stop`.
+
+        Raises:
+            CpuFault: see `Cpu.run`.
+        """
+        self.run(len(self._score.numbers))
+
+    def housekeeping(self) -> None:
+        """Ask for the mode and forces of the next scan, and move on to it."""
+        self._row += 1
+        more = self._row < self._rows
+        if more:
+            self._ask_for(self._row)
+        super().housekeeping()
+        if more:
+            self._turn_to(self._row)
+
+    def _turn_to(self, row: int) -> None:
+        self._view.number, self._view.now_ns = self._score.numbers[row], self._score.times[row]
+        first = bool(self._score.flags[row] & ScanFlag.FIRST_SCAN)
+        if first is not self._view.first:
+            self._view.first = first
+            self._prepare(self.mode)
+
+    def _ask_for(self, row: int) -> None:
+        mode = self._score.mode(row)
+        if mode is not self.mode:
+            self.mode = mode
+        forces = self._score.forces.get(self._score.numbers[row])
+        if forces is not None:
+            self.forces.clear()
+            for address, value in forces.items():
+                self.forces.set(address, value)
+
+
+class RecordedInputs:
+    """A module that shows the input images of a recording, one after the other.
+
+    Args:
+        images: 16 bytes per scan.
+        times: when each was shown, ns, ascending.
+        links: when its link was lost and when it came back, ascending.
+    """
+
+    def __init__(
+        self, images: Sequence[bytes], times: Sequence[int], links: Iterable[LinkChange] = ()
+    ) -> None:
+        self.events: list[Event] = []
+        self._images = images
+        self._times = times
+        self._last = len(times) - 1
+        self._row = -1
+        self._image = Image()
+        self._links = list(links)
+        self.linked = True
+
+    def update(self, now_ns: int, outputs: Image) -> Image:
+        """Return the image in force at `now_ns`; see `Module.update`."""
+        row = self._row
+        while row < self._last and self._times[row + 1] <= now_ns:
+            row += 1
+        if row != self._row:
+            self._row = row
+            self._image.raw[:] = self._images[row]
+        while self._links and self._links[0].now_ns <= now_ns:
+            self.linked = self._links.pop(0).good
+        return self._image
+
+    def plc_run(self, running: bool) -> None:
+        """Go on as recorded; see `Module.plc_run`."""
+
+    def power_cycle(self) -> None:
+        """Go on as recorded; see `Module.power_cycle`."""
+
+
+def recorded_outputs(score: Score, memory: Sequence[bytes]) -> Logic:
+    """Return logic that writes the output images of a recording, scan by scan."""
+    written = (image for row, image in enumerate(memory) if "logic" not in IDLE_PHASES[score.mode(row)])
+
+    def logic(scan: Scan) -> None:
+        image = next(written)
+        for place, slot in enumerate(scan.slot.values()):
+            slot.outputs.raw[:] = image[SLOT_BYTES * place : SLOT_BYTES * place + IMAGE_BYTES]
+
+    return logic
+
+
+@dataclass(frozen=True, slots=True)
+class Stimulus:
+    """A stimulus of a recording.
+
+    Attributes:
+        at_ns: when it was.
+        slot: the slot of the module.
+        input: the module's input.
+        energised: its level from then on; None = as the machine's switch or station says.
+    """
+
+    at_ns: int
+    slot: int
+    input: InputBit
+    energised: bool | None
+
+
+def stimulated(machine: MachineSpec, stimuli: Iterable[Stimulus], *, switches: bool = True) -> MachineSpec:
+    """Return a machine on which the recorded stimuli act, and nothing else by time.
+
+    Its own timeline and stations are what acted in the recording, so they go; an input that was
+    theirs and is let go is de-energised.
+
+    Args:
+        machine: the machine.
+        stimuli: those of its slot, in order of time.
+        switches: whether the machine's switches act, too; if not, the stimuli give all levels.
+    """
+    bare = replace(machine, timeline=(), stations=(), switches=machine.switches if switches else ())
+    entries = []
+    for each in stimuli:
+        let_go = each.energised is None and not bare.fed_inputs & each.input.value
+        entries.append(TimelineEntry(each.at_ns, each.input, False if let_go else each.energised))
+    return replace(bare, timeline=tuple(entries))

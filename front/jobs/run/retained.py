@@ -1,0 +1,84 @@
+"""The file of a ladder program's tags from run to run: read before the first scan, written after the last."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from ...io_images.input_files import read_input
+from ...io_images.text_limits import LIMITS, Text
+from ...ladder import LadderLogic
+from ...ladder.run.edit import retained_text
+from ...traces.files.guard import TAGS, check_output
+from ...traces.files.locking import beside, held
+from ...traces.files.newfile import naming, new_file
+from ..load.loading import Job
+from ..load.retaining import retaining
+from ..trust.owned import in_use, names_of
+
+
+class Retained:
+    """The retentive memory of a job.
+
+    Attributes:
+        path: its file.
+        job: the job with its program's tags as the file has them; a recording brings the file.
+
+    Args:
+        job: runs a ladder program.
+        path: its file.
+        trace: the recording, None without one.
+        keep: how many earlier recordings are kept, see `keeping_of`.
+
+    The file is locked until the context is left.
+
+    Raises:
+        ValueError: the job's program has no tags, the file is one that is in use for something else, or it
+            is not a file of retained tags.
+        OSError: another run has the file, or its folder can't be written.
+    """
+
+    def __init__(self, job: Job, path: Path, trace: Path | None = None, keep: int | None = None) -> None:
+        if not isinstance(job.logic, LadderLogic):
+            raise ValueError(f"--retain {path}: the program is a Python function; it has no tags to retain")
+        self.path, self._program = path, job.logic
+        recorded = [] if trace is None else names_of(job, trace, keep)
+        self._used = {**in_use(job), **dict.fromkeys(recorded, "the recording")}
+        target = check_output(path, TAGS, self._used)
+        with ExitStack() as lock, naming(path, beside(target, "lock")):
+            lock.enter_context(held(target))
+            self.job, self._said = self._load(job)
+            self._lock = lock.pop_all()
+
+    def _load(self, job: Job) -> tuple[Job, list[str]]:
+        try:
+            data = read_input(self.path, LIMITS[Text.RETAINED].size)
+        except FileNotFoundError:
+            return job, []
+        except OSError as error:
+            raise ValueError(f"{self.path}: the retained tags can't be read: {error.strerror}") from None
+        return retaining(job, data, str(self.path))
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._lock.close()
+
+    def begin(self) -> list[str]:
+        """Return what was not taken over, a sentence each."""
+        return [f"{self.path}: {each}" for each in self._said]
+
+    def end(self) -> None:
+        """Write the present tags.
+
+        Raises:
+            OwnedError: something else is there by now.
+            OSError: the file can't be written; an earlier one is still whole.
+        """
+        with new_file(self.path, TAGS, used=self._used, locked=True, encoding="utf-8") as file:
+            file.write(retained_text(self._program.engine))

@@ -1,0 +1,255 @@
+"""Simulated controllers as `scanrack serve` puts them on a line: made from options, shown in a few words."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from ...io_images.input_files import read_checked
+from ...io_images.pcl601 import MAP, Register
+from ...io_images.pcl601.program import Program
+from ...io_images.pmc006.frame import FACTORY_ADDRESS
+from ...io_images.pmc006.program import UserProgram, assemble
+from ...io_images.text_limits import Text
+from ...runtime.controllers.pcl601.line import Pcl601
+from ...runtime.controllers.pcl601.pinstates import connect
+from ...runtime.controllers.pcl601.program import load, read_program
+from ...runtime.controllers.pcl601.stored import ProgramRunner
+from ...runtime.controllers.pcl601.wiring import Wiring
+from ...runtime.controllers.pmc006.controller import Controller
+from ...runtime.controllers.pmc006.line import Pmc006
+from ...runtime.controllers.pmc006.pins import Pin
+from ...runtime.line.rtu import Timing
+from ...runtime.line.wire import Device
+
+NO_PROGRAM = "-"
+THUMBWHEEL_DIGITS = 7
+
+PORT_GAP_MS = 5.0
+"""Silence between frames where the transport keeps no time."""
+
+SERIAL_GAP_MS = 25.0
+"""Likewise on a serial port: USB adapters deliver what they receive every 16 ms."""
+
+GAP_MS_MAX = 10_000
+RECORDED = [row for row in MAP if row.register not in (Register.COMMAND, Register.FIRMWARE)]
+
+
+@dataclass(frozen=True, slots=True)
+class Unit:
+    """One controller.
+
+    Attributes:
+        device: what is on the line.
+        address: as it was made.
+        status: says how it is at this moment: a word or two for each column of the status table.
+        values: its present values, by name, as they are recorded.
+        wire: gives an input a state, by name; raises ValueError if there is no such input or state.
+        answer: answers a Modbus request PDU; None for a unit without Modbus.
+        do: carries out a command code as if received; None for what has no such codes.
+    """
+
+    device: Device
+    address: int
+    status: Callable[[], dict[str, str]]
+    values: Callable[[], dict[str, int]]
+    wire: Callable[[str, str], None]
+    answer: Callable[[bytes], bytes | None] | None = None
+    do: Callable[[int], None] | None = None
+
+
+def addresses_in(texts: list[str]) -> list[int]:
+    """Return the addresses of the units.
+
+    >>> addresses_in(["7", "1-3"])
+    [7, 1, 2, 3]
+
+    Args:
+        texts: each an address, or the first and the last of a row of them.
+
+    Raises:
+        ValueError: not an address, or one is given twice.
+    """
+    found: list[int] = []
+    for text in texts:
+        first, _, last = text.partition("-")
+        if not (first.isdecimal() and (last or first).isdecimal()) or int(last or first) > 255:
+            raise ValueError(f"--address {text}: an address is a number, such as 7, or several, such as 1-3")
+        found += range(int(first), int(last or first) + 1)
+    for address in found:
+        if found.count(address) > 1:
+            raise ValueError(f"--address {address} is given twice: two units can't share an address")
+    return found
+
+
+def pcl601_units(
+    addresses: list[int],
+    programs: list[Path],
+    speed: float,
+    thumbwheels: Sequence[str] = (),
+    gap_ms: float = PORT_GAP_MS,
+) -> list[Unit]:
+    """Make PCL601s, one for each address, 1 if there is none; a frame ends by its length.
+
+    Silence of `gap_ms` of real time is the way back after anything else than a frame.
+
+    A program goes to the unit that its `.axis` names; without that directive, to the only unit.
+
+    Raises:
+        ValueError: no such address, or a program or a thumbwheel that can't be used.
+    """
+    if not 0 < gap_ms <= GAP_MS_MAX:
+        raise ValueError(f"--gap-ms {gap_ms:g}: it has to be above 0, and at most {GAP_MS_MAX}")
+    timing = Timing(round(gap_ms * 1e6 * max(speed, 1)), by_length=True)
+    wirings = _wirings(addresses or [1], thumbwheels)
+    devices = {address: Pcl601(address, wiring=wiring, timing=timing) for address, wiring in wirings.items()}
+    for file in programs:
+        program = read_program(file)
+        device = devices[_axis(file, program, list(devices))]
+        load(device.controller, program)
+        device.power_cycle(0)
+    return [
+        Unit(
+            device,
+            address,
+            partial(_pcl601_status, device),
+            partial(pcl601_values, device),
+            partial(_wire_pcl601, device),
+            device.answer,
+            partial(_do_pcl601, device),
+        )
+        for address, device in devices.items()
+    ]
+
+
+def _wirings(addresses: list[int], thumbwheels: Sequence[str]) -> dict[int, Wiring]:
+    """Return the thumbwheels of the units, given as DIGITS or ADDRESS:DIGITS."""
+    wirings = dict.fromkeys(addresses, Wiring())
+    for text in thumbwheels:
+        address, _, digits = text.rpartition(":")
+        chosen = [each for each in addresses if not address or str(each) == address]
+        if not chosen or not (digits.isdecimal() and len(digits) <= THUMBWHEEL_DIGITS):
+            raise ValueError(f"--thumbwheel {text}: it has to be up to 7 digits, or ADDRESS:DIGITS")
+        wirings[chosen[0]] = Wiring(True, int(digits))
+    return wirings
+
+
+def _axis(file: Path, program: Program, addresses: list[int]) -> int:
+    """Return the address of the unit that a program is for."""
+    if program.axis is None and len(addresses) == 1:
+        return addresses[0]
+    if program.axis not in addresses:
+        said = "has no .axis" if program.axis is None else f"is for axis {program.axis}"
+        raise ValueError(f"{file} {said}; the units have the addresses {', '.join(map(str, addresses))}")
+    return program.axis
+
+
+def _pcl601_status(device: Pcl601) -> dict[str, str]:
+    controller = device.controller
+    registers = controller.read()
+    return {
+        "address": str(registers[Register.ADDRESS]),
+        "line": "Modbus RTU" if device.line_format.parity == "E" else "AA ASCII",
+        "position": f"{registers[Register.POSITION]:,}",
+        "motion": "moving" if controller.busy else "idle",
+        "program": _program_state(controller.runner),
+        "outputs": f"{controller.output_pins:08b}"[::-1],
+        "error": str(registers[Register.ERROR_CODE]),
+    }
+
+
+def _program_state(runner: ProgramRunner | None) -> str:
+    if runner is None:
+        return NO_PROGRAM
+    return "running" if runner.running else "stored"
+
+
+def pcl601_values(device: Pcl601) -> dict[str, int]:
+    """Return registers, inputs and outputs by name, as they are recorded."""
+    controller = device.controller
+    registers = controller.read()
+    return {
+        **{row.register.name.lower(): registers[row.register] for row in RECORDED},
+        "inputs": controller.inputs.active(),
+        "outputs": controller.output_pins,
+        "program_running": int(controller.program_running),
+    }
+
+
+def _do_pcl601(device: Pcl601, code: int) -> None:
+    device.controller.do(code)
+    device.controller.settle(device.controller.now_ns)
+
+
+def _wire_pcl601(device: Pcl601, name: str, state: str) -> None:
+    connect(device.controller.pins, name, state)
+    device.controller.settle(device.controller.now_ns)
+
+
+def pmc006_units(
+    addresses: list[int],
+    programs: list[Path],
+    _speed: float,
+    thumbwheels: Sequence[str] = (),
+    _gap_ms: float = PORT_GAP_MS,
+) -> list[Unit]:
+    """Make one PMC006; its line is RS-232, point to point.
+
+    Raises:
+        ValueError: several are asked for, or the address or the program can't be used.
+    """
+    if thumbwheels:
+        raise ValueError("--thumbwheel: only a PCL601 has one")
+    if len(addresses) > 1 or len(programs) > 1:
+        raise ValueError("a PMC006 is alone on its line: give one --address and one --program at most")
+    program = _user_program(programs[0]) if programs else None
+    controller = Controller(address=addresses[0] if addresses else FACTORY_ADDRESS, program=program)
+    return [
+        Unit(
+            Pmc006(controller),
+            controller.address,
+            lambda: _pmc006_status(controller),
+            lambda: _pmc006_values(controller),
+            lambda name, state: _wire_pmc006(controller, name, state),
+        )
+    ]
+
+
+def _user_program(file: Path) -> UserProgram:
+    try:
+        return assemble(read_checked(file, Text.STORED))
+    except OSError as error:
+        raise ValueError(f"{file}: {error.strerror}") from error
+    except ValueError as error:
+        raise ValueError(f"{file}: {error}") from error
+
+
+def _pmc006_status(controller: Controller) -> dict[str, str]:
+    return {
+        "address": str(controller.address),
+        "position": f"{controller.axis.position:,}",
+        "motion": "moving" if controller.axis.moving else "idle",
+        "status 1": f"{int(controller.status1):#04x}",
+        "status 2": f"{int(controller.status2):#04x}",
+    }
+
+
+def _pmc006_values(controller: Controller) -> dict[str, int]:
+    return {
+        "position": controller.axis.position,
+        "status1": int(controller.status1),
+        "status2": int(controller.status2),
+        "levels": int(controller.levels),
+        "gpio8": int(controller.gpio8),
+    }
+
+
+def _wire_pmc006(controller: Controller, name: str, state: str) -> None:
+    pins = {pin.name.lower(): pin for pin in Pin if pin.name is not None}
+    if name not in pins:
+        raise ValueError(f"there is no input {name}: allowed are {', '.join(pins)}")
+    if state not in ("high", "low"):
+        raise ValueError(f"{state!r} is not a state of an input: allowed are high and low")
+    controller.set_pin(pins[name], state == "high")

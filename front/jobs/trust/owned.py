@@ -1,0 +1,66 @@
+"""The files of a job, which no output replaces, and where its recording goes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from ...traces.files.guard import NOTHING, Used
+from ...traces.files.keeping import Keeping, check_recordings
+from ..load.loading import Job
+from .attachments import files_beside
+
+
+def line_path(trace: Path) -> Path:
+    """Return the file for the line beside a trace.
+
+    >>> line_path(Path("out/run.mcap")).name
+    'run.line.mcap'
+    """
+    return trace.with_name(f"{trace.stem}.line.mcap")
+
+
+def in_use(job: Job) -> dict[Path, str]:
+    """Return the files that a job was loaded from, with what they are."""
+    beside = dict.fromkeys(files_beside(job).values(), "a file that the program needs")
+    return {**beside, job.program: "the program", job.rack_file: "the rack file"}
+
+
+def recording_of(job: Job, trace: Path) -> list[Path]:
+    """Return the files of a job's recording: its trace, and what the units beside the rack say."""
+    return [trace, line_path(trace)] if job.spec.unit else [trace]
+
+
+def keeping_of(job: Job, trace: Path, keep: int | None = None) -> Keeping | None:
+    """Return what keeps the recordings before a job's new one.
+
+    Args:
+        job: what is to be recorded.
+        trace: where to.
+        keep: how many are kept; None = as the rack file says.
+
+    Returns:
+        None if none is kept.
+    """
+    most = job.spec.keep_traces if keep is None else keep
+    return Keeping(trace, most, recording_of(job, trace)[1:]) if most else None
+
+
+def check_recording(job: Job, trace: Path, used: Used = NOTHING, keep: int | None = None) -> None:
+    """Refuse a recording that would replace what somebody owns, or move what is in use.
+
+    Args:
+        job: what is to be recorded.
+        trace: where to.
+        used: files in use beside those of the job.
+        keep: see `keeping_of`.
+
+    Raises:
+        OwnedError: see `check_output`.
+    """
+    check_recordings(recording_of(job, trace), keeping_of(job, trace, keep), {**in_use(job), **used})
+
+
+def names_of(job: Job, trace: Path, keep: int | None = None) -> list[Path]:
+    """Return the files of a recording, and those of the recordings that are kept; arguments as above."""
+    keeping = keeping_of(job, trace, keep)
+    return recording_of(job, trace) + ([] if keeping is None else keeping.names())

@@ -1,0 +1,150 @@
+"""Decides what of a trace may be read, and what may be run.
+
+A file that came with a trace is judged by what will be done with it, not by what it is called.
+
+    read      rack file in TOML, rungs, steps, stored program of a unit, retained tags: parsed as data
+    run       rack file, program or stub in Python: it may do anything that its user may
+    reached   everything else, once Python runs beside it: Python can import, load or open it
+
+What is read needs no trust. The rest needs --trust, unless the current folder has an equal file.
+Files without a use are not written out, so Python never searches a folder that holds them.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from enum import StrEnum
+from pathlib import Path, PurePosixPath
+from typing import NamedTuple
+
+from ...runtime.config.rackfile import RackFileError, parse_rack_file
+from ...runtime.config.rackspec import RackSpec
+from ..load.loading import rack_form, stub_files
+from ..load.program import Form, program_form, split_address
+from .extracting import check_names, checked_name
+
+
+class UntrustedError(ValueError):
+    """Python of a trace would run, and the user has not allowed it."""
+
+
+class Use(StrEnum):
+    """What a run does with a file of a trace."""
+
+    READ = "read"
+    RUN = "run"
+    REACHED = "reached"
+
+
+class Given(NamedTuple):
+    """Which files a run starts from, by name.
+
+    Attributes:
+        rack: the rack file.
+        program: the program; None if it is in the rack file, or not the trace's.
+        retained: the tags that the program begins with; None if it begins with its own.
+    """
+
+    rack: str
+    program: str | None
+    retained: str | None = None
+
+
+def admitted(files: Mapping[str, bytes], given: Given, *, trust: bool) -> dict[str, bytes]:
+    """Return the files that a run needs, if they may be used.
+
+    Args:
+        files: all files of the trace, by name.
+        given: which of them the run starts from.
+        trust: the reader lets Python of the trace run.
+
+    Raises:
+        UntrustedError: Python of the trace would run.
+        ValueError: a name is refused, a file is missing, or the rack file names one elsewhere.
+    """
+    uses = uses_of(files, given)
+    check_names(uses)
+    for name in uses:
+        if name not in files:
+            raise ValueError(f"the trace does not bring {name}, which its run needs")
+    wanted = {name: files[name] for name in uses}
+    if not trust:
+        _check_trust({name: data for name, data in wanted.items() if uses[name] is not Use.READ})
+    return wanted
+
+
+def uses_of(files: Mapping[str, bytes], given: Given) -> dict[str, Use]:
+    """Return what a run does with which files of a trace.
+
+    Raises:
+        ValueError: rack file or program can't be one.
+    """
+    forms = {given.rack: rack_form(PurePosixPath(checked_name(given.rack)))}
+    if given.program is not None:
+        forms[given.program] = program_form(PurePosixPath(checked_name(given.program)))
+    named: list[str] = []
+    if forms[given.rack] is Form.DATA:
+        named, stubs = _named_in_rack(files, given.rack)
+        forms.update(dict.fromkeys(stubs, Form.PYTHON))
+    python = Form.PYTHON in forms.values()
+    if given.retained is not None:
+        named.append(checked_name(given.retained))
+    uses = dict.fromkeys([*files, *named], Use.REACHED) if python else dict.fromkeys(named, Use.READ)
+    return uses | {name: Use.RUN if form is Form.PYTHON else Use.READ for name, form in forms.items()}
+
+
+def _named_in_rack(files: Mapping[str, bytes], rack: str) -> tuple[list[str], list[str]]:
+    """Return the stored programs that a rack file in TOML names, and the Python files of its stubs."""
+    if rack not in files:
+        return [], []
+    try:
+        text = files[rack].decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise RackFileError(f"{rack}: the rack file is not text in UTF-8: {error.reason}") from None
+    spec = parse_rack_file(text, Path(rack)).spec
+    folder = PurePosixPath(rack).parent
+    stubs = [checked_name(str(PurePosixPath(name))) for name in stub_files(spec)]
+    return [f"{folder / name}" for name in stored_programs(spec)], [f"{folder / name}" for name in stubs]
+
+
+def stored_programs(spec: RackSpec) -> list[str]:
+    """Return the paths of the units' programs in a rack that is not the user's, each once.
+
+    Raises:
+        ValueError: one leads out of the folder of the rack file.
+    """
+    paths = [PurePosixPath(unit.program) for unit in spec.unit if unit.program is not None]
+    return list(dict.fromkeys(checked_name(str(path)) for path in paths))
+
+
+def _check_trust(files: Mapping[str, bytes]) -> None:
+    """Refuse files that the current folder does not have."""
+    foreign = {name: data for name, data in files.items() if not _is_own(name, data)}
+    if foreign:
+        listed = "\n".join(f"  {line}" for line in fingerprints(foreign))
+        raise UntrustedError(
+            "this would run Python that came with the trace, which may do anything that you may:\n"
+            f"{listed}\n"
+            "read these files (scanrack show TRACE --extract FOLDER), then say --trust"
+        )
+
+
+def fingerprints(files: Mapping[str, bytes]) -> list[str]:
+    """Return a line for every file: name, size, SHA-256."""
+    width = max(map(len, files), default=0)
+    return [
+        f"{name:<{width}}  {len(data):>9,} bytes  SHA-256 {hashlib.sha256(data).hexdigest()}"
+        for name, data in files.items()
+    ]
+
+
+def _is_own(name: str, data: bytes) -> bool:
+    """Whether the current folder has the same file under the same name."""
+    path = Path(name)
+    return path.is_file() and path.read_bytes() == data
+
+
+def address_name(address: str) -> str:
+    """Return the file in an address `path[:function]` of a trace's metadata."""
+    return checked_name(split_address(address)[0])

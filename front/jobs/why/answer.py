@@ -1,0 +1,300 @@
+"""The answers: why a bit, a word or a Python value is what it is, and what the rack waits for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from ...io_images.addresses import Address, parse_address
+from ...io_images.image import IMAGE_BYTES, WORDS
+from ...io_images.module_words import ModuleWords
+from ...runtime.config.rackspec import RackSpec
+from ...runtime.loop.scan import Logic, ScanFlag
+from ...traces.format.layout import SlotInfo
+from ...traces.read.event_text import describe
+from ...traces.read.image_text import module_text
+from ...traces.replay import Recording
+from ..record.tag_names import named_values, namespace_of
+from .again import (
+    Again,
+    Changed,
+    Load,
+    Watched,
+    fresh,
+    run_again,
+)
+from .past import ALL_BITS, Past, SlotPast
+from .source.conditions import source_line
+from .source.named import Names
+from .telling import told, told_sender
+from .waits import waits
+
+NO_LINE = "no line of the program wrote it in that scan: a force came or went, or a test wrote it"
+
+
+@dataclass(frozen=True)
+class Why:
+    """Answers about one scan of a rack.
+
+    Args:
+        recording: the scans.
+        row: row of the scan in question.
+        spec: the rack; None if a trace does not say what made it.
+        load: how the Python program is loaded again; None for one that has no lines.
+        by_rung: of a ladder program at that scan: says why a tag has its value, see `Debugger.why`.
+    """
+
+    recording: Recording
+    row: int
+    spec: RackSpec | None
+    load: Load | None
+    by_rung: Callable[[str], str] | None = None
+
+    @cached_property
+    def past(self) -> Past:
+        """The past of the scan."""
+        return Past(self.recording, self.row)
+
+    def place(self, text: str) -> Address:
+        """Return the bit or word of an image that an address means.
+
+        Raises:
+            ValueError: it is not an address.
+        """
+        return parse_address(text, self.words)
+
+    @cached_property
+    def words(self) -> Mapping[int, ModuleWords]:
+        """Names of the words of the slots; the rack has more names of a card's data than a trace."""
+        given = {slot.number: slot.words for slot in (self.spec.slot if self.spec else ())}
+        recorded = {slot.number: slot.words for slot in self.recording.slots}
+        return {
+            number: given[number] if given.get(number) == words else words
+            for number, words in recorded.items()
+        }
+
+    def means_image(self, text: str) -> bool:
+        """Return whether a text is the address of a bit or word of an image."""
+        try:
+            self.place(text)
+        except ValueError:
+            return False
+        return True
+
+    def first_on(self, text: str) -> int | None:
+        """Return the first row in which a bit or word of an image is not 0; None if there is none.
+
+        Raises:
+            ValueError: the text is not an address.
+        """
+        place = self.place(text)
+        mask = ALL_BITS if place.bit is None else 1 << place.bit
+        last = Past(self.recording, len(self.recording.scans) - 1)
+        return last.first_on(place.slot, _side(place), place.word, mask)
+
+    def of(self, text: str) -> str:
+        """Say why a bit or word of an image, or a value of a Python program, has its value.
+
+        Raises:
+            ValueError: there is nothing of that name.
+        """
+        if self.means_image(text) or self.load is None:
+            return "\n".join(self._of_image(text, self.place(text)))
+        with fresh(self.load) as logic:
+            names = Names(logic, self.words)
+        own = names.own(text)
+        if own in names.addresses:
+            return "\n".join(self._of_image(text, self.place(names.addresses[own])))
+        if own in names.sequences:
+            return "\n".join(self._of_sequence(own, names, self.load))
+        if own in names.axes:
+            return "\n".join(self._of_axis(own, names))
+        return "\n".join(self._of_value(text))
+
+    def rack(self) -> str:
+        """Say what every module waits for, and which lines last changed its output words."""
+        last = {slot.number: list(self._last_changes(slot)) for slot in self.recording.slots}
+        rows = frozenset(row for changes in last.values() for row, _ in changes)
+        again = self._again(rows, max(rows, default=0))
+        lines = [str(step) for step in self.past.sequences]
+        for slot in self.recording.slots:
+            lines += self._of_slot(slot)
+            for row, words in last[slot.number]:
+                lines += [f"  {each}" for each in self._of_words(slot, row, words, again)]
+        return "\n".join(lines)
+
+    # --- an image
+
+    def _of_image(self, text: str, place: Address) -> Iterator[str]:
+        past, image = self.past, _side(place)
+        mask = ALL_BITS if place.bit is None else 1 << place.bit
+        value = self._value(place)
+        if past.is_forced(place):
+            yield f"{text} is {value} because it is forced."
+            return
+        row = past.last_change(place.slot, image, place.word, mask)
+        if row is None:
+            yield f"{text} is {value}, and has been since {past.when(0)}."
+            return
+        said = f"{text} is {value} since {past.when(row)}"
+        if image == "in":
+            yield f"{said} because the module says so: it is an input image."
+            yield from self._on_record(place.slot, row)
+        else:
+            at = self._offset(place.slot) + 2 * place.word
+            yield from self._by_line(said, row, self._again(frozenset({row}), row), at, mask)
+
+    def _on_record(self, slot: int, row: int) -> Iterator[str]:
+        """Yield the recorded events of a module in a scan."""
+        scan = self.recording.numbers[row]
+        for each in self.past.events:
+            if each.scan == scan and each.fields.get("slot", 0) == slot and each.topic != "/texts":
+                yield f"  {describe(each.topic, each.scan, each.fields)}"
+
+    def _again(self, rows: frozenset[int], last: int, watched: Watched | None = None) -> Again | None:
+        if self.load is None or self.spec is None:
+            return None
+        return run_again(self.recording, self.spec, self.load, rows, last, watched)
+
+    def _by_line(self, said: str, row: int, again: Again | None, at: int, mask: int) -> Iterator[str]:
+        """Yield the line that changed a word, the one at a place among all output images."""
+        if self.recording.flags[row] & ScanFlag.FAULT:
+            yield f"{said}: the CPU faulted, which zeroes all outputs"
+            yield from self._on_record(0, row)
+        elif again is None:
+            yield f"{said}{self._rung(at, row)}"
+        elif not again.explains(row):
+            yield f"{said}: {self._departed(again)}"
+        else:
+            made = [each for each in again.changes.get(row, ()) if _differs(each, at, mask)]
+            yield from self._told(said, made, row, self._slot_at(at))
+
+    def _rung(self, at: int, row: int) -> str:
+        """Return which rung changed a word last, after a colon; a full stop if that is not known."""
+        if self.by_rung is None:
+            return "."
+        answer = self.by_rung(f"Local:{self._slot_at(at)}:O.Data[{at % IMAGE_BYTES // 2}]")
+        head, _, rung = answer.partition(": ")
+        return f": {rung}" if head.endswith(f"since {self.past.when(row)}") else "."
+
+    def _slot_at(self, at: int) -> int:
+        """Return the slot of a place among all output images."""
+        return self.recording.slots[at // IMAGE_BYTES].number
+
+    def _told(self, said: str, made: Sequence[Changed], row: int, slot: int = 0) -> Iterator[str]:
+        """Yield sentences about the last of some changes in a scan; the words are those of `slot`."""
+        sent = [each for each in made[-1].senders if each.slot == slot] if made else []
+        if sent:
+            yield from told_sender(said, sent[0])
+        elif not made or not made[-1].line.number:
+            yield f"{said}: {NO_LINE}"
+        else:
+            slots = self.recording.slots
+            yield from told(said, made[-1], slots, lambda slot: self.past.words(slot, "in", row))
+
+    def _departed(self, again: Again) -> str:
+        assert again.departs is not None
+        return (
+            "no line can be named: run again on the recorded inputs, the program writes other words from "
+            f"{self.past.when(again.departs)} on; it depends on more than its inputs and its time"
+        )
+
+    def _offset(self, slot: int) -> int:
+        """Return where a slot's output image begins among all output images, bytes."""
+        return self.recording.place(slot) // 2
+
+    # --- the rack
+
+    def _of_slot(self, slot: SlotInfo) -> Iterator[str]:
+        """Yield what a module waits for."""
+        past = SlotPast(self.past, slot)
+        if slot.is_stepper:
+            said = waits(past)
+        else:
+            said = [module_text(slot, "in", (0,) * WORDS, past.inputs) or "all inputs are 0"]
+        yield f"slot {slot.number}: {said[0]}"
+        yield from (f"  {each}" for each in said[1:])
+
+    def _last_changes(self, slot: SlotInfo) -> Iterator[tuple[int, list[int]]]:
+        """Yield the scans that last changed an output word, the latest first, each with its words."""
+        by_row: dict[int, list[int]] = {}
+        for word in range(WORDS):
+            row = self.past.last_change(slot.number, "out", word)
+            if row is not None:
+                by_row.setdefault(row, []).append(word)
+        yield from sorted(by_row.items(), reverse=True)
+
+    def _of_words(self, slot: SlotInfo, row: int, words: Sequence[int], again: Again | None) -> list[str]:
+        before = self.past.words(slot.number, "out", row - 1) if row else (0,) * WORDS
+        what = module_text(slot, "out", before, self.past.words(slot.number, "out", row))
+        names = f"word{'s' if len(words) > 1 else ''} {', '.join(map(str, words))}"
+        said = f"output {names} since {self.past.when(row)}: {what}"
+        at = self._offset(slot.number) + 2 * words[0]
+        return [line for each in self._by_line(said, row, again, at, ALL_BITS) for line in each.splitlines()]
+
+    # --- a sequence
+
+    def _of_sequence(self, name: str, names: Names, load: Load) -> Iterator[str]:
+        """Yield where a sequence waits, and the present values that it waits for."""
+        step = next((each for each in self.past.sequences if each.sequence == name), None)
+        if step is None or not step.line:
+            yield str(step) if step else f"{name} has not begun."
+            return
+        yield str(step)
+        yield f"    {source_line(str(load.folder / step.file), step.line)}"
+        for each in names.named_in(step.wait):
+            if each in names.addresses:
+                yield f"  {self._level(each, self.place(names.addresses[each]))}"
+            else:
+                yield f"  {next(self._of_axis(each, names))}"
+
+    def _of_axis(self, name: str, names: Names) -> Iterator[str]:
+        """Yield what the module of an axis waits for."""
+        slot = next(slot for slot in self.recording.slots if slot.number == names.axes[name])
+        said = waits(SlotPast(self.past, slot))
+        yield f"{name} (slot {slot.number}): {said[0]}"
+        yield from (f"  {each}" for each in said[1:])
+
+    def _level(self, name: str, place: Address) -> str:
+        """Return the value of a bit or word, and since when."""
+        mask = ALL_BITS if place.bit is None else 1 << place.bit
+        row = self.past.last_change(place.slot, _side(place), place.word, mask)
+        return f"{name} is {self._value(place)} since {self.past.when(row or 0)}"
+
+    def _value(self, place: Address) -> int:
+        word = self.past.words(place.slot, _side(place), self.row)[place.word]
+        return word if place.bit is None else word >> place.bit & 1
+
+    # --- a value of the program
+
+    def _of_value(self, text: str) -> Iterator[str]:
+        def watched(logic: Logic) -> Any:
+            namespace = namespace_of(logic)
+            (value,) = named_values(namespace, [text])
+            code = compile(value.source, "<watched>", "eval")
+            return lambda: eval(code, namespace)
+
+        first = self._again(frozenset(), self.row, watched)
+        assert first is not None, "a program with values is loaded from a rack"
+        said = f"{text} is {first.value!r}"
+        if not first.explains(self.row):
+            yield f"{said}: {self._departed(first)}"
+        elif first.watched is None:
+            yield f"{said}, and has been since the program was loaded."
+        else:
+            row = first.watched
+            again = self._again(frozenset({row}), row, watched) or Again()
+            made = [each for each in again.changes.get(row, ()) if each.before[1] != each.after[1]]
+            yield from self._told(f"{said} since {self.past.when(row)}", made, row)
+
+
+def _side(place: Address) -> str:
+    return "in" if place.image == "I" else "out"
+
+
+def _differs(change: Changed, at: int, mask: int) -> bool:
+    """Return whether a change is one of these bits of the word at a place."""
+    before, after = (int.from_bytes(each[0][at : at + 2], "little") for each in (change.before, change.after))
+    return bool((before ^ after) & mask)

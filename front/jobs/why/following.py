@@ -1,0 +1,95 @@
+"""A program on recorded inputs, up to a scan; its outputs are compared with the recorded ones."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+
+from ...io_images.image import IMAGE_BYTES
+from ...runtime.config.rackspec import RackSpec
+from ...runtime.loop.events import JsonValue
+from ...runtime.loop.faults import Cause, CpuFault
+from ...runtime.loop.pace import Watchdog
+from ...runtime.loop.rack import SLOT_BYTES
+from ...runtime.loop.scan import Logic
+from ...traces.replay import Recording
+from ..replay.replaying import recorded_rack, score_of
+from ..replay.tag_orders import TagOrders
+from ..run.build import build_playback
+
+
+class Following:
+    """A run of a program on the inputs of a recording; a listener of its own scan loop.
+
+    Args:
+        recording: the inputs, and the outputs that are expected.
+        spec: the rack.
+        last: row of the last scan to run.
+        over: asked after each scan whether that was the last one.
+
+    Attributes:
+        row: the present scan; after the run the next one.
+        departs: row of the first scan whose outputs are not the recorded ones; None if all are.
+        met: whether `over` has ended it.
+    """
+
+    def __init__(
+        self, recording: Recording, spec: RackSpec, last: int, over: Callable[[], object] = bool
+    ) -> None:
+        self._recording, self._spec, self._last, self._over = recording, spec, last, over
+        self._recorded = recording.memory
+        self._rack = recorded_rack(recording, spec)
+        self._memory = self._rack.memory
+        self._spans = [slice(at, at + IMAGE_BYTES) for at in range(0, len(self._memory), SLOT_BYTES)]
+        self._stop: Callable[[], None] = lambda: None
+        self.row = 0
+        self.departs: int | None = None
+        self.met = False
+
+    def play(self, logic: Logic, orders: TagOrders | None = None) -> list[str]:
+        """Run a program; a fault ends the run, as it did when it was recorded.
+
+        Args:
+            logic: the program.
+            orders: on its tags, which are given again.
+
+        Returns:
+            The orders that the program refused, a sentence each.
+        """
+        watchdog = None if self._watchdog_ended_it else Watchdog(0)
+        score = score_of(self._recording)
+        cpu = build_playback(self._spec, score, logic, self._rack, listeners=[self], watchdog=watchdog)
+        repeated = None if orders is None else orders.give(cpu, self._rack, logic)
+        self._stop = cpu.stop
+        with cpu, suppress(CpuFault):
+            cpu.play()
+        return [] if repeated is None else repeated.refused
+
+    @property
+    def _watchdog_ended_it(self) -> bool:
+        """Whether the watchdog ended the recorded run; any other may take longer when it is traced."""
+        return any(each.fields.get("cause") == Cause.WATCHDOG.value for each in self._recording.events)
+
+    def outputs(self) -> bytes:
+        """Return all present output images."""
+        return b"".join([self._memory[span] for span in self._spans])
+
+    def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
+        """Ignore events."""
+
+    def scan(self, scan: int, now_ns: int, flags: int) -> None:
+        """Compare a scan, and end the run with the last one."""
+        row = self.row
+        if self.departs is None and self._differ(self._recorded[row]):
+            self.departs = row
+        self.row = row + 1
+        self.met = bool(self._over())
+        if self.met or row >= self._last:
+            self._stop()
+
+    def _differ(self, recorded: bytes) -> bool:
+        memory = self._memory
+        return recorded != memory and any(recorded[span] != memory[span] for span in self._spans)
+
+    def close(self) -> None:
+        """Do nothing: nothing is open."""

@@ -1,0 +1,45 @@
+"""The scans of a bench, kept for the question why."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from ...runtime.loop.events import JsonValue
+from ...runtime.loop.rack import Rack
+from ...traces.format.layout import SlotInfo
+from ...traces.read.packed import NotedScans
+from ...traces.read.reader import TraceEvent
+from ...traces.replay import Recording
+
+
+class Journal:
+    """A listener that keeps all scans, packed: a few bytes each."""
+
+    def __init__(self, rack: Rack) -> None:
+        self._memory = rack.memory
+        self._slots = tuple(
+            SlotInfo(slot.number, slot.catalog, slot.firmware, slot.words) for slot in rack.slots.values()
+        )
+        self._scans = NotedScans(len(self._slots))
+        self._events: list[TraceEvent] = []
+
+    def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
+        """Keep an event."""
+        self._events.append(TraceEvent(scan, now_ns, topic, dict(fields)))
+
+    def scan(self, scan: int, now_ns: int, flags: int) -> None:
+        """Keep a scan."""
+        self._scans.add(scan, now_ns, flags, self._memory)
+
+    def close(self) -> None:
+        """Do nothing: nothing is open."""
+
+    def recording(self) -> Recording:
+        """Return all scans so far.
+
+        Raises:
+            ValueError: there is none yet.
+        """
+        if not len(self._scans):
+            raise ValueError("there is no scan yet that could be asked about: run some")
+        return Recording(self._slots, self._scans.packed(), tuple(self._events))

@@ -1,0 +1,150 @@
+"""The past of a rack, up to a scan: since when a bit has its value, and the events since."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from ...io_images.addresses import Address
+from ...io_images.image import WORDS
+from ...traces.format.layout import SlotInfo
+from ...traces.read.image_text import short_seconds
+from ...traces.read.packed import CHUNK_SCANS
+from ...traces.read.reader import TraceEvent
+from ...traces.read.sequence_steps import Step, steps_of
+from ...traces.replay import Recording
+from ..replay.replaying import image_forces
+
+ALL_BITS = 0xFFFF
+
+
+@dataclass(frozen=True)
+class Past:
+    """A recording, up to a scan.
+
+    Attributes:
+        recording: the recording.
+        row: row of the scan; later ones do not count.
+    """
+
+    recording: Recording
+    row: int
+
+    @property
+    def scan(self) -> int:
+        """Number of the scan."""
+        return self.recording.numbers[self.row]
+
+    def when(self, row: int) -> str:
+        """Return number and time of a scan as text."""
+        return f"scan {self.recording.numbers[row]} ({short_seconds(self.recording.times[row])} s)"
+
+    def words(self, slot: int, image: str, row: int) -> tuple[int, ...]:
+        """Return an image of a slot in a scan; `image` is "in" or "out"."""
+        span = self.recording.span((slot, image))
+        data = np.frombuffer(self.recording.memory[row][span], np.int16)
+        return tuple(data.tolist())
+
+    def last_change(self, slot: int, image: str, word: int, mask: int = ALL_BITS) -> int | None:
+        """Return the row in which bits of a word last changed; None if they have not.
+
+        Before the first scan all words are 0, unless the recording begins in mid-life.
+        """
+        rows = self.changes(slot, image, word, mask)
+        return None if not rows else rows[-1]
+
+    def changes(self, slot: int, image: str, word: int, mask: int = ALL_BITS) -> list[int]:
+        """Return the rows in which bits of a word changed, in order."""
+        column = self._column(slot, image, word)
+        before = 0 if self.recording.numbers[0] == 0 else None
+        found: list[int] = []
+        for number, columns in enumerate(self._chunks()):
+            start = number * CHUNK_SCANS
+            values = (columns[: self.row + 1 - start, column].astype(np.int32)) & mask
+            if before is None:
+                before = int(values[0])
+            differs = np.flatnonzero(np.diff(values, prepend=before))
+            found += (differs + start).tolist()
+            before = int(values[-1])
+        return found
+
+    def first_on(self, slot: int, image: str, word: int, mask: int) -> int | None:
+        """Return the first row in which a bit of a mask is on; None if there is none."""
+        column = self._column(slot, image, word)
+        for number, columns in enumerate(self._chunks()):
+            on = np.flatnonzero(columns[:, column].astype(np.int32) & mask)
+            if len(on):
+                return int(on[0]) + number * CHUNK_SCANS
+        return None
+
+    def _column(self, slot: int, image: str, word: int) -> int:
+        return self.recording.place(slot) // 2 + (WORDS if image == "in" else 0) + word
+
+    def _chunks(self) -> Iterator[np.ndarray[tuple[int, int], np.dtype[np.int16]]]:
+        for number, columns in enumerate(self.recording.scans.chunks()):
+            if number * CHUNK_SCANS > self.row or not len(columns.scan):
+                return
+            yield columns.words
+
+    @cached_property
+    def events(self) -> Sequence[TraceEvent]:
+        """What has happened, in order."""
+        return [each for each in self.recording.events if each.scan <= self.scan]
+
+    @cached_property
+    def forces(self) -> Mapping[str, int]:
+        """The forces in effect, by address."""
+        told = [each for each in self.events if each.topic == "/forces"]
+        return image_forces(told[-1]) if told else {}
+
+    def is_forced(self, place: Address) -> bool:
+        """Return whether a bit or word is forced, a bit also with its word."""
+        return bool({str(place), str(replace(place, bit=None))} & set(self.forces))
+
+    @cached_property
+    def sequences(self) -> Sequence[Step]:
+        """The present waits of the program's sequences."""
+        return [steps[-1] for steps in steps_of(self.events).values()]
+
+    def rules(self, slot: int) -> Sequence[TraceEvent]:
+        """Return the manual's rules that have fired in a module, in order."""
+        return [
+            each
+            for each in self.events
+            if each.fields.get("kind") == "rule" and each.fields.get("slot") == slot
+        ]
+
+
+@dataclass(frozen=True)
+class SlotPast:
+    """The past of one module.
+
+    Attributes:
+        past: that of the rack.
+        slot: the module's slot.
+    """
+
+    past: Past
+    slot: SlotInfo
+
+    @cached_property
+    def out(self) -> tuple[int, ...]:
+        """The output image now."""
+        return self.past.words(self.slot.number, "out", self.past.row)
+
+    @cached_property
+    def inputs(self) -> tuple[int, ...]:
+        """The input image now."""
+        return self.past.words(self.slot.number, "in", self.past.row)
+
+    def since(self, image: str, word: int, mask: int) -> str:
+        """Return since when bits have their values, as text: " since scan 7 (0.014 s)"; empty if always."""
+        row = self.past.last_change(self.slot.number, image, word, mask)
+        return "" if row is None else f" since {self.past.when(row)}"
+
+    def words_at(self, image: str, row: int) -> tuple[int, ...]:
+        """Return an image in an earlier scan."""
+        return self.past.words(self.slot.number, image, row)

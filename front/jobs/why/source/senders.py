@@ -1,0 +1,60 @@
+"""What an axis of a program with sequences sends, and for which line.
+
+An axis writes the words of its module after the sequences, so no line of the program does. It sends them for
+its present command; the line is that of the sequence that awaits the command.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from ....ladder.files.steps import Steps
+from ....ladder.python.axis3601 import Axis3601
+from ....ladder.python.sequences import Logic as SequenceLogic
+from ....ladder.python.sequences import parts_of, sequences_of
+from .lines import NOWHERE, Line
+
+
+@dataclass(frozen=True, slots=True)
+class Sender:
+    """The axis, or the step of a list of steps, that writes the words of a slot.
+
+    Attributes:
+        slot: the slot.
+        text: what it sends and for which command, in words; empty for a step.
+        line: where the command is awaited; `NOWHERE` if it is not.
+    """
+
+    slot: int
+    text: str
+    line: Line
+
+
+def senders(logic: object, program: Path) -> list[Sender]:
+    """Return what writes words for a program, each with what it sends.
+
+    Args:
+        logic: the program.
+        program: its file.
+    """
+    if isinstance(logic, Steps):
+        return [Sender(logic.slot, "", Line(str(program), logic.line, "a step"))]
+    if not isinstance(logic, SequenceLogic):
+        return []
+    return [_sender(logic, part) for part in parts_of(logic) if isinstance(part, Axis3601)]
+
+
+def _sender(logic: SequenceLogic, axis: Axis3601) -> Sender:
+    command = axis.commanded
+    if command is None:
+        return Sender(axis.slot, f"{axis.name}, before its first command", NOWHERE)
+    if not command.busy:
+        became = command.outcome.value
+        return Sender(axis.slot, f"{axis.name}, after {command!r}: {became}", NOWHERE)
+    waiting = [each for each in sequences_of(logic) if repr(command) in each.waits_for]
+    at = NOWHERE
+    if waiting:
+        first = waiting[0]
+        at = Line(first.file or "", first.line or 0, first.name)
+    return Sender(axis.slot, f"{axis.name} for {command!r}", at)

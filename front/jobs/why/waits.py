@@ -1,0 +1,271 @@
+"""What a module with the words of a 3601 waits for, read from its two images and their past.
+
+    out of reach             for its link
+    in configuration mode    for a valid configuration, or for bit 15 of output word 0 to go back to 0
+    moving                   MOVE_COMPLETE not yet: which command, where it is, where it goes
+    a command bit is on      for it to go back to 0: a command is taken when its bit goes from 0 to 1
+    idle                     for a command
+
+Error bits that are on follow, each with the rule that set it and what clears it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+
+from ...io_images.amci3601 import (
+    COMPLETION_BITS,
+    ERROR_BITS,
+    KNOWN,
+    MOTIONS,
+    RULES,
+    CommandLsw,
+    CommandMsw,
+    Firmware,
+    Parameters,
+    Rule,
+    StatusLsw,
+    StatusMsw,
+    check,
+)
+from ...io_images.thousands import join_reported
+from ...traces.read.event_text import describe
+from ...traces.read.image_text import short_seconds
+from ..record.links import link_changes
+from .past import SlotPast
+
+MOVING = StatusMsw.MOVING_CW | StatusMsw.MOVING_CCW
+
+COMMANDS = 0x7FFF
+"""All bits of output word 0 but the mode."""
+
+_MANUAL = CommandMsw.MANUAL_CW | CommandMsw.MANUAL_CCW
+_HOME = CommandMsw.FIND_HOME_CW | CommandMsw.FIND_HOME_CCW
+_TO_A_TARGET = CommandMsw.ABSOLUTE_MOVE | CommandMsw.RELATIVE_MOVE
+_MODE = StatusMsw.MODE_CONFIG.value
+_BLENDING = CommandLsw.BLEND_PROGRAM.value
+_BY_RESET, _ONLY_RESET = RULES["RST-01"], RULES["RST-03"]
+
+CLEARED_BY = {
+    StatusMsw.CONFIG_ERROR: "a valid configuration clears it [CFG-13, chapter 3]",
+    StatusMsw.POSITION_INVALID: "a search for home or a preset clears it; it takes no absolute move before",
+    StatusMsw.INPUT_ERROR: "the next move and RESET_ERRORS clear it [STS-M11, chapter 6]",
+}
+"""What clears an error bit; of all others it is RESET_ERRORS."""
+
+
+def waits(past: SlotPast) -> list[str]:
+    """Return what a module waits for, in sentences."""
+    state = next(said for each in STATES if (said := each(past)) is not None)
+    return [state, *_errors(past)]
+
+
+def _out_of_reach(past: SlotPast) -> str | None:
+    changes = link_changes(past.past.events, past.slot.number)
+    if not changes or changes[-1].good:
+        return None
+    lost = next((each for each in changes[::-1] if each.good), None)
+    since = changes[changes.index(lost) + 1 if lost is not None else 0]
+    at = f"scan {since.scan} ({short_seconds(since.now_ns)} s)"
+    return f"the link to it is lost since {at}: its inputs are those of before, and no command reaches it"
+
+
+def _answers_not(past: SlotPast) -> str | None:
+    if past.inputs[0] & StatusMsw.MODULE_OK:
+        return None
+    return f"MODULE_OK is 0{past.since('in', 0, StatusMsw.MODULE_OK.value)}: it takes no command"
+
+
+def _configuring(past: SlotPast) -> str | None:
+    if not past.inputs[0] & _MODE:
+        return None
+    said = f"in configuration mode{past.since('in', 0, _MODE)}"
+    if not past.out[0] & _MODE:
+        return f"{said}: bit 15 of output word 0 is 0, so it leaves with its next update"
+    broken = check(past.out, _firmware(past))
+    if broken:
+        rules = "; ".join(RULES[each].clause for each in broken)
+        return f"{said}: it waits for a valid configuration: {rules}"
+    if past.inputs[0] & StatusMsw.CONFIG_ERROR:
+        return f"{said}: it judges the configuration with its next update"
+    return f"{said}, configured: it waits for bit 15 of output word 0 to go back to 0, and takes no command"
+
+
+def _firmware(past: SlotPast) -> Firmware:
+    try:
+        return Firmware.parse(past.slot.firmware)
+    except ValueError:  # an adapter, or a file that does not say it
+        return KNOWN[-1]
+
+
+def _enters_configuration(past: SlotPast) -> str | None:
+    if not past.out[0] & _MODE:
+        return None
+    since = past.since("out", 0, _MODE)
+    if past.inputs[0] & MOVING:
+        return f"{_motion(past)}; configuration mode, asked for{since}, waits for its end"
+    return f"bit 15 of output word 0 is 1{since}: it goes into configuration mode with its next update"
+
+
+def _unconfigured(past: SlotPast) -> str | None:
+    if not past.inputs[0] & StatusMsw.CONFIG_ERROR:
+        return None
+    return "it waits for a configuration: a configuration in the output words, bit 15 of word 0 with it"
+
+
+def _moves(past: SlotPast) -> str | None:
+    return _motion(past) if past.inputs[0] & MOVING else None
+
+
+def _motion(past: SlotPast) -> str:
+    """Say which motion there is, where it is, and what ends it."""
+    status = past.inputs[0]
+    way = "CW" if status & StatusMsw.MOVING_CW else "CCW"
+    how = next((f", {name}" for bit, name in _RATES if status & bit), "")
+    at = f"at {join_reported(past.inputs[2], past.inputs[3]):,}"
+    if past.inputs[1] & StatusLsw.ENC_FOLLOWER:
+        return f"moving {way} as encoder follower, {at}"
+    row = _started(past)
+    if row is None:
+        return f"moving {way}{how}, {at}, since before the recording"
+    words = past.words_at("out", row)
+    bit = _bits(words[0] & MOTIONS.value)[-1]
+    return f"moving {way}{how}, {at}: {bit.name} since {past.past.when(row)}{_end(past, bit, row, words)}"
+
+
+_RATES = ((StatusMsw.ACCELERATING, "accelerating"), (StatusMsw.DECELERATING, "decelerating"))
+
+
+def _started(past: SlotPast) -> int | None:
+    """Return the row in which the bit of the present motion rose."""
+    number = past.slot.number
+    for row in reversed(past.past.changes(number, "out", 0, MOTIONS.value)):
+        before = past.words_at("out", row - 1)[0] if row else 0
+        if past.words_at("out", row)[0] & ~before & MOTIONS.value:
+            return row
+    return None
+
+
+def _end(past: SlotPast, bit: CommandMsw, row: int, words: Sequence[int]) -> str:
+    """Say what ends a motion."""
+    if bit & _MANUAL:
+        return f"; it runs until {bit.name} goes back to 0"
+    if bit & _HOME:
+        return "; AT_HOME not yet"
+    target = Parameters.read(words).target
+    if not bit & _TO_A_TARGET or target is None or words[1] & CommandLsw.ENCODER_MOVE:
+        return "; MOVE_COMPLETE not yet"
+    if bit is CommandMsw.RELATIVE_MOVE:
+        inputs = past.words_at("in", row)
+        target += join_reported(inputs[2], inputs[3])
+    return f"; MOVE_COMPLETE not yet, its target is {target:,}"
+
+
+def _held(past: SlotPast) -> str | None:
+    if not past.inputs[0] & StatusMsw.HOLD_STATE:
+        return None
+    since = past.since("in", 0, StatusMsw.HOLD_STATE.value)
+    said = f"held{since}: it waits for RESUME_MOVE, or for another move"
+    return said + _still_on(past)
+
+
+def _programs_blend(past: SlotPast) -> str | None:
+    if not past.out[1] & _BLENDING:
+        return None
+    transmitting = past.out[1] & CommandLsw.BLEND_TRANSMIT
+    acknowledged = past.inputs[1] & StatusLsw.BLEND_ACK
+    if transmitting and acknowledged:
+        wanted = "BLEND_TRANSMIT to go back to 0: it has taken the block"
+    elif transmitting:
+        wanted = "its next update, to take the block (BLEND_TRANSMIT is 1)"
+    elif acknowledged:
+        wanted = "BLEND_TRANSMIT to go from 0 to 1 with the next block, or BLEND_PROGRAM back to 0"
+    else:
+        wanted = "its next update, to set BLEND_ACK"
+    return f"programming a blend{past.since('out', 1, _BLENDING)}: it waits for {wanted}"
+
+
+def _command_on(past: SlotPast) -> str | None:
+    on = past.out[0] & COMMANDS
+    if not on:
+        return None
+    if past.past.last_change(past.slot.number, "out", 0) == past.past.row:
+        names = " ".join(str(bit.name) for bit in _bits(on))
+        return f"{names} with this scan: it takes the command with its next update"
+    return f"{_rest(past)}{_still_on(past)}"
+
+
+def _still_on(past: SlotPast) -> str:
+    """Say which command bits are still on, and their consequence."""
+    on = past.out[0] & COMMANDS
+    if not on:
+        return ""
+    bits = _bits(on)
+    since = past.since("out", 0, on)
+    names, verb = " ".join(str(bit.name) for bit in bits), "is" if len(bits) == 1 else "are"
+    return f"; {names} {verb} still on{since}: the next command needs a bit that goes from 0 to 1"
+
+
+def _idle(past: SlotPast) -> str:
+    wanted = "a command bit to go from 0 to 1"
+    if past.inputs[0] & StatusMsw.COMMAND_ERROR:
+        wanted = f"RESET_ERRORS, and takes no other command [{_ONLY_RESET.id}, {_ONLY_RESET.section}]"
+    return f"{_rest(past)}: it waits for {wanted}"
+
+
+STATES: Sequence[Callable[[SlotPast], str | None]] = (
+    _out_of_reach,
+    _answers_not,
+    _configuring,
+    _enters_configuration,
+    _unconfigured,
+    _moves,
+    _held,
+    _programs_blend,
+    _command_on,
+    _idle,
+)
+"""What a module may be doing; the first one that applies."""
+
+
+def _rest(past: SlotPast) -> str:
+    """Say where it rests, and how the motion before ended."""
+    ended = [bit for bit in StatusMsw if bit & COMPLETION_BITS & past.inputs[0]]
+    at = f"at rest at {join_reported(past.inputs[2], past.inputs[3]):,}"
+    if not ended:
+        return at
+    return f"{at}, {ended[0].name}{past.since('in', 0, ended[0].value)}"
+
+
+def _bits(mask: int) -> list[CommandMsw]:
+    return [bit for bit in CommandMsw if bit.value & mask]
+
+
+def _errors(past: SlotPast) -> Iterator[str]:
+    """Yield a sentence for every error bit that is on."""
+    status = past.inputs[0]
+    if status & _MODE:
+        return  # what the configuration breaks has been said, and the other bits mirror it
+    for bit in StatusMsw:
+        if bit & ERROR_BITS & status:
+            yield f"{bit.name}{past.since('in', 0, bit.value)}: {_cause(past, bit)}; {_cure(bit)}"
+
+
+def _cure(bit: StatusMsw) -> str:
+    return CLEARED_BY.get(bit, f"RESET_ERRORS clears it [{_BY_RESET.id}, {_BY_RESET.section}]")
+
+
+def _cause(past: SlotPast, bit: StatusMsw) -> str:
+    """Name the rule that set a bit; without a rule on record, where the manual lists what sets it."""
+    for each in reversed(past.past.rules(past.slot.number)):
+        named = each.fields.get("bits")
+        if isinstance(named, list) and bit.name in named:
+            rule = RULES.get(str(each.fields.get("name")))
+            return _of(rule) if rule else describe(each.topic, each.scan, each.fields)
+    lists = [rule.section for rule in RULES.values() if rule.list_of == bit.value]
+    return f"the manual lists what sets it in {lists[0].rstrip(' 0123456789')}" if lists else "see chapter 6"
+
+
+def _of(rule: Rule) -> str:
+    """Return a rule as part of a sentence, with its section."""
+    return f"{rule.text[:1].lower()}{rule.text[1:].removesuffix('.')} [{rule.id}, {rule.section}]"

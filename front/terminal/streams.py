@@ -1,0 +1,118 @@
+"""Standard input and output that may be closed, full, or a pipe whose reader has gone.
+
+Commands write as if writing always worked. Where it does not, `OutputLost` ends the command, past
+every handler of errors of other files; after that, writing is without effect, so that nothing more is
+said when the interpreter ends.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import IO, TYPE_CHECKING, Any
+
+from ..runtime.loop.faults import Ending
+from .status import CANNOT_WRITE, PIPE_CLOSED
+
+if TYPE_CHECKING:
+    from _typeshed import ReadableBuffer
+
+
+class OutputLost(Ending):
+    """Standard output can't be written.
+
+    Not an Exception, lest a command takes it for an error of a file of its own.
+
+    Attributes:
+        error: why.
+    """
+
+    def __init__(self, error: OSError) -> None:
+        super().__init__(str(error))
+        self.error = error
+
+    @property
+    def status(self) -> int:
+        """The exit status."""
+        return PIPE_CLOSED if isinstance(self.error, BrokenPipeError) else CANNOT_WRITE
+
+
+class _Guarded(io.FileIO):
+    """A file descriptor that fails once, and takes everything from then on."""
+
+    def __init__(self, fd: int, *, told: bool) -> None:
+        super().__init__(fd, "w", closefd=False)
+        self._told = told
+        self._lost = False
+
+    def write(self, data: ReadableBuffer, /) -> int:
+        """Write, see `io.FileIO.write`."""
+        if not self._lost:
+            try:
+                return super().write(data)
+            except OSError as error:
+                self._lost = True
+                if self._told:
+                    raise OutputLost(error) from error
+        return memoryview(data).nbytes
+
+
+def closed_streams_plugged() -> None:
+    """Keep the numbers of closed standard streams from files that are opened later.
+
+    A socket with number 0 would be closed as standard input is. Writing to the plug of an output fails.
+    """
+    while (fd := os.open(os.devnull, os.O_RDONLY)) < 3:
+        pass
+    os.close(fd)
+
+
+@contextmanager
+def guarded_output() -> Iterator[None]:
+    """Let what can't be written to standard output end the block with `OutputLost`.
+
+    What can't be written to standard error is dropped. Terminals, and streams that are closed or are
+    not the process's own, are left as they are.
+    """
+    before = sys.stdout, sys.stderr
+    sys.stdout, sys.stderr = (
+        _guarded(sys.stdout or _closed(1), told=True),
+        _guarded(sys.stderr or _closed(2), told=False),
+    )
+    try:
+        yield
+    finally:
+        ours = sys.stdout, sys.stderr
+        sys.stdout, sys.stderr = before
+        for stream in ours:
+            if stream is not None:
+                stream.flush()
+
+
+def _closed(number: int) -> IO[str]:
+    """Return a stream on the plug of an output that was closed."""
+    return open(number, "w", encoding="utf-8", closefd=False)
+
+
+def _guarded(stream: Any, *, told: bool) -> Any:
+    fd = _descriptor(stream)
+    if fd is None or os.isatty(fd):
+        return stream
+    stream.flush()
+    return io.TextIOWrapper(
+        io.BufferedWriter(_Guarded(fd, told=told)),
+        encoding=stream.encoding,
+        errors=stream.errors,
+        line_buffering=stream.line_buffering,
+    )
+
+
+def _descriptor(stream: IO[str] | None) -> int | None:
+    """Return the descriptor of a stream, None of one that has none."""
+    try:
+        return None if stream is None else stream.fileno()
+    except (OSError, ValueError):
+        return None

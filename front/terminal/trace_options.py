@@ -1,0 +1,116 @@
+"""What the commands that read traces share: options for scans and times, progress, notes."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ..runtime.config.quantities import parse_time
+from ..traces.files.guard import Used
+from ..traces.read.reader import Trace
+from ..traces.signals import ALL, Selection, count
+from .terminal import on_a_line, say
+
+ScanRange = tuple[int, int | None]
+"""First and last scan, both included; None = to the end."""
+
+ScansOption = Annotated[
+    str | None,
+    typer.Option("--scans", metavar="A:B", help="Only these scans, both ends included.", show_default="all"),
+]
+TimeOption = Annotated[
+    str | None,
+    typer.Option(
+        "--time", metavar="A:B", help="Only this time, such as 1.5s:3s or 10min: .", show_default="all"
+    ),
+]
+ReplaceOption = Annotated[
+    bool, typer.Option("--replace", help="Keep no earlier recording under rack.1.mcap and so on.")
+]
+QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no summary.")]
+
+
+def selection(scans: str | None, time: str | None) -> Selection:
+    """Return what --scans and --time select.
+
+    >>> selection("10:20", "1.5s:")
+    Selection(first=10, last=20, start_ns=1500000000, end_ns=None)
+
+    Raises:
+        ValueError: one of them is not a range.
+    """
+    first, last = (0, None) if scans is None else parse_range(scans)
+    start_ns, end_ns = (0, None) if time is None else parse_time_range(time)
+    return Selection(first, last, start_ns, end_ns)
+
+
+def parse_range(text: str) -> ScanRange:
+    """Read a range of scans: `A:B`, `A:`, `:B` or `A`, both ends included.
+
+    >>> parse_range("100:200"), parse_range("100:"), parse_range(":200"), parse_range("7")
+    ((100, 200), (100, None), (0, 200), (7, 7))
+
+    Raises:
+        ValueError: not such a range.
+    """
+    match = re.fullmatch(r"(\d*)(:?)(\d*)", text)
+    if match is None or not (match[1] or match[3]):
+        raise ValueError(f"{text!r} is not a range of scans: allowed are A:B, A:, :B and A")
+    first = int(match[1] or 0)
+    last = first if not match[2] else int(match[3]) if match[3] else None
+    if last is not None and last < first:
+        raise ValueError(f"{text!r} is not a range of scans: it ends before it begins")
+    return first, last
+
+
+def parse_time_range(text: str) -> tuple[int, int | None]:
+    """Read a range of virtual time, ns, both ends included.
+
+    >>> parse_time_range("1.5s:3s"), parse_time_range(":250 ms"), parse_time_range("2min:")
+    ((1500000000, 3000000000), (0, 250000000), (120000000000, None))
+
+    Raises:
+        ValueError: not such a range.
+    """
+    start, colon, end = (part.strip() for part in text.partition(":"))
+    if not colon or not (start or end):
+        raise ValueError(f"--time {text!r} is not a range of time: allowed are A:B, A: and :B, as in 1.5s:3s")
+    start_ns = parse_time(start) if start else 0
+    end_ns = parse_time(end) if end else None
+    if end_ns is not None and end_ns < start_ns:
+        raise ValueError(f"--time {text!r} is not a range of time: it ends before it begins")
+    return start_ns, end_ns
+
+
+@contextmanager
+def reading(trace: Trace, selection: Selection = ALL, *, quiet: bool) -> Iterator[Callable[[int], None]]:
+    """Show a bar of the scans gone through, on a terminal, unless --quiet."""
+    # a run, which has one of these options, does without
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    console = Console(stderr=True)
+    if quiet or not console.is_terminal:
+        yield lambda scans: None
+        return
+    columns = (TextColumn("scans"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task("scans", total=count(trace, selection))
+        yield lambda scans: bar.advance(task, scans)
+
+
+def tell_notes(*traces: Trace) -> None:
+    """Say on standard error what is wrong with the files."""
+    for trace in traces:
+        for note in trace.notes:
+            say(on_a_line(f"note: {note}"), err=True)
+
+
+def itself(trace: Path) -> Used:
+    """Return the trace that a command reads as a file that it does not write to."""
+    return {trace: "the trace itself"}

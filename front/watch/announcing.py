@@ -1,0 +1,77 @@
+"""Announces to the monitor which program runs from which scan on, and that a branch begins."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+from ..jobs.record.editions import Edition, Editions
+from ..jobs.record.repeating import RecordedOrder
+from ..jobs.run.editing import Edited
+from ..jobs.run.running import JobRun
+from ..runtime.live.orders import Edit
+from ..runtime.live.ring import Ring
+from .keeper import Keeper
+from .monitors.session_monitor import Ran
+
+
+def programs_of(run: JobRun, editions: Editions, orders: Sequence[RecordedOrder]) -> tuple[Ran, ...]:
+    """Return the programs that a run has had so far.
+
+    Args:
+        run: the run.
+        editions: its programs.
+        orders: those that are given to it again.
+    """
+    edits = [each.scan for each in orders if isinstance(each.order, Edit)][: run.edits]
+    return tuple(_ran(editions[number], first) for number, first in enumerate((0, *edits)))
+
+
+class Announcer:
+    """Announces the programs of a run.
+
+    Args:
+        run: the run.
+        editions: its programs.
+        orders: those that are given to it again.
+        tell: takes messages for the monitor.
+        keeper: starts monitors, which begin with the latest announcement.
+    """
+
+    def __init__(
+        self,
+        run: JobRun,
+        editions: Editions,
+        orders: Sequence[RecordedOrder],
+        tell: Callable[[Mapping[str, object]], None],
+        keeper: Keeper,
+    ) -> None:
+        self._run, self._editions, self._tell, self._keeper = run, editions, tell, keeper
+        self._programs = programs_of(run, editions, orders)
+        self._again = orders[-1].scan if orders else -1
+
+    def tell_edit(self, edited: Edited) -> None:
+        """Announce an edit."""
+        program = _ran(self._editions[edited.number], edited.at_ns // self._run.cpu.period_ns)
+        self._programs += (program,)
+        self._keeper.go_on_with(programs=self._programs)
+        again = program.first <= self._again
+        fields = {"number": edited.number, "program": program, "again": again}
+        self._tell({"edited": {"text": edited.text, **edited.tags, **fields}})
+
+    def tell_branch(self, ring: Ring, trace: Path, record: str | None) -> None:
+        """Let the monitor begin again, also one that is started later.
+
+        Args:
+            ring: what the branch writes comes next in it.
+            trace: path of its recording.
+            record: the same, if it is kept.
+        """
+        self._keeper.go_on_with(trace=str(trace), record=record, programs=self._programs)
+        places = {"rows": ring.written, "snapshots": ring.snapshots.end}
+        self._tell({"branch": {"trace": str(trace), "record": record, "programs": self._programs, **places}})
+
+
+def _ran(edition: Edition, first: int) -> Ran:
+    assert edition.place is not None, "a monitor reads a copy"
+    return Ran(first, str(edition.place), edition.rack, edition.program)

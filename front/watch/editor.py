@@ -1,0 +1,156 @@
+"""Edits while a rack runs: the program's file is saved, checked beside the scans, and taken over between two.
+
+    file      saved
+    thread          loaded, built, compiled
+    scans     n     n+1   n+2 | n+3            the edited program begins with scan n+3
+
+A ladder program keeps the values of its tags, as in an online edit. A Python program is loaded again: objects
+of its module begin again. The page shows a mistake with its file and line, and the running program goes on.
+An edit is an order of its own, recorded with the program's files: see `app.editions`.
+"""
+
+from __future__ import annotations
+
+import re
+import threading
+from collections.abc import Callable, Mapping
+from os.path import realpath
+from pathlib import Path
+from typing import Any
+
+from ..jobs.load.loading import Job, load_job
+from ..jobs.record.editions import Edition, Editions, edition_of
+from ..jobs.run.running import JobRun
+from ..jobs.trust.attachments import forget_imported
+from ..ladder import LadderLogic
+from ..ladder.debug import Debugger
+from ..runtime.live.orders import Edit
+
+LOOK_S = 0.3
+"""Time between two looks at the file."""
+
+Json = dict[str, Any]
+Takeover = Callable[[], Edit | None]
+"""Gives the order of an edit, or reports a mistake; called between two scans."""
+
+
+class Editor:
+    """Watches the files of a program, and passes on edited ones.
+
+    Args:
+        job: what the session begins with.
+        rack: path of the rack file.
+        run: its run.
+        editions: take the edited programs.
+        hand_over: takes what gives the order of an edit, or None for a mistake, between two scans.
+        tell: takes messages for the monitor.
+    """
+
+    def __init__(
+        self,
+        job: Job,
+        rack: str,
+        run: JobRun,
+        editions: Editions,
+        hand_over: Callable[[Takeover], None],
+        tell: Callable[[Mapping[str, object]], None],
+    ) -> None:
+        self._job, self._rack, self._run, self._editions = job, rack, run, editions
+        self._hand_over, self._tell = hand_over, tell
+        self._ending, self._wake = threading.Event(), threading.Event()
+        self._wanted = False
+        self._stamp = self._stamped()
+        self._thread = threading.Thread(target=self._watch, name="edits", daemon=True)
+
+    def start(self) -> None:
+        """Begin to watch."""
+        self._thread.start()
+
+    def end(self) -> None:
+        """End it."""
+        self._ending.set()
+        self._wake.set()
+        self._thread.join()
+
+    def load_soon(self) -> None:
+        """Load the program as it is now, beside the scans."""
+        self._wanted = True
+        self._wake.set()
+
+    def _watch(self) -> None:
+        while not self._ending.is_set():
+            self._wake.wait(LOOK_S)
+            self._wake.clear()
+            wanted, self._wanted = self._wanted, False
+            stamp = self._stamped()
+            if stamp is not None and (wanted or stamp != self._stamp):
+                self._stamp = stamp
+                self._load()
+
+    def _stamped(self) -> tuple[int, int] | None:
+        """Return what differs between versions of a file; None while it is missing or empty, half saved."""
+        try:
+            stat = self._job.program.stat()
+        except OSError:
+            return None
+        return (stat.st_mtime_ns, stat.st_size) if stat.st_size else None
+
+    def _load(self) -> None:
+        """Load the program, and pass it on or report the mistake."""
+        takeover = self._takeover()
+        if self._stamped() == self._stamp:  # if not, it is being saved: the next look takes it
+            self._hand_over(takeover)
+
+    def _takeover(self) -> Takeover:
+        try:
+            job = self._loaded()
+            edition = self._editions.with_copy(edition_of(job))
+        except (ValueError, OSError) as error:
+            mistake = mistake_of(str(error), self._job.program)
+            return lambda: self._tell_mistake(mistake)
+        return lambda: self._order(edition, job)
+
+    def _tell_mistake(self, mistake: Json) -> None:
+        self._tell({"mistake": mistake})
+
+    def _order(self, edition: Edition, job: Job) -> Edit | None:
+        """Return the order that goes on with a program; None if it is the one that runs."""
+        number = self._run.edits + 1
+        if edition.files == self._editions[number - 1].files:
+            self._tell({"mistake": None})
+            self._tell({"note": "The program has not changed: it goes on."})
+            return None
+        self._editions.keep(number, edition, job)
+        return Edit(number, edition.program)
+
+    def _loaded(self) -> Job:
+        """Load the program and compile it.
+
+        Raises:
+            ValueError: it can't be used.
+        """
+        forget_imported(self._job.program.parent.resolve())
+        job = load_job(self._rack)
+        if isinstance(job.logic, LadderLogic) is not isinstance(self._run.logic, Debugger):
+            raise ValueError(f"{job.program}: a program of another kind needs a new session")
+        if realpath(job.program) != realpath(self._job.program):
+            raise ValueError(f"{job.program}: another program needs a new session")
+        if isinstance(job.logic, LadderLogic):
+            job.logic.build()
+            _ = job.logic.scanner  # compiled here, not between two scans
+        elif self._job.spec.tags:
+            raise ValueError(
+                f"{job.program}: values of a Python program are recorded (tags): an edit needs a new session"
+            )
+        return job
+
+
+def mistake_of(text: str, program: Path) -> Json:
+    """Return a mistake as a page shows it: its text, file and line, as far as the text names them.
+
+    >>> mistake_of("demo.rung:12: there is no tag Rum", Path("demo.rung"))
+    {'text': 'demo.rung:12: there is no tag Rum', 'file': 'demo.rung', 'line': 12}
+    """
+    found = re.search(rf"{re.escape(program.name)}:(\d+)", text)
+    line = None if found is None else int(found[1])
+    return {"text": text, "file": program.name, "line": line}

@@ -1,0 +1,320 @@
+"""The program in the first message to a page: routines, rungs, tags; what a shown routine needs per frame."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from ...ladder import LadderLogic
+from ...ladder.debug.crossref import CrossReference
+from ...ladder.debug.tag_values import TEXT, tag_values
+from ...ladder.debug.watching import WatchedEngine
+from ...ladder.draw import captions_of, live_rung, power
+from ...ladder.model.errors import LadderError
+from ...ladder.model.operands import Group
+from ...ladder.model.resolver import Resolver
+from ...ladder.model.tags import Tag, program_of, scoped
+from ...ladder.model.tree import Address, Routine, Rung
+from ...ladder.run.view import Tags
+from .shadow import Truths
+
+Json = dict[str, Any]
+
+MOST_HITS = 200
+"""Hits that a search lists."""
+
+_SITE = re.compile(r"program (\S+), routine (\S+), (?:rung|line) (\d+)")
+"""A site as `ladder.errors.Site` prints it."""
+
+COLUMNS = range(40, 161)
+"""Widths of a rung that a page may ask for."""
+
+
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """A routine that a page shows.
+
+    Attributes:
+        name: its name.
+        rungs: its rungs by number; none of structured text.
+        lines: numbers of its lines of structured text.
+        names: the tags that it shows.
+    """
+
+    name: str
+    rungs: Mapping[int, Rung]
+    lines: tuple[int, ...]
+    names: tuple[str, ...]
+
+    def power(self, truths: Truths) -> dict[str, str]:
+        """Return the power of its rungs and lines, see `ladder.draw.power`."""
+        name = self.name.upper()
+        found = {}
+        for number, rung in self.rungs.items():
+            found[f"{self.name}.{number}"] = power(rung, truths.get((name, number)))
+        for number in self.lines:
+            truth = truths.get((name, number))
+            found[f"{self.name}.{number}"] = "1" if truth and truth[-1] else "0"
+        return found
+
+
+NOTHING_SHOWN = Shown("", {}, (), ())
+
+
+class Catalog:
+    """A ladder program as pages get it.
+
+    Args:
+        program: the program.
+    """
+
+    def __init__(self, program: LadderLogic) -> None:
+        self._program = program
+        self._layout = program.build().layout
+        self._captions = captions_of(program.add_ons.values())
+        self._known = WatchedEngine(program.build(), program.scanner).tags
+
+    def routines(self) -> list[Json]:
+        """Return the routines as `hello` lists them."""
+        return [
+            {
+                "name": each.name,
+                "kind": "ladder" if each.statements is None else "st",
+                "comment": each.comment,
+                "lines": len(each.numbers),
+            }
+            for each in self._program.routines
+        ]
+
+    def tags(self) -> list[Json]:
+        """Return all single values as `hello` lists them; elements of arrays are asked for by name."""
+        comments = {
+            each.name.upper(): each.comment
+            for each in self._layout.declarations.values()
+            if isinstance(each, Tag)
+        }
+        found = []
+        for each in tag_values(self._layout, ["*"]) if self._layout.tags() else []:
+            stem = each.name.split("[")[0]
+            while stem and stem.upper() not in comments:
+                stem = stem.rpartition(".")[0]
+            found.append(
+                {
+                    "name": each.name,
+                    "type": f"{each.type}[{each.length}]" if each.length else each.type,
+                    "description": comments.get(stem.upper(), ""),
+                    "writable": not each.length and each.type != TEXT,
+                }
+            )
+        return found
+
+    def show(self, name: str, columns: int) -> tuple[Shown, Json]:
+        """Return what a page shows of a routine, and the answer that draws it.
+
+        Raises:
+            ValueError: there is no such routine.
+        """
+        routine = next((each for each in self._program.routines if each.name.upper() == name.upper()), None)
+        if routine is None:
+            names = ", ".join(each.name for each in self._program.routines)
+            raise ValueError(f"there is no routine {name}: there are {names}")
+        return self._text(routine) if routine.statements is not None else self._rungs(routine, columns)
+
+    def _rungs(self, routine: Routine, columns: int) -> tuple[Shown, Json]:
+        resolver = Resolver(self._layout, program_of(routine.name))
+        names: dict[str, None] = {}
+        drawn = []
+        for number, rung in enumerate(routine.rungs):
+            live = live_rung(
+                rung,
+                f"{routine.name}.{number}",
+                columns,
+                self._captions,
+                lambda address: self._name_of(resolver, program_of(routine.name), address),
+            )
+            names.update(dict.fromkeys(live.names))
+            origin = rung.origin
+            drawn.append(
+                {
+                    "number": number,
+                    "svg": live.svg,
+                    "comment": rung.comment,
+                    "file": Path(str(origin.file)).name if origin.file else "",
+                    "line": origin.line,
+                    "text": str(rung),
+                }
+            )
+        shown = Shown(routine.name, dict(enumerate(routine.rungs)), (), tuple(names))
+        return shown, {"routine": routine.name, "rungs": drawn}
+
+    def _text(self, routine: Routine) -> tuple[Shown, Json]:
+        names: dict[str, None] = {}
+        lines = []
+        for each in routine.statements or ():
+            for number, text in each.numbered():
+                own = self._names_in(text, program_of(routine.name))
+                names.update(dict.fromkeys(own))
+                lines.append({"number": number, "text": text, "names": own})
+        shown = Shown(routine.name, {}, tuple(routine.numbers), tuple(names))
+        return shown, {"routine": routine.name, "text": lines}
+
+    def _names_in(self, text: str, program: str) -> list[str]:
+        """Return the single values that a line of structured text names."""
+        found: dict[str, None] = {}
+        for name in _words(text):
+            full = self._full(program, name)
+            if full is not None and self._is_single(full):
+                found[full] = None
+        return list(found)
+
+    def _name_of(self, resolver: Resolver, program: str, address: Address) -> str | None:
+        """Return the full name of an address with one value."""
+        try:
+            where = resolver.address(address)
+        except LadderError:
+            return None
+        if isinstance(where, Group):
+            return None
+        full = self._full(program, address.name) or address.name
+        return str(Address(full, address.steps))
+
+    def _full(self, program: str, name: str) -> str | None:
+        own = scoped(program, name) if program else name
+        declared = self._layout.declarations
+        stem = name.partition(".")[0].partition("[")[0]
+        if program and scoped(program, stem).upper() in declared:
+            return own
+        return name if stem.upper() in declared else None
+
+    def _is_single(self, name: str) -> bool:
+        try:
+            return isinstance(self._known[name], (bool, int, float, str))
+        except ValueError:
+            return False
+
+    @cached_property
+    def cross_reference(self) -> CrossReference:
+        """Where its tags are read and written."""
+        return CrossReference(self._program.build())
+
+    def mentions(self, tag: str) -> list[Json]:
+        """Return where a tag is read and written.
+
+        Raises:
+            ValueError: there is no such tag.
+        """
+        return [
+            {"text": str(each), "rung": f"{each.site.routine}.{each.site.rung}", "tag": tag}
+            for each in self.cross_reference.of(tag)
+        ]
+
+    def find(self, text: str) -> list[Json]:
+        """Return the tags and rungs that contain a text, tags first; case does not matter."""
+        wanted = text.casefold()
+        hits: list[Json] = [
+            {
+                "text": f"{each['name']} : {each['type']}  {each['description']}".strip(),
+                "rung": None,
+                "tag": each["name"],
+            }
+            for each in self.tags()
+            if wanted in f"{each['name']} {each['description']}".casefold()
+        ]
+        for routine in self._program.routines:
+            for number in routine.numbers:
+                told = routine.numbered(number)
+                comment = routine.rungs[number].comment if routine.statements is None else ""
+                if wanted in f"{told} {comment}".casefold():
+                    hits.append({"text": told, "rung": f"{routine.name}.{number}", "tag": None})
+        return hits[:MOST_HITS]
+
+    def place_of_fault(self, text: str) -> str | None:
+        """Return the rung or line that a major fault names, such as Main.3; None if it names none.
+
+        Args:
+            text: of the fault, which has a `ladder.errors.Site` in it.
+        """
+        found = _SITE.search(text)
+        if found is None:
+            return None
+        program, routine, number = found.groups()
+        names = {each.name for each in self._program.routines}
+        full = next((each for each in (routine, scoped(program, routine)) if each in names), None)
+        return None if full is None else f"{full}.{number}"
+
+    def has(self, name: str) -> bool:
+        """Tell whether there is such a tag."""
+        return name in self._known
+
+
+def _words(text: str) -> Iterable[str]:
+    """Yield possible names in a line of text, with members and constant subscripts."""
+    word = ""
+    for character in f"{text} ":
+        if character.isalnum() or character in "_.[]:\\":
+            word += character
+        elif word:
+            yield word.rstrip(".:")
+            word = ""
+
+
+def value_of(tags: Tags, name: str) -> Any:
+    """Return the value of a tag; None where a subscript is out of range now."""
+    try:
+        return tags[name]
+    except ValueError:
+        return None
+
+
+def shown_value(value: object) -> Any:
+    """Return a value as JSON has it: a number that JSON does not have is text."""
+    if isinstance(value, float) and not math.isfinite(value):
+        return str(value)
+    if isinstance(value, dict):
+        return {key: shown_value(each) for key, each in value.items()}
+    if isinstance(value, list):
+        return [shown_value(each) for each in value]
+    return value
+
+
+class PythonSource:
+    """The text of a program in Python as pages get it, as it was loaded.
+
+    Args:
+        file: its file.
+    """
+
+    def __init__(self, file: Path) -> None:
+        self._name = file.name
+        try:
+            self._lines = file.read_text(encoding="utf-8", errors="replace").splitlines()
+        except OSError:
+            self._lines = []
+
+    def routines(self) -> list[Json]:
+        """Return the file as the one routine that `hello` lists."""
+        return [{"name": self._name, "kind": "python", "comment": "", "lines": len(self._lines)}]
+
+    def place_of_fault(self, text: str) -> str | None:
+        """Return the line that a fault names, such as line.py.62; None if it is in another file.
+
+        Args:
+            text: of the fault, which ends with `[file:line]`.
+        """
+        file, _, line = text.rpartition("[")[2].rstrip("]").rpartition(":")
+        return f"{self._name}.{line}" if Path(file).name == self._name else None
+
+    def show(self, names: tuple[str, ...]) -> tuple[Shown, Json]:
+        """Return what a page shows of it, and the answer with its text.
+
+        Args:
+            names: its values.
+        """
+        lines = [{"number": number, "text": text} for number, text in enumerate(self._lines, 1)]
+        answer = {"routine": self._name, "file": self._name, "text": lines, "names": list(names)}
+        return Shown(self._name, {}, (), names), answer

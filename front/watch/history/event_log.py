@@ -1,0 +1,231 @@
+"""The events of a session or a recording, and the states of each scan.
+
+events    everything, in order; the latest are kept
+faults    what has stopped the CPU
+forces    by the scan from which they were in effect
+lines     by the scan from which a sequence waited there
+rules     the rule that last set each bit
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Iterable, Mapping, Sequence
+from operator import itemgetter
+from typing import Any, Protocol
+
+from ...runtime.loop.faults import Cause, Fault
+from ...traces.format.topics import TOPICS
+from ...traces.read.reader import TraceEvent
+
+Json = dict[str, Any]
+
+KEPT = 2000
+FIRST = 200
+"""How many past events a page gets first."""
+
+LAST_SCAN = 1 << 32
+"""More than the number of any scan."""
+
+STATED = frozenset(topic.name for topic in TOPICS if topic.state)
+
+STATES = 10_000
+"""Least number of changes of states that are kept: forces, lines, rules."""
+
+SEQUENCES, FORCES, FAULTS = "/sequences", "/forces", "/faults"
+
+_NOT_FORCED = ("scan", "t", "topic", "tags")
+
+
+class States(Protocol):
+    """What stood in a scan."""
+
+    def forces_at(self, scan: int | None) -> Json:
+        """Return the forces in effect in a scan; None = the latest."""
+        ...
+
+    def lines_at(self, scan: int | None) -> Json:
+        """Return where the sequences waited in a scan, by name."""
+        ...
+
+    def rules_at(self, scan: int | None) -> list[Json]:
+        """Return the rule that last set each bit, up to a scan."""
+        ...
+
+    def faults_at(self, scan: int | None) -> list[str]:
+        """Return what had stopped the CPU by the end of a scan."""
+        ...
+
+    def up_to(self, scan: int, most: int) -> list[Json]:
+        """Return the latest events up to a scan, in their order."""
+        ...
+
+
+class EventLog:
+    """Events, in the order in which they became known.
+
+    Args:
+        kept: how many are kept at least.
+
+    Attributes:
+        begin: number of the first event that is kept.
+        earlier: what stood before the first event; None if nothing did.
+    """
+
+    def __init__(self, kept: int = KEPT) -> None:
+        self._kept = kept
+        self.clear()
+
+    def clear(self) -> None:
+        """Forget all: another session begins."""
+        self.begin = 0
+        self.earlier: States | None = None
+        self._events: list[Json] = []
+        self._forces = _Standing()
+        self._lines = _Standing()
+        self._faults: list[Fault] = []
+        self._stated: dict[str, Json] = {}
+        self._rules: list[Json] = []
+        self._latest_rules: dict[tuple[int, str], Json] = {}
+
+    @property
+    def end(self) -> int:
+        """Number of the event that comes next."""
+        return self.begin + len(self._events)
+
+    @property
+    def first_of_page(self) -> int:
+        """Number of the event that a new page begins with."""
+        return max(self.begin, self.end - FIRST)
+
+    def since(self, number: int) -> Sequence[Json]:
+        """Return the events from a number on, as far as they are kept."""
+        return self._events[max(0, number - self.begin) :]
+
+    def take_all(self, events: Iterable[TraceEvent]) -> None:
+        """Take the events of a recording."""
+        for event in events:
+            self.take({**event.fields, "scan": event.scan, "t": event.now_ns, "topic": event.topic})
+
+    def take(self, event: Mapping[str, Any]) -> None:
+        """Take an event: scan, t, topic and its fields."""
+        topic, scan = event["topic"], event["scan"]
+        if topic == FORCES:
+            self.forced(scan, event)
+        if topic in STATED and not self._is_news(topic, event):
+            return
+        if topic == SEQUENCES:
+            self._take_line(event)
+            return
+        if event.get("kind") == "rule":
+            self._take_rule(event)
+        if topic == FAULTS:
+            cause = next((each for each in Cause if each.value == event.get("cause")), Cause.PROGRAM)
+            where, text = str(event.get("where", "")), str(event.get("text", ""))
+            self._faults.append(Fault(scan, event["t"], cause, where, text))
+        self._events.append(
+            {
+                "scan": scan,
+                "t": event["t"],
+                "slot": event.get("slot", 0),
+                "kind": event.get("kind", topic.strip("/")),
+                "name": event.get("name", ""),
+                "text": event.get("text") or _spoken(event),
+            }
+        )
+        if len(self._events) > 2 * self._kept:
+            self.begin += self._kept
+            del self._events[: self._kept]
+
+    def _is_news(self, topic: str, event: Mapping[str, Any]) -> bool:
+        """Return whether a state is another one than before; a recording has it only then."""
+        fields = {key: value for key, value in event.items() if key not in ("scan", "t", "topic")}
+        before, self._stated[topic] = self._stated.get(topic), fields
+        return before != fields
+
+    def forced(self, scan: int, forces: Mapping[str, Any]) -> None:
+        """Note the forces in effect from a scan on."""
+        images = {key: value for key, value in forces.items() if key not in _NOT_FORCED}
+        self._forces.note(scan, {**images, **forces.get("tags", {})})
+
+    def _take_line(self, event: Mapping[str, Any]) -> None:
+        place = {"file": event["file"], "line": event["line"], "text": event["wait"], "since": event["t"]}
+        self._lines.note(event["scan"], {**self._lines.latest, event["sequence"]: place})
+
+    def _take_rule(self, event: Mapping[str, Any]) -> None:
+        for bit in event.get("bits") or ():
+            rule = {"slot": event.get("slot", 0), "bit": bit, "rule": event.get("name", "")}
+            told = {"text": event.get("text", ""), "section": event.get("section", ""), "scan": event["scan"]}
+            self._rules.append(rule | told)
+            self._latest_rules[rule["slot"], bit] = rule | told
+        if len(self._rules) > 2 * STATES:
+            del self._rules[:STATES]
+
+    # --- what was in a scan
+
+    def up_to(self, scan: int, most: int) -> list[Json]:
+        """Return the latest events up to a scan, as far as they are known, in their order."""
+        own = self._events[: bisect_right(self._events, scan, key=itemgetter("scan"))][-most:]
+        if len(own) == most or self.earlier is None or self.begin:
+            return own
+        before = min(scan, self._events[0]["scan"] - 1) if self._events else scan
+        return [*self.earlier.up_to(before, most - len(own)), *own]
+
+    def faults_at(self, scan: int | None) -> list[str]:
+        """Return what had stopped the CPU by the end of a scan; None = the latest."""
+        earlier = [] if self.earlier is None or self._faults else self.earlier.faults_at(scan)
+        return earlier + [str(each) for each in self._faults if scan is None or each.scan <= scan]
+
+    def forces_at(self, scan: int | None) -> Json:
+        """Return the forces in effect in a scan; None = the latest."""
+        told = self._forces.told(LAST_SCAN if scan is None else scan)
+        if told is None and self.earlier is not None:
+            return self.earlier.forces_at(scan)
+        return told or {}
+
+    def told_forces(self, scan: int) -> Json | None:
+        """Return the forces that were told of last, up to a scan; None if none were."""
+        return self._forces.told(scan)
+
+    def lines_at(self, scan: int | None) -> Json:
+        """Return where the sequences waited in a scan, by name."""
+        earlier = {} if self.earlier is None else self.earlier.lines_at(scan)
+        return earlier | (self._lines.told(LAST_SCAN if scan is None else scan) or {})
+
+    def rules_at(self, scan: int | None) -> list[Json]:
+        """Return the rule that last set each bit, up to a scan."""
+        latest = self._latest_rules.values() if scan is None else self._rules_up_to(scan).values()
+        if self.earlier is None:
+            return list(latest)
+        known = {(each["slot"], each["bit"]): each for each in (*self.earlier.rules_at(scan), *latest)}
+        return list(known.values())
+
+    def _rules_up_to(self, scan: int) -> dict[tuple[int, str], Json]:
+        return {(each["slot"], each["bit"]): each for each in self._rules if each["scan"] <= scan}
+
+
+class _Standing:
+    """States by the first scan in which they were in effect."""
+
+    def __init__(self) -> None:
+        self._scans: list[int] = []
+        self._states: list[Json] = []
+
+    @property
+    def latest(self) -> Json:
+        return self._states[-1] if self._states else {}
+
+    def note(self, scan: int, state: Json) -> None:
+        self._scans.append(scan)
+        self._states.append(state)
+        if len(self._scans) > 2 * STATES:
+            del self._scans[:STATES], self._states[:STATES]
+
+    def told(self, scan: int) -> Json | None:
+        place = bisect_right(self._scans, scan) - 1
+        return self._states[place] if place >= 0 else None
+
+
+def _spoken(event: Mapping[str, Any]) -> str:
+    skipped = ("scan", "t", "topic", "kind", "slot")
+    return ", ".join(f"{key} {value}" for key, value in event.items() if key not in skipped) or "none"

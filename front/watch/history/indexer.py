@@ -1,0 +1,157 @@
+"""Runs a recorded program through once, so that any of its scans can be shown at once: values now and then.
+
+scan      0 ... 4,095   4,096 ...   8,192 ...
+values    *             *           *            from here the shadow goes on, 60 ms at most
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+from ...io_images.image import IMAGE_BYTES
+from ...io_images.module_words import ModuleWords
+from ...jobs.run.playback import RecordedInputs
+from ...ladder import LadderLogic
+from ...ladder.debug import Debugger
+from ...ladder.model.errors import LadderFault
+from ...runtime.live import orders
+from ...runtime.live.orders import ALL, Order
+from ...runtime.live.ring import Rows
+from ...runtime.loop.phases import IDLE_PHASES
+from ...runtime.loop.rack import SLOT_BYTES, Card, Rack
+from ...runtime.loop.scan import (
+    MODE_MASK,
+    CpuMode,
+    Scan,
+    ScanFlag,
+)
+from .event_log import LAST_SCAN
+from .recorded_events import RecordedEvents
+from .stretch import Stretch
+from .watched_program import (
+    Inputs,
+    Values,
+    inputs_of,
+    values_of,
+)
+
+EVERY = 4096
+"""Scans between values."""
+
+SLICE = 1000
+"""Scans per step."""
+
+
+def indexable(stretches: Sequence[Stretch]) -> tuple[list[LadderLogic], int]:
+    """Return the programs that can be run again from the first scan on, and the last scan of that."""
+    programs: list[LadderLogic] = []
+    for each in stretches:
+        if not isinstance(each.logic, LadderLogic) or each.logic.functions:
+            return programs, each.first - 1
+        programs.append(each.logic)
+    return programs, LAST_SCAN
+
+
+class Indexer:
+    """Runs a program on recorded images, scan by scan from the first one.
+
+    Args:
+        programs: the program, and what edits made of it; they have no routines in Python.
+        slots: the words of the modules, in the order of the rack's memory.
+        period_ns: time from scan to scan.
+        recorded: what was recorded of a session beside its rows.
+        keep: takes the values.
+
+    Attributes:
+        next: the scan that comes next.
+    """
+
+    def __init__(
+        self,
+        programs: Sequence[LadderLogic],
+        slots: Mapping[int, ModuleWords],
+        period_ns: int,
+        recorded: RecordedEvents,
+        keep: Callable[[Values | Inputs], None],
+    ) -> None:
+        program, *self._edited = programs
+        self._modules = {slot: RecordedInputs([], []) for slot in slots}
+        self._rack = Rack(Card(slot, self._modules[slot], words=words) for slot, words in slots.items())
+        self._view = Scan(self._rack.slots, period_ns)
+        self._debugger = Debugger(program, remembered=0)
+        self._keep = keep
+        self._words = slots
+        self._recorded = recorded
+        self._orders: dict[int, list[Order]] = {}
+        self._links: dict[int, list[tuple[int, bool]]] = {}
+        self.next = self._kept = 0
+        self._forces: object = None
+
+    def run(self, rows: Rows) -> bool:
+        """Run the scans of these rows, which follow each other and begin with `next`.
+
+        Returns:
+            Whether values were taken.
+        """
+        kept = self._kept
+        self._read(self.next, int(rows["scan"][-1]))
+        numbers, flags, times = (rows[name].tolist() for name in ("scan", "flags", "now_ns"))
+        memory = rows["words"].tobytes()
+        size = len(self._rack.memory)
+        for place, (scan, flag, now_ns) in enumerate(zip(numbers, flags, times, strict=True)):
+            self._before(scan)
+            if "logic" not in IDLE_PHASES[CpuMode(flag & MODE_MASK)]:
+                self._run(scan, flag, now_ns, memory[place * size : place * size + size])
+            self.next = scan + 1
+        return self._kept > kept
+
+    def _read(self, first: int, last: int) -> None:
+        """Read what else went into some scans: orders, and links that were lost or came back."""
+        self._orders.clear()
+        for each in self._recorded.orders(first, last):
+            self._orders.setdefault(each.scan, []).append(each.order)
+        self._links.clear()
+        for slot in self._modules:
+            for change in self._recorded.links(slot, first, last):
+                self._links.setdefault(change.scan, []).append((slot, change.good))
+
+    def _before(self, scan: int) -> None:
+        for slot, good in self._links.get(scan, ()):
+            self._modules[slot].linked = good
+        edits = len(self._debugger.edits)
+        for order in self._orders.get(scan, ()):
+            self._give(order)
+        if scan % EVERY == 0 or edits != len(self._debugger.edits):
+            self._keep(values_of(self._debugger, scan))
+            self._kept += 1
+            self._forces = None
+
+    def _give(self, order: Order) -> None:
+        """Carry out an order on the program; images and modules are recorded with its effect."""
+        try:
+            match order:
+                case orders.Edit():
+                    self._debugger.edit(self._edited.pop(0))
+                case orders.Write(tag, value):
+                    self._debugger.tags[tag] = value
+                case orders.Force(tag, value) if tag in self._debugger.tags:
+                    self._debugger.force(tag, value)
+                case orders.Unforce(tag):
+                    self._debugger.unforce(None if tag == ALL else tag)
+        except ValueError:
+            pass  # an image; forces of images are in the recorded images
+
+    def _run(self, scan: int, flags: int, now_ns: int, memory: bytes) -> None:
+        own = self._rack.memory
+        for at in range(IMAGE_BYTES, len(own), SLOT_BYTES):
+            own[at : at + IMAGE_BYTES] = memory[at : at + IMAGE_BYTES]
+        view = self._view
+        view.number, view.now_ns, view.first = scan, now_ns, bool(flags & ScanFlag.FIRST_SCAN)
+        try:
+            self._debugger(view)
+        except LadderFault:
+            return  # it has stopped that scan then, too
+        entry, forces = self._debugger.latest, self._debugger.engine.memory.forces
+        if forces is not self._forces or (entry is not None and entry.writes):
+            self._forces = forces
+            self._keep(inputs_of(self._debugger, scan))

@@ -1,0 +1,160 @@
+"""The events of a recording, read where a page looks; the others when there is time, from there backwards.
+
+chunks     0    1    2    3    4    5    6    7
+read                      *    *    *              a page looks at a scan of chunk 5
+background           <----                         what stood longer is known a moment later
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Iterator
+from typing import Any
+
+from ...jobs.record.links import INDICATORS, LinkChange, link_changes
+from ...jobs.record.repeating import RecordedOrder, orders_of
+from ...jobs.replay.replaying import is_edit
+from ...traces.format.topics import ORDERS
+from ...traces.read.reader import Trace, TraceEvent
+from .event_log import (
+    FIRST,
+    FORCES,
+    LAST_SCAN,
+    EventLog,
+)
+
+Json = dict[str, Any]
+
+AT_ONCE = 4
+"""Chunks that are read when another scan is looked at; further ones are read between pictures."""
+
+MOST_EVENTS = 200_000
+"""Events that are read without being asked for."""
+
+
+class RecordedEvents:
+    """The events of a recording.
+
+    Args:
+        trace: the recording, which may be growing: its owner follows it.
+
+    Attributes:
+        read: how many events have been read.
+        edits: scans before which the program was edited, as far as they have been read.
+    """
+
+    def __init__(self, trace: Trace) -> None:
+        self._trace = trace
+        self._known: dict[int, EventLog] = {}
+        self._looked_at = -1
+        self._latest: tuple[int | None, int, Json, list[Json]] = (None, 0, {}, [])
+        self.read = 0
+        self.edits: set[int] = set()
+        self._find()
+
+    def _find(self) -> None:
+        """Find the chunks with events."""
+        sections = self._trace.sections
+        self._sections = len(sections)
+        self._telling = [place for place, each in enumerate(sections) if self._trace.may_tell(each)]
+        self._forcing = [each for each in self._telling if self._trace.may_tell(sections[each], {FORCES})]
+
+    def tick(self) -> bool:
+        """Read a chunk that has not been read yet; return whether there may be more."""
+        self._go_on()
+        missing = [place for place in self._telling if place not in self._known]
+        if not missing or self.read >= MOST_EVENTS:
+            return False
+        before = bisect_right(missing, self._trace.place_of(self._looked_at))
+        self._log(missing[before - 1])
+        return len(missing) > 1
+
+    # --- what was in a scan
+
+    def up_to(self, scan: int, most: int = FIRST) -> list[Json]:
+        """Return the latest events up to a scan, as far as they are known, in their order."""
+        found: list[Json] = []
+        for log in self._back_from(scan):
+            found[:0] = [each for each in log.since(0) if each["scan"] <= scan]
+            if len(found) >= most:
+                break
+        return found[-most:]
+
+    def forces_at(self, scan: int | None) -> Json:
+        """Return the forces in effect in a scan: those that the last message up to it tells."""
+        self._go_on()
+        scan = LAST_SCAN if scan is None else scan
+        for place in reversed(self._up_to(self._forcing, scan)):
+            forces = self._log(place).told_forces(scan)
+            if forces is not None:
+                return forces
+        return {}
+
+    def lines_at(self, scan: int | None) -> Json:
+        """Return where the sequences waited in a scan, by name, as far as that is known."""
+        return self._stood(scan)[0]
+
+    def rules_at(self, scan: int | None) -> list[Json]:
+        """Return the rule that last set each bit, up to a scan, as far as that is known."""
+        return self._stood(scan)[1]
+
+    def faults_at(self, scan: int | None) -> list[str]:
+        """Return what had stopped the CPU by the end of a scan, as far as that is known."""
+        logs = self._back_from(LAST_SCAN if scan is None else scan)
+        return [each for log in logs for each in log.faults_at(scan)]
+
+    def _stood(self, scan: int | None) -> tuple[Json, list[Json]]:
+        """Return lines and rules of a scan: those of the chunks that are known, back from its own."""
+        logs = list(self._back_from(LAST_SCAN if scan is None else scan))
+        if self._latest[:2] != (scan, len(logs)):
+            lines: Json = {}
+            rules: dict[tuple[int, str], Json] = {}
+            for log in logs:
+                lines = log.lines_at(scan) | lines
+                for each in log.rules_at(scan):
+                    rules.setdefault((each["slot"], each["bit"]), each)
+            self._latest = scan, len(logs), lines, list(rules.values())
+        return self._latest[2:]
+
+    def orders(self, first: int, last: int) -> list[RecordedOrder]:
+        """Return the orders of a session before the scans from one to another, both included."""
+        return orders_of(self._between(first, last, ORDERS.name))
+
+    def links(self, slot: int, first: int, last: int) -> list[LinkChange]:
+        """Return the changes of the link to a module from one scan to another, both included."""
+        return link_changes(self._between(first, last, INDICATORS), slot)
+
+    def _between(self, first: int, last: int, topic: str) -> Iterator[TraceEvent]:
+        trace, topics = self._trace, {topic}
+        begin, end = max(0, trace.place_of(first) - 1), trace.place_of(last)
+        sections = [each for each in trace.sections[begin : end + 1] if trace.may_tell(each, topics)]
+        found = (event for each in sections for event in trace.events_in(each, topics))
+        return (each for each in found if first <= each.scan <= last)
+
+    def _go_on(self) -> None:
+        if len(self._trace.sections) != self._sections:
+            self._find()
+
+    def _up_to(self, places: list[int], scan: int) -> list[int]:
+        return places[: bisect_right(places, self._trace.place_of(scan))]
+
+    def _back_from(self, scan: int) -> Iterator[EventLog]:
+        """Yield the events of chunks back from a scan's, as far as they are known or can be read at once."""
+        self._go_on()
+        left = 0 if scan == self._looked_at else AT_ONCE
+        self._looked_at = scan
+        for place in reversed(self._up_to(self._telling, scan)):
+            left -= place not in self._known
+            if left < 0:
+                return
+            yield self._log(place)
+
+    def _log(self, place: int) -> EventLog:
+        """Return the events of a chunk."""
+        if place not in self._known:
+            events = list(self._trace.events_in(self._trace.sections[place]))
+            log = self._known[place] = EventLog(kept=MOST_EVENTS)
+            log.take_all(events)
+            self.read += log.end
+            self.edits.update(each.scan for each in events if is_edit(each))
+        return self._known[place]

@@ -1,0 +1,153 @@
+"""The programs of a session by scan: one up to an edit, another one from there on.
+
+scan       0 ................ 4,010 ................. 9,200 ....
+stretch    number 0           number 1                number 2
+power      its own program's, no other
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from ...ladder import LadderLogic
+from ...runtime.loop.scan import Logic
+from .catalog import Catalog, PythonSource
+from .event_log import LAST_SCAN
+from .lanes import TagLanes, Told
+from .shadow import Kept, Shadow
+from .timeline import Timeline
+
+Json = dict[str, Any]
+
+
+class Stretch:
+    """A program and the scans that it has run.
+
+    Args:
+        number: number of edits before it.
+        first: its first scan.
+        logic: the program; None if it is not known, or must not be run.
+        file: of the program.
+        lacks: why there is nothing to show of it; "" if there is.
+        slots: numbers of the slots, in the order of the rack's memory.
+        timeline: the rows.
+        told: the values of a program in Python.
+        kept: its values.
+
+    Attributes:
+        catalog: the rungs and tags of a ladder program; None of any other.
+        source: the text of a program in Python; None of a ladder program.
+    """
+
+    def __init__(
+        self,
+        number: int,
+        first: int,
+        logic: Logic | None,
+        file: Path | None,
+        lacks: str,
+        slots: list[int],
+        timeline: Timeline,
+        told: Told,
+        kept: Kept,
+    ) -> None:
+        self.number, self.first, self.logic, self._lacks = number, first, logic, lacks
+        self._slots, self._timeline, self._told, self.kept = slots, timeline, told, kept
+        ladder = isinstance(logic, LadderLogic)
+        self.catalog = Catalog(logic) if isinstance(logic, LadderLogic) else None
+        self.source = None if ladder or file is None else PythonSource(file)
+
+    @cached_property
+    def live(self) -> Shadow | None:
+        """Repeats the latest scans; None of a program that can't be repeated."""
+        return self._shadow()
+
+    @cached_property
+    def past(self) -> Shadow | None:
+        """Repeats any scan."""
+        return self._shadow()
+
+    @cached_property
+    def lanes(self) -> TagLanes:
+        """Returns the points of tags in the timing strip."""
+        return TagLanes(self._timeline, self._shadow(), self._told)
+
+    def _shadow(self) -> Shadow | None:
+        if not isinstance(self.logic, LadderLogic):
+            return None
+        return Shadow(self.logic, self._slots, self._timeline, self.kept)
+
+    def described(self, values: Mapping[str, object]) -> Json:
+        """Return routines and tags as a page gets them.
+
+        Args:
+            values: of a program in Python, as far as they are known.
+        """
+        if self.catalog is not None:
+            return {"routines": self.catalog.routines(), "tags": self.catalog.tags(), "lacks": ""}
+        kinds = {bool: "BOOL", int: "LINT", str: "TEXT"}
+        tags = [
+            {"name": name, "type": kinds.get(type(value), "LREAL"), "description": "", "writable": False}
+            for name, value in values.items()
+        ]
+        routines = [] if self.source is None else self.source.routines()
+        return {"routines": routines, "tags": tags, "lacks": self._lacks}
+
+    def place_of_fault(self, text: str) -> str | None:
+        """Return the rung or line that a fault names, such as Main.3 or line.py.62; None if it names none."""
+        known = self.catalog or self.source
+        return None if known is None else known.place_of_fault(text)
+
+
+class Stretches:
+    """The programs of a session or a recording.
+
+    Args:
+        slots: numbers of the slots, in the order of the rack's memory.
+        timeline: the rows.
+        told: the values of a program in Python.
+    """
+
+    def __init__(self, slots: list[int], timeline: Timeline, told: Told) -> None:
+        self._slots, self._timeline, self._told = slots, timeline, told
+        self.clear()
+
+    def clear(self) -> None:
+        """Forget all: another session begins."""
+        self.all: list[Stretch] = []
+        self._kept: dict[int, Kept] = {}
+
+    def add(self, first: int, logic: Logic | None, file: Path | None, lacks: str = "") -> Stretch:
+        """Add the program that runs from a scan on."""
+        number, kept = len(self.all), self.kept(len(self.all))
+        own = Stretch(number, first, logic, file, lacks, self._slots, self._timeline, self._told, kept)
+        self.all.append(own)
+        return own
+
+    def lose(self, first: int) -> None:
+        """Show no program from a scan on: another one ran there, which is not known."""
+        self.all = [each for each in self.all if each.first < first]
+        self.add(first, None, None, "The recording does not bring the program of this scan.")
+
+    def kept(self, number: int) -> Kept:
+        """Return the values of the program with a number; they may come before the program."""
+        return self._kept.setdefault(number, Kept())
+
+    @property
+    def latest(self) -> Stretch:
+        """The program that runs."""
+        return self.all[-1]
+
+    def at(self, scan: int | None) -> Stretch:
+        """Return the program that ran in a scan; None = the latest."""
+        if scan is None:
+            return self.latest
+        return next((each for each in reversed(self.all) if each.first <= scan), self.all[0])
+
+    def end_of(self, program: Stretch) -> int:
+        """Return the last scan that a program may have run."""
+        later = self.all[program.number + 1 :]
+        return later[0].first - 1 if later else LAST_SCAN

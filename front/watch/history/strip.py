@@ -1,0 +1,204 @@
+"""The timing strip of rows: bits by their edges, positions as an envelope.
+
+    rows      0 0 0 1 0 0 0 0 1 1 1        edges  (t3, 1) (t4, 0) (t8, 1)
+
+So a pulse of one scan is seen, however many scans there are in a frame.
+
+A piece of the strip says from which time to which it is known, and nothing beyond:
+
+    bit        [t, level]                     at each edge
+    bit        [t, level, edges]              per stretch of scans, if there are many edges
+    position   [t, least, greatest, last]     per stretch of scans
+    unknown    [t, None]                      from then on: rows were lost, or a position is not said
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...io_images.image import IMAGE_BYTES
+from ...io_images.module_words import ModuleWords
+from ...runtime.live.ring import Rows
+
+MOST_EDGES = 400
+"""Edges of one signal in one piece; more of them become as many stretches."""
+
+WORDS_PER_IMAGE = IMAGE_BYTES // 2
+
+STATUS_TO_POSITION = 2
+"""Words from a 3601's status to its position [chapter 6, Input Data]."""
+
+EVERY_BIT = np.uint16(0xFFFF)
+
+CONFIGURES = np.uint16(0x8000)
+"""In the first word of an image: all its words are of a configuration [chapter 3, Configuration Mode]."""
+
+Json = dict[str, Any]
+Point = list[Any]
+Numbers = np.ndarray[Any, np.dtype[np.int64]]
+Words = np.ndarray[Any, np.dtype[np.uint16]]
+Flags = np.ndarray[Any, np.dtype[np.bool_]]
+
+
+@dataclass(frozen=True, slots=True)
+class Signals:
+    """The bits of a rack that have names, by word of its memory.
+
+    Attributes:
+        bits: word of the memory -> bit of the word -> name, such as `1.MOVE_COMPLETE`.
+        positions: name -> words of the memory with thousands and the rest.
+        modes: words of an image of a stepper -> the first of them, whose sign says that they configure.
+    """
+
+    bits: Mapping[int, Mapping[int, str]]
+    positions: Mapping[str, tuple[int, int]]
+    modes: Mapping[int, int]
+
+
+def signals_of(slots: Mapping[int, ModuleWords], steppers: Sequence[int]) -> Signals:
+    """Return the signals of a rack.
+
+    Args:
+        slots: the words of its modules, in the order of its memory.
+        steppers: the slots that answer as a 3601.
+    """
+    bits: dict[int, dict[int, str]] = {}
+    for place, (slot, words) in enumerate(slots.items()):
+        named = [(name, at) for names in words.groups.values() for name, at in names.items()]
+        inputs = {name for name, at in named if at.image == "I"}
+        for name, at in named:
+            if at.image == "I" or name not in inputs:  # MODE_CONFIG is in both: the status is shown
+                word = (2 * place + (at.image == "I")) * WORDS_PER_IMAGE + at.word
+                bits.setdefault(word, {})[at.bit] = f"{slot}.{name}"
+    order = list(slots)
+    positions = {}
+    modes: dict[int, int] = {}
+    for slot in steppers:
+        outputs = 2 * order.index(slot) * WORDS_PER_IMAGE
+        first = outputs + WORDS_PER_IMAGE
+        positions[f"{slot}.position"] = first + 2, first + 3
+        for image in (outputs, first):
+            modes |= dict.fromkeys(range(image, image + WORDS_PER_IMAGE), image)
+    return Signals(bits, positions, modes)
+
+
+def piece_of(rows: Rows, before: Rows, signals: Signals, period_ns: int, most: int = 1) -> Json:
+    """Return the strip of rows: `from` and `to`, ns, between which it is known, `bits` and `positions`.
+
+    Args:
+        rows: in order; there may be gaps.
+        before: the row before them, or none: the first row then begins every signal.
+        signals: what to show.
+        period_ns: time from scan to scan.
+        most: points of a position, if there are no gaps.
+
+    Returns:
+        The piece; an empty one without rows. A bit that has no point in it keeps its level.
+    """
+    if not len(rows):
+        return {}
+    begins = _begins(rows, before)
+    times = rows["now_ns"]
+    gaps = [[int(times[place - 1]) + period_ns, None] for place in np.flatnonzero(begins) if place]
+    parts = {
+        "bits": _edges(rows, before, begins, signals),
+        "positions": _positions(rows, begins, signals, most),
+    }
+    if gaps:
+        parts = {
+            part: {name: sorted([*points, *gaps], key=_time) for name, points in found.items()}
+            for part, found in parts.items()
+        }
+    return {"from": int(times[0]), "to": int(times[-1]) + period_ns, **parts}
+
+
+def _time(point: Point) -> int:
+    at: int = point[0]
+    return at
+
+
+def _begins(rows: Rows, before: Rows) -> Flags:
+    """Return for each row whether the row before it is not that of the scan before."""
+    scans = rows["scan"].astype(np.int64)
+    first = before["scan"][-1:].astype(np.int64) if len(before) else scans[:1] + 1
+    found: Flags = np.diff(scans, prepend=first) != 1
+    return found
+
+
+def _edges(rows: Rows, before: Rows, begins: Flags, signals: Signals) -> dict[str, list[Point]]:
+    """Return the edges of all bits, and their levels where rows begin anew."""
+    times = rows["now_ns"]
+    found: dict[str, list[Point]] = {}
+    for word, names in signals.bits.items():
+        column = _column(rows, word, signals)
+        previous = column[:1] if begins[0] else _column(before[-1:], word, signals)
+        changed = column ^ np.concatenate([previous, column[:-1]])
+        changed[begins] = EVERY_BIT
+        places = np.flatnonzero(changed)
+        if not len(places):
+            continue
+        for bit, name in names.items():
+            own = places[(changed[places] >> bit & 1).astype(bool)]
+            if len(own) > MOST_EDGES:
+                found[name] = _counted(times, (column >> bit & 1).astype(np.int64), begins)
+            elif len(own):
+                levels = (column[own] >> bit & 1).tolist()
+                found[name] = [[t, level] for t, level in zip(times[own].tolist(), levels, strict=True)]
+    return found
+
+
+def _column(rows: Rows, word: int, signals: Signals) -> Words:
+    """Return a word of each row, without the bits that have another meaning in configuration mode."""
+    words = rows["words"].view(np.uint16)
+    column = words[:, word]
+    mode = signals.modes.get(word)
+    if mode is None:
+        return column
+    kept = CONFIGURES if word == mode else np.uint16(0)
+    return np.where(words[:, mode] & CONFIGURES, column & kept, column)
+
+
+def _positions(rows: Rows, begins: Flags, signals: Signals, most: int) -> dict[str, list[Point]]:
+    """Return the positions, steps; None where the words are the mirror of a configuration."""
+    words, times = rows["words"], rows["now_ns"]
+    found = {}
+    for name, (thousands, rest) in signals.positions.items():
+        said = words[:, thousands - STATUS_TO_POSITION] >= 0  # bit 15: these words are a mirror
+        values = words[:, thousands].astype(np.int64) * 1000 + words[:, rest]
+        points = _envelope(times, values, begins | np.diff(said, prepend=said[:1]), most)
+        spoken = said[np.searchsorted(times, [point[0] for point in points])].tolist()
+        found[name] = [
+            point if known else [point[0], None] for point, known in zip(points, spoken, strict=True)
+        ]
+    return found
+
+
+def _counted(times: Numbers, levels: Numbers, begins: Flags) -> list[Point]:
+    """Return `[t, level, edges]` of about `MOST_EDGES` stretches; `[t, level]` where there are none."""
+    starts, ends = _stretches(begins, MOST_EDGES)
+    edges = np.diff(levels, prepend=levels[:1]) != 0
+    edges[starts] = False
+    columns = times[starts], levels[ends - 1], np.add.reduceat(edges.astype(np.int64), starts)
+    return [
+        [t, level, *([many] if many else [])]
+        for t, level, many in zip(*(each.tolist() for each in columns), strict=True)
+    ]
+
+
+def _envelope(times: Numbers, values: Numbers, begins: Flags, most: int) -> list[Point]:
+    """Return `[t, least, greatest, last]` of about `most` stretches."""
+    starts, ends = _stretches(begins, most)
+    least, greatest = np.minimum.reduceat(values, starts), np.maximum.reduceat(values, starts)
+    found: list[Point] = np.stack((times[starts], least, greatest, values[ends - 1]), axis=1).tolist()
+    return found
+
+
+def _stretches(begins: Flags, most: int) -> tuple[Numbers, Numbers]:
+    """Return where about `most` stretches start and end; none reaches across a beginning."""
+    even = np.linspace(0, len(begins), min(most, len(begins)), endpoint=False).astype(np.int64)
+    starts = np.union1d(even, np.flatnonzero(begins))
+    return starts, np.append(starts[1:], len(begins))

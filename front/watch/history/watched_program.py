@@ -1,0 +1,118 @@
+"""Notes with which a monitor runs the scans of a program again: their inputs, and values now and then.
+
+    scan          n         n+1       n+2  ...  n+1023
+    notes         values    -         writes    -          values before n, writes before n+2
+
+Everything else that goes into a scan is in the ring: images, times and flags.
+"""
+
+from __future__ import annotations
+
+import pickle
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from ...ladder.compiler.observed import LineKey
+from ...ladder.debug import Debugger
+from ...ladder.debug.journal import Entry, snapshot
+from ...runtime.live.ring import Records
+from ...runtime.loop.pace import wall_ns
+
+EVERY = 1024
+"""Scans between values."""
+
+IMPURE_NS = 30_000_000
+"""Time between values of a program with routines in Python, whose scans can't be run again."""
+
+
+@dataclass(frozen=True, slots=True)
+class Values:
+    """The values of a program before a scan.
+
+    Attributes:
+        scan: number of the scan.
+        values: by identifier of the variable, see `ladder.debug.journal`.
+        program: number of edits before it.
+        truths: power of the scan before, of a program with routines in Python, which is always interpreted.
+    """
+
+    scan: int
+    values: dict[str, Any]
+    program: int
+    truths: Mapping[LineKey, tuple[bool, ...]] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Inputs:
+    """Inputs of a scan beside its images and its time.
+
+    Attributes:
+        scan: number of the scan.
+        writes: values set from outside since the scan before: identifier, element, value.
+        forces: what is forced from this scan on.
+        images: the input images as the program read them; None = those of the rack.
+        program: how often the program had been edited.
+    """
+
+    scan: int
+    writes: tuple[tuple[str, int, Any], ...]
+    forces: Mapping[tuple[str, int], tuple[int | None, Any]]
+    images: tuple[bytes, ...] | None
+    program: int
+
+
+class LadderNotes:
+    """Writes what a monitor needs of a ladder program; see `runtime.live.tap.Notes`.
+
+    Args:
+        debugger: runs the program.
+        records: where to.
+    """
+
+    def __init__(self, debugger: Debugger, records: Records) -> None:
+        self._debugger, self._records = debugger, records
+        self._entry: Entry | None = None
+        self._forces: object = None
+        self._due_ns, self._news = 0, -1
+
+    def note(self, scan: int) -> None:
+        """Write what went into a scan, if it is more than images; now and then the values after it."""
+        debugger = self._debugger
+        if debugger.news != self._news:
+            self._note(debugger, scan)
+        if scan % EVERY == EVERY - 1 or (debugger.interpreted and wall_ns() >= self._due_ns):
+            self._due_ns = wall_ns() + IMPURE_NS
+            self.give(scan + 1)
+
+    def _note(self, debugger: Debugger, scan: int) -> None:
+        entry, forces = debugger.latest, debugger.engine.memory.forces
+        fresh = None if entry is self._entry else entry
+        written = fresh is not None and (fresh.writes or debugger.engine.memory.copies_inputs)
+        if written or forces is not self._forces:
+            self._write(inputs_of(debugger, scan))
+        self._entry, self._forces, self._news = entry, forces, debugger.news
+
+    def give(self, scan: int) -> None:
+        """Write the values before a scan."""
+        self._write(values_of(self._debugger, scan))
+        self._forces, self._news = None, -1
+
+    def _write(self, record: Values | Inputs) -> None:
+        self._records.write(pickle.dumps(record, pickle.HIGHEST_PROTOCOL))
+
+
+def values_of(debugger: Debugger, scan: int) -> Values:
+    """Return the values of a program before a scan."""
+    engine = debugger.engine
+    truths = engine.truths if debugger.interpreted else None
+    return Values(scan, snapshot(engine.memory), len(debugger.edits), truths)
+
+
+def inputs_of(debugger: Debugger, scan: int) -> Inputs:
+    """Return the inputs of a scan that was the latest one, beside its images."""
+    entry, memory = debugger.latest, debugger.engine.memory
+    writes = () if entry is None else entry.writes
+    images = entry.images if entry is not None and memory.copies_inputs else None
+    told = tuple((leaf.ident, index, value) for leaf, index, value in writes)
+    return Inputs(scan, told, dict(memory.forces), images, len(debugger.edits))

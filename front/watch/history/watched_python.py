@@ -1,0 +1,92 @@
+"""What a monitor shows of a program in Python: its values, a few times a second.
+
+A program in Python may do anything, so its scans are not run again: its values are read where it runs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from enum import Enum
+from types import CodeType
+from typing import Any
+
+from ...jobs.record.tag_names import named_values, namespace_of
+from ...runtime.loop.pace import wall_ns
+from ...runtime.loop.scan import Logic
+
+EVERY_NS = 30_000_000
+"""Time between two looks."""
+
+FIND_EVERY = 32
+"""Looks between two searches for new values."""
+
+MOST = 200
+"""Values that are shown."""
+
+ALL = ("*",)
+
+
+class PythonNotes:
+    """Sends a monitor the values of a program in Python; see `runtime.live.tap.Notes`.
+
+    Args:
+        logic: returns the program; another one after an edit.
+        patterns: the values that the rack file records; all if it names none.
+        tell: takes messages for the monitor.
+    """
+
+    def __init__(
+        self,
+        logic: Callable[[], Logic],
+        patterns: Sequence[str],
+        tell: Callable[[Mapping[str, object]], object],
+    ) -> None:
+        self._tell, self._patterns = tell, patterns or ALL
+        self._codes: dict[str, CodeType] = {}
+        self._known: dict[str, object] = {}
+        self._due_ns = self._looks = 0
+        self._logic = logic
+        self._namespace: dict[str, Any] = {}
+
+    def note(self, scan: int) -> None:
+        """Send values that have changed, a few times a second."""
+        now = wall_ns()
+        if now >= self._due_ns:
+            self._due_ns = now + EVERY_NS
+            self._look(scan)
+
+    def give(self, scan: int) -> None:
+        """Send all values."""
+        self._known = {}
+        self._looks = 0
+        self._look(scan - 1)
+
+    def _find(self) -> None:
+        """Find the present values: a program may make new ones while it runs."""
+        try:
+            self._namespace = namespace_of(self._logic())
+            found = named_values(self._namespace, self._patterns)[:MOST]
+        except ValueError:
+            return  # no values yet
+        self._codes = {each.name: compile(each.name, "<watched>", "eval") for each in found}
+
+    def _look(self, scan: int) -> None:
+        if self._looks % FIND_EVERY == 0:
+            self._find()
+        self._looks += 1
+        values = {name: self._value(code) for name, code in self._codes.items()}
+        known = self._known
+        new = {name: value for name, value in values.items() if name not in known or value != known[name]}
+        self._known = values
+        if new:
+            self._tell({"values": {"scan": scan, "values": new}})
+
+    def _value(self, code: CodeType) -> object:
+        """Return a value as a page shows it; what can't be read now is None."""
+        try:
+            value = eval(code, self._namespace)
+        except Exception:  # a property of the user's raises: it has no value
+            return None
+        if isinstance(value, Enum):
+            return value.name
+        return value if isinstance(value, bool | int | str) else str(value)

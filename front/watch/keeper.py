@@ -1,0 +1,131 @@
+"""Starts the monitor process, and starts it again when it dies. The scan loop does not notice."""
+
+from __future__ import annotations
+
+import pickle
+import socket
+import threading
+from collections.abc import Callable
+from dataclasses import replace
+from multiprocessing.connection import Connection
+from typing import Protocol
+
+from ..jobs.trust.launcher import TimeoutExpired, launch
+from ..runtime.live.ring import Ring
+from ..runtime.loop.pace import wall_ns
+from .monitors.session_monitor import Ran, Setup
+
+MAIN = f"{__package__}.server:main"
+"""The program of a monitor process. It is not this program again, whose main module may do anything."""
+
+PATIENCE_S = 2
+"""How long a monitor may take to end."""
+
+GRACE_S = 0.05
+"""A monitor that ends within this time of the session is not started again."""
+
+STARTS_MOST = 10
+"""A monitor that dies more often in a row is not started again."""
+
+SOON_NS = 30_000_000_000
+"""A monitor that has lived longer dies for the first time."""
+
+PAUSES_S = (0, 0.2, 1, 3)
+"""Waits before it is started again, by deaths in a row; then the last one."""
+
+
+class Connected(Protocol):
+    """What reads the orders."""
+
+    def connect(self, pipe: Connection) -> None:
+        """Read them from another pipe."""
+        ...
+
+
+class Keeper:
+    """Keeps a monitor alive.
+
+    Args:
+        setup: what the monitor starts with.
+        ring: what it reads.
+        listening: its socket, which outlives it.
+        say: takes a sentence for the user.
+    """
+
+    def __init__(
+        self, setup: Setup, ring: Ring, listening: socket.socket, say: Callable[[str], object]
+    ) -> None:
+        self._setup, self._ring, self._listening, self._say = setup, ring, listening, say
+        self._ending = threading.Event()
+        self._changing = threading.Lock()
+        self._inbox: Connected | None = None
+        self.pipe = self._start()
+        self._watch = threading.Thread(target=self._keep, name="monitor's keeper", daemon=True)
+
+    def keep(self, inbox: Connected) -> None:
+        """Start it again from now on, and connect the orders."""
+        self._inbox = inbox
+        self._watch.start()
+
+    def go_on_with(
+        self, *, programs: tuple[Ran, ...], trace: str | None = None, record: str | None = None
+    ) -> None:
+        """Give monitors that are started from now on other programs, and another recording.
+
+        Args:
+            programs: all programs of the session.
+            trace: path of the recording of a branch; None = the same as before.
+            record: the same, if it is kept.
+        """
+        with self._changing:
+            self._setup = replace(self._setup, programs=programs)
+            if trace is not None:
+                about = replace(self._setup.about, record=record)
+                self._setup = replace(self._setup, about=about, trace=trace)
+
+    @property
+    def pid(self) -> int:
+        """Number of the monitor's process."""
+        return self._process.pid
+
+    def _start(self) -> Connection:
+        mine, theirs = socket.socketpair()
+        given = (theirs.fileno(), self._listening.fileno(), self._ring.file)
+        # its own session: Ctrl-C is for the scan process, which ends this one
+        self._process = launch(MAIN, *given, pass_fds=given, own_session=True)
+        theirs.close()
+        pipe = Connection(mine.detach())
+        pipe.send_bytes(pickle.dumps(self._setup))
+        return pipe
+
+    def _keep(self) -> None:
+        deaths = 0
+        while True:
+            begun_ns = wall_ns()
+            self._process.wait()
+            if self._ending.wait(GRACE_S):
+                return
+            deaths = 1 if wall_ns() - begun_ns > SOON_NS else deaths + 1
+            if deaths > STARTS_MOST:
+                self._say("the monitor has died too often: the scans go on without a page, until Ctrl-C")
+                return
+            self._say("the monitor has died and is started again; the scans go on")
+            if self._ending.wait(PAUSES_S[min(deaths, len(PAUSES_S)) - 1]):
+                return
+            with self._changing:
+                self._setup = replace(self._setup, started=self._setup.started + 1)
+            self.pipe.close()
+            self.pipe = self._start()
+            assert self._inbox is not None
+            self._inbox.connect(self.pipe)
+
+    def end(self) -> None:
+        """End the monitor."""
+        self._ending.set()
+        self.pipe.close()  # the monitor notices it
+        try:
+            self._process.wait(PATIENCE_S)
+        except TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+        self._listening.close()

@@ -1,0 +1,1 @@
+"""What pages look at and ask: the monitors of a session and of a recording."""

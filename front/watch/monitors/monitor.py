@@ -1,0 +1,334 @@
+"""The subject of pages: the rows of a rack, its program, its events; of a running session or of a recording.
+
+A monitor does one thing after the other; `server` calls `tick` thirty times a second. What it shows is in
+`Subject`; `session_monitor` and `trace_monitor` make one.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...io_images.amci3601.words import is_stepper
+from ...io_images.module_words import ModuleWords
+from ...runtime.config.rackspec import RackSpec
+from ...runtime.live.ring import Row
+from ..history.catalog import NOTHING_SHOWN, shown_value, value_of
+from ..history.event_log import States
+from ..history.lanes import Told
+from ..history.recent import Recent
+from ..history.stretch import Stretch, Stretches
+from ..history.strip import piece_of, signals_of
+from ..history.timeline import Timeline
+from ..history.watched_program import Inputs, Values
+from .elsewhere import Elsewhere
+from .hello import incidents_of, slots_of
+from .page import Page
+from .picture import Places, changed, mode_of
+from .questions import QUESTIONS
+
+Json = dict[str, Any]
+
+ENVELOPE_ROWS, ENVELOPE_MOST = 16, 128
+"""Rows per point of a position in a frame, and most points: a fast rack has many rows."""
+
+SPEED_SCANS = 50
+"""Scans over which the speed of an axis is measured."""
+
+STRIP_FIRST = 2048
+"""Rows that the first strip of a page begins with."""
+
+
+@dataclass(frozen=True, slots=True)
+class About:
+    """What a page gets about a session or a recording beside its rack.
+
+    Attributes:
+        version: of scanrack.
+        name: of the rack.
+        path: of the rack file, or of the trace.
+        kind: rack or trace.
+        read_only: orders are refused.
+        live: there are real ports.
+        record: path of the recording that is kept; None without one.
+        branches: whether a page may begin a branch.
+    """
+
+    version: str
+    name: str
+    path: str
+    kind: str
+    read_only: bool
+    live: bool
+    record: str | None
+    branches: bool = False
+
+
+class Subject:
+    """A rack and its program, as pages show them.
+
+    Args:
+        spec: the rack.
+        machines: the slots with figures in the rows.
+        dtype: of the rows.
+        trace: path of the recording; None without one.
+
+    Attributes:
+        programs: its programs by scan; one at least before a page comes.
+    """
+
+    def __init__(
+        self,
+        spec: RackSpec,
+        machines: tuple[int, ...],
+        dtype: np.dtype[Any],
+        trace: Path | None,
+    ) -> None:
+        self.spec = spec
+        self.words: Mapping[int, ModuleWords] = {
+            slot.number: slot.words for slot in sorted(spec.slot, key=lambda each: each.number)
+        }
+        self.places = Places(self.words, machines)
+        self.signals = signals_of(self.words, [slot for slot, each in self.words.items() if is_stepper(each)])
+        self.recent = Recent(dtype)
+        self.timeline = Timeline(self.recent, trace)
+        self.told = Told(spec.scan_ns)
+        self.programs = Stretches(list(self.words), self.timeline, self.told)
+        self.values: Json = {}
+        """Values of a program in Python, as of the last message."""
+
+    def keep(self, record: Values | Inputs) -> None:
+        """Remember what has been noted of a program."""
+        self.programs.kept(record.program).take(record)
+
+    def lanes(self, names: Sequence[str], first: int, last: int) -> tuple[Json, int | None]:
+        """Return a piece of the lanes of tags in past scans, and the scan to ask from for the rest."""
+        program = self.programs.at(first)
+        piece, following = program.lanes.past(names, first, min(last, self.programs.end_of(program)))
+        if following is None and self.programs.end_of(program) < last:
+            following = self.programs.end_of(program) + 1
+        return piece, following
+
+    def described(self, about: About, program: Stretch) -> Json:
+        """Return the first message to a page."""
+        return {
+            "version": about.version,
+            "rack": about.name,
+            "path": about.path,
+            "kind": about.kind,
+            "read_only": about.read_only,
+            "live_ports": about.live,
+            "period_ns": self.spec.scan_ns,
+            "record": about.record,
+            "branches": about.branches,
+            "slots": slots_of(self.spec),
+            **program.described(self.values),
+            "incidents": [] if about.live or about.read_only else incidents_of(self.spec),
+            "sequences": [],
+        }
+
+
+class Monitor(ABC):
+    """What pages look at.
+
+    Args:
+        about: what it is about.
+        subject: the rack and its program.
+        states: what stood in a scan.
+
+    Attributes:
+        pages: the open pages.
+        latest: the row of the latest scan; None before the first.
+        over: whether the server is to end.
+    """
+
+    def __init__(self, about: About, subject: Subject, states: States) -> None:
+        self.about, self.subject, self.states = about, subject, states
+        self.pages: list[Page] = []
+        self.elsewhere = Elsewhere()
+        self.latest: Row | None = None
+        self.over = False
+
+    # --- what differs between a session and a recording
+
+    @abstractmethod
+    def tick(self) -> bool:
+        """Do the work that is due; return whether there is more to do at once."""
+
+    @abstractmethod
+    def order(self, page: Page, number: object, said: Mapping[str, Any]) -> None:
+        """Take an order of a page.
+
+        Raises:
+            ValueError: it is not an order, or orders are refused.
+        """
+
+    @abstractmethod
+    def state(self, *, past: bool) -> Json:
+        """Return what a frame has beside the scan: state, speed, late scans, breakpoints."""
+
+    @abstractmethod
+    def events(self, page: Page) -> Sequence[Json]:
+        """Return the events that are new for a page."""
+
+    # --- pages
+
+    def wake(self) -> None:
+        """Let all pages know that there is something new."""
+        for page in self.pages:
+            self.exchange_program(page)
+            page.due.set()
+
+    def join(self, page: Page) -> None:
+        """Add a page."""
+        self.greet(page)
+        self.pages.append(page)
+
+    def greet(self, page: Page) -> None:
+        """Send a page its first message, and everything in its next frame."""
+        page.program = self.subject.programs.at(page.past)
+        page.show(NOTHING_SHOWN)
+        page.send({"hello": self.subject.described(self.about, page.program)})
+        page.events = None
+        page.begin_anew()
+
+    def leave(self, page: Page) -> None:
+        """Remove a page."""
+        if page in self.pages:
+            self.pages.remove(page)
+
+    def frame(self, page: Page) -> Json:
+        """Return what has changed for a page since its last frame; nothing if nothing has."""
+        row = self.row_of(page)
+        picture = self._picture(page, row) if row is not None else self._before_the_first_scan()
+        frame = changed(picture, page.last)
+        if row is not None and page.past is None:
+            frame |= self._strip(page) | self._lanes(page, int(row["scan"]))
+        if new := self.events(page):
+            frame["events"] = list(new)
+        return frame
+
+    def exchange_program(self, page: Page) -> None:
+        """Tell a page of the program of the scan that it looks at, if that is another one.
+
+        The message goes ahead of the next frame, whose power and tags belong to that program.
+        """
+        program = self.subject.programs.at(page.past)
+        if program is not page.program:
+            page.program = program
+            page.show(NOTHING_SHOWN)
+            page.send({"program": program.described(self.subject.values)})
+
+    def _before_the_first_scan(self) -> Json:
+        """Return the frame of a session that began paused."""
+        return {
+            "mode": self.subject.spec.mode,
+            "forced": self.states.forces_at(None),
+            **self.state(past=False),
+        }
+
+    def row_of(self, page: Page) -> Row | None:
+        """Return the row that a page looks at."""
+        if page.past is None:
+            return self.latest
+        if page.row is None or int(page.row["scan"]) != page.past:
+            page.row = self.subject.timeline.row(page.past)
+        return page.row if page.row is not None else self.latest
+
+    def _picture(self, page: Page, row: Row) -> Json:
+        """Return all that a frame may have of a row."""
+        past = page.past
+        scan, extent = int(row["scan"]), self.subject.timeline.extent
+        return {
+            "scan": scan,
+            "t": int(row["now_ns"]),
+            "mode": mode_of(int(row["flags"])),
+            "range": list(extent) if extent is not None else [scan, scan],
+            "record": self.about.record,
+            "forced": self.states.forces_at(past),
+            "lines": self.states.lines_at(past),
+            "rules": self.states.rules_at(past),
+            "faults": self._faults(past),
+            **self.state(past=past is not None),
+            **self.subject.places.of(
+                row, self.subject.timeline.between(scan - SPEED_SCANS, scan)[:1], past=past is not None
+            ),
+            **self._program(page, scan),
+        }
+
+    def _faults(self, past: int | None) -> list[Json]:
+        """Return what had stopped the CPU by a scan, and the rung or line in which it did."""
+        program = self.subject.programs.at(past)
+        return [{"text": text, "at": program.place_of_fault(text)} for text in self.states.faults_at(past)]
+
+    def _program(self, page: Page, scan: int) -> Json:
+        """Return power and tags of what a page shows."""
+        subject = self.subject
+        program = subject.programs.at(page.past)
+        shadow = program.live if page.past is None else program.past
+        if shadow is None:
+            values = subject.values if page.past is None else subject.timeline.values(scan)
+            return {"tags": {name: shown_value(value) for name, value in values.items()}}
+        tags = shadow.engine.tags
+        names = [name for name in dict.fromkeys((*page.shown.names, *page.watched)) if name in tags]
+        if not shadow.show(scan):
+            page.show(page.shown)  # all of it once it is known
+            return {"known": False}
+        return {
+            "known": True,
+            "power": page.shown.power(shadow.truths),
+            "tags": {name: shown_value(value_of(tags, name)) for name in names},
+        }
+
+    def _strip(self, page: Page) -> Json:
+        """Return the strip since the last frame; at first that of the latest rows."""
+        recent = self.subject.recent
+        first = page.place is None
+        place = max(recent.begin, recent.count - STRIP_FIRST) if page.place is None else page.place
+        page.place = recent.count
+        rows = recent.since(place)
+        before = rows[:0] if first else recent.since(max(place - 1, recent.begin))[:1]
+        most = min(-(-len(rows) // ENVELOPE_ROWS), ENVELOPE_MOST)
+        piece = piece_of(rows, before, self.subject.signals, self.subject.spec.scan_ns, most)
+        return {"strip": piece} if piece else {}
+
+    def _lanes(self, page: Page, scan: int) -> Json:
+        """Return the points of the tags in a page's strip since its last frame."""
+        program = self.subject.programs.latest
+        first = scan if page.lanes_at is None else max(page.lanes_at + 1, program.first)
+        page.lanes_at = scan
+        if not page.lanes or first > scan:
+            return {}
+        all_names = [name for each in self.pages for name in each.lanes]
+        return {"lanes": program.lanes.live(page.lanes, all_names, first, scan)}
+
+    # --- what pages ask
+
+    def ask(self, page: Page, said: object) -> None:
+        """Take an order or a question of a page; the answer goes to the page.
+
+        No message raises: the answer says what is wrong with it.
+        """
+        number = said.get("id") if isinstance(said, Mapping) else None
+        if not isinstance(number, int | str) or isinstance(number, bool):
+            number = None
+        try:
+            if not isinstance(said, Mapping):
+                raise ValueError("a message is an object with the keys id and do")
+            name = said.get("do")
+            if not isinstance(name, str):
+                raise ValueError(f"do is the name of an order or a question, not {str(name)[:60]}")
+            question = QUESTIONS.get(name)
+            if question is not None:
+                answer = question(self, page, said)
+                if answer is not None:
+                    page.send({"answer": {"id": number, "ok": True, **answer}})
+            else:
+                self.order(page, number, said)
+        except ValueError as error:
+            page.send({"answer": {"id": number, "refused": str(error)}})

@@ -1,0 +1,82 @@
+"""One open page: what it shows, what it was sent last, and how much it may ask."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import deque
+from typing import Any
+
+from ...runtime.live.ring import Row
+from ...runtime.loop.pace import wall_ns
+from ..history.catalog import NOTHING_SHOWN, Shown
+from ..history.stretch import Stretch
+
+Json = dict[str, Any]
+
+ORDERS_PER_SECOND = 100
+"""Messages that a page may send, over any second."""
+
+SECOND_NS = 1_000_000_000
+
+
+class Page:
+    """An open page.
+
+    Attributes:
+        program: the program that it has been told of; None before its first message.
+        shown: the routine that it shows.
+        watched: tags that it wants beside those of the routine.
+        lanes: tags in its timing strip.
+        lanes_at: the scan that their lanes have come to; None before the first frame.
+        past: the scan that it looks at; None = the latest.
+        row: the row of that scan, once it has been read.
+        place: the place of the row in `Recent` that its strip has come to; None before the first frame.
+        events: number of the next event for it; None before the first frame.
+        last: what it was sent last.
+        outbox: messages that go before the next frame.
+        due: set when there is something to send.
+    """
+
+    def __init__(self) -> None:
+        self.program: Stretch | None = None
+        self.shown: Shown = NOTHING_SHOWN
+        self.watched: tuple[str, ...] = ()
+        self.lanes: tuple[str, ...] = ()
+        self.lanes_at: int | None = None
+        self.past: int | None = None
+        self.row: Row | None = None
+        self.place: int | None = None
+        self.events: int | None = None
+        self.last: Json = {}
+        self.outbox: deque[Json] = deque()
+        self.due = asyncio.Event()
+        self._times: deque[int] = deque(maxlen=ORDERS_PER_SECOND)
+
+    def begin_anew(self) -> None:
+        """Send everything in the next frame."""
+        self.last = {}
+        self.place = self.lanes_at = None
+
+    def show(self, shown: Shown) -> None:
+        """Show another routine: the next frame has all of it."""
+        self.shown = shown
+        self.last.pop("power", None)
+        self.last.pop("tags", None)
+
+    def watch(self, tags: tuple[str, ...]) -> None:
+        """Watch other tags."""
+        self.watched = tags
+        self.last.pop("tags", None)
+
+    def send(self, message: Json) -> None:
+        """Send a message before the next frame."""
+        self.outbox.append(message)
+        self.due.set()
+
+    def may_ask(self) -> bool:
+        """Return whether another message is allowed now, and count it."""
+        now = wall_ns()
+        if len(self._times) == ORDERS_PER_SECOND and now - self._times[0] < SECOND_NS:
+            return False
+        self._times.append(now)
+        return True

@@ -1,0 +1,219 @@
+"""The questions of a page and their answers; a ValueError says what is wrong with a question."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from ...ladder.debug.inquiry import Inquiry
+from ..history.catalog import COLUMNS
+from ..history.lanes import MOST_LANES
+from ..history.stretch import Stretch
+from ..history.strip import piece_of
+from ..history.timeline import columns_of
+from .page import Page
+
+if TYPE_CHECKING:
+    from .monitor import Monitor
+
+Json = dict[str, Any]
+Said = Mapping[str, Any]
+
+MOST_WATCHED = 500
+"""Tags that a page may watch."""
+
+UNWRITTEN_MOST = 16_384
+"""Latest scans that go along with a question, since the recording may not have them yet."""
+
+ENVELOPE_STEPS = 500
+"""Points of a position in a window of the past."""
+
+EVENTS_MOST = 100
+"""Events of an answer."""
+
+WINDOW_MOST = 50_000
+"""Scans of such a window."""
+
+
+def show(monitor: Monitor, page: Page, said: Said) -> Json:
+    """Draw a routine; from now on frames have its power and tags."""
+    program = _program(monitor, page)
+    if program.catalog is not None:
+        columns = said.get("columns", 88)
+        if type(columns) is not int or columns not in COLUMNS:
+            raise ValueError(f"columns {columns!r}: allowed are {COLUMNS[0]} to {COLUMNS[-1]}")
+        shown, answer = program.catalog.show(_text(said, "routine"), columns)
+    elif program.source is not None:
+        shown, answer = program.source.show(tuple(monitor.subject.values))
+    else:
+        raise ValueError("the recording does not bring the program of this scan")
+    page.show(shown)
+    return answer
+
+
+def watch(monitor: Monitor, page: Page, said: Said) -> Json:
+    """Add further tags to frames from now on."""
+    tags = said.get("tags")
+    if not isinstance(tags, list) or len(tags) > MOST_WATCHED or not all(map(_is_name, tags)):
+        raise ValueError(f"tags is a list of up to {MOST_WATCHED} names")
+    unknown = [name for name in tags if not _is_known(monitor, page, name)]
+    page.watch(tuple(name for name in tags if name not in unknown))
+    return {"unknown": unknown}
+
+
+def lanes(monitor: Monitor, page: Page, said: Said) -> Json:
+    """Add the points of tags for the timing strip from now on."""
+    names, unknown = _lanes_in(monitor, page, said)
+    page.lanes, page.lanes_at = names, None
+    return {"unknown": unknown}
+
+
+def steps(monitor: Monitor, page: Page, said: Said) -> Json:
+    """Return the points of tags in past scans; `next` is the scan to ask from for the rest."""
+    first, last = _scans_in(said)
+    names, _unknown = _lanes_in(monitor, page, said)
+    extent = monitor.subject.timeline.extent
+    if extent is None or not names:
+        return {"lanes": {}, "next": None}
+    first, last = max(first, extent[0]), min(last, extent[1])
+    piece, following = monitor.subject.lanes(names, first, last) if first <= last else ({}, None)
+    return {"lanes": piece, "next": following}
+
+
+def _lanes_in(monitor: Monitor, page: Page, said: Said) -> tuple[tuple[str, ...], list[str]]:
+    """Return the tags that a question names, and those of them that do not exist."""
+    tags = said.get("tags")
+    if not isinstance(tags, list) or len(tags) > MOST_LANES or not all(map(_is_name, tags)):
+        raise ValueError(f"tags is a list of up to {MOST_LANES} names")
+    unknown = [name for name in tags if not _is_known(monitor, page, name)]
+    return tuple(dict.fromkeys(name for name in tags if name not in unknown)), unknown
+
+
+def _is_known(monitor: Monitor, page: Page, name: str) -> bool:
+    catalog = _program(monitor, page).catalog
+    return name in monitor.subject.values if catalog is None else catalog.has(name)
+
+
+def look(monitor: Monitor, page: Page, said: Said) -> Json:
+    """Show a past scan to this page, or the latest again."""
+    scan = said.get("scan")
+    if scan == "live":
+        if monitor.about.kind == "trace":
+            raise ValueError("this is a recording: there is no scan that runs")
+        page.past = None
+        page.last = {}  # its strip goes on from where it was
+        monitor.exchange_program(page)
+        return {"scan": "live"}
+    if type(scan) is not int:
+        raise ValueError('scan is the number of a scan, or "live"')
+    if monitor.subject.timeline.row(scan) is None:
+        extent = monitor.subject.timeline.extent
+        there = "none" if extent is None else f"{extent[0]} to {extent[1]}"
+        raise ValueError(f"scan {scan} is not there: there are {there}")
+    page.past = scan
+    monitor.exchange_program(page)
+    return {"scan": scan}
+
+
+def window(monitor: Monitor, _page: Page, said: Said) -> Json:
+    """Return the strip of past scans, as far as they are there."""
+    first, last = _scans_in(said)
+    subject = monitor.subject
+    rows = subject.timeline.between(first, last)
+    piece = piece_of(rows, rows[:0], subject.signals, subject.spec.scan_ns, ENVELOPE_STEPS)
+    wanted = said.get("signals")
+    if piece and isinstance(wanted, list):
+        piece["bits"] = {name: each for name, each in piece["bits"].items() if name in wanted}
+    return {"strip": piece}
+
+
+def _scans_in(said: Said) -> tuple[int, int]:
+    first, last = said.get("from"), said.get("to")
+    if type(first) is not int or type(last) is not int or not 0 <= first <= last < first + WINDOW_MOST:
+        raise ValueError(f"from and to are numbers of scans, {WINDOW_MOST:,} of them at most")
+    return first, last
+
+
+def events(monitor: Monitor, _page: Page, said: Said) -> Json:
+    """Return the latest events up to a scan."""
+    scan = said.get("to")
+    if type(scan) is not int:
+        raise ValueError("to is the number of a scan")
+    return {"events": monitor.states.up_to(scan, EVENTS_MOST)}
+
+
+def why(monitor: Monitor, page: Page, said: Said) -> Json | None:
+    """Say why a tag has its value in the scan that the page shows."""
+    tag = _text(said, "tag")
+    row = monitor.row_of(page)
+    if row is None:
+        raise ValueError(f"{tag}: no scan has run yet")
+    program = monitor.subject.programs.at(page.past)
+    scan, shadow = int(row["scan"]), program.past
+    if shadow is None or program.catalog is None:
+        _ask_python(monitor, page, said, tag, scan)
+        return None
+    if not shadow.show(scan):
+        raise ValueError(f"scan {scan} can't be repeated yet: ask again in a moment")
+    forced = monitor.states.forces_at(page.past)
+    try:
+        text = Inquiry(shadow.engine, shadow, forced, program.catalog.cross_reference).why(tag)
+    finally:
+        shadow.show(scan)
+    return {"text": text, "scan": scan}
+
+
+def _ask_python(monitor: Monitor, page: Page, said: Said, tag: str, scan: int) -> None:
+    """Let a process answer: a program in Python has to run again from its first scan on."""
+    trace, program = monitor.subject.timeline.path, monitor.subject.programs.at(page.past)
+    if program.logic is None or trace is None:
+        raise ValueError(f"{tag}: the program may not run here: see --trust")
+    if program.number:
+        raise ValueError(f"{tag}: the program was edited before scan {program.first}: why answers before it")
+    rows = monitor.subject.timeline.between(max(0, scan - UNWRITTEN_MOST), scan)
+    monitor.elsewhere.why(page, said.get("id"), str(trace), tag, columns_of(rows))
+
+
+def xref(monitor: Monitor, page: Page, said: Said) -> Json:
+    """List where a tag is read and written."""
+    tag, catalog = _text(said, "tag"), _program(monitor, page).catalog
+    if catalog is None:
+        raise ValueError(f"{tag}: the program is in Python: it has no rungs")
+    return {"hits": catalog.mentions(tag)}
+
+
+def find(monitor: Monitor, page: Page, said: Said) -> Json:
+    """List the tags and rungs that contain a text."""
+    text, catalog = _text(said, "text"), _program(monitor, page).catalog
+    return {"hits": [] if catalog is None else catalog.find(text)}
+
+
+def _program(monitor: Monitor, page: Page) -> Stretch:
+    """Return the program that a page has been told of."""
+    return page.program or monitor.subject.programs.latest
+
+
+def _text(said: Said, key: str) -> str:
+    value = said.get(key)
+    if not _is_name(value):
+        raise ValueError(f"{key} is text of 1 to 400 characters")
+    return str(value)
+
+
+def _is_name(value: object) -> bool:
+    return isinstance(value, str) and 0 < len(value) <= 400
+
+
+QUESTIONS: Mapping[str, Callable[[Monitor, Page, Said], Json | None]] = {
+    "show": show,
+    "watch": watch,
+    "lanes": lanes,
+    "steps": steps,
+    "look": look,
+    "window": window,
+    "events": events,
+    "why": why,
+    "xref": xref,
+    "find": find,
+}
+"""The questions by name; one that returns None is answered later."""

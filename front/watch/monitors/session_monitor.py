@@ -1,0 +1,331 @@
+"""The monitor of a session: rows, notes and messages of the scan process in, orders out."""
+
+from __future__ import annotations
+
+import json
+import pickle
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from typing_extensions import override
+
+from ...jobs.load.loading import Job, load_job
+from ...jobs.record.editions import folders_of, forget
+from ...jobs.trust.attachments import load_files
+from ...runtime.live.orders import ORDERS, order_of, said_of
+from ...runtime.live.ring import Ring, Shape
+from ...runtime.loop.scan import ScanFlag
+from ..history.event_log import EventLog
+from ..history.indexer import SLICE, Indexer, indexable
+from ..history.recorded_events import RecordedEvents
+from .monitor import About, Monitor, Subject
+from .page import Page
+from .picture import late_scans, speed_reached
+from .questions import QUESTIONS
+
+Json = dict[str, Any]
+
+SPEED_ROWS = 512
+"""Rows over which the speed is measured."""
+
+
+class Ran(NamedTuple):
+    """A program of the session.
+
+    Attributes:
+        first: its first scan.
+        place: folder of a copy of its files.
+        rack: the rack file in it, `path[:function]`.
+        program: the program in it, `path[:function]`.
+    """
+
+    first: int
+    place: str
+    rack: str
+    program: str
+
+
+@dataclass(frozen=True, slots=True)
+class Setup:
+    """What the scan process gives a monitor.
+
+    Attributes:
+        shape: of the ring.
+        about: what pages get about the session.
+        key: that pages have to give.
+        host: what the server listens on.
+        port: and its port.
+        machines: the slots with figures in the ring's rows.
+        trace: path of the recording, which may be a temporary one.
+        programs: those that have run so far, the latest last.
+        started: how often a monitor was started before.
+    """
+
+    shape: Shape
+    about: About
+    key: str
+    host: str
+    port: int
+    machines: tuple[int, ...]
+    trace: str
+    programs: tuple[Ran, ...]
+    started: int = 0
+
+
+class Loader:
+    """Loads the programs of a session.
+
+    Args:
+        rack: path of the rack file on the disk, for a program that its copy alone is not enough for.
+    """
+
+    def __init__(self, rack: str) -> None:
+        self._rack = rack
+        self._jobs: dict[Ran, Job] = {}
+        self._folders: set[Path] = set()
+
+    def job(self, ran: Ran) -> Job:
+        """Load a program, once.
+
+        Raises:
+            ValueError: it can't be loaded.
+        """
+        if ran not in self._jobs:
+            forget(self._folders)
+            try:
+                job = load_files(Path(ran.place), ran.rack, ran.program)
+            except ValueError:  # it opens files that stay where it is
+                job = load_job(self._rack)
+            self._jobs[ran] = job
+            self._folders |= folders_of(job)
+        return self._jobs[ran]
+
+
+class SessionMonitor(Monitor):
+    """What pages look at while a rack runs.
+
+    Args:
+        setup: what the scan process says.
+        ring: its ring.
+        pipe: orders go through it.
+    """
+
+    def __init__(self, setup: Setup, ring: Ring, pipe: Connection) -> None:
+        self._loader = Loader(setup.about.path)
+        spec = self._loader.job(setup.programs[0]).spec
+        self.log = EventLog()
+        super().__init__(setup.about, Subject(spec, setup.machines, ring.dtype, Path(setup.trace)), self.log)
+        for each in setup.programs:
+            self._add(each)
+        self._setup, self._ring, self._pipe = setup, ring, pipe
+        self._rows_at = max(0, ring.written - ring.shape.rows)
+        self._messages_at = ring.messages.oldest
+        self._snapshots_at = ring.snapshots.oldest
+        self._session: Json = {"paused": False, "speed": 1.0, "breakpoints": [], "met": [], "fault": ""}
+        self._late = self._missed = 0
+        self._reached: float | None = None
+        self._orders = 0
+        self._asked: dict[int, tuple[Page, object]] = {}
+        self._mistake: Json | None = None
+        self._indexer: Indexer | None = None
+        self._indexed = False
+        self._index_to = 0
+        ring.asked += 1  # values to begin with, and the state
+
+    def _add(self, ran: Ran) -> None:
+        """Show a program from its first scan on."""
+        job = self._loader.job(ran)
+        self.subject.programs.add(ran.first, job.logic, job.program)
+
+    @override
+    def state(self, *, past: bool) -> Json:
+        session = self._session
+        paused = bool(session["paused"])
+        shown: Json = {
+            "state": "past" if past else "paused" if paused else "live",
+            "speed": {"wanted": session["speed"], "reached": 0 if paused else self._reached},
+            "late": self._late,
+            "missed": self._missed,
+            "breakpoints": session["breakpoints"],
+            "met": session["met"],
+        }
+        return shown | ({"mode": "fault"} if session["fault"] and not past else {})
+
+    @override
+    def events(self, page: Page) -> Sequence[Json]:
+        new = self.log.since(self.log.first_of_page if page.events is None else page.events)
+        page.events = self.log.end
+        return new
+
+    @override
+    def join(self, page: Page) -> None:
+        super().join(page)
+        if self._mistake is not None:
+            page.send({"mistake": self._mistake})
+        if self._setup.started:
+            page.send({"note": "The monitor was started again; the scans went on without it."})
+
+    # --- time
+
+    @override
+    def tick(self) -> bool:
+        """Take what the scan process has written, and wake the pages."""
+        taken = self._ring.take(self._rows_at)
+        self._rows_at = taken.end
+        self._missed += max(0, taken.lost) if self.latest is not None else 0
+        self._late += late_scans(taken.rows, ScanFlag.OVERRUN)
+        self.subject.recent.add(taken.rows)
+        if len(taken.rows):
+            self.latest = taken.rows[-1]
+            self._reached = speed_reached(self.subject.recent.rows[-SPEED_ROWS:])
+        self._take_messages()
+        self._take_notes()
+        self.wake()
+        return self._index()
+
+    def _take_notes(self) -> None:
+        records, self._snapshots_at, _lost = self._ring.snapshots.read(self._snapshots_at)
+        for record in records:
+            self.subject.keep(pickle.loads(record))
+
+    def _take_messages(self) -> None:
+        messages, self._messages_at, lost = self._ring.messages.read(self._messages_at)
+        if lost:
+            self._ring.asked += 1  # the state may have been among them
+        for message in messages:
+            for kind, content in json.loads(message).items():
+                _TAKE[kind](self, content)
+
+    # --- messages of the scan process
+
+    def _take_event(self, event: Json) -> None:
+        self.log.take(event)
+
+    def _take_forces(self, told: Json) -> None:
+        self.log.forced(told["scan"], told["forces"])
+
+    def _take_answer(self, answer: Json) -> None:
+        page, number = self._asked.pop(answer["id"], (None, None))
+        if page is not None:
+            page.send({"answer": {**answer, "id": number}})
+
+    def _take_values(self, told: Json) -> None:
+        self.subject.values.update(told["values"])
+        self.subject.told.take(told["scan"], told["values"])
+
+    def _take_state(self, state: Json) -> None:
+        self._session = state
+
+    def _take_edit(self, told: Json) -> None:
+        """Show the edited program; earlier scans keep the one that they ran."""
+        if told["number"] < len(self.subject.programs.all):
+            return  # a monitor that was started again began with it
+        self._add(Ran(*told["program"]))
+        self.subject.values.clear()
+        self._mistake = None
+        if told["again"]:
+            return  # a branch comes by what its parent had
+        for page in self.pages:
+            page.send({"edited": {key: told[key] for key in ("text", "new", "changed", "dropped")}})
+
+    def _take_mistake(self, told: Json | None) -> None:
+        self._mistake = told
+        for page in self.pages:
+            page.send({"mistake": told})
+
+    def _take_note(self, text: str) -> None:
+        for page in self.pages:
+            page.send({"note": text})
+
+    def _take_branch(self, told: Json) -> None:
+        """Begin again: the rack runs another way from a past scan on."""
+        self._setup = replace(
+            self._setup,
+            about=replace(self.about, record=told["record"]),
+            trace=told["trace"],
+        )
+        self.about = self._setup.about
+        subject = self.subject
+        subject.recent.clear()
+        subject.timeline.forget(Path(told["trace"]))
+        subject.programs.clear()
+        subject.told.clear()
+        for each in told["programs"]:
+            self._add(Ran(*each))
+        self.log.clear()
+        self._indexer, self._indexed = None, False
+        self.latest, self._late, self._missed = None, 0, 0
+        self._rows_at, self._snapshots_at = told["rows"], told["snapshots"]
+        for page in self.pages:
+            page.past = None
+            self.greet(page)
+
+    # --- earlier scans
+
+    def _index(self) -> bool:
+        """Run scans whose values were lost with a dead monitor. Return whether there are more."""
+        if not self._indexed:
+            self._begin_index()
+        indexer = self._indexer
+        if indexer is None:
+            return False
+        rows = self.subject.timeline.between(indexer.next, min(indexer.next + SLICE - 1, self._index_to))
+        if not len(rows):
+            return False  # not written yet
+        indexer.run(rows)
+        if indexer.next > self._index_to:
+            self._indexer = None
+        return self._indexer is not None
+
+    def _begin_index(self) -> None:
+        """Begin with it, once there are values; from there on nothing is missed."""
+        subject = self.subject
+        programs, end = indexable(subject.programs.all)
+        first = next((min(each.kept.scans) for each in subject.programs.all if each.kept.scans), None)
+        if programs and first is None:
+            return
+        self._index_to = min(first - 1, end) if first is not None and programs else -1
+        if self._index_to < 0 and not self._setup.started:
+            self._indexed = True
+            return
+        trace = subject.timeline.opened()
+        if trace is None:
+            return  # nothing of it has been written yet
+        self._indexed = True
+        recorded = self.log.earlier = RecordedEvents(trace)
+        if self._index_to < 0:
+            return
+        self._indexer = Indexer(programs, subject.words, subject.spec.scan_ns, recorded, subject.keep)
+
+    # --- orders
+
+    @override
+    def order(self, page: Page, number: object, said: Mapping[str, Any]) -> None:
+        if said.get("do") not in ORDERS:
+            known = ", ".join((*ORDERS, *QUESTIONS))
+            raise ValueError(f"there is nothing to do called {str(said.get('do'))[:60]!r}: there are {known}")
+        order = order_of({key: value for key, value in said.items() if key != "id"})
+        if self.about.read_only:
+            raise ValueError("this session is read-only: it takes no orders")
+        self._orders += 1
+        self._asked[self._orders] = page, number
+        message = json.dumps({"id": self._orders, "order": said_of(order)}, allow_nan=False)
+        self._pipe.send_bytes(message.encode())
+        self._ring.orders += 1
+
+
+_TAKE: Mapping[str, Callable[[SessionMonitor, Any], None]] = {
+    "event": SessionMonitor._take_event,
+    "answer": SessionMonitor._take_answer,
+    "state": SessionMonitor._take_state,
+    "forces": SessionMonitor._take_forces,
+    "values": SessionMonitor._take_values,
+    "branch": SessionMonitor._take_branch,
+    "edited": SessionMonitor._take_edit,
+    "mistake": SessionMonitor._take_mistake,
+    "note": SessionMonitor._take_note,
+}
+"""Messages of the scan process by their key."""

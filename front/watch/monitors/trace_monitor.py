@@ -1,0 +1,189 @@
+"""The monitor of a recording: pages look at its scans; nothing runs, and only a branch can be ordered."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from typing_extensions import override
+
+from ...jobs.replay.replaying import lost_notes
+from ...ladder import LadderLogic
+from ...runtime.config.rackspec import RackSpec
+from ...runtime.live.orders import (
+    NAMES,
+    ORDERS,
+    Branch,
+    order_of,
+)
+from ...runtime.live.ring import row_type
+from ...runtime.loop.rack import SLOT_BYTES
+from ...runtime.loop.scan import Logic
+from ...runtime.modules.record import Trait
+from ...runtime.modules.registry import has
+from ...traces.read.reader import Trace
+from ..history.event_log import LAST_SCAN
+from ..history.indexer import SLICE, Indexer, indexable
+from ..history.recorded_events import RecordedEvents
+from ..history.stretch import Stretch
+from ..history.watched_machines import PER_SLOT
+from .monitor import About, Monitor, Subject
+from .page import Page
+
+Json = dict[str, Any]
+
+IMPURE = (
+    "The program calls routines in Python, so its scans are not run again here: its rungs have no power and "
+    "no values."
+)
+
+
+class Source(NamedTuple):
+    """A program of a recording.
+
+    Attributes:
+        first: its first scan.
+        logic: the program; None if the trace does not bring it, or it must not be run.
+        file: of the program; None without one.
+        lacks: why there is nothing to show of it; "" if there is.
+    """
+
+    first: int
+    logic: Logic | None
+    file: Path | None
+    lacks: str = ""
+
+
+class TraceMonitor(Monitor):
+    """What pages look at of a recording.
+
+    Args:
+        about: what pages get about it.
+        trace: the recording.
+        path: its path.
+        spec: its rack.
+        sources: its programs, in the order of their scans; one at least.
+        first: the scan that pages begin with; None = the last one.
+        branch: prepares a session that repeats the recording up to a scan, ValueError if that can't be.
+    """
+
+    def __init__(
+        self,
+        about: About,
+        trace: Trace,
+        path: Path,
+        spec: RackSpec,
+        sources: Sequence[Source],
+        first: int | None,
+        branch: Callable[[int], None],
+    ) -> None:
+        machines = tuple(slot.number for slot in spec.slot if has(slot.module, Trait.MACHINE))
+        dtype = row_type(SLOT_BYTES * len(spec.slot), PER_SLOT * len(machines))
+        subject = Subject(spec, machines, dtype, path)
+        subject.timeline.use(trace)
+        for each in sources:
+            subject.programs.add(*each)
+        self._recorded = RecordedEvents(trace)
+        self._brought, self._lost = {each.first for each in sources}, LAST_SCAN
+        super().__init__(about, subject, self._recorded)
+        self._branch = branch
+        extent = subject.timeline.extent
+        if extent is None and not trace.may_grow:
+            raise ValueError(f"{path}: there is no scan in it")
+        self._first = first
+        self._last = -1
+        if extent is not None:
+            self._begin(extent[1])
+            if first is not None and subject.timeline.row(first) is None:
+                raise ValueError(f"{path} has no scan {first}: it has {extent[0]} to {extent[1]}")
+        self._indexer: Indexer | None = None
+        programs, self._index_end = indexable(subject.programs.all)
+        if programs and (extent is None or extent[0] == 0):
+            self._indexer = Indexer(programs, subject.words, spec.scan_ns, self._recorded, subject.keep)
+
+    def _begin(self, last: int) -> None:
+        """Begin with the first scans that are there."""
+        self._last, subject = last, self.subject
+        self.latest = subject.timeline.row(last)
+        if any(each.catalog is None for each in subject.programs.all):
+            subject.values = subject.timeline.values(last)
+
+    @property
+    def _programs(self) -> Sequence[Stretch]:
+        return self.subject.programs.all
+
+    @override
+    def state(self, *, past: bool) -> Json:
+        return {"state": "past", "speed": {"wanted": 0, "reached": 0}, "late": 0, "missed": 0}
+
+    @override
+    def join(self, page: Page) -> None:
+        page.past = self._last if self._first is None and self._last >= 0 else self._first
+        super().join(page)
+        if any(isinstance(each.logic, LadderLogic) and each.logic.functions for each in self._programs):
+            page.send({"note": IMPURE})
+
+    @override
+    def events(self, page: Page) -> Sequence[Json]:
+        return ()  # a page asks for those up to the scan that it shows
+
+    @override
+    def tick(self) -> bool:
+        """Follow a recording that grows; then read events and run scans that have been left out so far."""
+        self.subject.timeline.follow()
+        extent = self.subject.timeline.extent
+        if extent is not None and extent[1] > self._last:
+            self._go_on_to(extent[1])
+        more = self._recorded.tick()
+        self._look_for_lost_edits()
+        return self._index() or more
+
+    def _look_for_lost_edits(self) -> None:
+        """Show no program where one ran that the recording does not bring."""
+        first = min(self._recorded.edits - self._brought, default=LAST_SCAN)
+        if first < self._lost:
+            self._lost, self._index_end = first, min(self._index_end, first - 1)
+            self.subject.programs.lose(first)
+            (note,) = lost_notes([first])
+            for page in self.pages:
+                page.send({"note": note})
+            self.wake()
+
+    def _go_on_to(self, last: int) -> None:
+        """Go on to a new last scan, and with each page that looks at the one before."""
+        for page in self.pages:
+            if page.past is None or page.past == self._last:
+                page.past = last
+        if self._last < 0:
+            self._begin(last)
+        self._last = last
+        self.wake()
+
+    def _index(self) -> bool:
+        """Run a slice of the program's scans; return whether there are more."""
+        indexer, end = self._indexer, min(self._last, self._index_end)
+        if indexer is None or indexer.next > end:
+            return False
+        rows = self.subject.timeline.between(indexer.next, min(indexer.next + SLICE - 1, end))
+        if not len(rows) or rows[-1]["scan"] - indexer.next != len(rows) - 1:
+            self._indexer = None  # scans are missing: what follows from them is not known
+            return False
+        if indexer.run(rows):
+            self.wake()
+        return True
+
+    @override
+    def order(self, page: Page, number: object, said: Mapping[str, Any]) -> None:
+        if said.get("do") == NAMES[Branch]:
+            order = order_of({key: value for key, value in said.items() if key != "id"})
+            assert isinstance(order, Branch)
+            if order.scan > self._last + 1:
+                raise ValueError(f"scan {order.scan} is not in the recording: the last one is {self._last}")
+            self._branch(order.scan)
+            self.over = True
+            page.send({"answer": {"id": number, "ok": True, "scan": order.scan}})
+            return
+        if said.get("do") in ORDERS:
+            raise ValueError("this is a recording: it takes no orders; branch from one of its scans")
+        raise ValueError(f"there is nothing to do called {str(said.get('do'))[:60]!r}")

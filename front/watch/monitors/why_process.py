@@ -1,0 +1,50 @@
+"""Why a value of a Python program is what it is, in a process of its own, since the program runs again.
+
+`main` prints one line of JSON: `{"text", "scan"}` or `{"refused"}`. The recording may still grow: its latest
+scans come on the standard input, as pickled columns.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import pickle
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from ...jobs.bench import NotReachedError
+from ...jobs.bench.moment import Moment
+from ...jobs.bench.of_trace import why_of_trace
+from ...jobs.trust.trust import UntrustedError
+from ...traces.format.records import TraceError
+from ...traces.read.columns import Columns
+from ...traces.read.reader import open_trace
+
+MODESTY = 10
+"""How much less urgent than the monitor it is, see nice(2)."""
+
+
+def answer(path: str, what: str, scan: str, more: Columns) -> dict[str, Any]:
+    """Return the answer to a question about a scan of a recording, or why there is none.
+
+    Args:
+        path: of the recording.
+        what: the value.
+        scan: the number of the scan.
+        more: the latest scans, which may not be written yet.
+    """
+    try:
+        with open_trace(path) as trace, tempfile.TemporaryDirectory() as folder:
+            asked = why_of_trace(trace, Path(folder), what, Moment(at=scan), trust=True, more=more)
+    except (ValueError, TraceError, NotReachedError, UntrustedError) as error:
+        return {"refused": str(error)}
+    return {"text": "\n".join([asked.text, *asked.notes]), "scan": asked.scan}
+
+
+def main(path: str, what: str, scan: str) -> None:
+    """Answer a question: the function of this process, see `elsewhere`."""
+    if hasattr(os, "nice"):
+        os.nice(MODESTY)  # scans and pictures go first
+    sys.stdout.write(json.dumps(answer(path, what, scan, pickle.load(sys.stdin.buffer))))

@@ -1,0 +1,311 @@
+"""A session from its start to its end, and its branches: the scan process's side of `scanrack watch RACK`.
+
+    session    0 ------------- 12,345 ------------- 20,000
+    branch                     `- 12,345 ----------------- ...     a new rack, the same orders up to there
+
+The ring, the link and the monitor outlive a branch; rack, program and recording are new.
+"""
+
+from __future__ import annotations
+
+import os
+import secrets
+import socket
+import tempfile
+import webbrowser
+from collections.abc import Iterable
+from contextlib import ExitStack
+from importlib.metadata import version
+from pathlib import Path
+
+from ..commands.programs.run import complain_of_fault, run_to_end
+from ..jobs.load.loading import Job
+from ..jobs.record.editions import Editions, edition_of
+from ..jobs.record.repeating import RecordedOrder
+from ..jobs.run.running import JobRun
+from ..ladder.debug import Debugger
+from ..runtime.live.orders import Edit
+from ..runtime.live.ring import Ring
+from ..runtime.live.session import Session
+from ..runtime.live.tap import Notes, PipeInbox, Tap
+from ..runtime.loop.faults import CpuFault
+from ..runtime.loop.pace import Paced
+from ..runtime.loop.realtime import frozen_collector, real_time
+from ..terminal.status import (
+    BAD_INPUT,
+    CANNOT_WRITE,
+    DONE,
+    complain,
+    reason,
+)
+from ..terminal.terminal import say
+from .announcing import Announcer, programs_of
+from .editor import Editor, Takeover
+from .history.watched_machines import PER_SLOT, MachineFigures
+from .history.watched_program import LadderNotes
+from .history.watched_python import PythonNotes
+from .keeper import Keeper
+from .monitors.monitor import About
+from .monitors.session_monitor import Setup
+from .prepared import Prepared, Start, Wanted
+from .text import TextView
+
+HOST = "127.0.0.1"
+KEY_BYTES = 16
+
+
+def listen(port: int) -> socket.socket:
+    """Listen for pages.
+
+    Raises:
+        ValueError: the port is in use, or not allowed.
+    """
+    try:
+        return socket.create_server((HOST, port))
+    except OSError as error:
+        text = os.strerror(error.errno) if error.errno else str(error)
+        raise ValueError(f"--port {port}: {text}: choose another one, or none for a free one") from error
+
+
+def watch_job(job: Job, wanted: Wanted) -> int:
+    """Run a job in a session that pages can look at; return the exit status."""
+    with ExitStack() as stack:
+        try:
+            listening = stack.enter_context(listen(wanted.port))
+        except ValueError as error:
+            return complain(str(error), BAD_INPUT)
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="scanrack")))
+        return Play(wanted, listening, folder, stack).play(job)
+
+
+class Play:
+    """The sessions of one command.
+
+    Args:
+        wanted: the options.
+        listening: the socket of the page.
+        folder: for recordings that are not kept, and copies of programs.
+        stack: closes what outlives a session.
+        key: that pages have to give, of a link that has been printed; None = a new one.
+    """
+
+    def __init__(
+        self,
+        wanted: Wanted,
+        listening: socket.socket,
+        folder: Path,
+        stack: ExitStack,
+        key: str | None = None,
+    ) -> None:
+        self._wanted, self._listening, self._folder, self._stack = wanted, listening, folder, stack
+        self._key = key
+        self._ring: Ring | None = None
+        self._keeper: Keeper | None = None
+        self._inbox: PipeInbox | None = None
+        self._next: Prepared | None = None
+
+    def play(self, job: Job) -> int:
+        """Play the session and its branches; return the exit status."""
+        try:
+            self._next = self._first(job)
+        except ValueError as error:
+            return complain(str(error), BAD_INPUT)
+        except OSError as error:
+            return complain(f"the trace can't be written: {reason(error)}", CANNOT_WRITE)
+        for each in job.warnings:
+            complain(each)
+        return self.go_on(job)
+
+    def go_on(self, job: Job) -> int:
+        """Play what has been prepared, and its branches; return the exit status."""
+        status = DONE
+        while self._next is not None:
+            prepared, self._next = self._next, None
+            with prepared.ports:
+                status = self._run(prepared, self._session(prepared, job))
+        return status
+
+    def _first(self, job: Job) -> Prepared:
+        """Prepare the session.
+
+        Raises:
+            ValueError: the job can't be run.
+            OSError: the trace can't be written.
+        """
+        editions = Editions(self._folder / "programs", self._wanted.rack)
+        editions.keep(0, editions.with_copy(edition_of(job)), job)
+        return self._prepared(Start(paused=self._wanted.paused), editions)
+
+    def _prepared(self, start: Start, editions: Editions) -> Prepared:
+        with ExitStack() as ports:
+            if self._wanted.live:
+                for outcome in ports.enter_context(real_time()):  # before there are ports
+                    complain(str(outcome))
+            pacer, trace = Paced(self._wanted.speed if start.orders is None else None), self._trace(start)
+            run = JobRun(
+                editions.job(0),
+                ports,
+                trace=trace,
+                live=self._wanted.live,
+                pacer=pacer,
+                warn=_warn,
+                handled=True,
+                metadata=start.metadata,
+                keep=self._wanted.keep,
+                orders=start.orders,
+                editions=editions,
+            )
+            return Prepared(start, run, pacer, trace, editions, ports.pop_all())
+
+    def prepare_branch(
+        self,
+        scan: int,
+        orders: Iterable[RecordedOrder],
+        editions: Editions,
+        parent: Path,
+        *,
+        paused: bool = False,
+    ) -> None:
+        """Prepare a branch: a new rack, which the orders up to a scan will lead there.
+
+        Args:
+            scan: the first one that may differ.
+            orders: of the parent.
+            editions: its programs.
+            parent: path of its recording.
+            paused: the branch stands where it begins; else it goes on.
+
+        Raises:
+            ValueError: that can't be; nothing has changed.
+        """
+        given = [each for each in orders if each.scan <= scan]
+        edits = sum(isinstance(each.order, Edit) for each in given)
+        start = Start(scan, given, {"parent": parent.name, "parent_scan": str(scan)}, paused)
+        try:
+            self._next = self._prepared(start, editions.up_to(edits))
+        except OSError as error:
+            raise ValueError(f"the recording of a branch can't be written: {reason(error)}") from error
+
+    def _trace(self, start: Start) -> Path:
+        """Return where the recording goes: the path wanted, a name after it, or a temporary file."""
+        kept = self._wanted.record
+        if kept is None:
+            return _free(self._folder / "session.mcap")
+        return kept if start.orders is None else _free(kept.with_name(f"{kept.stem}-{start.scan}.mcap"))
+
+    def _session(self, prepared: Prepared, job: Job) -> Session:
+        """Put a session around a run, and let the monitor know."""
+        run, start, pacer, wanted = prepared.run, prepared.start, prepared.pacer, self._wanted
+        figures = MachineFigures(run.rack)
+        if self._ring is None:
+            self._ring = Ring(len(run.rack.memory), PER_SLOT * len(figures.slots))
+            self._stack.callback(self._ring.close)
+            self._open(job, self._ring, figures, prepared)
+        assert self._inbox is not None
+        program = run.logic if isinstance(run.logic, Debugger) else None
+        tap = Tap(self._ring, run.rack, run.cpu.period_ns, figures)
+        tap.notes = _notes(run, job, self._ring, tap)
+        hands = run.hands
+        hands.given.extend(start.orders or ())
+        session: Session
+        assert self._keeper is not None
+        programs = Announcer(run, prepared.editions, start.orders or (), tap.tell, self._keeper)
+        run.on_edit = programs.tell_edit
+
+        def hand_over(takeover: Takeover) -> None:
+            session.takeover = takeover
+
+        editor = Editor(job, wanted.rack, run, prepared.editions, hand_over, tap.tell)
+        session = Session(
+            run.cpu,
+            hands,
+            pacer,
+            self._inbox,
+            tap.tell,
+            stops=program,
+            live=wanted.live,
+            reload=editor.load_soon if wanted.editable else None,
+            prepare=lambda scan: self.prepare_branch(
+                scan, hands.given, prepared.editions, prepared.trace, paused=session.state.paused
+            ),
+        )
+        if wanted.editable and not wanted.read_only:
+            editor.start()
+            prepared.ports.callback(editor.end)
+        tap.session, session.attend, session.give = session, tap.attend, tap.give
+        if start.orders is not None:
+            record = None if wanted.record is None else str(prepared.trace)
+            programs.tell_branch(self._ring, prepared.trace, record)
+        if wanted.text:
+            view = TextView(job.spec.name, run.rack, session, pacer)
+            run.cpu.add_listener(view)
+            view.begin()
+        run.cpu.add_listener(run.following(tap))
+        return session
+
+    def _open(self, job: Job, ring: Ring, figures: MachineFigures, prepared: Prepared) -> None:
+        """Print the link, and start the monitor."""
+        wanted = self._wanted
+        key, port = self._key or secrets.token_hex(KEY_BYTES), self._listening.getsockname()[1]
+        record = None if wanted.record is None else str(prepared.trace)
+        looking, live = wanted.read_only, wanted.live
+        about = About(
+            version("scanrack"), job.spec.name, wanted.rack, "rack", looking, live, record,
+            branches=not looking and not live,
+        )  # fmt: skip
+        machines, programs = tuple(figures.slots), programs_of(prepared.run, prepared.editions, ())
+        setup = Setup(ring.shape, about, key, HOST, port, machines, str(prepared.trace), programs)
+        self._keeper = Keeper(setup, ring, self._listening, complain)
+        self._stack.callback(self._keeper.end)
+        self._inbox = PipeInbox(ring, self._keeper.pipe)
+        self._keeper.keep(self._inbox)
+        if self._key is not None:
+            return
+        link = f"http://{HOST}:{port}/#key={key}"
+        say(f"{link} - Ctrl-C ends the session")
+        if wanted.opened:
+            webbrowser.open(link)
+
+    def _run(self, prepared: Prepared, session: Session) -> int:
+        """Run a session to its end; return the exit status."""
+        wanted, run, start = self._wanted, prepared.run, prepared.start
+        faulted: list[int] = []
+
+        def tell(fault: CpuFault) -> None:
+            faulted.append(complain_of_fault(fault))
+            complain("the page shows it: branch there from an earlier scan, or end the session with Ctrl-C")
+
+        def play() -> None:
+            with frozen_collector(), run.cpu:
+                if start.orders is not None:
+                    session.repeat_to(start.scan)
+                    session.set_speed(wanted.speed)
+                try:
+                    session.run(wanted.scans, paused=start.paused)
+                except CpuFault:
+                    if not faulted:
+                        raise
+
+        session.on_fault = tell
+        status = run_to_end(run.cpu, play, lambda: session.over and session.branch is None)
+        return faulted[-1] if faulted and session.branch is None else status
+
+
+def _free(path: Path) -> Path:
+    """Return a path that does not exist yet: with a number, if it has to be."""
+    number, tried = 2, path
+    while tried.exists():
+        tried = path.with_name(f"{path.stem}-{number}{path.suffix}")
+        number += 1
+    return tried
+
+
+def _warn(hint: str) -> None:
+    complain(str(hint))
+
+
+def _notes(run: JobRun, job: Job, ring: Ring, tap: Tap) -> Notes:
+    """Return what sends the monitor the program's values."""
+    if isinstance(run.logic, Debugger):
+        return LadderNotes(run.logic, ring.snapshots)
+    return PythonNotes(lambda: run.logic, job.spec.tags, tap.tell)

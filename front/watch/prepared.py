@@ -1,0 +1,84 @@
+"""The options of a session, and a run of it that is ready to begin."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from ..jobs.record.editions import Editions
+from ..jobs.record.repeating import RecordedOrder
+from ..jobs.run.running import JobRun
+from ..runtime.loop.pace import Paced
+
+
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """The options of the command line.
+
+    Attributes:
+        rack: path of the rack file.
+        port: of the server; 0 = any free one.
+        speed: times real time; None = as fast as possible.
+        paused: begin with a pause.
+        read_only: refuse orders, and edits of the program.
+        record: where the recording is kept; None = it is not.
+        scans: how many scans; None = until Ctrl-C.
+        live: real ports may be driven.
+        opened: open the page in the browser.
+        text: show the session in the terminal, too.
+        editable: the program's files are on the disk, and a saved one is taken over.
+        keep: how many earlier recordings are kept; None = as the rack file says.
+    """
+
+    rack: str
+    port: int
+    speed: float | None
+    paused: bool
+    read_only: bool
+    record: Path | None
+    scans: int | None
+    live: bool
+    opened: bool
+    text: bool = False
+    editable: bool = True
+    keep: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Start:
+    """Where a session begins.
+
+    Attributes:
+        scan: the first scan that is not a repetition; 0 without a parent.
+        orders: of the parent, those before that scan and before earlier ones.
+        metadata: what the recording says of its parent.
+        paused: it begins with a pause.
+    """
+
+    scan: int = 0
+    orders: Sequence[RecordedOrder] | None = None
+    metadata: dict[str, str] = field(default_factory=dict)
+    paused: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Prepared:
+    """A run that is ready to begin.
+
+    Attributes:
+        start: where it begins.
+        run: the run.
+        pacer: of its CPU.
+        trace: path of its recording.
+        editions: its programs.
+        ports: closes what it has open.
+    """
+
+    start: Start
+    run: JobRun
+    pacer: Paced
+    trace: Path
+    editions: Editions
+    ports: ExitStack

@@ -1,0 +1,222 @@
+"""`scanrack watch TRACE`: a recording in the same page as a rack that runs."""
+
+from __future__ import annotations
+
+import asyncio
+import re
+import secrets
+import tempfile
+import webbrowser
+from collections.abc import Callable, Iterable
+from contextlib import ExitStack
+from importlib.metadata import version
+from pathlib import Path
+from typing import NamedTuple
+from urllib.parse import parse_qs, quote
+
+from ..jobs.load.loading import Job
+from ..jobs.record.editions import (
+    Editions,
+    edition_of,
+    editions_of,
+    edits_of,
+)
+from ..jobs.record.repeating import is_session, orders_of
+from ..jobs.replay.replaying import lost_edits
+from ..jobs.trust.attachments import job_of, spec_of
+from ..jobs.trust.trust import UntrustedError
+from ..runtime.config.rackspec import RackSpec
+from ..runtime.live.hands import GivenOrder
+from ..runtime.live.orders import Edit
+from ..runtime.loop.pace import interrupted_by
+from ..runtime.loop.scan import ScanFlag
+from ..terminal.status import (
+    BAD_INPUT,
+    INTERRUPTED,
+    complain,
+    reason,
+)
+from ..terminal.terminal import say
+from ..traces.format.topics import ORDERS
+from ..traces.read.arrays import extent, read_columns
+from ..traces.read.columns import Selection
+from ..traces.read.reader import Trace, open_trace
+from .gate import Gate
+from .monitors.monitor import About
+from .monitors.trace_monitor import Source, TraceMonitor
+from .play import (
+    HOST,
+    KEY_BYTES,
+    Play,
+    listen,
+)
+from .prepared import Wanted
+
+Prepare = Callable[[int, Iterable[GivenOrder], Editions, Path], None]
+
+
+UNTRUSTED = (
+    "The program is not shown: it is Python that came with the trace, and to show its values it has to run. "
+    "Read it with: scanrack show {0} --extract FOLDER. Then: scanrack watch {0} --trust"
+)
+
+
+class Place(NamedTuple):
+    """What `TRACE#scan=12345&rung=Main.6` names.
+
+    Attributes:
+        path: of the trace.
+        scan: the scan; None = the last one.
+        rung: the rung; "" = none.
+    """
+
+    path: Path
+    scan: int | None
+    rung: str
+
+
+def place_of(text: str) -> Place:
+    """Return what names a place in a trace.
+
+    >>> place_of("run.mcap#scan=12&rung=Main.6")
+    Place(path=PosixPath('run.mcap'), scan=12, rung='Main.6')
+
+    Raises:
+        ValueError: the scan is not a number.
+    """
+    path, _, rest = text.partition("#")
+    fields = {key: values[-1] for key, values in parse_qs(rest).items()}
+    scan = fields.get("scan")
+    if scan is not None and not re.fullmatch(r"\d{1,10}", scan):
+        raise ValueError(f"{text}: scan {scan!r} is not the number of a scan")
+    return Place(Path(path), None if scan is None else int(scan), fields.get("rung", ""))
+
+
+def watch_trace(place: Place, *, port: int, trust: bool, opened: bool) -> int:
+    """Serve a recording until Ctrl-C, or until a branch of it begins; return the exit status.
+
+    Raises:
+        ValueError: the recording or the port can't be used.
+    """
+    from .server import Server  # imported late: no other command needs websockets in its own process
+
+    with ExitStack() as stack:
+        trace = stack.enter_context(open_trace(place.path))
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="scanrack")))
+        listening = stack.enter_context(listen(port))
+        for note in trace.notes:
+            complain(f"note: {note}")
+        key, number = secrets.token_hex(KEY_BYTES), listening.getsockname()[1]
+        wanted = Wanted(
+            str(place.path), port, 1.0, False, False, place.path, None, False, False, editable=False
+        )
+        play = Play(wanted, listening, folder, stack, key)
+        recording = Recording(trace, place, folder, trust=trust)
+        monitor = recording.monitor(play.prepare_branch)
+        link = f"http://{HOST}:{number}/#key={key}{_fragment(place)}"
+        say(f"{link} - Ctrl-C ends it")
+        if opened:
+            webbrowser.open(link)
+        try:
+            asyncio.run(Server(monitor, Gate(HOST, number, key)).run(listening.dup()))
+        except KeyboardInterrupt:
+            return complain(f"stopped by {interrupted_by()}", INTERRUPTED)
+        assert recording.job is not None
+        return play.go_on(recording.job)
+
+
+def _fragment(place: Place) -> str:
+    scan = "" if place.scan is None else f"&scan={place.scan}"
+    return scan + (f"&rung={quote(place.rung)}" if place.rung else "")
+
+
+class Recording:
+    """A recording with what it was made by, as far as that may be used.
+
+    Args:
+        trace: the recording.
+        place: its path, and the scan that pages begin with.
+        folder: for copies of its files.
+        trust: run Python that came with it.
+
+    Raises:
+        ValueError: the trace does not say what its rack is, or its files can't be used.
+    """
+
+    def __init__(self, trace: Trace, place: Place, folder: Path, *, trust: bool) -> None:
+        self._trace, self._place = trace, place
+        self._edits = edits_of(trace)
+        self.job: Job | None = None
+        self._editions: Editions | None = None
+        try:
+            self.job = job_of(trace, folder / "files", trust=trust)
+            self._editions = editions_of(trace, self._edits, self.job, folder / "programs", trust=trust)
+            self._spec: RackSpec = self.job.spec
+        except UntrustedError as error:
+            complain(f"note: the program is not shown: {error}", BAD_INPUT)
+            self.job, self._spec = None, spec_of(trace, folder / "rack", trust=trust)
+
+    def monitor(self, prepare: Prepare) -> TraceMonitor:
+        """Return what pages look at; a branch is prepared by `prepare`, see `Play.prepare_branch`."""
+        trace, path = self._trace, str(self._place.path)
+        name = trace.head.metadata.get("name", self._place.path.stem)
+        about = About(
+            version("scanrack"), name, path, "trace", True, False, path, branches=self.job is not None
+        )
+        return TraceMonitor(
+            about,
+            trace,
+            self._place.path,
+            self._spec,
+            self._sources(),
+            self._place.scan,
+            lambda scan: self._branch(prepare, scan),
+        )
+
+    def _sources(self) -> list[Source]:
+        """Return its programs, in the order of their scans; unknown ones without their logic."""
+        if self.job is None or self._editions is None:
+            return [Source(0, None, None, UNTRUSTED.format(self._place.path))]
+        found = [Source(0, self.job.logic, self.job.program)]
+        for each in self._edits:
+            if isinstance(each.order, Edit):
+                job = self._editions.job(each.order.number)
+                found.append(Source(each.scan, job.logic, job.program))
+        return sorted(found, key=lambda each: each.first)
+
+    def _branch(self, prepare: Prepare, scan: int) -> None:
+        """Prepare a session that repeats the recording up to a scan.
+
+        Raises:
+            ValueError: that can't be.
+        """
+        if self.job is None or self._editions is None:
+            raise ValueError("the program may not run here: see --trust")
+        ends = extent(self._trace).scan.tolist()
+        if ends[0]:
+            raise ValueError(f"the recording begins with scan {ends[0]}: a branch repeats it from scan 0 on")
+        lost = lost_edits(self._trace.events())
+        if lost and lost[0] <= scan:
+            raise ValueError(f"the recording lacks the program that ran from scan {lost[0]} on")
+        if not is_session(self._trace):
+            self._check_untouched(scan)
+        try:
+            editions = self._editions.of_a_session(edition_of(self.job))
+        except OSError as error:
+            raise ValueError(f"the programs of a branch can't be written: {reason(error)}") from error
+        orders = orders_of(self._trace.events(topics={ORDERS.name}))
+        prepare(scan, orders, editions, self._place.path)
+
+    def _check_untouched(self, scan: int) -> None:
+        """Refuse a recording of a bench that was operated: its orders are not in it.
+
+        Raises:
+            ValueError: tags were set, or inputs pressed, by a script.
+        """
+        flags = read_columns(self._trace, Selection(0, scan)).flags
+        touched = (flags & (ScanFlag.TAGS_FROM_OUTSIDE | ScanFlag.INPUT_FORCES | ScanFlag.OUTPUT_FORCES)) != 0
+        if touched.any() and not self._spec.force:
+            first = int(touched.argmax())
+            raise ValueError(
+                f"tags or images were set in scan {first} by a script, which the recording does not bring"
+            )

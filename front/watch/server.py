@@ -1,0 +1,212 @@
+"""The server of a monitor: files and one socket per page. The only file that imports `websockets`."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+import pickle
+import signal
+import socket
+import traceback
+from contextlib import suppress
+from http import HTTPStatus
+from multiprocessing.connection import Connection
+from typing import Any
+
+from websockets.asyncio.server import ServerConnection, serve
+from websockets.datastructures import Headers
+from websockets.exceptions import ConnectionClosed
+from websockets.http11 import Request, Response
+
+from ..runtime.live.orders import parsed
+from ..runtime.live.ring import Ring
+from .gate import Gate
+from .monitors.monitor import Monitor
+from .monitors.page import Page
+from .monitors.session_monitor import SessionMonitor, Setup
+
+HZ, IDLE_HZ = 30, 10
+"""Pictures a second, with pages and without."""
+
+BUSY_S = 0.025
+"""Longest work of a monitor between two pictures."""
+
+MESSAGE_MOST = 1 << 16
+OUTBOX_MOST = 200
+"""Messages that wait for a page: one that reads none of so many gets no further answers."""
+
+PAGES_MOST = 8
+STRANGERS_MOST = 16
+"""Sockets that have not given the key yet."""
+
+KEY_S = 5
+"""How long a socket may take to give the key."""
+
+WRONG_KEY, FAILED, TOO_MANY = 1008, 1011, 1013
+"""Reasons to close a socket [RFC 6455, section 7.4.1, and IANA's registry]."""
+
+
+class Server:
+    """Serves a monitor.
+
+    Args:
+        monitor: what pages look at.
+        gate: decides about access.
+        pipe: ends when the scan process does; None without one.
+    """
+
+    def __init__(self, monitor: Monitor, gate: Gate, pipe: Connection | None = None) -> None:
+        self._monitor, self._gate, self._pipe = monitor, gate, pipe
+        self._strangers = 0
+
+    async def run(self, listening: socket.socket) -> None:
+        """Serve until the scan process has ended, or a recording goes on as a session."""
+        async with serve(
+            self._socket,
+            sock=listening,
+            process_request=self._request,
+            max_size=MESSAGE_MOST,
+            compression=None,
+            server_header=None,
+        ):
+            try:
+                await self._pump()
+                await self._flush()
+            finally:
+                self._monitor.elsewhere.close()
+
+    async def _pump(self) -> None:
+        """Let the monitor tick."""
+        loop = asyncio.get_running_loop()
+        due = loop.time()
+        while not self._ended():
+            due = max(due + 1 / (HZ if self._monitor.pages else IDLE_HZ), loop.time())
+            await asyncio.sleep(due - loop.time())
+            self._monitor.elsewhere.tick()
+            while self._monitor.tick() and loop.time() < due + BUSY_S:
+                await asyncio.sleep(0)
+
+    async def _flush(self) -> None:
+        """Give the last answers a second to leave."""
+        for _ in range(HZ):
+            if any(page.outbox for page in self._monitor.pages):
+                await asyncio.sleep(1 / HZ)
+
+    def _ended(self) -> bool:
+        if self._monitor.over:
+            return True
+        if self._pipe is None:
+            return False
+        try:
+            return self._pipe.poll(0) and not self._pipe.recv_bytes()
+        except (EOFError, OSError):
+            return True
+
+    def _request(self, _connection: ServerConnection, request: Request) -> Response | None:
+        """Answer a request for a file; let one for the socket through."""
+        headers = request.headers
+        hosts, origins = headers.get_all("Host"), headers.get_all("Origin")
+        host = hosts[0] if len(hosts) == 1 else None
+        answer = self._gate.answer(request.path, host, ",".join(origins) if origins else None)
+        if answer is None:
+            return None
+        reason = HTTPStatus(answer.status).phrase
+        return Response(answer.status, reason, Headers(answer.headers.items()), answer.body)
+
+    async def _socket(self, connection: ServerConnection) -> None:
+        """Serve one socket."""
+        if self._strangers >= STRANGERS_MOST:
+            await connection.close(TOO_MANY, "too many connections")
+            return
+        self._strangers += 1
+        try:
+            known = await self._gives_key(connection)
+        finally:
+            self._strangers -= 1
+        if not known:
+            await connection.close(WRONG_KEY, "the link has no key, or another one: open the one printed")
+        elif len(self._monitor.pages) >= PAGES_MOST:
+            await connection.close(TOO_MANY, f"{PAGES_MOST} pages are open: close one")
+        else:
+            await self._serve(connection)
+
+    async def _gives_key(self, connection: ServerConnection) -> bool:
+        try:
+            said = parsed(await asyncio.wait_for(connection.recv(), KEY_S))
+        except (ValueError, TimeoutError, ConnectionClosed):
+            return False
+        return isinstance(said, dict) and self._gate.fits(said.get("key"))
+
+    async def _serve(self, connection: ServerConnection) -> None:
+        page = Page()
+        self._monitor.join(page)
+        sending = asyncio.create_task(self._send(connection, page))
+        try:
+            async for text in connection:
+                self._take(page, text)
+        except ConnectionClosed:
+            pass
+        finally:
+            self._monitor.leave(page)
+            sending.cancel()
+            with suppress(asyncio.CancelledError, ConnectionClosed):
+                await sending
+
+    def _take(self, page: Page, text: str | bytes) -> None:
+        if len(page.outbox) >= OUTBOX_MOST:
+            return
+        if not page.may_ask():
+            page.send({"answer": {"id": None, "refused": "more than 100 messages a second"}})
+            return
+        try:
+            said = parsed(text)
+        except ValueError as error:
+            page.send({"answer": {"id": None, "refused": f"this is not JSON: {error}"}})
+            return
+        self._monitor.ask(page, said)
+
+    async def _send(self, connection: ServerConnection, page: Page) -> None:
+        """Send what is due. A page that is slow waits here by itself, and gets fewer frames."""
+        while True:
+            await page.due.wait()
+            page.due.clear()
+            while page.outbox:
+                await connection.send(_json(page.outbox.popleft()))
+            frame = self._frame(page)
+            if frame is None:
+                await connection.close(FAILED, "this picture can't be made; the terminal says why")
+                return
+            if frame:
+                await connection.send(_json({"frame": frame}))
+
+    def _frame(self, page: Page) -> dict[str, Any] | None:
+        """Return what is new for a page; None after a mistake of ours, which ends this page only."""
+        try:
+            return self._monitor.frame(page)
+        except Exception:  # a mistake of ours: printed where the session was started
+            traceback.print_exc()
+            return None
+
+
+def _json(message: object) -> str:
+    return json.dumps(message, ensure_ascii=False, separators=(",", ":"), allow_nan=False)
+
+
+def main(orders: str, listening: str, ring: str) -> None:
+    """Run a monitor until the scan process ends: the main function of its process, see `keeper`.
+
+    Args:
+        orders: number of the file descriptor of the pipe to the scan process.
+        listening: that of the socket.
+        ring: that of the shared memory.
+    """
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, signal.SIG_IGN)  # signals are for the scan process, which ends this one
+    if hasattr(os, "sched_setscheduler"):  # the scans may have priority, their monitor has none
+        os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+    pipe = Connection(int(orders))
+    setup: Setup = pickle.loads(pipe.recv_bytes())
+    monitor = SessionMonitor(setup, Ring.opened(setup.shape, int(ring)), pipe)
+    gate = Gate(setup.host, setup.port, setup.key)
+    asyncio.run(Server(monitor, gate, pipe).run(socket.socket(fileno=int(listening))))

@@ -1,0 +1,107 @@
+"""`scanrack watch --text`: mode, words and events in the terminal, for machines without a browser."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Mapping
+
+from rich.console import Console, Group, RenderableType
+from rich.live import Live
+from rich.table import Table
+from rich.text import Text
+
+from ..io_images.amci3601.words import is_stepper
+from ..io_images.image import WORDS
+from ..runtime.live.session import Session
+from ..runtime.loop.events import JsonValue
+from ..runtime.loop.pace import Paced
+from ..runtime.loop.rack import Rack, Slot
+from ..runtime.loop.scan import (
+    MODE_MASK,
+    CpuMode,
+    ScanFlag,
+    mode_name,
+)
+from ..terminal.terminal import on_a_line
+
+HZ = 4
+EVENTS = 8
+"""Events that are shown, the latest last."""
+
+
+class TextView:
+    """Shows a session in the terminal; a listener of the scan loop that does not delay it.
+
+    Args:
+        name: of the rack.
+        rack: the rack.
+        session: has the pause and the speed.
+        pacer: counts the scans that begin late.
+    """
+
+    def __init__(self, name: str, rack: Rack, session: Session, pacer: Paced) -> None:
+        self._name, self._rack, self._session, self._pacer = name, rack, session, pacer
+        self._events: deque[str] = deque(maxlen=EVENTS)
+        self._scan = self._now_ns = self._flags = 0
+        self._live = Live(console=Console(stderr=True), get_renderable=self.shown, refresh_per_second=HZ)
+
+    def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
+        """Note an event."""
+        text = str(fields.get("text") or f"{topic} {dict(fields)}")
+        self._events.append(on_a_line(f"{scan:>9,}  {now_ns / 1e9:>9.3f} s  {text}"))
+
+    def scan(self, scan: int, now_ns: int, flags: int) -> None:
+        """Note a scan."""
+        self._scan, self._now_ns, self._flags = scan, now_ns, flags
+
+    def close(self) -> None:
+        """End the picture."""
+        self._live.stop()
+
+    def begin(self) -> None:
+        """Begin to show."""
+        self._live.start()
+
+    def shown(self) -> RenderableType:
+        """Return the picture of this moment."""
+        slots = [self._slot(slot) for slot in self._rack.slots.values()]
+        events = Text("\n".join(self._events) or "nothing has happened yet")
+        return Group(self._head(), *slots, events)
+
+    def _head(self) -> Text:
+        state = self._session.state
+        mode = mode_name(CpuMode(self._flags & MODE_MASK))
+        speed = "max" if state.speed is None else f"{state.speed:g}x"
+        parts = [
+            on_a_line(self._name),
+            "PAUSED" if state.paused else f"{mode} {speed}",
+            f"scan {self._scan:,}",
+            f"{self._now_ns / 1e9:.3f} s",
+            f"{sum(self._pacer.late[1:]):,} late",
+        ]
+        if self._flags & (ScanFlag.INPUT_FORCES | ScanFlag.OUTPUT_FORCES | ScanFlag.TAGS_FROM_OUTSIDE):
+            parts.append("FORCED")
+        if state.fault:
+            parts.append(f"FAULT: {on_a_line(state.fault)}")
+        return Text("  ".join(parts), style="bold")
+
+    def _slot(self, slot: Slot) -> RenderableType:
+        table = Table(title=f"slot {slot.number}  {slot.catalog}", title_justify="left", box=None)
+        table.add_column("", width=4)
+        for word in range(WORDS):
+            table.add_column(str(word), justify="right", min_width=6)
+        table.add_column("on")
+        for letter, image in (("I", slot.inputs), ("O", slot.outputs)):
+            words = list(image)
+            table.add_row(letter, *map(str, words), ", ".join(_names_on(slot, letter, words)))
+        if is_stepper(slot.words):
+            position = slot.inputs[2] * 1000 + slot.inputs[3]
+            table.add_row("", *[""] * WORDS, f"position {position:,}")
+        return table
+
+
+def _names_on(slot: Slot, image: str, words: list[int]) -> list[str]:
+    """Return the names of the bits that are on."""
+    return [
+        name for word in range(WORDS) for name, bit in slot.words.bits(image, word) if words[word] >> bit & 1
+    ]

@@ -1,0 +1,1 @@
+"""From rungs in Python or text to a checked, lowered program."""

@@ -1,0 +1,369 @@
+"""Add-on instructions: what a user defines once and calls like any instruction [1756-PM010].
+
+A definition has parameters, local tags and up to three routines of rungs. An instance is a tag of the
+definition's type; its members are EnableIn, EnableOut, the parameters that go by value, and the local
+tags. A call names the instance, then what its required parameters stand for:
+
+    INSTRUCTION Average
+    INPUT A : DINT REQUIRED
+    INPUT B : DINT REQUIRED
+    OUTPUT Mean : DINT
+    ROUTINE Logic
+    CPT(Mean,(A+B)/2);
+    END
+    END INSTRUCTION
+
+    XIC(Run)Average(Level,Left,Right)GRT(Level.Mean,100)OTE(High);
+
+A call depends on the scan mode [1756-PM010]:
+
+| mode | inputs | then | outputs |
+|---|---|---|---|
+| the rung is true | copied in | Logic runs | copied out |
+| it is false | copied in | EnableInFalse runs | copied out |
+| it is false, no EnableInFalse | copied in | nothing | stay |
+| prescan | copied in | Logic is prescanned, then Prescan runs | copied out |
+
+The copied parameters are the required ones. Behind the call the rung is as EnableOut says, which follows
+the rung unless a routine writes it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from enum import Enum
+from functools import cached_property
+from types import MappingProxyType
+
+from ..instructions import BY_NAME
+from ..instructions.addons import ADD_ON_CALL
+from ..instructions.stubbed import specs_of_stubs
+from ..model.errors import LadderError
+from ..model.spec import Spec, Use
+from ..model.statements import Invocation, operands_in, statements_in
+from ..model.stubs import Stub
+from ..model.tagref import operand_of
+from ..model.tags import OPEN, TRUTHS, Tag
+from ..model.tree import (
+    Address,
+    Instruction,
+    MemberStep,
+    Operand,
+    Operation,
+    Routine,
+    Series,
+    SubscriptStep,
+    addresses_in,
+    instructions_of,
+    number,
+    too_deep,
+)
+from ..model.types import (
+    BOOL,
+    DataType,
+    Member,
+    Structure,
+    count_of,
+)
+
+LOGIC, OTHERWISE, PRESCAN = "Logic", "EnableInFalse", "Prescan"
+ROUTINES = (LOGIC, OTHERWISE, PRESCAN)
+"""Routines that a definition may have; Logic it must have."""
+
+ENABLES = ("EnableIn", "EnableOut")
+"""Members of every instance: the rung before the call, and after it."""
+
+REFUSED = ("JSR", "SBR", "RET", "FOR", "BRK")
+"""Instructions that a definition must not have: it knows its own routines only [1756-PM010]."""
+
+
+class Way(Enum):
+    """How a parameter goes between a call and its instance."""
+
+    INPUT = "INPUT"
+    """By value, before the routine runs."""
+    OUTPUT = "OUTPUT"
+    """By value, after the routine has run."""
+    INOUT = "INOUT"
+    """By reference: the routine works on the caller's tag itself."""
+    LOCAL = "LOCAL"
+    """Not at all: a tag of the instance's own."""
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """A parameter or a local tag.
+
+    Attributes:
+        name: its name.
+        type: its type; for INOUT, of the tag that is passed.
+        way: how it goes between call and instance.
+        dims: length per dimension, none for a single value.
+        required: whether the call names what it stands for; an INOUT always is.
+        comment: its comment.
+        initial: what it starts with in every instance, see `tags.Tag`; None = zero. An InOut has none.
+        at: the part of a local tag that it is another name of, "" for one with memory of its own.
+    """
+
+    name: str
+    type: DataType
+    way: Way
+    dims: tuple[int, ...] = ()
+    required: bool = False
+    comment: str = ""
+    initial: object = None
+    at: str = ""
+
+
+@dataclass(frozen=True)
+class AddOn:
+    """The definition of an add-on instruction; called in Python, it is the instruction.
+
+    Attributes:
+        name: its name.
+        parameters: parameters and local tags, in order.
+        routines: Logic, EnableInFalse, Prescan.
+        comment: its comment.
+
+    Raises:
+        LadderError: it has no Logic, a name is taken or means nothing, or an instruction has no place in it.
+    """
+
+    name: str
+    parameters: tuple[Parameter, ...]
+    routines: tuple[Routine, ...]
+    comment: str = ""
+
+    def __post_init__(self) -> None:
+        if self.name.upper() in BY_NAME:
+            raise LadderError(f"{self.name} is an instruction already; give the add-on another name")
+        seen = {name.upper() for name in ENABLES}
+        for each in self.parameters:
+            if each.name.upper() in seen:
+                raise LadderError(f"add-on {self.name}: {each.name} is declared twice")
+            seen.add(each.name.upper())
+        if self.routine(LOGIC) is None:
+            raise LadderError(f"add-on {self.name} has no routine {LOGIC}")
+        for routine in self.routines:
+            for at, text in self.wrong_in(routine):
+                place = f"{routine.unit} {at}"
+                raise LadderError(f"add-on {self.name}, routine {routine.name}, {place}: {text}")
+
+    def with_routines(self, routines: tuple[Routine, ...]) -> AddOn:
+        """Return the same add-on with other routines; its instances are of the same type.
+
+        Raises:
+            LadderError: see `AddOn`.
+        """
+        made = replace(self, routines=routines)
+        made.__dict__["structure"] = self.structure
+        return made
+
+    def wrong_in(self, routine: Routine) -> Iterator[tuple[int, str]]:
+        """Yield what has no place in a routine of it: the number of the rung or line, and what it is."""
+        known = {name.upper() for name in (*ENABLES, *(each.name for each in self.parameters))}
+        for place, rung in enumerate(routine.rungs):
+            deep = too_deep(rung.series)
+            if deep:
+                yield place, deep
+                continue
+            for instruction in instructions_of(rung.series):
+                for text in self._wrong_instruction(instruction, known):
+                    yield place, f"{instruction}: {text}"
+        for statement in statements_in(routine.statements or ()):
+            wrong = (
+                self._wrong_instruction(statement.instruction, known)
+                if isinstance(statement, Invocation)
+                else self._wrong_names(
+                    (each for operand in operands_in(statement) for each in addresses_in(operand)), known
+                )
+            )
+            for text in wrong:
+                yield statement.line, f"{statement.head}: {text}"
+
+    def _wrong_instruction(self, instruction: Instruction, known: set[str]) -> Iterator[str]:
+        if instruction.name in REFUSED:
+            yield f"{instruction.name} is not allowed in an add-on instruction"
+        else:
+            yield from self._wrong_names(_addresses(instruction), known)
+
+    def _wrong_names(self, addresses: Iterable[Address], known: set[str]) -> Iterator[str]:
+        for address in addresses:
+            if address.name.upper() not in known and not _is_in_all(address):
+                names = ", ".join(each.name for each in self.parameters)
+                yield f"there is no parameter or local tag {address.name}; there are {names}"
+
+    def __call__(self, instance: object, *arguments: object) -> Instruction:
+        """Return a call: the instance's tag, then the required parameters in order.
+
+        Raises:
+            LadderError: another number of arguments is wanted.
+        """
+        if len(arguments) != len(self.required):
+            names = ", ".join(each.name for each in self.required)
+            raise LadderError(
+                f"{self.name} takes an instance and {len(self.required)} operands ({names}), "
+                f"{len(arguments)} are given"
+            )
+        return Instruction(self.name, tuple(map(operand_of, (instance, *arguments))))
+
+    @cached_property
+    def required(self) -> tuple[Parameter, ...]:
+        """What a call names after the instance."""
+        return tuple(each for each in self.parameters if each.required or each.way is Way.INOUT)
+
+    @property
+    def operand_types(self) -> tuple[tuple[DataType, tuple[int, ...]], ...]:
+        """Type and dimensions of the operands of a call."""
+        return ((self.structure, ()), *((each.type, each.dims) for each in self.required))
+
+    @cached_property
+    def spec(self) -> Spec:
+        """Its shape, as the parser needs it."""
+        return replace(
+            ADD_ON_CALL, name=self.name, operands=(Use.INSTANCE, *[Use.ARGUMENT] * len(self.required))
+        )
+
+    @cached_property
+    def inouts(self) -> tuple[Tag, ...]:
+        """The InOuts as tags; one that is subscripted without having dimensions is an array of any length."""
+        open_ones = {
+            address.name.upper()
+            for routine in self.routines
+            for address in _routine_addresses(routine)
+            if address.steps and isinstance(address.steps[0], SubscriptStep)
+        }
+        return tuple(
+            Tag(each.name, each.type, each.dims or ((OPEN,) if each.name.upper() in open_ones else ()))
+            for each in self.parameters
+            if each.way is Way.INOUT
+        )
+
+    @cached_property
+    def structure(self) -> Structure:
+        """Type of an instance."""
+        own = [Member(name, BOOL) for name in ENABLES]
+        own += [
+            Member(each.name, each.type, each.dims, initial=each.initial, at=each.at)
+            for each in self.parameters
+            if each.way is not Way.INOUT
+        ]
+        return Structure(self.name, tuple(own))
+
+    def routine(self, name: str) -> Routine | None:
+        """Return the routine of that name, in any case; None without one."""
+        return next((each for each in self.routines if each.name.upper() == name.upper()), None)
+
+
+def specs_of(
+    add_ons: Mapping[str, AddOn],
+    stubs: Mapping[str, Stub] = MappingProxyType({}),
+    specs: Mapping[str, Spec] = BY_NAME,
+) -> Mapping[str, Spec]:
+    """Return the shapes of all instructions, by name in capitals: the built-in ones and these.
+
+    Args:
+        add_ons: add-on instructions, by name in capitals.
+        stubs: replacements of instructions, known ones and others, by name in capitals.
+        specs: the built-in ones.
+    """
+    return {**specs, **{name: each.spec for name, each in add_ons.items()}, **specs_of_stubs(stubs)}
+
+
+def _is_in_all(address: Address) -> bool:
+    """Whether an address is a status flag, or TRUE or FALSE, which every routine has."""
+    name = address.name.upper()
+    return name.startswith("S:") or (name in TRUTHS and not address.steps)
+
+
+def _addresses(instruction: Instruction) -> Iterator[Address]:
+    """Yield the addresses of tags that an instruction uses; labels and words are not tags."""
+    for use, operand in zip(_uses(instruction), instruction.operands, strict=False):
+        if use not in (Use.LABEL, Use.MODE, Use.PASSES, Use.KEYWORD):
+            yield from addresses_in(operand)
+
+
+def _routine_addresses(routine: Routine) -> Iterator[Address]:
+    """Yield the addresses that a routine names."""
+    for rung in routine.rungs:
+        for instruction in instructions_of(rung.series):
+            yield from _addresses(instruction)
+    for statement in statements_in(routine.statements or ()):
+        for operand in operands_in(statement):
+            yield from addresses_in(operand)
+
+
+def _uses(instruction: Instruction) -> tuple[Use, ...]:
+    spec = BY_NAME.get(instruction.name)
+    return spec.operands if spec else (Use.ARGUMENT,) * len(instruction.operands)
+
+
+# --- a call, spelled out
+
+
+@dataclass(frozen=True, slots=True)
+class Copies:
+    """What goes by value in a call, as rungs of the caller.
+
+    Attributes:
+        inputs: what copies the arguments in, each run as a rung of its own.
+        outputs: what copies the results out.
+        handed: what the InOuts stand for, by name.
+    """
+
+    inputs: tuple[Series, ...]
+    outputs: tuple[Series, ...]
+    handed: Mapping[str, Address]
+
+
+def copies_of(definition: AddOn, instance: Address, call: Instruction) -> Copies:
+    """Spell out what goes by value in a call.
+
+    Args:
+        definition: the add-on.
+        instance: the instance's tag.
+        call: its call, with as many operands as it takes.
+
+    Raises:
+        LadderError: a parameter does not take its operand.
+    """
+    inputs, outputs, handed = [], [], {}
+    for each, argument in zip(definition.required, call.operands[1:], strict=True):
+        here = member_of(instance, each.name)
+        if each.way is Way.INPUT:
+            inputs.append(_copy(each, argument, here))
+            continue
+        if not isinstance(argument, Address):
+            raise LadderError(f"{each.name} of {definition.name} needs a tag, not {argument}")
+        if each.way is Way.OUTPUT:
+            outputs.append(_copy(each, here, argument))
+        else:
+            handed[each.name] = argument
+    return Copies(tuple(inputs), tuple(outputs), handed)
+
+
+def member_of(address: Address, name: str) -> Address:
+    """Return a member of what an address means."""
+    return Address(address.name, (*address.steps, MemberStep(name)))
+
+
+def _copy(parameter: Parameter, source: Operand, target: Operand) -> Series:
+    """Return the rung that copies a value of a parameter's type."""
+    if parameter.dims or isinstance(parameter.type, Structure):
+        return (Instruction("COP", (source, target, number(count_of(parameter.dims)))),)
+    if parameter.type is not BOOL:
+        if isinstance(source, Operation):
+            return (Instruction("CPT", (target, source)),)
+        return (Instruction("MOV", (source, target)),)
+    return (_contact(parameter, source), Instruction("OTE", (target,)))
+
+
+def _contact(parameter: Parameter, source: Operand) -> Instruction:
+    if isinstance(source, Address):
+        return Instruction("XIC", (source,))
+    if isinstance(source, Operation):
+        return Instruction("IF", (source,))
+    if str(source) not in ("0", "1"):
+        raise LadderError(f"{parameter.name} needs a bit, 0 or 1, not {source}")
+    return Instruction("NOP" if str(source) == "1" else "AFI")

@@ -1,0 +1,115 @@
+"""What a call of an add-on instruction passes: the argument of every InOut, checked, and the instance."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from ..model.operand_checks import OperandError, described
+from ..model.operands import (
+    Constant,
+    Group,
+    Place,
+    first_leaf,
+)
+from ..model.resolver import AddressError, Resolver
+from ..model.tags import OPEN, Tag
+from ..model.tree import (
+    Address,
+    Instruction,
+    Number,
+    Operand,
+    Series,
+    SubscriptStep,
+)
+from ..model.types import Elementary, Structure
+from .addon import AddOn
+
+
+def held_subscripts(resolver: Resolver, instance: Operand) -> tuple[Address, tuple[Series, ...]]:
+    """Return an instance whose computed subscripts are kept, so that they stay for the time of the call.
+
+    Args:
+        resolver: of the caller.
+        instance: the instance as the call names it.
+
+    Returns:
+        The address to use, and the rungs that keep the subscripts.
+    """
+    assert isinstance(instance, Address)
+    rungs: list[Series] = []
+
+    def kept(index: Operand) -> Operand:
+        if isinstance(index, Number) or isinstance(resolver.operand(index), Constant):
+            return index
+        held = Address(resolver.hold())
+        rungs.append((Instruction("CPT", (held, index)),))
+        return held
+
+    steps = tuple(
+        SubscriptStep(tuple(map(kept, step.indices))) if isinstance(step, SubscriptStep) else step
+        for step in instance.steps
+    )
+    return replace(instance, steps=steps), tuple(rungs)
+
+
+def handed_over(
+    definition: AddOn, arguments: Mapping[str, Address], resolver: Resolver
+) -> dict[str, Place | Group]:
+    """Return what the InOuts of a call stand for, by name in capitals.
+
+    Raises:
+        OperandError: an argument is not of its type.
+    """
+    inouts = {each.name: each for each in definition.inouts}
+    found = {}
+    for name, argument in arguments.items():
+        resolved = _passed(inouts[name], argument, resolver)
+        _check(definition, inouts[name], argument, resolved)
+        found[name.upper()] = resolved
+    return found
+
+
+MODULE = "MODULE"
+"""Type of an InOut to which a call passes a module of the I/O tree by its name."""
+
+MODULE_TAG = "scanrack_module_"
+"""What the tag of a module begins with that has the name of another tag."""
+
+
+def _passed(inout: Tag, argument: Address, resolver: Resolver) -> Place | Group:
+    """Resolve an argument; the name of a module where one is wanted, whatever tag has the same name."""
+    if inout.type.name.upper() == MODULE and not argument.steps:
+        try:
+            return resolver.address(Address(f"{MODULE_TAG}{argument.name}"))
+        except AddressError:
+            pass  # no tag has the name of the module
+    return resolver.address(argument)
+
+
+def _check(definition: AddOn, wanted: Tag, argument: Address, given: Place | Group) -> None:
+    if given.type != wanted.type or not _has_dims(wanted.dims, given):
+        raise OperandError(
+            f"{wanted.name} of {definition.name} is {_kind(wanted)}, {argument} is {described(given)}",
+            "pass a tag of that type",
+        )
+    leaf = first_leaf(given)
+    if leaf.path.startswith("S:"):
+        raise OperandError(f"{argument} is a status flag", "copy it to a tag, and pass that")
+    if leaf.slot is not None and isinstance(given.type, Structure):
+        raise OperandError(f"{argument} is a whole module", "pass its Data, or a copy of it")
+
+
+def _has_dims(wanted: tuple[int, ...], given: Place | Group) -> bool:
+    dims = given.dims if isinstance(given, Group) else ()
+    if len(wanted) == 1:
+        return len(dims) == 1 and (wanted[0] == OPEN or wanted[0] <= dims[0])
+    # a whole array stands for its first element, as it does in COP
+    return dims == wanted or not wanted
+
+
+def _kind(wanted: Tag) -> str:
+    dims = ",".join("any" if length == OPEN else str(length) for length in wanted.dims)
+    name = wanted.type.name
+    article = "an" if isinstance(wanted.type, Elementary) and name[0] in "AEIOU" else "a"
+    return f"{name}[{dims}]" if dims else f"{article} {name}"

@@ -1,0 +1,357 @@
+"""What a program as a whole must not do, such as calls into nothing, and what it probably does not mean."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from ...io_images.image import WORDS
+from ..instructions.motion.motion_3601 import ANSWERS
+from ..model.errors import Problem
+from ..model.operands import (
+    Constant,
+    Group,
+    Place,
+    first_leaf,
+)
+from ..model.schedule import TaskKind
+from ..model.spec import Use
+from ..model.stubs import (
+    ALL_MESSAGES,
+    Ending,
+    InPython,
+    Power,
+    stub_of,
+)
+from ..model.tags import Leaf
+from ..state.lowered import (
+    ADD_ON,
+    AddOnCall,
+    Call,
+    Line,
+    Lowered,
+    LoweredRoutine,
+    Step,
+    steps_of,
+)
+from ..state.regions import Region, region_of
+
+REPEATED_COILS = "repeated coils"
+REPEATED_TIMERS = "repeated timers"
+ALLOWANCES = (REPEATED_COILS, REPEATED_TIMERS)
+"""Warnings that a program may switch off by name."""
+
+_EXCLUSIVE = {
+    Use.COIL: (
+        REPEATED_COILS,
+        "is written by a coil",
+        "join the two as branches of one rung, or use OTL and OTU",
+    ),
+    Use.STORAGE: (REPEATED_COILS, "remembers a rung", "give each one-shot a bit of its own"),
+    Use.TIMER: (REPEATED_TIMERS, "is timed", "give each rung a timer of its own, or join the rungs"),
+}
+"""Uses that one place should have once: what switches the warning off, how it is said, what helps."""
+
+
+def warnings_of(lowered: Lowered, allowed: frozenset[str]) -> list[Problem]:
+    """Return what a controller runs as it is written, and what is a mistake in most programs.
+
+    Args:
+        lowered: the program.
+        allowed: which of `ALLOWANCES` it has.
+    """
+    return [*_repeated(lowered, allowed), *_unbound_axes(lowered)]
+
+
+def check_whole(lowered: Lowered) -> list[Problem]:
+    """Return what is wrong with a lowered program as a whole."""
+    problems: list[Problem] = []
+    for routine in lowered.routines.values():
+        problems.extend(_jumps(lowered, routine))
+    problems.extend(_chains(lowered))
+    problems.extend(_main_with_inputs(lowered))
+    problems.extend(_half_words(lowered))
+    problems.extend(_without_stub(lowered))
+    problems.extend(_beyond_a_3601(lowered))
+    return problems
+
+
+def _without_stub(lowered: Lowered) -> Iterator[Problem]:
+    """Messages of which nothing says how they end."""
+    for routine, line, step in _all_steps(lowered, copies=False):
+        message = step.operands[0] if step.name == "MSG" else None
+        if isinstance(message, Group) and stub_of(lowered.stubs, message.path) is None:
+            remedy = (
+                'describe its end: MSG = "done after 20 ms" below [stubs] of the rack file, '
+                'STUB MSG : done after 20 ms, or program.stub("MSG", "done after 20 ms")'
+            )
+            text = f"nothing says how the message {message.text} ends"
+            yield Problem(_where(routine, line), line.text, text, remedy, routine.name, line.number)
+
+
+def uses_of_stubs(lowered: Lowered) -> Iterator[str]:
+    """Yield the name of the stub of each instruction that has one, in capitals."""
+    for _, _, step in _all_steps(lowered, copies=False):
+        first = step.operands[0] if step.operands else None
+        if isinstance(first, (Ending, Power, InPython)):
+            yield step.name
+        elif step.name == ALL_MESSAGES and isinstance(first, Group):
+            yield first.path.upper() if first.path.upper() in lowered.stubs else ALL_MESSAGES
+
+
+def motion_of(lowered: Lowered) -> dict[str, list[str]]:
+    """Return the motion instructions of each axis, group or coordinate system that is not of the rack."""
+    found: dict[str, list[str]] = {}
+    for _, _, step in _all_steps(lowered, copies=False):
+        first = step.operands[0] if Use.MOTION in step.uses else None
+        if isinstance(first, Group) and not first.frame and first.path.upper() not in lowered.axes:
+            names = found.setdefault(first.path, [])
+            names += [step.name] * (step.name not in names)
+    return found
+
+
+def _beyond_a_3601(lowered: Lowered) -> Iterator[Problem]:
+    """Motion instructions of an axis of the rack that a 3601 can't carry out."""
+    for routine, line, step in _all_steps(lowered, copies=False):
+        if Use.MOTION not in step.uses or step.name in ANSWERS:
+            continue
+        first = step.operands[0]
+        if isinstance(first, Group) and first.path.upper() in lowered.axes:
+            text = f"{first.text} is a 3601, which can't do {step.name}"
+            yield Problem(
+                _where(routine, line), line.text, text, f"a 3601 does {', '.join(ANSWERS)}; stub it"
+            )
+
+
+def _unbound_axes(lowered: Lowered) -> Iterator[Problem]:
+    """Motion instructions of an axis, group or coordinate system that the rack does not have."""
+    for routine, line, step in _all_steps(lowered, copies=False):
+        if Use.MOTION not in step.uses:
+            continue
+        first = step.operands[0]
+        if isinstance(first, Group) and not first.frame and first.path.upper() not in lowered.axes:
+            text = (
+                f"{first.text} is not an axis of the rack: "
+                f"{step.name} ends with ER, and ERR 11, not configured"
+            )
+            remedy = "bind it to a 3601 in [axes], or stub the instruction"
+            yield Problem(_where(routine, line), line.text, text, remedy)
+
+
+def _repeated(lowered: Lowered, allowed: frozenset[str]) -> Iterator[Problem]:
+    seen: dict[object, str] = {}
+    for routine, line, step in _all_steps(lowered, copies=False):
+        for use, operand in zip(step.uses, step.operands, strict=False):
+            if use not in _EXCLUSIVE or _EXCLUSIVE[use][0] in allowed:
+                continue
+            place = _identity(use, step.name, operand)
+            if place is None:
+                continue
+            here = _where(routine, line)
+            if place in seen:
+                _, what, remedy = _EXCLUSIVE[use]
+                yield Problem(here, line.text, f"{operand.text} {what} in {seen[place]} already", remedy)
+            else:
+                seen[place] = here
+
+
+def _identity(use: Use, name: str, operand: object) -> object:
+    """What tells one place from another; None if that is known in a scan only."""
+    kind = "bit" if use in (Use.COIL, Use.STORAGE) else use.name
+    if isinstance(operand, Place):
+        if operand.can_fault:
+            return None
+        bit = operand.bit.value if isinstance(operand.bit, Constant) else None
+        return kind, operand.frame, operand.leaf.path, operand.fixed_index, bit
+    if isinstance(operand, Group):
+        if not all(isinstance(index, Constant) for index in operand.indices):
+            return None
+        return kind, operand.frame, operand.path, operand.indices
+    return None
+
+
+def _all_steps(lowered: Lowered, *, copies: bool = True) -> Iterator[tuple[LoweredRoutine, Line, Step]]:
+    for routine in lowered.routines.values():
+        for line in routine.lines:
+            for step in steps_of(line.nodes, copies=copies):
+                if step.operands or (step.name != ADD_ON and not step.spec.operands):
+                    yield routine, line, step
+
+
+def _where(routine: LoweredRoutine, line: Line) -> str:
+    place = f"routine {routine.name}, {routine.unit} {line.number}"
+    return f"{line.origin.file}:{line.origin.line}: {place}" if line.origin.file else place
+
+
+def _jumps(lowered: Lowered, routine: LoweredRoutine) -> Iterator[Problem]:
+    for line in routine.lines:
+        for step in steps_of(line.nodes):
+            if not step.operands:
+                continue
+            problem = None
+            if step.name == "JMP" and step.operands[0] not in routine.labels:
+                problem = (
+                    f"there is no label {step.operands[0]} in the routine",
+                    "add LBL, or correct the name",
+                )
+            elif isinstance(step.operands[0], Call):
+                problem = _call_problem(lowered, step.operands[0])
+            elif step.name == "EVENT" and isinstance(step.operands[0], str):
+                problem = _event_problem(lowered, step.operands[0])
+            if problem:
+                yield Problem(_where(routine, line), line.text, *problem, routine.name, line.number)
+
+
+def _event_problem(lowered: Lowered, name: str) -> tuple[str, str] | None:
+    tasks = lowered.schedule.tasks if lowered.schedule is not None else ()
+    events = [each.task.name for each in tasks if each.task.kind is TaskKind.EVENT]
+    if name in map(str.upper, events):
+        return None
+    return f"there is no event task {name}", f"event tasks are {', '.join(events) or 'none'}"
+
+
+def _call_problem(lowered: Lowered, call: Call) -> tuple[str, str] | None:
+    if call.routine in lowered.functions:
+        return None
+    target = lowered.routines.get(call.routine)
+    if target is None:
+        names = [each.name for each in lowered.routines.values()]
+        names += list(lowered.functions)
+        return f"there is no routine {call.routine}", f"routines are {', '.join(names)}"
+    wanted = len(target.parameters or ())
+    if wanted != len(call.inputs):
+        return f"{target.name} takes {wanted} inputs, {len(call.inputs)} are given", "make SBR and JSR agree"
+    for line in target.lines:
+        for step in steps_of(line.nodes):
+            if step.name == "RET" and len(step.operands) < len(call.returns):
+                return (
+                    f"RET in {target.unit} {line.number} of {target.name} returns "
+                    f"{len(step.operands)} values, {len(call.returns)} are wanted",
+                    "make RET and JSR agree",
+                )
+    return None
+
+
+def calls_of(routine: LoweredRoutine) -> list[str]:
+    """Return the routines that a routine calls, in capitals, add-on instructions included."""
+    called: list[str] = []
+    for line in routine.lines:
+        for step in steps_of(line.nodes):
+            for operand in step.operands:
+                if isinstance(operand, Call):
+                    called.append(operand.routine)
+                elif isinstance(operand, AddOnCall):
+                    called.extend(operand.routines)
+    return called
+
+
+def recursive_routines(lowered: Lowered) -> frozenset[str]:
+    """Return the routines that call themselves, directly or through others, in capitals."""
+    found = set()
+    for name, routine in lowered.routines.items():
+        reached: set[str] = set()
+        open_names = calls_of(routine)
+        while open_names:
+            called = open_names.pop()
+            if called not in reached and called in lowered.routines:
+                reached.add(called)
+                open_names += calls_of(lowered.routines[called])
+        if name in reached:
+            found.add(name)
+    return frozenset(found)
+
+
+MOST_CALLS = 50
+"""Routines and add-on instructions that may be under way at a time, each called by the one before."""
+
+
+def _chains(lowered: Lowered) -> Iterator[Problem]:
+    """The first routine whose calls go too deep; those of recursive routines are counted in the scan."""
+    depths: dict[str, int] = {}
+    ends = lowered.routines.keys() - lowered.recursive
+    todo = list(lowered.routines)
+    while todo:
+        name = todo[-1]
+        called = [each for each in calls_of(lowered.routines[name]) if each in ends]
+        unknown = [each for each in called if each not in depths]
+        if name not in depths and unknown:
+            todo += unknown
+            continue
+        todo.pop()
+        depths[name] = 1 + max((depths[each] for each in called), default=0)
+        if depths[name] > MOST_CALLS:
+            where = f"routine {lowered.routines[name].name}"
+            text = f"its calls go more than {MOST_CALLS} deep"
+            yield Problem(where, "", text, "call from fewer routines", lowered.routines[name].name)
+            return
+
+
+def _main_with_inputs(lowered: Lowered) -> Iterator[Problem]:
+    """Main routines and fault routines are called without inputs."""
+    for name in sorted(lowered.roots):
+        main = lowered.routines.get(name)
+        if main is None or not main.parameters:
+            continue
+        yield Problem(
+            f"routine {main.name}, rung 0",
+            main.lines[0].text,
+            "SBR takes inputs, but a scan passes none to the main routine",
+            "take SBR out, or call the routine by JSR",
+            main.name,
+            0,
+        )
+
+
+def _half_words(lowered: Lowered) -> Iterator[Problem]:
+    """Copies of single bytes that may end in the middle of a word of an output image."""
+    handed = _outputs_handed(lowered)
+    for routine, line, step in _all_steps(lowered):
+        if step.uses[:2] != (Use.SOURCE, Use.DESTINATION):
+            continue
+        source, target = (region_of(each) for each in step.operands[:2])
+        length = step.operands[2]
+        room = WORDS if target.whole else target.fixed_left(target.fixed_first or 0)
+        most = min(int(length.value), room) if isinstance(length, Constant) else room
+        if _in_outputs(target.parts[0].leaf, handed) and _may_end_in_a_byte(source, most * target.size):
+            yield Problem(
+                _where(routine, line),
+                line.text,
+                f"{source.text} may end in the middle of a word of {target.text}, "
+                "which would hold half of a new command and half of an old one",
+                "copy from an array of INT, or as many bytes as the words take",
+                routine.name,
+                line.number,
+            )
+
+
+def _outputs_handed(lowered: Lowered) -> set[tuple[str, str]]:
+    """Return the InOuts to which words of an output image are handed: add-on and InOut, in capitals."""
+    found: set[tuple[str, str]] = set()
+    if not any(each.output for each in lowered.layout.images):
+        return found
+    while True:
+        more = {
+            (call.name, name)
+            for _, _, step in _all_steps(lowered)
+            for call in step.operands
+            if isinstance(call, AddOnCall)
+            for name, operand in call.handed.items()
+            if _in_outputs(first_leaf(operand), found)
+        }
+        if more <= found:
+            return found
+        found |= more
+
+
+def _in_outputs(leaf: Leaf, handed: set[tuple[str, str]]) -> bool:
+    return (leaf.slot is not None and leaf.output) or (leaf.frame, leaf.root) in handed
+
+
+def _may_end_in_a_byte(source: Region, wanted: int) -> bool:
+    """Tell whether a source may give out before `wanted` bytes are copied, after an odd number of them."""
+    if source.size % 2 == 0:
+        return False
+    first = source.fixed_first
+    if first is None:
+        return True
+    left = source.fixed_left(first) * source.size
+    return left < wanted and left % 2 == 1

@@ -1,0 +1,116 @@
+"""The Python front end: a rung is a call, and reads from left to right like the rung it is.
+
+| Python | rung text |
+|---|---|
+| `rung(start, ~stop, OTE(run))` | `XIC(Start)XIO(Stop)OTE(Run);` |
+| `rung([start, run], ~stop, OTE(run))` | `[XIC(Start),XIC(Run)]XIO(Stop)OTE(Run);` |
+| `rung([(a, ~b), c], OTE(d), e, OTE(f))` | `[XIC(a)XIO(b),XIC(c)]OTE(d)XIC(e)OTE(f);` |
+| `rung(run, TON(fill))` | `XIC(Run)TON(Fill,?,?);` |
+| `rung(count.ACC >= 10, MOV(count.ACC, total))` | `GEQ(Count.ACC,10)MOV(Count.ACC,Total);` |
+| `rung(a * 2 > b, CPT(c, (a + b) / 2))` | `CMP(a*2>b)CPT(c,(a+b)/2);` |
+
+Brackets are parallel, parentheses a series inside them, a tag is XIC, `~` is XIO, and a
+comparison is the compare instruction.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping, Sequence
+
+from ..instructions import BY_NAME
+from ..model.errors import LadderError
+from ..model.spec import Spec
+from ..model.tagref import Expression, TagRef, operand_of
+from ..model.tree import (
+    Branch,
+    Element,
+    Instruction,
+    Origin,
+    Rung,
+    Series,
+    too_deep,
+)
+from .text import parse_rung
+
+
+class RungMaker:
+    """What a routine's function is called with: call it once per rung.
+
+    Attributes:
+        rungs: the rungs so far.
+
+    Args:
+        specs: the instructions that rung text may name.
+    """
+
+    def __init__(self, specs: Mapping[str, Spec] = BY_NAME) -> None:
+        self.rungs: list[Rung] = []
+        self._specs = specs
+
+    def __call__(self, *elements: object, comment: str = "") -> None:
+        """Add a rung.
+
+        Args:
+            elements: tags, instructions, lists as branches; or one str of rung text.
+            comment: its comment.
+
+        Raises:
+            LadderError: something is not part of a rung; file and line, and a remedy.
+        """
+        caller = sys._getframe(1)
+        origin = Origin(caller.f_code.co_filename, caller.f_lineno)
+        try:
+            if len(elements) == 1 and isinstance(elements[0], str):
+                series = parse_rung(elements[0], rung=len(self.rungs), specs=self._specs).series
+            else:
+                series = _checked(series_of(elements))
+        except (LadderError, RecursionError) as error:
+            what = "lists are nested too deep" if isinstance(error, RecursionError) else error
+            text = f"{origin.file}:{origin.line}: rung {len(self.rungs)}: {what}"
+            raise LadderError(text) from None
+        self.rungs.append(Rung(series, comment, origin))
+
+
+def _checked(series: Series) -> Series:
+    deep = too_deep(series)
+    if deep:
+        raise LadderError(f"{deep}; use fewer, or steps in between")
+    return series
+
+
+def series_of(elements: Sequence[object]) -> Series:
+    """Return the series that Python values stand for."""
+    found: list[Element] = []
+    for each in elements:
+        if isinstance(each, tuple):
+            found.extend(series_of(each))
+        else:
+            found.append(_element(each))
+    return tuple(found)
+
+
+def _element(given: object) -> Element:
+    if isinstance(given, (Instruction, Branch)):
+        return given
+    if isinstance(given, list):
+        legs = tuple(series_of(leg if isinstance(leg, tuple) else (leg,)) for leg in given)
+        return Branch(legs)
+    if isinstance(given, TagRef):
+        return Instruction("XIC", (given.operand,))
+    if isinstance(given, str):
+        return Instruction("XIC", (operand_of(given),))
+    what = f"the expression {given}" if isinstance(given, Expression) else repr(given)
+    raise LadderError(f"{what} is not part of a rung; write a tag, an instruction, or a list as a branch")
+
+
+def make(name: str, *given: object) -> Instruction:
+    """Return an instruction by its name, see `Spec`.
+
+    Raises:
+        LadderError: there is no such instruction, or it takes other operands.
+    """
+    spec = BY_NAME.get(name.upper())
+    if spec is None:
+        raise LadderError(f"there is no instruction {name}")
+    return spec(*given)

@@ -1,0 +1,529 @@
+"""Types of tags that a program uses and does not declare, from how it uses them.
+
+A partial export has rungs without the tags of their controller. All uses of a tag are collected in a tree of
+its members. A use that takes one type only decides; a real number beside a number makes it REAL; a bit of it
+makes it an integer. An array has the length of its highest constant subscript, with computed ones only
+`COMPUTED` elements.
+
+| the program says | the tag is |
+|---|---|
+| `XIC(Run)` | BOOL |
+| `TON(Fill,?,?)`, `Fill.DN` | TIMER |
+| `Word.3`, `MOV(5,Word)` | DINT |
+| `MOV(2.5,Level)` | REAL |
+| `CONCAT(Text,'a',Text)` | STRING |
+| `Recipe[2].Step` | an array of a structure with a member Step |
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+
+from ..instructions import BY_NAME
+from ..model.predefined.block_types import BLOCKS
+from ..model.predefined.motion_types import (
+    AXIS_TYPES,
+    BY_CLASS,
+    COORDINATE_SYSTEM,
+    MOTION_GROUP,
+    MOTION_INSTRUCTION,
+    is_axis,
+)
+from ..model.predefined.safety_types import SAFETY
+from ..model.predefined.structures import HMIBC, SERIAL_PORT_CONTROL
+from ..model.predefined.words import KEYWORDS, plain
+from ..model.spec import Spec, Use
+from ..model.statements import (
+    Assignment,
+    Case,
+    For,
+    If,
+    Invocation,
+    Repeat,
+    While,
+    operands_in,
+    statements_in,
+)
+from ..model.tree import (
+    Address,
+    BitStep,
+    Characters,
+    Instruction,
+    MemberStep,
+    Number,
+    Operand,
+    Operation,
+    Routine,
+    SlashStep,
+    Statement,
+    Step,
+    SubscriptStep,
+    Unknown,
+    WordStep,
+    addresses_in,
+    instructions_of,
+)
+from ..model.types import (
+    ALARM_ANALOG,
+    ALARM_DIGITAL,
+    BOOL,
+    CONTROL,
+    COUNTER,
+    DINT,
+    FBD_COUNTER,
+    FBD_ONESHOT,
+    FBD_TIMER,
+    LINT,
+    MESSAGE,
+    PID,
+    REAL,
+    STRING,
+    TIMER,
+    DataType,
+    Elementary,
+    Member,
+    Structure,
+)
+
+COMPUTED = 100
+"""Elements of an array with a computed subscript."""
+
+COMPUTED_EACH = 16
+"""The same per dimension of an array of several."""
+
+MOST = 20_000
+"""Elements that a constant can ask for."""
+
+CODE = 4
+"""Characters, at most, that a number can be: `MOV('A',Code)`."""
+
+_BITS = (Use.BIT, Use.COIL, Use.LATCH, Use.STORAGE, Use.TRUTH, Use.SWITCH)
+
+BY_USE: Mapping[Use, DataType] = {
+    **dict.fromkeys(_BITS, BOOL),
+    **dict.fromkeys((Use.TEXT, Use.TEXT_TARGET), STRING),
+    Use.TIMER: TIMER,
+    Use.COUNTER: COUNTER,
+    Use.CONTROL: CONTROL,
+    Use.MESSAGE: MESSAGE,
+    Use.SERIAL: SERIAL_PORT_CONTROL,
+    Use.HMI_BUTTON: HMIBC,
+    Use.PID: PID,
+    Use.ALARM_DIGITAL: ALARM_DIGITAL,
+    Use.ALARM_ANALOG: ALARM_ANALOG,
+    Use.MOTION: MOTION_INSTRUCTION,
+    Use.MOTION_GROUP: MOTION_GROUP,
+    Use.COORDINATE_SYSTEM: COORDINATE_SYSTEM,
+    Use.AXIS: AXIS_TYPES["AXIS_CIP_DRIVE"],
+}
+"""What an operand of a use is."""
+
+_BLOCKS: Mapping[str, DataType] = {
+    **dict.fromkeys(("TONR", "TOFR", "RTOR"), FBD_TIMER),
+    "CTUD": FBD_COUNTER,
+    **dict.fromkeys(("OSRI", "OSFI"), FBD_ONESHOT),
+    **BLOCKS,
+    **SAFETY,
+}
+
+_REGIONS = frozenset({Use.SOURCE, Use.DESTINATION, Use.ARRAY, Use.TABLE})
+_MAY_BE_TEXT = frozenset({Use.TEXT_OR_NUMBER, Use.TEXT_OR_NUMBER_TARGET})
+_MAY_BE_STRUCTURES = _MAY_BE_TEXT | {Use.SOURCE, Use.DESTINATION, Use.ITEM, Use.ITEM_TARGET}
+_NAMES = frozenset({Use.LABEL, Use.MODE, Use.ROUTINE, Use.PASSES})
+_BY_MEMBERS = (
+    *(TIMER, COUNTER, CONTROL, STRING, MOTION_INSTRUCTION, MESSAGE),
+    *(*AXIS_TYPES.values(), PID),
+)
+"""Candidates for a structure: the first one that has all members in use."""
+
+Known = Callable[[str, Address], DataType | None]
+"""Returns the type of a declared address in a program, None if it is not declared."""
+
+OfCall = Callable[[str], tuple[tuple[DataType, tuple[int, ...]], ...]]
+"""Returns types and dimensions of the operands of an add-on call."""
+
+Missing = Callable[[str, Address], tuple[str, tuple[Step, ...]] | None]
+"""Returns what is to be guessed for an address in a program and the steps from there, None if it is known."""
+
+
+@dataclass(slots=True)
+class Guess:
+    """What is known of a tag or a member.
+
+    Attributes:
+        name: its name.
+        structures: what it may be if its members are among theirs.
+        members: its members, by name in capitals.
+        lengths: of its dimensions, as far as subscripts show them.
+        votes: types that its uses need.
+        weak: types that its uses make likely.
+        bit: the highest bit that is named, -1 without one.
+    """
+
+    name: str
+    structures: tuple[Structure, ...] = ()
+    members: dict[str, Guess] = field(default_factory=dict)
+    lengths: list[int] = field(default_factory=list)
+    votes: list[DataType] = field(default_factory=list)
+    weak: list[DataType] = field(default_factory=list)
+    bit: int = -1
+
+    def member(self, name: str) -> Guess:
+        """Return a member, new or known."""
+        return self.members.setdefault(name.upper(), Guess(name, self.structures))
+
+    def subscripts(self, step: SubscriptStep) -> None:
+        """Note subscripts."""
+        while len(self.lengths) < len(step.indices):
+            self.lengths.append(0)
+        for place, index in enumerate(step.indices):
+            length = COMPUTED if len(step.indices) == 1 else COMPUTED_EACH
+            if isinstance(index, Number) and isinstance(index.value, int):
+                length = min(max(index.value, 0), MOST - 1) + 1
+            self.lengths[place] = max(self.lengths[place], length)
+
+    @property
+    def dims(self) -> tuple[int, ...]:
+        """Its dimensions."""
+        return tuple(max(1, each) for each in self.lengths[:3])
+
+    def type(self, path: str) -> DataType:
+        """Return its type."""
+        if self.needed is not None:
+            return self._with_members(self.needed, path)
+        if self.members:
+            return self._structure(path)
+        if self.bit >= 0:
+            return LINT if self.bit > 31 else DINT
+        for votes in (self.votes, self.weak):
+            for kind in (BOOL, REAL, LINT, DINT):
+                if kind in votes:
+                    return kind
+            if votes:
+                return votes[0]
+        return DINT
+
+    @property
+    def asks_for_structure(self) -> bool:
+        """Whether a use of it, or of one of its members, needs a structure."""
+        asks = self.needed is not None or self.weak == [STRING]
+        return asks or any(each.asks_for_structure for each in self.members.values())
+
+    @property
+    def needed(self) -> DataType | None:
+        """The structure that a use needs, None if none does."""
+        return next((each for each in self.votes if isinstance(each, Structure)), None)
+
+    def _with_members(self, needed: DataType, path: str) -> DataType:
+        """Return an axis with the members that no table has, any other type as it is."""
+        if not isinstance(needed, Structure) or not is_axis(needed):
+            return needed
+        added = tuple(each for each in self._own(path) if needed.member(each.name) is None)
+        return replace(needed, members=needed.members + added) if added else needed
+
+    def fits(self, member: Member | None) -> bool:
+        """Whether its uses are those of a member of a type."""
+        if member is None or bool(member.dims) != bool(self.lengths):
+            return False
+        return BOOL not in self.votes or member.type is BOOL
+
+    def _structure(self, path: str) -> Structure:
+        for each in self.structures if ":" not in self.name else ():
+            if all(guess.fits(each.member(guess.name)) for guess in self.members.values()):
+                return each
+        return Structure(path, tuple(self._own(path)))
+
+    def _own(self, path: str) -> Iterator[Member]:
+        for each in self.members.values():
+            yield Member(each.name, each.type(f"{path}_{each.name}"), each.dims)
+
+
+class Guesses:
+    """Collects uses of what is not declared.
+
+    Args:
+        missing: returns what is to be guessed.
+        known: returns the type of a declared address.
+        of_call: returns what the operands of an add-on call are; none for any other instruction.
+        specs: the shapes of all instructions.
+        structures: what a structure may be, too, whose members are all among theirs.
+    """
+
+    def __init__(
+        self,
+        missing: Missing,
+        known: Known,
+        of_call: OfCall,
+        specs: Mapping[str, Spec],
+        structures: Iterable[Structure] = (),
+    ) -> None:
+        self._missing, self._known = missing, known
+        self._of_call, self._specs = of_call, specs
+        self._structures = (*_BY_MEMBERS, *structures)
+        self.found: dict[str, Guess] = {}
+        self._again = False
+
+    def read_all(self, routines: Iterable[tuple[str, Routine]]) -> None:
+        """Collect the uses in routines of programs; twice, as a later use may say what an earlier one is.
+
+        `EQU(Name,Other)` says nothing of either until `CONCAT(Name,'a',Name)` is read.
+        """
+        owned = list(routines)
+        for _ in range(2):
+            for program, routine in owned:
+                self.read(program, routine)
+            self._again = True
+            if not any(guess.asks_for_structure for guess in self.found.values()):
+                break
+
+    def read(self, program: str, routine: Routine) -> None:
+        """Collect the uses in a routine."""
+        for rung in routine.rungs:
+            for instruction in instructions_of(rung.series):
+                self._instruction(program, instruction)
+        for statement in statements_in(routine.statements or ()):
+            self._statement(program, statement)
+
+    # --- instructions and statements
+
+    def _instruction(self, program: str, instruction: Instruction) -> None:
+        spec = self._specs.get(instruction.name.upper()) or BY_NAME.get(instruction.name)
+        uses = spec.operands if spec else ()
+        if instruction.name == "JSR":
+            uses = (Use.ROUTINE, Use.CONSTANT)
+        if instruction.name in ("GSV", "SSV"):
+            self._attribute(program, instruction)
+        handed = self._of_call(instruction.name)
+        others = [
+            operand
+            for place, operand in enumerate(instruction.operands)
+            if not (place < len(uses) and (uses[place] in _NAMES or _is_of_structure(uses[place])))
+        ]
+        partner = self._partner(program, others)
+        for place, operand in enumerate(instruction.operands):
+            use = uses[place] if place < len(uses) else Use.PARAMETERS
+            self._inside(program, operand)
+            if isinstance(operand, Address):
+                if use in _NAMES or (use is Use.KEYWORD and not operand.steps and _is_word(operand)):
+                    continue
+                if place < len(handed):
+                    self.argument(program, operand, *handed[place])
+                    continue
+                here = self._address(program, operand, *self._wanted(use, instruction, partner))
+                if here is not None and use in _REGIONS:
+                    self._region(here, operand, instruction)
+            elif isinstance(operand, Operation):
+                self._operation(program, operand, partner, bits=use in _BITS)
+
+    def _attribute(self, program: str, instruction: Instruction) -> None:
+        """Note the tag whose attribute GSV or SSV names, the attribute as a member, and the other tag."""
+        if len(instruction.operands) != 4:
+            return
+        kind, instance, name, beside = instruction.operands
+        owner = BY_CLASS.get(str(kind).upper())
+        if owner is None or not isinstance(instance, Address) or not isinstance(name, Address):
+            return
+        found = self._kind(program, beside)
+        likely = found if isinstance(found, Elementary) and found is not BOOL else DINT
+        self._address(program, instance, owner, None)
+        self._address(program, Address(instance.name, (*instance.steps, MemberStep(name.name))), None, likely)
+        known = owner.member(name.name)
+        if known is not None and isinstance(beside, Address):
+            self._address(program, beside, None, known.type)
+
+    def _wanted(
+        self, use: Use, instruction: Instruction, partner: DataType | None
+    ) -> tuple[DataType | None, DataType | None]:
+        """Return the type that a use needs, or else the type that it makes likely."""
+        if use is Use.BLOCK:
+            return _BLOCKS.get(instruction.name), None
+        if use in BY_USE:
+            return BY_USE[use], None
+        if use is Use.RESETTABLE:
+            return None, TIMER
+        if use in _MAY_BE_STRUCTURES and isinstance(partner, Structure):
+            return partner, None
+        if use in _MAY_BE_TEXT:
+            return None, STRING if _is_code(instruction) else partner  # DINT, too, without another use
+        if use in (Use.INTEGER, Use.INTEGER_TARGET, Use.CONSTANT):
+            return None, DINT
+        return None, REAL if partner is REAL else DINT
+
+    def argument(self, program: str, operand: Address, kind: DataType, dims: tuple[int, ...]) -> None:
+        """Note what an add-on instruction gets."""
+        here = self._address(program, operand, kind, None)
+        if here is not None and dims and not here.lengths and not _ends_in_element(operand):
+            here.lengths = [min(each, MOST) for each in dims]
+
+    def _region(self, here: Guess, operand: Address, instruction: Instruction) -> None:
+        """Note how many elements a COP or FLL copies; of another instruction, that it is an array."""
+        spec = self._specs.get(instruction.name.upper())
+        preset = spec.operands.index(Use.PRESET) if spec and Use.PRESET in spec.operands else -1
+        counted = instruction.operands[preset] if preset < len(instruction.operands) else None
+        length = counted.value if isinstance(counted, Number) and isinstance(counted.value, int) else 0
+        if instruction.name == "SIZE" or isinstance(counted, Unknown):
+            length = COMPUTED
+        if 1 < length <= MOST and not here.members and (not here.lengths or _ends_in_element(operand)):
+            here.lengths[:1] = [max(length, *here.lengths[:1])] if here.lengths else [length]
+
+    def _partner(self, program: str, operands: Iterable[Operand]) -> DataType | None:
+        """Return REAL if an operand is one, a string or a structure if one is, else None."""
+        kinds = [self._kind(program, each) for each in operands]
+        structure = next((each for each in kinds if isinstance(each, Structure)), None)
+        return structure or (REAL if REAL in kinds else None)
+
+    def _kind(self, program: str, operand: Operand) -> DataType | None:
+        if isinstance(operand, Number):
+            return REAL if isinstance(operand.value, float) else None
+        if isinstance(operand, Characters):
+            return STRING if len(operand.value) > CODE else None
+        if isinstance(operand, Operation):
+            kinds = [self._kind(program, each) for each in operand.operands]
+            return REAL if REAL in kinds else None
+        if not isinstance(operand, Address):
+            return None
+        is_bit = bool(operand.steps) and isinstance(operand.steps[-1], BitStep)
+        return BOOL if is_bit else self._known(program, operand) or self._guessed(program, operand)
+
+    def _guessed(self, program: str, address: Address) -> DataType | None:
+        """Return the structure, or its member's type, that an earlier use asks for; None if none does."""
+        missing = self._missing(program, address)
+        here = self.found.get(missing[0].upper()) if missing else None
+        kind = here.needed if here else None
+        for step in missing[1] if missing else ():
+            if isinstance(step, SubscriptStep):
+                continue
+            if not isinstance(step, MemberStep):
+                return None
+            member = kind.member(step.name) if isinstance(kind, Structure) else None
+            here = here.members.get(step.name.upper()) if here else None
+            kind = member.type if member is not None else here.needed if here else None
+        likely = self._again and here is not None and kind is None and here.weak == [STRING]
+        return STRING if likely else kind
+
+    def _statement(self, program: str, statement: Statement) -> None:
+        if isinstance(statement, Invocation):
+            self._instruction(program, statement.instruction)
+            return
+        for operand in operands_in(statement):
+            self._inside(program, operand)
+        if isinstance(statement, Assignment):
+            self._assignment(program, statement)
+        elif isinstance(statement, If):
+            for arm in statement.arms:
+                self._operation(program, arm.condition, None, bits=True)
+        elif isinstance(statement, While | Repeat):
+            for operand in operands_in(statement):
+                self._operation(program, operand, None, bits=True)
+        elif isinstance(statement, Case | For):
+            for operand in operands_in(statement):
+                self._operation(program, operand, None, bits=False)
+
+    def _assignment(self, program: str, statement: Assignment) -> None:
+        value, target = statement.value, statement.target
+        kind = self._kind(program, target) or self._kind(program, value)
+        logical = isinstance(value, Operation) and (value.name in (*_RELATIONS, "NOT") or kind is BOOL)
+        if isinstance(kind, Structure):
+            self._address(program, target, kind, None)
+        else:
+            self._address(program, target, None, BOOL if logical else kind or DINT)
+        if isinstance(value, Address):
+            self._address(program, value, kind if isinstance(kind, Structure) else None, kind or DINT)
+        else:
+            self._operation(program, value, REAL if kind is REAL else None, bits=logical)
+
+    def _operation(self, program: str, operand: Operand, partner: DataType | None, *, bits: bool) -> None:
+        """Note the uses in an expression."""
+        todo: list[tuple[Operand, bool, DataType | None]] = [(operand, bits, partner)]
+        while todo:
+            node, is_bit, beside = todo.pop()
+            if isinstance(node, Address):
+                needed = beside if isinstance(beside, Structure) else None
+                self._address(program, node, needed, BOOL if is_bit else beside or DINT)
+            elif isinstance(node, Operation):
+                inner = is_bit and node.name in _LOGICAL
+                inner = inner or (node.name in _RELATIONS and any(map(_is_logical, node.operands)))
+                near = self._partner(program, node.operands) or beside
+                todo += [(each, inner, near) for each in reversed(node.operands)]
+
+    def _inside(self, program: str, operand: Operand) -> None:
+        """Note the tags in subscripts and computed bits."""
+        for address in addresses_in(operand):
+            for step in address.steps:
+                inner = step.indices if isinstance(step, SubscriptStep) else ()
+                if isinstance(step, BitStep):
+                    inner = (step.index,)
+                for each in inner:
+                    self._operation(program, each, None, bits=False)
+
+    # --- addresses
+
+    def _address(
+        self, program: str, address: Address, needed: DataType | None, likely: DataType | None
+    ) -> Guess | None:
+        """Note a use of an address; return what is known of its end, None if it is declared or a bit."""
+        missing = self._missing(program, address)
+        if missing is None:
+            return None
+        name, steps = missing
+        here = self.found.setdefault(name.upper(), Guess(name, self._structures))
+        for step in steps:
+            if isinstance(step, MemberStep):
+                here = here.member(step.name)
+            elif isinstance(step, SubscriptStep):
+                here.subscripts(step)
+            elif isinstance(step, WordStep):
+                here.subscripts(SubscriptStep((Number(step.index, str(step.index)),)))
+            else:
+                index = step.index if isinstance(step, SlashStep) else _bit_of(step)
+                here.bit = max(here.bit, index)
+                return None
+        if needed is not None:
+            _add(here.votes, needed)
+        elif likely is not None:
+            _add(here.weak, likely)
+        return here
+
+
+def _is_code(instruction: Instruction) -> bool:
+    """Whether an operand is characters that may be a text, or the number of their codes."""
+    return any(isinstance(each, Characters) for each in instruction.operands)
+
+
+def _is_of_structure(use: Use) -> bool:
+    return isinstance(BY_USE.get(use), Structure)
+
+
+def _add(votes: list[DataType], kind: DataType) -> None:
+    """Add a type that is not there yet: a tag may have thousands of uses."""
+    if all(each is not kind for each in votes):
+        votes.append(kind)
+
+
+def _ends_in_element(address: Address) -> bool:
+    return bool(address.steps) and isinstance(address.steps[-1], SubscriptStep)
+
+
+_LOGICAL = ("AND", "OR", "XOR", "NOT")
+_RELATIONS = ("=", "<>", "<", "<=", ">", ">=")
+
+
+def _is_logical(operand: Operand) -> bool:
+    """Whether an operand of a relation is true or false, not a number."""
+    if not isinstance(operand, Operation):
+        return False
+    numbers = any(isinstance(each, Number) for each in operand.operands)
+    return operand.name in _RELATIONS or (operand.name in _LOGICAL and not numbers)
+
+
+def _is_word(operand: Address) -> bool:
+    """Whether an instruction means a word of a list by this, not a tag."""
+    return plain(operand.name) in KEYWORDS
+
+
+def _bit_of(step: object) -> int:
+    index = getattr(step, "index", 0)
+    if isinstance(index, Number):
+        return int(index.value)
+    return index if isinstance(index, int) else 0

@@ -1,0 +1,378 @@
+"""Structured text from tree to what the back ends run.
+
+FOR becomes an assignment before the loop, a condition before each pass and an assignment after it;
+everything else keeps its shape. What Logix does not have in structured text is refused with what it has.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, Protocol
+
+from ..instructions.statements import (
+    CASE,
+    CONDITION,
+    EXIT,
+    RETURN,
+    assignment,
+)
+from ..model.operand_checks import (
+    OperandError,
+    described,
+    is_arithmetic,
+    is_logical,
+    is_string,
+)
+from ..model.operands import (
+    Calculation,
+    Constant,
+    Group,
+    Place,
+    Resolved,
+    as_number,
+    constant,
+    width_of,
+)
+from ..model.resolver import AddressError, Resolver
+from ..model.spec import Kind, Spec
+from ..model.statements import (
+    Assignment,
+    Case,
+    Choice,
+    Empty,
+    Exit,
+    For,
+    If,
+    Invocation,
+    Region,
+    Repeat,
+    Return,
+    While,
+    too_deep,
+)
+from ..model.tree import (
+    Address,
+    Block,
+    Instruction,
+    Operand,
+    Operation,
+    Origin,
+    Statement,
+    number,
+)
+from ..state.lowered import (
+    Act,
+    Arms,
+    Body,
+    Line,
+    Loop,
+    LoweredRoutine,
+    Selection,
+    Step,
+)
+
+INSTEAD: Mapping[str, str] = {
+    "OTE": "write bit := condition;",
+    "OTL": "write IF condition THEN bit := 1; END_IF;",
+    "OTU": "write IF condition THEN bit := 0; END_IF;",
+    "OSR": "use OSRI",
+    "OSF": "use OSFI",
+    "TON": "use TONR with an FBD_TIMER",
+    "TOF": "use TOFR with an FBD_TIMER",
+    "RTO": "use RTOR with an FBD_TIMER",
+    "CTU": "use CTUD with an FBD_COUNTER",
+    "CTD": "use CTUD with an FBD_COUNTER",
+    "FLL": "write a FOR loop",
+    "BTD": "assign the bits one by one",
+    "FAL": "write a FOR loop",
+    "FSC": "write a FOR loop",
+    "BSL": "write it in a routine of rungs",
+    "BSR": "write it in a routine of rungs",
+    "FFL": "write it in a routine of rungs",
+    "FFU": "write it in a routine of rungs",
+    "LFL": "write it in a routine of rungs",
+    "LFU": "write it in a routine of rungs",
+    "AVE": "write it in a routine of rungs",
+    "STD": "write it in a routine of rungs",
+    "SQO": "write CASE",
+    "SQL": "write CASE",
+    "ALMD": "write it in a routine of rungs",
+    "BRK": "write EXIT in a loop",
+    "JMP": "write IF, or a loop",
+    "MCR": "write IF",
+    **dict.fromkeys(("ADD", "SUB", "MUL", "DIV", "MOD", "NEG"), "write an expression"),
+    **dict.fromkeys(("SQR", "ABS", "TRN", "CPT", "MOV", "CLR", "MVM"), "write an assignment"),
+    **dict.fromkeys(("AND", "OR", "XOR", "NOT"), "write an expression"),
+}
+"""Instructions that structured text does not have [1756-RM003N, available languages], and what it has."""
+
+
+class Lowerer(Protocol):
+    """What is needed of `lowering.Lowering`."""
+
+    resolver: Resolver
+
+    def at(self, number: int, origin: Origin, text: str) -> None:
+        """Go on with a line."""
+
+    def site(self, text: str) -> int:
+        """Number an instruction of the present line."""
+
+    def step(self, instruction: Instruction) -> Step:
+        """Lower an instruction."""
+
+    def report(self, text: str, remedy: str) -> None:
+        """Note a problem of the present line."""
+
+    def note_flags(self, operand: Operand) -> None:
+        """Keep the status flags if an operand names one."""
+
+    def note_written(self, operand: Operand, resolved: Place | Group) -> None:
+        """Note what is written."""
+
+
+class StatementLowering:
+    """Lowers one routine of statements.
+
+    Args:
+        lowering: lowers instructions and collects problems.
+    """
+
+    def __init__(self, lowering: Lowerer) -> None:
+        self._lowering = lowering
+        self._lines: list[Line] = []
+        self._parameters: tuple[Place, ...] | None = None
+        self._loops = 0
+
+    def routine(self, name: str, statements: Block) -> LoweredRoutine:
+        """Lower a routine."""
+        deep = too_deep(statements)
+        if deep:
+            self._lowering.at(0, Origin(), "")
+            self._lowering.report(deep, "use fewer, or a routine of its own")
+            return LoweredRoutine(name, (), {}, None, ())
+        body = self._body(statements)
+        return LoweredRoutine(name, tuple(self._lines), {}, self._parameters, body)
+
+    def _body(self, block: Block) -> Body:
+        found: list[Any] = []
+        for each in block:
+            if isinstance(each, Region):
+                found += self._body(each.body)
+            elif not isinstance(each, Empty):
+                lower = _LOWER[type(each)]
+                found.append(lower(self, each))
+        return tuple(found)
+
+    # --- lines
+
+    def _line(
+        self, at: Statement, text: str, spec: Spec | None, find: Callable[[], tuple[Any, ...]], line: int = 0
+    ) -> Line:
+        """Lower a line to one step; operands that are refused are reported and left out.
+
+        Args:
+            at: the statement.
+            text: the line's text.
+            spec: what it does; None if the first that `find` returns says so.
+            find: resolves the operands.
+            line: its number, if it is not the statement's.
+        """
+        self._at(at, text, line)
+        site = self._lowering.site(text)
+        try:
+            operands = find()
+        except (AddressError, OperandError) as error:
+            self._lowering.report(str(error), error.remedy)
+            spec, operands = spec or CONDITION, ()
+        if spec is None:
+            spec, *rest = operands
+            operands = tuple(rest)
+        return self._added(at, text, Step(spec, operands, site), line)
+
+    def _at(self, at: Statement, text: str, line: int = 0) -> None:
+        origin = at.origin
+        if line:
+            origin = Origin(origin.file, origin.line + line - at.line)
+        self._lowering.at(line or at.line, origin, text)
+
+    def _added(self, at: Statement, text: str, step: Step, line: int = 0) -> Line:
+        origin = Origin(at.origin.file, at.origin.line + (line - at.line if line else 0))
+        made = Line(line or at.line, (step,), origin, text, at.comment)
+        self._lines.append(made)
+        return made
+
+    def _assignment(self, statement: Assignment) -> Act:
+        return Act(
+            self._assigned(statement, statement.head, statement.target, statement.value, statement.retentive)
+        )
+
+    def _assigned(
+        self, at: Statement, text: str, target: Address, value: Operand, retentive: bool = True
+    ) -> Line:
+        def find() -> tuple[Any, ...]:
+            place = self._target(target)
+            return assignment(place, retentive=retentive), place, self._value(place, value)
+
+        return self._line(at, text, None, find)
+
+    def _condition(self, at: Statement, text: str, condition: Operand, line: int = 0) -> Line:
+        return self._line(at, text, CONDITION, lambda: (self._logical(condition),), line)
+
+    def _invocation(self, statement: Invocation) -> Act:
+        called = statement.instruction
+        self._at(statement, statement.head)
+        first = not self._lines
+        step = self._lowering.step(called)
+        if step.name == "SBR":
+            self._parameters = step.operands
+            if not first:
+                self._lowering.report("SBR is not first", "make it the first statement")
+        elif step.name in INSTEAD or (step.kind is Kind.INPUT and not step.spec.decides):
+            remedy = INSTEAD.get(step.name, "write a condition")
+            self._lowering.report(f"{step.name} is not an instruction of structured text", remedy)
+        return Act(self._added(statement, statement.head, step))
+
+    def _if(self, statement: If) -> Arms:
+        arms = []
+        for position, arm in enumerate(statement.arms):
+            text = f"{'ELSIF' if position else 'IF'} {arm.condition} THEN"
+            head = self._condition(statement, text, arm.condition, arm.line)
+            arms.append((head, self._body(arm.body)))
+        return Arms(tuple(arms), self._body(statement.otherwise or ()))
+
+    def _case(self, statement: Case) -> Selection:
+        labels: list[Constant] = []
+
+        def find() -> tuple[Any, ...]:
+            selector = self._arithmetic(statement.selector)
+            labels.extend(
+                constant(label.value)
+                for choice in statement.choices
+                for bounds in choice.labels
+                for label in (bounds.low, bounds.high)
+            )
+            return (selector, *labels)
+
+        line = self._line(statement, statement.head, CASE, find)
+        width = width_of(*self._operands(line))
+        choices = tuple((_ranges(each), self._body(each.body)) for each in statement.choices)
+        return Selection(line, width, choices, self._body(statement.otherwise or ()))
+
+    def _for(self, statement: For) -> Loop:
+        count, step, text = statement.count, statement.step or number(1), statement.head
+        start = self._assigned(statement, text, count, statement.first)
+        self._refuse_count(start)
+        test = self._line(statement, text, CONDITION, lambda: (self._counting(statement, step),))
+        self._loops += 1
+        body = self._body(statement.body)
+        self._loops -= 1
+        advance = self._assigned(statement, text, count, Operation("+", (count, step)))
+        return Loop(start, test, body, advance, None)
+
+    def _refuse_count(self, start: Line) -> None:
+        operands = self._operands(start)
+        if operands and not (isinstance(operands[0], Place) and operands[0].type.is_integer):
+            what = described(operands[0])
+            self._lowering.report(f"FOR counts in {what}, an integer is needed", "use a SINT, INT or DINT")
+
+    def _counting(self, statement: For, step: Operand) -> Resolved:
+        """Return the condition of a pass: the count is not beyond the last value, seen in its direction."""
+        count, last = self._arithmetic(statement.count), self._arithmetic(statement.last)
+        by = self._arithmetic(step)
+        up, down = Calculation("<=", (count, last)), Calculation(">=", (count, last))
+        if isinstance(by, Constant):
+            return up if by.value >= 0 else down
+        zero = constant(0)
+        rising = Calculation("AND", (Calculation(">=", (by, zero)), up))
+        falling = Calculation("AND", (Calculation("<", (by, zero)), down))
+        return Calculation("OR", (rising, falling))
+
+    def _while(self, statement: While) -> Loop:
+        test = self._condition(statement, statement.head, statement.condition)
+        self._loops += 1
+        body = self._body(statement.body)
+        self._loops -= 1
+        return Loop(None, test, body, None, None)
+
+    def _repeat(self, statement: Repeat) -> Loop:
+        self._loops += 1
+        body = self._body(statement.body)
+        self._loops -= 1
+        until = self._condition(statement, statement.tail, statement.until, statement.until_line)
+        return Loop(None, None, body, None, until)
+
+    def _exit(self, statement: Exit) -> Act:
+        line = self._line(statement, statement.head, EXIT, tuple)
+        if not self._loops:
+            self._lowering.report("EXIT is outside of a loop", "write RETURN to leave the routine")
+        return Act(line)
+
+    def _return(self, statement: Return) -> Act:
+        return Act(self._line(statement, statement.head, RETURN, tuple))
+
+    # --- operands
+
+    @staticmethod
+    def _operands(line: Line) -> tuple[Any, ...]:
+        (step,) = line.nodes
+        assert isinstance(step, Step)
+        return step.operands
+
+    def _resolved(self, operand: Operand) -> Resolved:
+        self._lowering.note_flags(operand)
+        return self._lowering.resolver.operand(operand)
+
+    def _target(self, operand: Address) -> Place | Group:
+        resolved = self._resolved(operand)
+        if isinstance(resolved, Group) and not is_string(resolved):
+            raise OperandError(
+                f"{operand} is {described(resolved)}, which is not assigned as a whole",
+                "assign its parts, or COP it",
+            )
+        assert isinstance(resolved, (Place, Group))
+        self._lowering.note_written(operand, resolved)
+        return resolved
+
+    def _value(self, target: Place | Group, operand: Operand) -> Resolved:
+        if isinstance(target, Group):
+            resolved = self._resolved(operand)
+            if not is_string(resolved):
+                raise _wrong(operand, resolved, "a string")
+            return resolved
+        return self._logical(operand) if target.type.is_bool else self._arithmetic(operand)
+
+    def _logical(self, operand: Operand) -> Resolved:
+        resolved = self._resolved(operand)
+        if not is_logical(resolved):
+            raise _wrong(operand, resolved, "a bit or a condition", "compare it, as in count <> 0")
+        return resolved
+
+    def _arithmetic(self, operand: Operand) -> Resolved:
+        resolved = as_number(self._resolved(operand))
+        if not is_arithmetic(resolved):
+            raise _wrong(operand, resolved, "a number", "decide with IF: IF bit THEN n := 1; END_IF;")
+        return resolved
+
+
+def _wrong(
+    operand: Operand, resolved: Resolved, wanted: str, remedy: str = "assign like to like"
+) -> OperandError:
+    return OperandError(f"{operand} is {described(resolved)}, {wanted} is needed", remedy)
+
+
+def _ranges(choice: Choice) -> tuple[tuple[Constant, Constant], ...]:
+    return tuple((constant(each.low.value), constant(each.high.value)) for each in choice.labels)
+
+
+_LOWER: Mapping[type[Statement], Callable[[StatementLowering, Any], Any]] = {
+    Assignment: StatementLowering._assignment,
+    Invocation: StatementLowering._invocation,
+    If: StatementLowering._if,
+    Case: StatementLowering._case,
+    For: StatementLowering._for,
+    While: StatementLowering._while,
+    Repeat: StatementLowering._repeat,
+    Exit: StatementLowering._exit,
+    Return: StatementLowering._return,
+}

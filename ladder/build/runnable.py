@@ -1,0 +1,485 @@
+"""What a program and a controller have in common: declarations, building, running."""
+
+from __future__ import annotations
+
+import re
+from abc import ABC, abstractmethod
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
+
+from ..compiler import Scanner, scanner_of, source_of
+from ..instructions.system.messages import ends_of_messages
+from ..model.errors import LadderError, MinorFault, Problem
+from ..model.expressions import TAG_NAME, parse_address
+from ..model.resolver import is_image
+from ..model.spec import Spec
+from ..model.stubs import (
+    NO_STUBS,
+    InPython,
+    Stub,
+    Stubs,
+    check_stubbed,
+    parse_stub,
+)
+from ..model.tagref import TagRef
+from ..model.tags import (
+    STATUS_FLAGS,
+    Alias,
+    Declaration,
+    SlotAlias,
+    Tag,
+)
+from ..model.tree import Address, Routine, Step
+from ..model.types import (
+    MAX_DIMENSIONS,
+    DataType,
+    Structure,
+    count_of,
+    size_of,
+)
+from ..run.edit import Edit, carry_over
+from ..run.engine import STEP_MS, Engine
+from ..run.view import Tags
+from ..state.lowered import Lowered
+from ..state.memory import Memory
+from .addon import AddOn, specs_of
+from .bound_axes import Axes, prescan_axes, run_axes
+from .checks import ALLOWANCES, uses_of_stubs
+from .dialects import (
+    DIALECTS,
+    HOOKS,
+    LOGIX,
+    SLC,
+)
+from .inferred import Guesses
+
+MOST_BYTES = 1 << 25
+"""Bytes of a single tag: 32 MiB, more memory than the largest controllers have for all of them."""
+
+REFUSALS_SHOWN = 5
+"""Refused parts of an export that a message lists."""
+
+
+class LadderLogic(ABC):
+    """Tags, and rungs that work on them; callable as the logic of a rack.
+
+    It is built when it is first used: then one error lists all mistakes, and nothing can be
+    added any more. Calling it runs it compiled, on memory that `tags` shows.
+
+    Attributes:
+        name: its name.
+        declarations: tags and aliases, in order.
+        add_ons: the add-on instructions that it uses, by name in capitals.
+        allowed: what is not reported, see `checks.ALLOWANCES`.
+        stubs: replacements of instructions, and how messages end, by name in capitals.
+        dialect: whose instructions it has.
+        builtin: those instructions, by name in capitals.
+        opening: called with the engine before each scan, and whether it is the first.
+        closing: called with the engine after each scan.
+        axes: axes that are 3601s of the rack, None without any.
+        declares_missing: whether tags that it uses and does not declare are declared by their use.
+        declared_missing: those tags, once it is built.
+        refused: what an export has and this program leaves out, as texts.
+
+    Args:
+        name: its name.
+        allow: what is not reported.
+        dialect: whose instructions it has, see `instructions.dialects`.
+
+    Raises:
+        LadderError: `allow` or `dialect` names something else.
+    """
+
+    kind: str
+    """What it is called in messages."""
+
+    def __init__(self, name: str, *, allow: Iterable[str] = (), dialect: str = LOGIX) -> None:
+        self.name = name
+        if dialect not in DIALECTS:
+            raise LadderError(f"{dialect!r} is not a dialect; there are {', '.join(DIALECTS)}")
+        self.dialect = dialect
+        self.builtin = DIALECTS[dialect]
+        self.opening: list[Callable[[Engine, bool], None]] = []
+        self.closing: list[Callable[[Engine], None]] = []
+        self.declarations: list[Declaration] = []
+        self.add_ons: dict[str, AddOn] = {}
+        self.allowed = frozenset(allow)
+        unknown = self.allowed.difference(ALLOWANCES)
+        if unknown:
+            raise LadderError(f"{min(unknown)!r} can't be allowed; what can is {', '.join(ALLOWANCES)}")
+        self.stubs: dict[str, Stub] = {}
+        self.cards: Mapping[int, str] = {}
+        self.axes: Axes | None = None
+        self.declares_missing = False
+        self.declared_missing: list[Tag] = []
+        self.refused: Sequence[str] = ()
+        self._names: set[str] = set()
+        self._lowered: Lowered | None = None
+        self._scanner: Scanner | None = None
+        self._engine: Engine | None = None
+        self._warnings: tuple[Problem, ...] = ()
+
+    @property
+    @abstractmethod
+    def routines(self) -> Sequence[Routine]:
+        """Routines of rungs and of structured text under their full names, in order."""
+
+    @property
+    @abstractmethod
+    def functions(self) -> Mapping[str, Callable[..., Any]]:
+        """Routines in Python, by full name."""
+
+    @abstractmethod
+    def _lower(self) -> tuple[Lowered, list[Problem]]:
+        """Make it ready to run.
+
+        Returns:
+            What runs, and warnings.
+
+        Raises:
+            BuildError: what is wrong.
+        """
+
+    @property
+    def specs(self) -> Mapping[str, Spec]:
+        """All instructions that it may use, by name in capitals."""
+        return specs_of(self.add_ons, self.stubs, self.builtin)
+
+    # --- declaring
+
+    def stub(self, name: str, text: str | Callable[..., Any]) -> None:
+        r"""Replace an instruction, or say how a message ends.
+
+        Args:
+            name: the instruction; or a message's tag, in a controller `\Program.tag` for that of a program.
+            text: `done after 20 ms`, `error 16#00CB after 20 ms`, `false`, `true`, see `stubs`; or a
+                function, see `stubs.InPython`.
+
+        Raises:
+            LadderError: the text says something else, or the instruction can't be stubbed.
+        """
+        if callable(text):
+            named = getattr(text, "__name__", type(text).__name__)
+            self.take_stubs(Stubs({name.upper(): InPython(named, text)}))
+        else:
+            self.take_stubs(Stubs({name.upper(): parse_stub(text)}))
+
+    def take_stubs(self, stubs: Stubs) -> None:
+        """Take stubs, in place of its own of the same name.
+
+        Raises:
+            LadderError: no stub can replace an instruction among them, or it has been built.
+        """
+        if stubs == NO_STUBS:
+            return
+        self._refuse_if_built()
+        self.declares_missing |= stubs.missing_tags
+        self.cards = {**self.cards, **stubs.cards}
+        for name in stubs.by_name:
+            check_stubbed(name)
+        self.stubs.update(stubs.by_name)
+
+    def take_axes(self, axes: Axes) -> None:
+        """Let axes of the program be 3601s of the rack; before it runs.
+
+        Args:
+            axes: the axes, see `program.axes_of`.
+
+        Raises:
+            LadderError: it runs already.
+        """
+        if self._engine is not None:
+            raise LadderError(f"{self.kind} {self.name} runs already: its axes stay")
+        self.axes = axes
+        self._lowered = self._scanner = None
+
+    @property
+    def stubs_in_use(self) -> tuple[str, ...]:
+        """The stubs that a rung or a statement needs, as `MSG = done after 20 ms (3 times)`.
+
+        Raises:
+            BuildError: see `build`.
+        """
+        counted = Counter(uses_of_stubs(self.build()))
+        used = [f"{name} = {self.stubs[name]} ({times(count)})" for name, count in counted.items()]
+        if self.declared_missing:
+            tags = ", ".join(map(declared, self.declared_missing))
+            used.append(f"missing_tags = declare: {tags}")
+        if self.refused:
+            shown = [*self.refused[:REFUSALS_SHOWN], f"and {len(self.refused) - REFUSALS_SHOWN:,} more"]
+            used.append(f"refused = empty: {', '.join(shown[: len(self.refused)])}")
+        return tuple(used)
+
+    def _declare_missing(self, parts: Sequence[LadderLogic]) -> None:
+        """Declare the tags that routines use and nothing declares.
+
+        Args:
+            parts: what has the routines: itself, or the programs of a controller.
+        """
+        if not self.declares_missing:
+            return
+        known = {part.name: self._names | part._names for part in parts}
+
+        def missing(program: str, address: Address) -> tuple[str, tuple[Step, ...]] | None:
+            name = address.name
+            is_known = name.upper() in known[program] or name.upper() in STATUS_FLAGS or is_image(name)
+            return None if is_known or not name else (name, address.steps)
+
+        specs = specs_of(self.add_ons, self.stubs)
+        guesses = Guesses(
+            missing, lambda _program, _address: None, self._operands_of, specs, self._structures()
+        )
+        guesses.read_all((part.name, routine) for part in parts for routine in part.routines)
+        self.declared_missing = [
+            Tag(each.name, each.type(f"{each.name.replace(':', '_')}_type"), each.dims)
+            for each in guesses.found.values()
+        ]
+        for tag in self.declared_missing:
+            self.add(tag)
+
+    def _operands_of(self, name: str) -> tuple[tuple[DataType, tuple[int, ...]], ...]:
+        """Return type and dimensions of the operands of an add-on instruction; none for another one."""
+        definition = self.add_ons.get(name.upper())
+        if definition is None or name.upper() in self.stubs:
+            return ()
+        return definition.operand_types
+
+    def _structures(self) -> list[Structure]:
+        """Return the structures that its tags are of."""
+        found = (each.type for each in self.declarations if isinstance(each, Tag))
+        return [each for each in dict.fromkeys(found) if isinstance(each, Structure)]
+
+    def declare(
+        self,
+        names: str,
+        kind: DataType | AddOn,
+        *dims: int,
+        initial: object = None,
+        comment: str = "",
+    ) -> Any:
+        """Declare one tag, or several of one type with spaces between their names.
+
+        Args:
+            names: names.
+            kind: their type; for instances, the add-on instruction.
+            dims: length per dimension, for arrays.
+            initial: what they start with; None = zero.
+            comment: their comment.
+
+        Returns:
+            The tag, or a tuple of them, for use in rungs.
+
+        Raises:
+            LadderError: a name is taken or not allowed, or the dimensions are not allowed.
+        """
+        if isinstance(kind, AddOn):
+            self.use(kind)
+            kind = kind.structure
+        listed = names.replace(",", " ").split()
+        for name in listed:
+            self.add(Tag(name, kind, dims, initial, comment))
+        refs = tuple(TagRef(parse_address(name)) for name in listed)
+        return refs[0] if len(refs) == 1 else refs
+
+    def alias(self, name: str, target: str, type: Structure | None = None) -> TagRef:
+        """Give an address a second name.
+
+        Args:
+            name: the second name.
+            target: the address.
+            type: the structure whose names the parts of a module's image have, see `tags.Alias`.
+        """
+        self.add(Alias(name, parse_address(target), type=type))
+        return TagRef(parse_address(name))
+
+    def slot(self, name: str, number: int) -> TagRef:
+        """Name the module in a slot, whose bits then go by meaning: `axis.status.MOVE_COMPLETE`."""
+        self.add(SlotAlias(name, number))
+        return TagRef(parse_address(name))
+
+    def add(self, declaration: Declaration) -> None:
+        """Add a declaration.
+
+        Raises:
+            LadderError: its name is taken or not allowed, or its dimensions are not allowed.
+        """
+        self._refuse_if_built()
+        name = declaration.name
+        if not self._is_name(name):
+            raise LadderError(f"{name!r} is not a tag name: letters, digits and _ are allowed")
+        if name.upper() in self._names:
+            raise LadderError(f"tag {name} is declared twice; names do not depend on case")
+        dims = declaration.dims if isinstance(declaration, Tag) else ()
+        if len(dims) > MAX_DIMENSIONS or any(length < 1 for length in dims):
+            raise LadderError(f"tag {name} has dimensions {dims}; allowed are up to 3, each 1 or more")
+        if isinstance(declaration, Tag) and size_of(declaration.type) * count_of(dims) > MOST_BYTES:
+            raise LadderError(f"tag {name} takes more than {MOST_BYTES:,} bytes; make it shorter")
+        self._names.add(name.upper())
+        self.declarations.append(declaration)
+
+    def _is_name(self, name: str) -> bool:
+        """Whether a tag may have a name; in the dialect slc `I:2` is one, the words of a slot as memory."""
+        if self.dialect == SLC and re.fullmatch(r"[IO]:\d{1,3}", name, re.ASCII):
+            return True
+        named = re.fullmatch(TAG_NAME, name, re.ASCII) is not None
+        return named and not name.upper().startswith(("S:", "I:", "O:"))
+
+    def use(self, *add_ons: AddOn) -> None:
+        """Make add-on instructions known.
+
+        Raises:
+            LadderError: there is another one of that name.
+        """
+        self._refuse_if_built()
+        for each in add_ons:
+            if self.add_ons.setdefault(each.name.upper(), each) != each:
+                raise LadderError(f"there are two add-on instructions {each.name}")
+
+    def _refuse_if_built(self) -> None:
+        if self._lowered is not None:
+            raise LadderError(f"{self.kind} {self.name} has been built: nothing can be added any more")
+
+    # --- building
+
+    def build(self) -> Lowered:
+        """Check it and make it ready to run.
+
+        Raises:
+            BuildError: what is wrong, with rungs and remedies.
+        """
+        if self._lowered is None:
+            self._lowered, warnings = self._lower()
+            opening, closing = HOOKS[self.dialect]
+            axes = self._lowered.axes
+            self._lowered.opening = (*opening, *([prescan_axes] if axes else []), *self.opening)
+            messages = ends_of_messages(self._lowered)
+            self._lowered.closing = (*self.closing, *([run_axes] if axes else []), *messages, *closing)
+            self._warnings = tuple(warnings)
+        return self._lowered
+
+    @property
+    def warnings(self) -> tuple[Problem, ...]:
+        """What is allowed and probably not meant: a bit with two coils, a program that no task runs.
+
+        Raises:
+            BuildError: see `build`.
+        """
+        self.build()
+        return self._warnings
+
+    def compile(self) -> Engine:
+        """Return a new engine that runs it compiled; compiling it is done once."""
+        return Engine(self.build(), self.scanner)
+
+    @property
+    def scanner(self) -> Scanner:
+        """What it is compiled to, which binds itself to an engine's memory."""
+        if self._scanner is None:
+            self._scanner = scanner_of(self.build())
+        return self._scanner
+
+    def interpret(self) -> Engine:
+        """Return a new engine that runs it in the interpreter."""
+        return Engine(self.build())
+
+    # --- running
+
+    @property
+    def engine(self) -> Engine:
+        """The engine that a call runs."""
+        if self._engine is None:
+            self._engine = self.compile()
+        return self._engine
+
+    @property
+    def tags(self) -> Tags:
+        """The tags by name."""
+        return self.engine.tags
+
+    @property
+    def minor_faults(self) -> Sequence[MinorFault]:
+        """The latest minor faults."""
+        return self.engine.minor_faults
+
+    def __call__(self, scan: Any) -> None:
+        """Do one scan of a rack, see `Engine`."""
+        (self._engine or self.engine)(scan)
+
+    def __attach_logic__(self, _slots: object) -> None:
+        """Compile it before the first scan, which has the watchdog's limit as every other one.
+
+        Raises:
+            BuildError: see `build`.
+        """
+        _ = self.engine
+
+    def __close_logic__(self) -> None:  # noqa: B027 - nothing is under way between two scans
+        """Do nothing; there is nothing to end."""
+
+    def step(self, ms: float = STEP_MS) -> None:
+        """Do one scan without a rack, see `Engine.step`."""
+        self.engine.step(ms)
+
+    def take_over(self, running: LadderLogic) -> Edit:
+        """Continue from the state of another program, between two scans: an online edit.
+
+        Tags of the same name and type keep their values, new ones get their initial values, and there is
+        no prescan. The other program stays as it is.
+
+        Raises:
+            LadderError: this program has done a scan already, or is being run.
+            BuildError: it can't be built; the other one can go on.
+        """
+        if self._engine is not None:
+            raise LadderError(f"{self.kind} {self.name} runs already: only one that is new can take over")
+        engine = self.compile()
+        edit = carry_over(running.engine, engine)
+        self._engine = engine
+        return edit
+
+    # --- reading
+
+    def source(self) -> str:
+        """Return the Python that it is compiled to."""
+        return source_of(self.build())
+
+    def text(self, routine: str) -> str:
+        """Return the text of a routine.
+
+        Raises:
+            LadderError: that name is unknown.
+        """
+        for each in self.routines:
+            if each.name.upper() == routine.upper():
+                return each.text
+        raise LadderError(f"there is no routine {routine} in {self.kind} {self.name}")
+
+
+def times(count: int) -> str:
+    """Return how often, in words.
+
+    >>> times(1), times(2), times(2000)
+    ('once', 'twice', '2,000 times')
+    """
+    return {1: "once", 2: "twice"}.get(count, f"{count:,} times")
+
+
+def declared(tag: Tag) -> str:
+    """Return a tag as a program file declares it.
+
+    >>> from scanrack.ladder import DINT
+    >>> declared(Tag("Level", DINT, (4,)))
+    'Level : DINT[4]'
+    """
+    dims = f"[{','.join(map(str, tag.dims))}]" if tag.dims else ""
+    return f"{tag.name} : {tag.type.name}{dims}"
+
+
+def wrong_initials(lowered: Lowered) -> list[Problem]:
+    """Return what is wrong with the initial values."""
+    try:
+        Memory(lowered.layout, lowered.presets, lowered.defaults)
+    except ValueError as error:
+        return [Problem("initial values", "", str(error), "correct the initial value")]
+    return []

@@ -1,0 +1,192 @@
+"""Rung text to tree; tree to rung text is `str()` of a node.
+
+    rung       = series ";"
+    series     = { instruction | branch }
+    branch     = "[" series { "," series } "]"
+    instruction = name "(" [ operand { "," operand } ] ")"
+    operand    = expression | string | "?"
+
+Expressions and addresses are in `expressions`. White space is allowed anywhere between
+these; the text of a tree has none. Names of tags keep their case; names of instructions
+print in capitals and under one name.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+
+from typing_extensions import override
+
+from ..instructions import BY_NAME
+from ..model.expressions import NAME, ExpressionParser
+from ..model.quoting import unquoted
+from ..model.spec import BYTE_ORDERS, Spec, Use
+from ..model.tree import (
+    BRANCHES,
+    Address,
+    Branch,
+    Characters,
+    Element,
+    Instruction,
+    MemberStep,
+    Operand,
+    Origin,
+    Rung,
+    Series,
+    Unknown,
+)
+
+_WORDS = re.compile(r"(?:[A-Za-z_]\w*|%)(?:[ -]+[\w%]+)+(?=\s*[,)])|%\w+(?=\s*[,)])")
+"""A word of a list that is not a name, such as `Units per sec` and `% of Maximum`."""
+
+_PLAIN = re.compile(r"[A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*\s*(?=[,)])")
+_MODE = re.compile(r"REVERSE|WORD|HIGH/?LOW|[012]", re.IGNORECASE)
+_STRING = re.compile(r"'((?:[^'$\n]|\$[^\n])*)'")
+_NUMBERED = {"0": BYTE_ORDERS[0], "1": BYTE_ORDERS[1], "2": BYTE_ORDERS[2], "HIGHLOW": BYTE_ORDERS[2]}
+
+
+def parse_rung(
+    text: str,
+    *,
+    file: str = "",
+    line: int = 1,
+    rung: int | None = 0,
+    comment: str = "",
+    specs: Mapping[str, Spec] = BY_NAME,
+) -> Rung:
+    """Read the text of one rung, with or without its semicolon.
+
+    >>> str(parse_rung("XIC(Start) [XIO(Stop) , XIC(Jog)] OTE(Run)"))
+    'XIC(Start)[XIO(Stop),XIC(Jog)]OTE(Run);'
+
+    Args:
+        text: the rung.
+        file: where it is from, for messages.
+        line: its first line there.
+        rung: its number in its routine.
+        comment: its comment.
+        specs: the known instructions, by name in capitals.
+
+    Raises:
+        RungTextError: it is not a rung; where, and what was expected.
+    """
+    parser = RungParser(text, file=file, line=line, rung=rung, specs=specs)
+    series = parser.series()
+    parser.skip(";")
+    if not parser.ended():
+        parser.fail("an instruction, a branch or ;")
+    return Rung(series, comment, Origin(file, line))
+
+
+class RungParser(ExpressionParser):
+    """Reads rungs.
+
+    Args:
+        text: what is read.
+        file: where it is from, for messages.
+        line: number of its first line.
+        rung: number of the rung, None if it is not a rung.
+        specs: the known instructions, by name in capitals.
+    """
+
+    def __init__(
+        self, text: str, *, file: str, line: int, rung: int | None, specs: Mapping[str, Spec] = BY_NAME
+    ) -> None:
+        super().__init__(text, file=file, line=line, rung=rung)
+        self._specs = specs
+        self._branches = 0
+
+    def series(self) -> Series:
+        """Read instructions and branches as far as they go."""
+        elements: list[Element] = []
+        text = self.text
+        while self.at < len(text):
+            here = text[self.at]
+            if here == "[":
+                elements.append(self._branch())
+            elif here.isalpha() or here == "_":
+                elements.append(self._instruction())
+            else:
+                break
+        return tuple(elements)
+
+    def _branch(self) -> Branch:
+        if self._branches == BRANCHES:
+            self.fail(f"at most {BRANCHES} branches in one another", "another one")
+        self._branches += 1
+        self.skip("[")
+        legs = [self.series()]
+        while self.skip(","):
+            legs.append(self.series())
+        if not self.skip("]"):
+            self.fail("an instruction, , or ] of the branch")
+        self._branches -= 1
+        return Branch(tuple(legs))
+
+    def _instruction(self) -> Instruction:
+        start = self.at
+        name = self._match(NAME) or self.fail("an instruction")
+        spec = self._specs.get(name.upper())
+        if spec is None:
+            self.at = start
+            self.fail(f"an instruction; there is no {name}")
+        if not self.skip("("):
+            if spec.operands[spec.optional :]:
+                self.fail(f"( after {spec.name}")
+            return Instruction(spec.name)
+        operands = self._operands(spec)
+        self._check_count(spec, operands, start)
+        return Instruction(spec.name, operands)
+
+    def _operands(self, spec: Spec) -> tuple[Operand, ...]:
+        operands: list[Operand] = []
+        if self.skip(")"):
+            return ()
+        while True:
+            use = spec.operands[min(len(operands), len(spec.operands) - 1)] if spec.operands else None
+            operands.append(self._operand(use))
+            if self.skip(")"):
+                return tuple(operands)
+            if not self.skip(","):
+                self.fail(f", or ) in {spec.name}")
+
+    def _check_count(self, spec: Spec, operands: tuple[Operand, ...], start: int) -> None:
+        most = len(spec.operands)
+        least = most - spec.optional - spec.variadic
+        if len(operands) < least or (len(operands) > most and not spec.variadic):
+            wanted = str(most) if least == most else f"{least} to {most}"
+            found = f"{len(operands)}"
+            self.at = start
+            self.fail(f"{wanted} operands of {spec.name}", found)
+
+    def _operand(self, use: Use | None) -> Operand:
+        if use in (Use.LABEL, Use.ANYTHING) and self.text.startswith((",", ")"), self.at):
+            return Address("")  # as in GSV(WallClockTime,,DateTime,Now)
+        if use in (Use.KEYWORD, Use.ANYTHING) and (words := _WORDS.match(self.text, self.at)):
+            self._move_to(words.end())
+            return Address(words.group())
+        plain = _PLAIN.match(self.text, self.at)
+        if plain:
+            self.at = plain.end()
+            name, *members = plain.group().rstrip().split(".")
+            return Address(name, tuple(map(MemberStep, members)))
+        if use is Use.MODE:
+            mode = (self._match(_MODE) or self.fail(f"one of {', '.join(BYTE_ORDERS)}")).upper()
+            return Address(_NUMBERED.get(mode, mode))
+        if self.skip("?"):
+            return Unknown()
+        return self.whole_expression()
+
+    @override
+    def _primary(self) -> Operand:
+        string = _STRING.match(self.text, self.at)
+        return self._characters(string) if string else super()._primary()
+
+    def _characters(self, literal: re.Match[str]) -> Characters:
+        try:
+            value = unquoted(literal.group(1))
+        except ValueError as error:
+            self.fail("escapes of characters", str(error))
+        self._move_to(literal.end())
+        return Characters(value)

@@ -1,0 +1,269 @@
+r"""Tags by pattern, and the expressions that read them: for a recorder.
+
+An expression is Python over the variables of the compiled program, the cells of its memory.
+
+| pattern | means |
+|---|---|
+| `Run`, `fill.acc` | a tag, a member; case does not matter |
+| `Fill` | all members of a structure, packed bits by name, less the hidden ones |
+| `\Main.*`, `S?` | all that match |
+| `Recipe[3].T`, `Recipe[3]` | an element |
+| an alias | its target; a bit: its word |
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from difflib import get_close_matches
+
+from ...io_images.tag_names import element_of, normal, without_ranges
+from ..model.errors import LadderError
+from ..model.expressions import parse_address
+from ..model.operands import Constant, Group, Place
+from ..model.resolver import AmbiguousTagError, Resolver
+from ..model.tags import Alias, Layout, Leaf
+from ..model.tree import Address, BitStep
+from ..model.types import (
+    DataType,
+    Elementary,
+    Member,
+    Structure,
+    count_of,
+)
+
+TEXT = "TEXT"
+_PACKED = re.compile(r"(?P<host>\w+)\.(?P<bit>\d+)")
+"""What a packed bit is another name of."""
+
+
+@dataclass(frozen=True, slots=True)
+class TagValue:
+    """A value, or the elements of an array, of a program.
+
+    Attributes:
+        name: its full name; of an array see `io_images.tag_names`.
+        type: name of its elementary type, such as DINT; TEXT for a STRING.
+        length: elements of an array; 0 for a single value.
+        source: the expression that reads it: `*name` for an array, length and data for a TEXT.
+    """
+
+    name: str
+    type: str
+    length: int
+    source: str
+
+
+class ImageNamedError(LadderError):
+    """A pattern means a part of a module's image, which is not a tag."""
+
+
+def tag_values(layout: Layout, patterns: Sequence[str]) -> list[TagValue]:
+    """Return what patterns mean, each value once, in the order of the patterns.
+
+    Raises:
+        LadderError: a pattern that matches nothing, with the closest tag; or part of an image.
+    """
+    found: dict[str, TagValue] = {}
+    known = list(_all_values(layout))
+    for pattern in patterns:
+        try:
+            matches = _matching(layout, known, pattern)
+        except ImageNamedError as error:
+            raise ImageNamedError(f"{pattern!r}: {error}") from None
+        found.update((each.name, each) for each in matches if each.name not in found)
+    arrays = [each for each in found.values() if each.length]
+    elements = {element_of(each.name, place) for each in arrays for place in range(each.length)}
+    return [each for each in found.values() if each.name not in elements]
+
+
+def _matching(layout: Layout, known: Sequence[TagValue], pattern: str) -> list[TagValue]:
+    wanted = without_ranges(normal(pattern))
+    one_element = "[" in wanted and not {"*", "?"} & set(wanted)
+    matches = [each for each in known if matches_part(wanted, without_ranges(each.name), fold=True)]
+    if matches and not one_element:
+        return matches
+    try:
+        address = Resolver(layout).meant(wanted)
+        if str(address) != wanted:
+            return _matching(layout, known, str(address))
+        return _at_address(layout, known, address)
+    except (ImageNamedError, AmbiguousTagError):
+        raise
+    except LadderError as error:
+        close = get_close_matches(pattern.upper(), [each.name.upper() for each in known], 1)
+        names = {each.name.upper(): each.name for each in known}
+        hint = f"; did you mean {names[close[0]]}?" if close else ""
+        raise LadderError(f"no tag matches {pattern!r}{hint}") from error
+
+
+def matches_part(pattern: str, name: str, *, fold: bool = False) -> bool:
+    """Return whether a pattern matches a name, or the part before a dot or a subscript in it.
+
+    >>> matches_part("Fill", "Fill.ACC"), matches_part("Fi", "Fill.ACC"), matches_part("*.acc", "Fill.ACC")
+    (True, False, False)
+
+    Args:
+        pattern: a name, with `*` and `?`; brackets are subscripts.
+        name: the name.
+        fold: case does not matter.
+    """
+    text = "".join({"*": ".*", "?": "."}.get(each, re.escape(each)) for each in pattern)
+    return re.match(rf"{text}(?:[.\[]|$)", name, re.IGNORECASE if fold else 0) is not None
+
+
+def _all_values(layout: Layout) -> Iterator[TagValue]:
+    for tag in layout.tags().values():
+        yield from _values(layout, tag.name, f"{tag.name}{_ranges(layout, tag.dims)}", tag.type, 0, tag.dims)
+
+
+def _ranges(layout: Layout, dims: tuple[int, ...]) -> str:
+    """Return all subscripts of an array, as its name has them.
+
+    >>> _ranges(Layout([]), (2, 3)), _ranges(Layout([], files=True), (10,)), _ranges(Layout([]), ())
+    ('[0..1,0..2]', ':0..9', '')
+    """
+    ranges = ",".join(f"0..{length - 1}" for length in dims)
+    return f":{ranges}" if layout.files and dims else f"[{ranges}]" if dims else ""
+
+
+def _named(layout: Layout, name: str) -> str:
+    """Return the name of an array: without its subscript if that is the only one, and at the end."""
+    plain = without_ranges(name)
+    return plain if not layout.files and name.startswith(f"{plain}[") and name.count("..") == 1 else name
+
+
+def _values(
+    layout: Layout, path: str, name: str, kind: DataType, at: int, dims: tuple[int, ...]
+) -> Iterator[TagValue]:
+    """Yield the values below a path.
+
+    Args:
+        layout: the memory.
+        path: tag and members, without subscripts.
+        name: the same, with the subscripts that are settled, and the ranges of those that are not.
+        kind: the type of an element.
+        at: which element of the dimensions that are settled.
+        dims: the dimensions that are left.
+    """
+    count = count_of(dims)
+    if isinstance(kind, Elementary):
+        yield _value(layout, name, layout.leaf(path), at * count, count if dims else 0)
+    elif kind.is_string:
+        for number in range(count):
+            yield _text(layout, path, element_of(name, number) if dims else name, at * count + number)
+    else:
+        for member in kind.members:
+            inner = f"{path}.{member.name}", f"{name}.{member.name}"
+            if member.hidden or "~" in member.name:
+                continue
+            if member.at:
+                yield from _second_name(layout, path, inner[1], kind, member, at, dims)
+            else:
+                shown = f"{inner[1]}{_ranges(layout, member.dims)}"
+                yield from _values(layout, inner[0], shown, member.type, at, dims + member.dims)
+
+
+def _second_name(
+    layout: Layout,
+    path: str,
+    name: str,
+    kind: Structure,
+    member: Member,
+    at: int,
+    dims: tuple[int, ...],
+) -> Iterator[TagValue]:
+    """Yield the value of a member that is another name of a part of its structure: a packed bit, mostly."""
+    packed = _PACKED.fullmatch(member.at)
+    host = kind.member(packed["host"]) if packed else None
+    if packed and host is not None and not host.dims and isinstance(host.type, Elementary):
+        count = count_of(dims)
+        leaf = layout.leaf(f"{path}.{host.name}")
+        yield _bit(layout, name, leaf, int(packed["bit"]), at * count, count if dims else 0)
+    elif not dims:
+        where = Resolver(layout).address(parse_address(name))
+        if isinstance(where, Place) and where.fixed_index is not None:
+            yield _placed(layout, name, where)
+
+
+def _placed(layout: Layout, name: str, where: Place) -> TagValue:
+    """Return the value at a place with a fixed index."""
+    index = where.fixed_index
+    assert index is not None
+    if isinstance(where.bit, Constant):
+        return _bit(layout, name, where.leaf, int(where.bit.value), index, 0)
+    return _value(layout, name, where.leaf, index, 0)
+
+
+def _bit(layout: Layout, name: str, leaf: Leaf, bit: int, start: int, length: int) -> TagValue:
+    """Return a packed bit, or one of each of several words, as a BOOL."""
+    source = _source(layout, leaf, start, length)
+    if not length:
+        return TagValue(name, "BOOL", 0, f"({source} >> {bit} & 1)")
+    words = source.removeprefix("*")
+    return TagValue(_named(layout, name), "BOOL", length, f"*[each >> {bit} & 1 for each in {words}]")
+
+
+def _at_address(layout: Layout, known: Sequence[TagValue], address: Address) -> list[TagValue]:
+    """Return the values at an address."""
+    resolver = Resolver(layout)
+    declaration = layout.declarations.get(address.name.upper())
+    if isinstance(declaration, Alias) and not declaration.type:
+        target = declaration.target
+        return _matching(layout, known, str(Address(target.name, (*target.steps, *address.steps))))
+    if address.steps and isinstance(address.steps[-1], BitStep):
+        return _matching(layout, known, str(Address(address.name, address.steps[:-1])))
+    where = resolver.address(address)
+    if isinstance(where, Place) and where.leaf.is_image:
+        raise ImageNamedError(
+            f"{address} is a part of slot {where.leaf.slot}'s images, which a trace has anyway: "
+            f"leave it out, and ask for slot{where.leaf.slot}.in and slot{where.leaf.slot}.out"
+        )
+    if isinstance(where, Place) and where.fixed_index is not None:
+        return [_placed(layout, resolver.full_name(str(address)), where)]
+    if isinstance(where, Group) and all(isinstance(index, Constant) for index in where.indices):
+        name = f"{resolver.full_name(str(address))}{_ranges(layout, where.dims)}"
+        return list(_values(layout, where.path, name, where.type, _flat(layout, where), where.dims))
+    raise LadderError(f"{address} is not a tag of its own")
+
+
+def _flat(layout: Layout, group: Group) -> int:
+    """Return which element of the settled dimensions a group is."""
+    path = group.path.upper()
+    leaf = next(leaf for name, leaf in layout.leaves.items() if name == path or name.startswith(f"{path}."))
+    flat = 0
+    for index, length in zip(group.indices, leaf.dims, strict=False):
+        assert isinstance(index, Constant)
+        flat = flat * length + int(index.value)
+    return flat
+
+
+def _value(layout: Layout, name: str, leaf: Leaf, start: int, length: int) -> TagValue:
+    return TagValue(_named(layout, name), leaf.type.name, length, _source(layout, leaf, start, length))
+
+
+def _text(layout: Layout, path: str, name: str, at: int) -> TagValue:
+    """Return a STRING: its length and its characters."""
+    data = layout.leaf(f"{path}.DATA")
+    room = data.dims[-1]
+    characters = _source(layout, data, at * room, room).removeprefix("*")
+    return TagValue(name, TEXT, 0, f"{_source(layout, layout.leaf(f'{path}.LEN'), at, 0)}, {characters}")
+
+
+def _source(layout: Layout, leaf: Leaf, start: int, length: int) -> str:
+    """Return the expression that reads one value (length 0) or several of a leaf."""
+    spot = layout.spot(leaf)
+    if spot is None:
+        if not leaf.dims:
+            return leaf.ident
+        if not length:
+            return f"{leaf.ident}[{start}]"
+        return f"*{leaf.ident}" if length == leaf.size else f"*{leaf.ident}[{start}:{start + length}]"
+    places = [spot.at(start + number) for number in range(length or 1)]
+    if not length:
+        return f"{spot.ident}[{places[0]}]"
+    step = places[1] - places[0] if length > 1 else 1
+    if places == list(range(places[0], places[0] + step * length, step)):
+        return f"*{spot.ident}[{places[0]}:{places[-1] + 1}:{step}]"
+    return f"*({', '.join(f'{spot.ident}[{place}]' for place in places)})"

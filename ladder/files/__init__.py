@@ -1,0 +1,1 @@
+"""Programs in files: `.rung`, `.st`, `.steps`."""

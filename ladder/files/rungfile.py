@@ -1,0 +1,296 @@
+"""Programs as neutral text: `.rung` files with tags and routines, read and written.
+
+    PROGRAM line
+    DIALECT slc                                   // instructions of an SLC 500, see docs/slc.md
+    USE axis3601                                  // add-on instructions that come with scanrack
+    TYPE Step (Time : DINT, Valve : BOOL)
+    TYPE Flags (Host : SINT HIDDEN, Ready : BOOL AT Host.0)   // Ready is a name of a bit
+    TAG Run : BOOL
+    TAG Recipe : Step[10] := [{"Time": 100}]      // what a tag starts with is JSON, 16#FF among it
+    SLOT axis : 1
+    ALIAS Go : Local:1:I.Data[1].2
+    ALIAS Drive:I : Local:1:I AS Inputs           // names of a declared TYPE for a module's image
+    STUB MSG : done after 20 ms                   // how every message ends, see `stubs`
+    ROUTINE Main
+    // a comment on the rung below
+    [XIC(Go),XIC(Run)]XIO(axis.status.INPUT_ERROR)OTE(Run);
+    END
+
+A controller has tags, tasks and programs, see `controller` and `schedule`:
+
+    CONTROLLER plant
+    TAG Run : BOOL                                // a tag that all programs share
+    TASK Cycle : CONTINUOUS RUNS Main
+    TASK Fast : PERIODIC 10 ms PRIORITY 3 PREEMPT RUNS Filter, Regulator
+    TASK Alarm : EVENT PRIORITY 2 RUNS Bell       // when EVENT(Alarm) triggers it
+    PROGRAM Main MAIN Start FAULT Trouble
+    TAG Count : DINT                              // a tag of the program's own
+    ROUTINE Start
+    ...
+    END
+    END PROGRAM
+
+Add-on instructions come before the tags that are their instances, see `addon`. The first
+routine is the main one unless PROGRAM says `MAIN name`. A rung ends with
+its semicolon and may take several lines; `//` starts a comment. `ROUTINE Fill ST` is a routine of structured
+text up to a line END.
+
+A `.st` file has the lines before the first ROUTINE, of which none is needed, and then statements.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from decimal import Decimal
+from pathlib import Path
+
+from ...io_images.input_files import read_input_text
+from ...io_images.text_limits import Text, TextLimitError, check_text
+from ..build.addon import AddOn
+from ..build.controller import Controller
+from ..build.dialects import LOGIX
+from ..build.program import Program
+from ..build.runnable import LadderLogic
+from ..model.errors import LadderError
+from ..model.predefined.structures import PREDEFINED_TYPES
+from ..model.schedule import Task
+from ..model.statements import block_lines
+from ..model.stubs import NO_STUBS, InPython, Stubs
+from ..model.tags import Alias, SlotAlias, Tag
+from ..model.tree import Routine
+from ..model.types import DataType, Elementary, Member
+from .rungreader import LIBRARIES, Reader, load_library
+
+SUFFIX = ".rung"
+"""How the name of a program file ends."""
+
+STRUCTURED_SUFFIX = ".st"
+"""How the name of a file of structured text ends."""
+
+
+def read_program(path: Path | str) -> Program | Controller:
+    """Read a program from a file.
+
+    Raises:
+        RungTextError: something in it is not what was expected; file, rung, line and column.
+        LadderError: a declaration that is not allowed.
+        OSError: the file can't be read.
+    """
+    file = Path(path)
+    if file.suffix == STRUCTURED_SUFFIX:
+        return parse_structured(read_input_text(file, Text.STRUCTURED), file.stem, file=str(file))
+    return parse_program(read_input_text(file, Text.RUNGS), file=str(file))
+
+
+def parse_program(text: str, *, file: str = "", stubs: Stubs = NO_STUBS) -> Program | Controller:
+    """Read a program or a controller from text, see `read_program`.
+
+    Args:
+        text: the text.
+        file: where it is from, for messages.
+        stubs: replacements of instructions; they replace stubs of the text with the same name.
+    """
+    _check(text, Text.RUNGS, file)
+    return Reader(text, file, stubs).program()
+
+
+def parse_structured(text: str, name: str, *, file: str = "", stubs: Stubs = NO_STUBS) -> Program:
+    """Read a program from structured text, see `read_program`.
+
+    Args:
+        text: declarations, then statements.
+        name: name of the program, unless the text has a line PROGRAM.
+        file: where it is from, for messages.
+        stubs: see `parse_program`.
+    """
+    _check(text, Text.STRUCTURED, file)
+    return Reader(text, file, stubs).structured(name)
+
+
+def _check(text: str, kind: Text, file: str) -> None:
+    try:
+        check_text(text, kind)
+    except TextLimitError as error:
+        where = f"{file}:{error.line}" if file else f"line {error.line}"
+        raise LadderError(f"{where}: {error}") from None
+
+
+def write_program(program: Program | Controller, path: Path | str) -> None:
+    """Write a program to a file; one whose name ends in `.st` takes structured text only.
+
+    Raises:
+        LadderError: it has routines in Python, which are not text, or such a file can't hold it.
+    """
+    flat = Path(path).suffix == STRUCTURED_SUFFIX
+    Path(path).write_text(structured_text(program) if flat else program_text(program), encoding="utf-8")
+
+
+def structured_text(program: Program | Controller) -> str:
+    """Return a program as structured text that reads as the same program.
+
+    Raises:
+        LadderError: it is more than one routine of structured text.
+    """
+    statements = [routine.statements for routine in program.routines]
+    flat = isinstance(program, Program) and not (program.functions or program.allowed or program.fault)
+    if not flat or len(statements) != 1 or statements[0] is None:
+        raise LadderError(
+            f"{program.kind} {program.name} is not one routine of structured text; "
+            f"write it to a {SUFFIX} file"
+        )
+    declared = (*_types(program), *_declarations(program), *_stubs(program))
+    lines = [f"PROGRAM {program.name}", "", *declared, ""]
+    return "\n".join([*lines, *block_lines(statements[0])]) + "\n"
+
+
+def program_text(program: Program | Controller) -> str:
+    """Return a program or a controller as text that reads as the same.
+
+    Raises:
+        LadderError: it has routines in Python, which are not text.
+    """
+    if program.functions:
+        names = ", ".join(program.functions)
+        raise LadderError(
+            f"{program.kind} {program.name} has routines in Python ({names}): they are not rung text"
+        )
+    if isinstance(program, Controller):
+        lines = _controller_lines(program)
+    else:
+        head, *allowed = _head(program), *_dialect(program), *_allowed(program)
+        declared = (*_types(program), *_declarations(program), *_stubs(program))
+        lines = iter([head, *allowed, "", *declared, *_routines(program)])
+    return "\n".join(lines) + "\n"
+
+
+def _controller_lines(controller: Controller) -> Iterator[str]:
+    yield f"CONTROLLER {controller.name}"
+    yield from _allowed(controller)
+    yield ""
+    yield from _types(controller)
+    yield from _declarations(controller)
+    yield from _stubs(controller)
+    yield from map(_task_text, controller.tasks)
+    for program in controller.programs:
+        yield from ("", _head(program), *_declarations(program), *_routines(program), "END PROGRAM")
+
+
+def _task_text(task: Task) -> str:
+    parts = [f"TASK {task.name} : {task.kind.value}"]
+    if task.rate_ns:
+        parts.append(f"{(Decimal(task.rate_ns) / 1_000_000).normalize():f} ms")
+    parts.append(f"PRIORITY {task.priority}")
+    if task.preempt:
+        parts.append("PREEMPT")
+    if task.programs:
+        parts.append(f"RUNS {', '.join(task.programs)}")
+    if task.comment:
+        parts.append(f" // {task.comment}")
+    return " ".join(parts)
+
+
+def _head(program: Program) -> str:
+    roots = [f" {word} {name}" for word, name in (("MAIN", program.main), ("FAULT", program.fault)) if name]
+    return f"PROGRAM {program.name}{''.join(roots)}"
+
+
+def _dialect(logic: LadderLogic) -> list[str]:
+    return [] if logic.dialect == LOGIX else [f"DIALECT {logic.dialect}"]
+
+
+def _allowed(logic: LadderLogic) -> list[str]:
+    return [f"ALLOW {name}" for name in sorted(logic.allowed)]
+
+
+def _routines(program: Program) -> Iterator[str]:
+    for routine in program.routines:
+        yield from ("", *_routine_text(routine))
+
+
+def _routine_text(routine: Routine) -> Iterator[str]:
+    if routine.statements is not None:
+        yield f"ROUTINE {routine.name} ST"
+        yield from block_lines(routine.statements)
+        yield "END"
+        return
+    yield f"ROUTINE {routine.name}"
+    for rung in routine.rungs:
+        yield from (f"// {line}" for line in rung.comment.splitlines())
+        yield str(rung)
+    yield "END"
+
+
+def instruction_text(definition: AddOn) -> str:
+    """Return an add-on instruction as text that reads as the same definition."""
+    said = f"  // {definition.comment}" if definition.comment else ""
+    lines = [f"INSTRUCTION {definition.name}{said}"]
+    for each in definition.parameters:
+        required = " REQUIRED" if each.required else ""
+        comment = f"  // {each.comment}" if each.comment else ""
+        kind = f"{each.type.name}{_dims_text(each.dims)}"
+        initial = "" if each.initial is None else f" := {json.dumps(each.initial)}"
+        at = f" AT {each.at}" if each.at else ""
+        lines.append(f"{each.way.value} {each.name} : {kind}{required}{at}{initial}{comment}")
+    for routine in definition.routines:
+        lines += _routine_text(routine)
+    return "\n".join([*lines, "END INSTRUCTION"]) + "\n"
+
+
+def _types(logic: LadderLogic) -> Iterator[str]:
+    """Structures, those first that others are made of, and add-on instructions among them."""
+    seen: dict[str, DataType] = dict(PREDEFINED_TYPES)
+    libraries = {library.name: library for library in map(load_library, LIBRARIES)}
+    for name, library in libraries.items():
+        if any(each in library.add_ons.values() for each in logic.add_ons.values()):
+            seen.update(library.types)
+            yield f"USE {name}"
+
+    def walk(kind: DataType) -> Iterator[str]:
+        if isinstance(kind, Elementary) or kind.name in seen:
+            return
+        for member in kind.members:
+            yield from walk(member.type)
+        definition = logic.add_ons.get(kind.name.upper())
+        for parameter in definition.parameters if definition else ():
+            yield from walk(parameter.type)
+        seen[kind.name] = kind
+        if definition:
+            yield instruction_text(definition).rstrip()
+            return
+        yield f"TYPE {kind.name} ({', '.join(_member_text(member) for member in kind.members)})"
+
+    inner = logic.programs if isinstance(logic, Controller) else []
+    for declaration in (each for scope in (logic, *inner) for each in scope.declarations):
+        if isinstance(declaration, Tag | Alias) and declaration.type:
+            yield from walk(declaration.type)
+
+
+def _member_text(member: Member) -> str:
+    at = f" AT {member.at}" if member.at else ""
+    hidden = " HIDDEN" if member.hidden else ""
+    return f"{member.name} : {member.type.name}{_dims_text(member.dims)}{at}{hidden}"
+
+
+def _dims_text(dims: tuple[int, ...]) -> str:
+    return f"[{','.join(map(str, dims))}]" if dims else ""
+
+
+def _declarations(logic: LadderLogic) -> Iterator[str]:
+    for each in logic.declarations:
+        if isinstance(each, Tag):
+            initial = "" if each.initial is None else f" := {json.dumps(each.initial)}"
+            text = f"TAG {each.name} : {each.type.name}{_dims_text(each.dims)}{initial}"
+        elif isinstance(each, SlotAlias):
+            text = f"SLOT {each.name} : {each.slot}"
+        else:
+            bound = f" AS {each.type.name}" if each.type else ""
+            text = f"ALIAS {each.name} : {each.target}{bound}"
+        yield text + (f"  // {each.comment}" if each.comment else "")
+
+
+def _stubs(logic: LadderLogic) -> Iterator[str]:
+    for name, stub in logic.stubs.items():
+        if isinstance(stub, InPython):
+            raise LadderError(f"the stub of {name} is Python: it is not rung text but a rack file's")
+        yield f"STUB {name} : {stub}"

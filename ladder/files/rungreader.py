@@ -1,0 +1,543 @@
+"""Reads program files, see `rungfile`, and libraries of add-on instructions, line by line."""
+
+from __future__ import annotations
+
+import json
+import re
+from bisect import bisect_right
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from decimal import Decimal
+from difflib import get_close_matches
+from functools import cache
+from importlib.resources import files
+from itertools import accumulate
+from typing import NoReturn
+
+from ..build.addon import (
+    ROUTINES,
+    AddOn,
+    Parameter,
+    Way,
+    specs_of,
+)
+from ..build.controller import Controller
+from ..build.dialects import DIALECTS, LOGIX
+from ..build.program import Program
+from ..build.text import parse_rung
+from ..model.errors import LadderError, RungTextError
+from ..model.expressions import TAG_NAME, parse_address
+from ..model.predefined.structures import PREDEFINED_TYPES
+from ..model.schedule import Task, TaskKind
+from ..model.stubs import NO_STUBS, Stubs
+from ..model.tags import Alias, SlotAlias, Tag
+from ..model.tree import Block, Routine, Rung
+from ..model.types import (
+    DataType,
+    Elementary,
+    Member,
+    Structure,
+)
+
+LIBRARIES = ("axis3601",)
+"""Libraries of add-on instructions that come with scanrack; `USE name` makes them known to a program."""
+
+
+@dataclass(frozen=True)
+class Library:
+    """Types and add-on instructions that programs share.
+
+    Attributes:
+        name: its name.
+        types: its structures, those of the instances included, by name.
+        add_ons: its instructions, by name in capitals.
+    """
+
+    name: str
+    types: Mapping[str, DataType]
+    add_ons: Mapping[str, AddOn]
+
+
+@cache
+def load_library(name: str) -> Library:
+    """Read a library that comes with scanrack.
+
+    Raises:
+        LadderError: that name is unknown.
+    """
+    if name.lower() not in LIBRARIES:
+        raise LadderError(f"there is no library {name}; there are {', '.join(LIBRARIES)}")
+    file = files(__package__.rpartition(".")[0]) / "blocks" / f"{name.lower()}.rung"
+    return Reader(file.read_text(encoding="utf-8"), f"{name.lower()}.rung").library()
+
+
+_NAME = r"[A-Za-z_]\w*"
+_LIBRARY = re.compile(rf"LIBRARY\s+({_NAME})", re.IGNORECASE)
+_PROGRAM = re.compile(rf"PROGRAM\s+({_NAME})(?:\s+MAIN\s+({_NAME}))?(?:\s+FAULT\s+({_NAME}))?", re.IGNORECASE)
+_CONTROLLER = re.compile(rf"CONTROLLER\s+({_NAME})", re.IGNORECASE)
+_TASK = re.compile(
+    rf"TASK\s+({_NAME})\s*:\s*(?:(CONTINUOUS|EVENT)|PERIODIC\s+(\d+(?:\.\d*)?)\s*ms)"
+    rf"(?:\s+PRIORITY\s+(\d+))?(\s+PREEMPT)?(?:\s+RUNS\s+({_NAME}(?:\s*,\s*{_NAME})*))?",
+    re.IGNORECASE,
+)
+_END_PROGRAM = re.compile(r"END\s+PROGRAM", re.IGNORECASE)
+_DIALECT = re.compile(r"DIALECT\s+(\w+)", re.IGNORECASE)
+_ALLOW = re.compile(r"ALLOW\s+(.+)", re.IGNORECASE)
+_TYPE = re.compile(rf"TYPE\s+({_NAME})\s*\((.*)\)", re.IGNORECASE)
+_TAG = re.compile(
+    rf"TAG\s+([IO]:\d{{1,3}}|{TAG_NAME})\s*:\s*({_NAME})\s*(?:\[([\d,\s]+)\])?\s*(?::=\s*(.+))?",
+    re.IGNORECASE,
+)
+_SLOT = re.compile(rf"SLOT\s+({_NAME})\s*:\s*(\d{{1,5}})", re.IGNORECASE)
+_ALIAS = re.compile(rf"ALIAS\s+({TAG_NAME})\s*:\s*(\S+)(?:\s+AS\s+({_NAME}))?", re.IGNORECASE)
+_STUB = re.compile(rf"STUB\s+(\\?{_NAME}(?:\.{_NAME})*)\s*:\s*(\S.*)", re.IGNORECASE)
+_USE = re.compile(rf"USE\s+({_NAME})", re.IGNORECASE)
+_INSTRUCTION = re.compile(rf"INSTRUCTION\s+({_NAME})", re.IGNORECASE)
+_PARAMETER = re.compile(
+    rf"({'|'.join(way.value for way in Way)})\s+({_NAME})\s*:\s*({_NAME})\s*"
+    r"(?:\[([\d,\s]+)\])?(\s+REQUIRED)?(?:\s+AT\s+([^\s:=]+))?\s*(?::=\s*(.+))?",
+    re.IGNORECASE,
+)
+_END_INSTRUCTION = re.compile(r"END\s+INSTRUCTION", re.IGNORECASE)
+_ROUTINE = re.compile(rf"ROUTINE\s+({_NAME})(\s+ST)?", re.IGNORECASE)
+_DECLARES = re.compile(r"(?:USE|TYPE|INSTRUCTION|TAG|SLOT|ALIAS|STUB)\s+[A-Za-z_]", re.IGNORECASE)
+"""The beginning of a line that declares something, as no statement begins."""
+
+_COMMENTS = re.compile(r"(?:\s+|//[^\n]*|\(\*.*?\*\)|/\*.*?\*/)*", re.DOTALL)
+"""White space and comments of structured text."""
+
+MAIN = "Main"
+"""Name of the routine of a file of structured text."""
+
+_MEMBER = re.compile(
+    rf"({_NAME})\s*:\s*({_NAME})\s*(?:\[([\d,\s]+)\])?(?:\s+AT\s+(\S+))?(\s+HIDDEN)?", re.IGNORECASE
+)
+
+_DIGITS = 9
+"""Characters that the length of a dimension may take."""
+
+_CODE = re.compile(r"""(?:'(?:[^'$]|\$.)*'|"(?:[^"\\]|\\.)*"|(?!//).)*""")
+"""A line up to its comment."""
+
+_MARK = "\0"
+"""What a number with a radix begins with while JSON has it as a string."""
+
+_RADIX = re.compile(r'"(?:[^"\\]|\\.)*"|(?P<number>\b(?:16#[0-9A-Fa-f_]+|8#[0-7_]+|2#[01_]+))')
+"""A string of JSON, or a number with a radix."""
+
+
+class Reader:
+    """Reads a program line by line."""
+
+    def __init__(self, text: str, file: str, stubs: Stubs = NO_STUBS) -> None:
+        self._lines = text.splitlines()
+        self._text = "\n".join(self._lines)
+        self._starts = [0, *accumulate(len(line) + 1 for line in self._lines)]
+        self._file = file
+        self._at = 0
+        self._types = dict(PREDEFINED_TYPES)
+        self._add_ons: dict[str, AddOn] = {}
+        self._given = stubs
+        self._stubs = dict(stubs.by_name)
+        self._builtin = DIALECTS[LOGIX]
+        self._specs = specs_of(self._add_ons, self._stubs)
+        self._in_program = False
+
+    def library(self) -> Library:
+        """Read a library."""
+        name = self._next(_LIBRARY, "LIBRARY name").group(1)
+        while (line := self._peek()) is not None:
+            if not self._definition(line):
+                self._fail("TYPE or INSTRUCTION")
+        own = {key: kind for key, kind in self._types.items() if key not in PREDEFINED_TYPES}
+        return Library(name, own, self._add_ons)
+
+    def program(self) -> Program | Controller:
+        """Read a program or a controller."""
+        if _CONTROLLER.fullmatch(self._peek() or ""):
+            return self._controller()
+        head = self._next(_PROGRAM, "PROGRAM name or CONTROLLER name")
+        dialect = self._dialect()
+        program = Program(
+            head.group(1), main=head.group(2), fault=head.group(3), allow=self._allowed(), dialect=dialect
+        )
+        while self._peek() is not None:
+            self._declaration(program)
+        program.take_stubs(self._given)
+        return program
+
+    def _dialect(self) -> str:
+        """Read whose instructions the program has."""
+        line = self._peek() or ""
+        found = _DIALECT.fullmatch(line)
+        if found is None:
+            return LOGIX
+        if found.group(1).lower() not in DIALECTS:
+            self._fail(f"a dialect ({', '.join(DIALECTS)})", found.group(1))
+        self._at += 1
+        self._builtin = DIALECTS[found.group(1).lower()]
+        self._specs = specs_of(self._add_ons, self._stubs, self._builtin)
+        return found.group(1).lower()
+
+    def _allowed(self) -> tuple[str, ...]:
+        allowed = []
+        while (line := self._peek()) and (found := _ALLOW.fullmatch(line)):
+            allowed.append(found.group(1).strip())
+            self._at += 1
+        return tuple(allowed)
+
+    def _controller(self) -> Controller:
+        head = self._next(_CONTROLLER, "CONTROLLER name")
+        controller = Controller(head.group(1), allow=self._allowed())
+        while (line := self._peek()) is not None:
+            if found := _PROGRAM.fullmatch(line):
+                self._at += 1
+                self._block(controller.program(found.group(1), main=found.group(2), fault=found.group(3)))
+            elif found := _TASK.fullmatch(line):
+                controller.add_task(self._task(found, _comment_of(self._lines[self._at])))
+                self._at += 1
+            elif _ROUTINE.fullmatch(line):
+                self._fail("PROGRAM: in a controller a routine is in a program")
+            else:
+                self._declaration(controller)
+        controller.take_stubs(self._given)
+        return controller
+
+    def _block(self, program: Program) -> None:
+        """Read a program of a controller."""
+        self._in_program = True
+        while (line := self._peek()) and not _END_PROGRAM.fullmatch(line):
+            self._declaration(program)
+        self._next(_END_PROGRAM, "END PROGRAM")
+        self._in_program = False
+
+    def _task(self, found: re.Match[str], comment: str) -> Task:
+        name, word, rate, priority, preempt, programs = found.groups()
+        kind = TaskKind[word.upper()] if word else TaskKind.PERIODIC
+        return Task(
+            name,
+            kind,
+            tuple(each.strip() for each in programs.split(",")) if programs else (),
+            round(Decimal(rate or 0) * 1_000_000),
+            int(priority or 10),
+            bool(preempt),
+            comment,
+        )
+
+    def structured(self, name: str) -> Program:
+        """Read a file of structured text: lines of a program file before its first routine, then statements.
+
+        Args:
+            name: name of the program, unless the file has a line PROGRAM.
+        """
+        start = self._skip_comments(0)
+        head = _PROGRAM.fullmatch(self._line_at(start))
+        program = Program(head.group(1) if head else re.sub(r"\W", "_", name))
+        if head:
+            start = self._at = start + 1
+        while _DECLARES.match(self._line_at(self._skip_comments(start))):
+            self._at = self._skip_comments(start)
+            self._declaration(program)
+            start = self._at
+        # blank lines in place of the declarations: a statement's line is its line in the file
+        self._lines[:start] = [""] * start
+        program.add_routine(Routine(MAIN, (), statements=self._statements(0, len(self._lines))))
+        program.take_stubs(self._given)
+        return program
+
+    def _line_at(self, number: int) -> str:
+        return _without_comment(self._lines[number]) if number < len(self._lines) else ""
+
+    def _skip_comments(self, number: int) -> int:
+        """Return the number of the first line from `number` on that is not blank and not in a comment."""
+        found = _COMMENTS.match(self._text, self._starts[number])
+        assert found is not None, "nothing is a match, too"
+        return max(number, bisect_right(self._starts, found.end()) - 1)
+
+    def _peek(self) -> str | None:
+        """Return the next line that says something, without its comment."""
+        while self._at < len(self._lines):
+            line = _without_comment(self._lines[self._at])
+            if line:
+                return line
+            self._at += 1
+        return None
+
+    def _next(self, pattern: re.Pattern[str], expected: str) -> re.Match[str]:
+        line = self._peek()
+        found = pattern.fullmatch(line) if line else None
+        if found is None:
+            self._fail(expected)
+        self._at += 1
+        return found
+
+    def _fail(self, expected: str, line: str | None = None) -> NoReturn:
+        text = self._lines[self._at] if self._at < len(self._lines) else ""
+        column = len(text) - len(text.lstrip()) + 1
+        shown = repr(text.strip()) if text.strip() else "the end of the file"
+        raise RungTextError(
+            expected, line or shown, file=self._file, line=self._at + 1, column=column, rung=None
+        )
+
+    def _declaration(self, program: Program | Controller) -> None:
+        line = self._peek() or ""
+        comment = _comment_of(self._lines[self._at])
+        if self._definition(line):
+            program.use(*self._add_ons.values())
+            return
+        if found := _TAG.fullmatch(line):
+            kind, dims = self._type(found.group(2)), self._dims(found.group(3))
+            program.add(Tag(found.group(1), kind, dims, self._initial(found.group(4), kind), comment))
+        elif found := _SLOT.fullmatch(line):
+            program.add(SlotAlias(found.group(1), int(found.group(2)), comment))
+        elif found := _STUB.fullmatch(line):
+            if self._in_program:
+                self._fail("STUB before the programs of a controller")
+            try:
+                program.stub(found.group(1), found.group(2))
+            except LadderError as error:
+                raise LadderError(f"{self._file}:{self._at + 1}: {error}") from None
+            self._stubs = {**program.stubs, **self._given.by_name}
+            self._specs = specs_of(self._add_ons, self._stubs, self._builtin)
+        elif found := _ALIAS.fullmatch(line):
+            bound = self._structure(found.group(3)) if found.group(3) else None
+            program.add(Alias(found.group(1), parse_address(found.group(2)), comment, bound))
+        elif isinstance(program, Program) and (found := _ROUTINE.fullmatch(line)):
+            program.add_routine(self._routine(found))
+            return
+        else:
+            own = "ROUTINE" if isinstance(program, Program) else "TASK, PROGRAM"
+            self._fail(f"USE, TYPE, INSTRUCTION, TAG, SLOT, ALIAS, STUB or {own}")
+        self._at += 1
+
+    def _definition(self, line: str) -> bool:
+        """Read what types and instructions are made known by; whether there was any."""
+        if found := _USE.fullmatch(line):
+            self._use(found.group(1))
+        elif found := _TYPE.fullmatch(line):
+            members = tuple(self._member(each) for each in _split(found.group(2)))
+            try:
+                self._types[found.group(1)] = Structure(found.group(1), members)
+            except LadderError as error:
+                raise LadderError(f"{self._file}:{self._at + 1}: {error}") from None
+        elif found := _INSTRUCTION.fullmatch(line):
+            self._instruction(found.group(1))
+            return True
+        else:
+            return False
+        self._at += 1
+        return True
+
+    def _use(self, name: str) -> None:
+        try:
+            library = load_library(name)
+        except LadderError:
+            self._fail(f"a library ({', '.join(LIBRARIES)})", name)
+        self._types.update(library.types)
+        self._add_ons.update(library.add_ons)
+        self._specs = specs_of(self._add_ons, self._stubs)
+
+    def _instruction(self, name: str) -> None:
+        """Read the definition of an add-on instruction."""
+        start = self._at
+        comment = _comment_of(self._lines[start])
+        self._at += 1
+        parameters: list[Parameter] = []
+        routines: list[Routine] = []
+        while (line := self._peek()) and not _END_INSTRUCTION.fullmatch(line):
+            if found := _ROUTINE.fullmatch(line):
+                if found.group(1).upper() not in map(str.upper, ROUTINES):
+                    self._fail(f"one of the routines {', '.join(ROUTINES)}", found.group(1))
+                routines.append(self._routine(found))
+            else:
+                parameters.append(self._parameter(line))
+        if line is None:
+            self._fail("END INSTRUCTION")
+        self._at += 1
+        try:
+            definition = AddOn(name, tuple(parameters), tuple(routines), comment)
+        except LadderError as error:
+            raise LadderError(f"{self._file}:{start + 1}: {error}") from None
+        self._add_ons[name.upper()] = definition
+        self._specs = specs_of(self._add_ons, self._stubs)
+        self._types[name] = definition.structure
+
+    def _parameter(self, line: str) -> Parameter:
+        found = _PARAMETER.fullmatch(line)
+        if found is None:
+            self._fail("INPUT, OUTPUT, INOUT or LOCAL name : TYPE, ROUTINE, or END INSTRUCTION")
+        way, name, kind_name, dims, required, at, initial = found.groups()
+        kind = self._type(kind_name)
+        comment = _comment_of(self._lines[self._at])
+        parameter = Parameter(
+            name,
+            kind,
+            Way(way.upper()),
+            self._dims(dims),
+            bool(required),
+            comment,
+            self._initial(initial, kind),
+            at or "",
+        )
+        self._at += 1
+        return parameter
+
+    def _member(self, text: str) -> Member:
+        found = _MEMBER.fullmatch(text.strip())
+        if found is None:
+            self._fail("members as name : TYPE", repr(text.strip()))
+        name, kind, dims, at, hidden = found.groups()
+        return Member(name, self._type(kind), self._dims(dims), at=at or "", hidden=bool(hidden))
+
+    def _type(self, name: str) -> DataType:
+        for known, kind in self._types.items():
+            if known.upper() == name.upper():
+                return kind
+        return self._fail(f"a type ({self._type_hint(name)})", name)
+
+    def _type_hint(self, name: str) -> str:
+        """Return what to write for an unknown type: USE of its library, a close name, or what there is."""
+        for library in LIBRARIES:
+            if any(known.upper() == name.upper() for known in load_library(library).types):
+                return f"{name} is one of the library {library}: write USE {library} above"
+        close = get_close_matches(name.upper(), [known.upper() for known in self._types], 2, 0.7)
+        return f"did you mean {' or '.join(close)}?" if close else ", ".join(self._types)
+
+    def _structure(self, name: str) -> Structure:
+        kind = self._type(name)
+        return kind if isinstance(kind, Structure) else self._fail("a structure", name)
+
+    def _dims(self, text: str | None) -> tuple[int, ...]:
+        """Return the dimensions in brackets, none without brackets."""
+        parts = text.split(",") if text is not None else []
+        if not all(part.strip().isdecimal() and len(part) <= _DIGITS for part in parts):
+            self._fail("the length of each dimension, as in [4] or [2,3]", repr(f"[{text}]"))
+        return tuple(map(int, parts))
+
+    def _initial(self, text: str | None, kind: DataType) -> object:
+        """Return an initial value: JSON, in which integers may have a radix as in rungs."""
+        if text is None:
+            return None
+        try:
+            return _patterns(json.loads(_RADIX.sub(_quoted, text)), kind)
+        except (ValueError, RecursionError):
+            self._fail("an initial value in JSON after :=, integers also as 16#843C", text)
+
+    def _routine(self, head: re.Match[str]) -> Routine:
+        """Read a routine of rungs or of structured text."""
+        self._at += 1
+        if not head.group(2):
+            return Routine(head.group(1), tuple(self._rungs()))
+        start = self._at
+        while (
+            _without_comment(self._lines[self._at] if self._at < len(self._lines) else "END").upper() != "END"
+        ):
+            self._at += 1
+        if self._at == len(self._lines):
+            self._fail("END of the routine")
+        self._at += 1
+        return Routine(head.group(1), (), statements=self._statements(start, self._at - 1))
+
+    def _statements(self, start: int, end: int) -> Block:
+        """Read structured text from a line up to another."""
+        from ..st import parse_statements  # lark takes time to import, and most programs have none
+
+        text = "\n".join(self._lines[start:end])
+        return parse_statements(text, file=self._file, line=start + 1, specs=self._specs)
+
+    def _rungs(self) -> Iterator[Rung]:
+        """Yield the rungs up to END."""
+        number = 0
+        while True:
+            comment = self._comments()
+            line = self._peek()
+            if line is None:
+                self._fail("END of the routine")
+            if line.upper() == "END":
+                self._at += 1
+                return
+            yield self._rung(number, comment)
+            number += 1
+
+    def _comments(self) -> str:
+        said = []
+        while self._at < len(self._lines):
+            line = self._lines[self._at].strip()
+            if line and not line.startswith("//"):
+                break
+            if line:
+                said.append(line[2:].strip())
+            self._at += 1
+        return "\n".join(said)
+
+    def _rung(self, number: int, comment: str) -> Rung:
+        start = self._at
+        texts: list[str] = []
+        while self._at < len(self._lines):
+            line = self._lines[self._at]
+            kept = _cut_comment(line)
+            if texts and kept.strip().upper() == "END":
+                break
+            texts.append(kept)
+            self._at += 1
+            if kept.rstrip().endswith(";"):
+                break
+        text = "\n".join(texts)
+        rung = parse_rung(
+            text, file=self._file, line=start + 1, rung=number, comment=comment, specs=self._specs
+        )
+        if not text.rstrip().endswith(";"):
+            raise RungTextError(
+                "; at the end of the rung",
+                "END",
+                file=self._file,
+                line=self._at,
+                column=len(texts[-1]) + 1,
+                rung=number,
+            )
+        return rung
+
+
+def _cut_comment(line: str) -> str:
+    """Cut off `//` and what follows, unless it is in quotes."""
+    code = _CODE.match(line)
+    assert code is not None, "it may match nothing"
+    return code.group()
+
+
+def _without_comment(line: str) -> str:
+    return _cut_comment(line).strip()
+
+
+def _comment_of(line: str) -> str:
+    return line[len(_cut_comment(line)) :].removeprefix("//").strip()
+
+
+def _quoted(found: re.Match[str]) -> str:
+    """Put a number with a radix into a string that JSON knows; leave strings alone."""
+    return json.dumps(_MARK + found.group("number")) if found.group("number") else found.group()
+
+
+def _patterns(value: object, kind: DataType | None) -> object:
+    """Replace numbers with a radix by the value that their bits have in the type of their place."""
+    if isinstance(value, list):
+        return [_patterns(each, kind) for each in value]
+    if isinstance(value, dict):
+        return {name: _patterns(each, _member_type(kind, name)) for name, each in value.items()}
+    if not isinstance(value, str) or not value.startswith(_MARK):
+        return value
+    radix, digits = value.removeprefix(_MARK).split("#")
+    number = int(digits, int(radix))
+    if isinstance(kind, Elementary) and kind.is_integer and kind.highest < number < 1 << kind.bits:
+        number -= 1 << kind.bits
+    return number
+
+
+def _member_type(kind: DataType | None, name: str) -> DataType | None:
+    member = kind.member(name) if isinstance(kind, Structure) else None
+    return member.type if member else None
+
+
+def _split(text: str) -> list[str]:
+    """Split at commas outside of brackets."""
+    return [each for each in re.split(r",(?![^\[]*\])", text) if each.strip()]

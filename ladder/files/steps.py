@@ -1,0 +1,274 @@
+"""Programs as a list of steps: what is sent to a 3601, and when the next step follows.
+
+    SLOT 1                                            # the default
+    words 843Eh 003Fh 1      until MODE_CONFIG -CONFIG_ERROR
+    zero                     until -MODE_CONFIG
+    RELATIVE_MOVE target 10000 speed 5000 acceleration 20 deceleration 10    until MOVE_COMPLETE
+    idle                     for 20 ms
+
+A step writes its words in the first scan that it is in force, and leaves them alone then. It ends
+in the first later scan in which the status bits are as listed (a minus: clear), or after its time;
+the next one begins in that scan. The last one stays.
+
+    words A B ...            the words, missing ones 0; hexadecimal with an h
+    zero                     all words 0
+    idle                     command words 0, the others as they are
+    BIT ... target N ...     command bits by name, parameters by value
+    same                     nothing is written
+"""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from decimal import Decimal
+from typing import Protocol
+
+from ...io_images.amci3601 import (
+    CommandLsw,
+    CommandMsw,
+    StatusLsw,
+    StatusMsw,
+    status_names,
+)
+from ...io_images.image import (
+    UNSIGNED_MAX,
+    WORD_MIN,
+    WORDS,
+    Image,
+)
+from ...io_images.text_limits import Text, TextLimitError, check_text
+from ...io_images.thousands import split_thousands
+
+SUFFIX = ".steps"
+"""How the name of such a program ends."""
+
+_LINE = re.compile(r"(?P<what>.*?)(?:\s+(?P<end>until|for)\s+(?P<when>.*))?")
+_TIME = re.compile(r"(\d+(?:\.\d+)?) ?ms")
+_STATUS = frozenset(str(bit.name) for bit in (*StatusMsw, *StatusLsw))
+_COMMANDS = {
+    str(bit.name): (word, bit.value) for word, bits in enumerate((CommandMsw, CommandLsw)) for bit in bits
+}
+_PARAMETERS = {"target": 2, "speed": 4, "acceleration": 6, "deceleration": 7}
+_NS_PER_MS = 1_000_000
+
+
+class StepsError(ValueError):
+    """A line that can't be used; the message names file, line and what is allowed."""
+
+
+class _Slot(Protocol):
+    inputs: Image
+    outputs: Image
+
+
+class _Slots(Protocol):
+    def __getitem__(self, number: int, /) -> _Slot: ...
+
+
+class Scan(Protocol):
+    """What a scan is to a program of steps."""
+
+    slot: _Slots
+    now_ns: int
+    first: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """One step.
+
+    Attributes:
+        line: its line in the file.
+        write: puts its words into an output image.
+        rise: status bits that are to be set at its end.
+        fall: those that are to be clear.
+        for_ns: how long it lasts, if no bits are listed; None = for ever.
+    """
+
+    line: int
+    write: Callable[[Image], None]
+    rise: frozenset[str] = frozenset()
+    fall: frozenset[str] = frozenset()
+    for_ns: int | None = None
+
+    def over(self, inputs: Image, lasted_ns: int) -> bool:
+        """Return whether it ends in a scan that sees these inputs, so long after its beginning."""
+        if self.rise or self.fall:
+            there = set(status_names(inputs[0] & UNSIGNED_MAX, inputs[1] & UNSIGNED_MAX))
+            return self.rise <= there and self.fall.isdisjoint(there)
+        return self.for_ns is not None and lasted_ns >= self.for_ns
+
+
+class Steps:
+    """A program of steps; logic that is called once per scan.
+
+    Args:
+        steps: the steps, one at least.
+        slot: the slot of the module.
+    """
+
+    def __init__(self, steps: Sequence[Step], slot: int = 1) -> None:
+        self.steps = tuple(steps)
+        self.slot = slot
+        self._index = -1
+        self._began_ns = 0
+
+    @property
+    def line(self) -> int:
+        """The line of the present step; 0 before the first one."""
+        return self.steps[self._index].line if self._index >= 0 else 0
+
+    def __call__(self, scan: Scan) -> None:
+        """Do one scan; the first one since power-up or program mode begins with the first step."""
+        slot = scan.slot[self.slot]
+        if scan.first:
+            self._begin(0, scan.now_ns, slot.outputs)
+        elif self._over(slot.inputs, scan.now_ns):
+            self._begin(self._index + 1, scan.now_ns, slot.outputs)
+
+    def _over(self, inputs: Image, now_ns: int) -> bool:
+        last = self._index + 1 == len(self.steps)
+        return not last and self.steps[self._index].over(inputs, now_ns - self._began_ns)
+
+    def _begin(self, index: int, now_ns: int, outputs: Image) -> None:
+        self._index, self._began_ns = index, now_ns
+        self.steps[index].write(outputs)
+
+
+def parse_steps(text: str, file: str = "") -> Steps:
+    r"""Read a program of steps.
+
+    >>> program = parse_steps("words 843Eh 003Fh 1 until MODE_CONFIG\nzero for 4 ms\nHOLD_MOVE")
+    >>> [(step.line, sorted(step.rise), step.for_ns) for step in program.steps]
+    [(1, ['MODE_CONFIG'], None), (2, [], 4000000), (3, [], None)]
+
+    Raises:
+        StepsError: a line can't be used, or there is no step.
+    """
+    try:
+        check_text(text, Text.STEPS)
+    except TextLimitError as error:
+        raise StepsError(f"{file}:{error.line}: {error}") from None
+    steps: list[Step] = []
+    slot = 1
+    for number, line in enumerate(text.splitlines(), start=1):
+        words = line.partition("#")[0].strip()
+        try:
+            if words.startswith("SLOT"):
+                slot = _slot(words, first=not steps)
+            elif words:
+                steps.append(_step(number, words))
+        except ValueError as error:
+            raise StepsError(f"{file}:{number}: {error}") from None
+    if not steps:
+        raise StepsError(f"{file}: there is no step in it")
+    return Steps(steps, slot)
+
+
+def _slot(text: str, *, first: bool) -> int:
+    match = re.fullmatch(r"SLOT +([1-9]\d*)", text)
+    if match is None or not first:
+        raise ValueError(f"{text!r} is not allowed: SLOT and a number from 1, before the first step")
+    return int(match[1])
+
+
+def _step(line: int, text: str) -> Step:
+    match = _LINE.fullmatch(text)
+    assert match is not None, "everything before the end is matched"
+    write = _writer(match["what"].split())
+    if match["end"] == "for":
+        time = _TIME.fullmatch(match["when"])
+        if time is None:
+            raise ValueError(f"for {match['when']!r} is not a time: allowed is a number of ms, such as 20 ms")
+        return Step(line, write, for_ns=int(Decimal(time[1]) * _NS_PER_MS))
+    if match["end"] == "until":
+        rise, fall = _bits(match["when"].split())
+        return Step(line, write, rise, fall)
+    return Step(line, write)
+
+
+def _bits(names: Iterable[str]) -> tuple[frozenset[str], frozenset[str]]:
+    rise = frozenset(name for name in names if not name.startswith("-"))
+    fall = frozenset(name[1:] for name in names if name.startswith("-"))
+    for name in sorted(rise | fall):
+        _check_name(name, _STATUS, "status bit")
+    return rise, fall
+
+
+def _check_name(name: str, known: Iterable[str], what: str) -> None:
+    if name not in known:
+        near = difflib.get_close_matches(name.upper(), sorted(known), n=1)
+        hint = f"; did you mean {near[0]}?" if near else ""
+        raise ValueError(f"{name} is not a {what}{hint}")
+
+
+def _writer(words: Sequence[str]) -> Callable[[Image], None]:
+    """Return what puts the words of a step into the output image."""
+    if words[0] == "words":
+        image = Image([_word(word) for word in _at_most_eight(words[1:])])
+        return lambda outputs: outputs.load(image)
+    if len(words) == 1 and words[0] in _PLAIN:
+        return _PLAIN[words[0]]
+    return _command(words)
+
+
+def _command(words: Sequence[str]) -> Callable[[Image], None]:
+    image = Image()
+    rest = iter(words)
+    for word in rest:
+        if word in _PARAMETERS:
+            _put(image, word, next(rest, ""))
+        else:
+            _check_name(word, [*_COMMANDS, *_PARAMETERS, *_PLAIN, "words"], "command bit or parameter")
+            place, mask = _COMMANDS[word]
+            image[place] = _signed(image[place] & UNSIGNED_MAX | mask)
+    return lambda outputs: outputs.load(image)
+
+
+def _put(image: Image, name: str, text: str) -> None:
+    if not re.fullmatch(r"[+-]?\d+", text):
+        raise ValueError(f"{name} {text!r} is not a whole number")
+    place, value = _PARAMETERS[name], int(text)
+    if place >= 6:
+        image[place] = _word(text)
+        return
+    image[place], image[place + 1] = split_thousands(value)
+
+
+def _at_most_eight(words: Sequence[str]) -> Sequence[str]:
+    if not 1 <= len(words) <= WORDS:
+        raise ValueError(f"{len(words)} words are given: allowed are 1 to {WORDS}")
+    return words
+
+
+def _word(text: str) -> int:
+    """Read a word: decimal, or hexadecimal with an h."""
+    if re.fullmatch(r"[0-9A-Fa-f]+h", text):
+        value = int(text[:-1], 16)
+    elif re.fullmatch(r"[+-]?\d+", text):
+        value = int(text)
+    else:
+        raise ValueError(
+            f"{text!r} is not a word: allowed are decimal numbers, and hexadecimal ones with an h"
+        )
+    if not WORD_MIN <= value <= UNSIGNED_MAX:
+        raise ValueError(f"{text} does not fit a word: {WORD_MIN} to {UNSIGNED_MAX}")
+    return _signed(value)
+
+
+def _signed(value: int) -> int:
+    return value - 0x10000 if value > 0x7FFF else value
+
+
+def _idle(outputs: Image) -> None:
+    outputs[0] = outputs[1] = 0
+
+
+_PLAIN: dict[str, Callable[[Image], None]] = {
+    "zero": lambda outputs: outputs.clear(),
+    "idle": _idle,
+    "same": lambda outputs: None,
+}

@@ -1,0 +1,1 @@
+"""Motion instructions, and their axes."""

@@ -1,0 +1,60 @@
+"""Axes of a program that a 3601 in the rack moves: what the `[axes]` of a rack file say.
+
+[axes.Feed]
+slot = 1
+counts_per_unit = 1000           # steps of the motor per unit of the axis
+configuration = [0x843C, 0x003C, 0, 500, 0, 0, 0, 0]   # if the program does not
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ...model.errors import LadderError
+
+WORDS = 8
+"""Words of a configuration."""
+
+
+@dataclass(frozen=True, slots=True)
+class AxisSettings:
+    """What an axis of a program is in the rack.
+
+    Attributes:
+        slot: slot of its 3601.
+        counts_per_unit: steps per unit of the axis, above 0.
+        max_speed: 100 % of maximum, units/s; 0 takes MaximumSpeed of the tag.
+        max_acceleration: 100 % of maximum, units/s²; 0 takes MaximumAcceleration of the tag.
+        home_speed: speed of a search for home, units/s; 0 takes HomeSpeed of the tag.
+        home_acceleration: its rates, units/s²; 0 takes those of `max_acceleration`.
+        home_direction: 1 clockwise, -1 counterclockwise.
+        configuration: the eight words of the module, which MSO sends; none if the program configures it.
+        round_trip_ms: time for words to cross the backplane both ways, ms.
+
+    Raises:
+        LadderError: a value is not allowed.
+    """
+
+    slot: int
+    counts_per_unit: float = 1.0
+    max_speed: float = 0.0
+    max_acceleration: float = 0.0
+    home_speed: float = 0.0
+    home_acceleration: float = 0.0
+    home_direction: int = 1
+    configuration: tuple[int, ...] = ()
+    round_trip_ms: int = 10
+
+    def __post_init__(self) -> None:
+        if not 0 < self.counts_per_unit < float("inf"):
+            raise LadderError(f"counts_per_unit {self.counts_per_unit} is not allowed: above 0")
+        for name in ("max_speed", "max_acceleration", "home_speed", "home_acceleration"):
+            if not 0 <= getattr(self, name) < float("inf"):
+                raise LadderError(f"{name} {getattr(self, name)} is not allowed: 0 or more")
+        if self.home_direction not in (1, -1):
+            raise LadderError(f"home_direction {self.home_direction} is not allowed: 1 or -1")
+        if len(self.configuration) not in (0, WORDS):
+            raise LadderError(f"configuration has {len(self.configuration)} words; {WORDS} are needed")
+        for word in self.configuration:
+            if not -32_768 <= word <= 0xFFFF:
+                raise LadderError(f"configuration has {word}, which is not a word: -32,768 to 65,535")

@@ -1,0 +1,282 @@
+"""Motion instructions: the operands of all of them, and the bits while one runs [MOTION-RM002].
+
+    rung  ___|‾‾‾‾‾‾‾‾‾‾|______        ___|‾‾‾‾‾‾‾‾|___
+    EN    ___|‾‾‾‾‾‾‾‾‾‾|______        ___|‾‾‾‾‾‾‾‾|___
+    DN    ____|‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾        ________________     the axis has taken it
+    IP    ____|‾‾‾‾‾‾‾‾‾‾‾‾|___        ________________     until it is over, whatever the rung
+    PC    _________________|‾‾‾        ________________
+    ER    _____________________        ___|‾‾‾‾‾‾‾‾‾‾‾‾     refused: ERR says why
+
+A rising rung begins one; in structured text every call does. An axis without a slot in the rack
+answers as one that is not configured (ERR 11); `checks` warns of it.
+"""
+
+from __future__ import annotations
+
+from ...interpreter import Interpreter
+from ...model.operands import Group, Resolved
+from ...model.predefined.motion_types import MOTION_INSTRUCTION, is_axis
+from ...model.spec import Kind, Spec, Use
+from ...model.types import Structure
+from .motion_3601 import Axis, begin, follow
+from .motion_control import AXIS_NOT_CONFIGURED, MotionControl
+
+__all__ = [  # noqa: RUF022 - the manual's order
+    "MSO",
+    "MSF",
+    "MASD",
+    "MASR",
+    "MDO",
+    "MDF",
+    "MDS",
+    "MAFR",
+    "MAS",
+    "MAH",
+    "MAJ",
+    "MAM",
+    "MAG",
+    "MCD",
+    "MRP",
+    "MCCP",
+    "MCSV",
+    "MAPC",
+    "MATC",
+    "MDAC",
+    "MGS",
+    "MGSD",
+    "MGSR",
+    "MGSP",
+    "MAW",
+    "MDW",
+    "MAR",
+    "MDR",
+    "MAOC",
+    "MDOC",
+    "MAAT",
+    "MRAT",
+    "MAHD",
+    "MRHD",
+    "MCS",
+    "MCLM",
+    "MCCM",
+    "MCCD",
+    "MCSD",
+    "MCSR",
+    "MCT",
+    "MCTP",
+    "MCTO",
+    "MDCC",
+    "MDSC",
+]
+
+USES = {
+    "axis": Use.AXIS,
+    "any axis": Use.IGNORED,
+    "control": Use.MOTION,
+    "group": Use.MOTION_GROUP,
+    "system": Use.COORDINATE_SYSTEM,
+    "number": Use.NUMBER,
+    "word": Use.KEYWORD,
+    "array": Use.TABLE,
+    "profile": Use.IGNORED,
+    "other": Use.IGNORED,
+}
+"""Kinds of operands in `OPERANDS`."""
+
+_SPEED = "speed number, units word"
+_RATES = "acceleration number, units word, deceleration number, units word"
+_JERKS = "profile word, acceleration jerk number, deceleration jerk number, units word"
+_MERGE = "merge word, merge speed word"
+_LOCK = "lock position number, lock direction word"
+_EVENTS = "event distance other, calculated data other"
+_STOP = (
+    "stop type word, change deceleration word, deceleration number, units word, change jerk word, "
+    "jerk number, units word"
+)
+_PLAIN = "axis, control"
+
+
+def _use(text: str) -> Use:
+    return next(use for words, use in USES.items() if f" {text}".endswith(f" {words}"))
+
+
+def _run(machine: Interpreter, power: bool, name: str, *operands: Resolved) -> None:
+    motion = _control_of(machine, operands)
+    site = machine.lowered.sites[machine.site]
+    axis = _axis_of(machine, operands[0])
+    if power and not (site.unit == "rung" and motion["EN"]):
+        motion.begin()
+        if axis is None:
+            motion.refuse(AXIS_NOT_CONFIGURED)
+        else:
+            begin(axis, motion, name, operands[2:])
+        return
+    if axis is not None:
+        follow(axis, motion, name)
+    if not power and (motion["DN"] or motion["ER"]):
+        motion.set(EN=False)
+
+
+def _axis_of(machine: Interpreter, operand: Resolved) -> Axis | None:
+    """Return the axis that an operand is, None for one that the rack does not have."""
+    if not isinstance(operand, Group) or not is_axis(operand.type) or not machine.lowered.axes:
+        return None
+    number = int(machine.get(operand.member("~axis")))
+    return Axis(machine, list(machine.lowered.axes.values())[number - 1]) if number else None
+
+
+def _prescan(machine: Interpreter, *operands: Resolved) -> None:
+    _control_of(machine, operands).set(EN=False, DN=False, ER=False)
+
+
+def _control_of(machine: Interpreter, operands: tuple[Resolved, ...]) -> MotionControl:
+    return next(
+        MotionControl(machine, each) for each in operands if isinstance(each, Group) and _is_control(each)
+    )
+
+
+def _is_control(operand: Group) -> bool:
+    return isinstance(operand.type, Structure) and operand.type == MOTION_INSTRUCTION
+
+
+def motion(name: str, operands: str, *, optional: int = 0) -> Spec:
+    """Return a row.
+
+    Args:
+        name: the instruction.
+        operands: names of its operands, between commas, each followed by its kind, see `USES`.
+        optional: how many of the last ones older exports leave out.
+    """
+    uses = tuple(map(_use, operands.split(", ")))
+
+    def run(machine: Interpreter, power: bool, *given: Resolved) -> None:
+        _run(machine, power, name, *given)
+
+    return Spec(name, Kind.BOTH, uses, run=run, prescan=_prescan, optional=optional)
+
+
+# motion state
+
+MSO = motion("MSO", _PLAIN)
+MSF = motion("MSF", _PLAIN)
+MASD = motion("MASD", _PLAIN)
+MASR = motion("MASR", _PLAIN)
+MDO = motion("MDO", f"{_PLAIN}, drive output number, drive units word")
+MDF = motion("MDF", _PLAIN)
+MDS = motion("MDS", f"{_PLAIN}, {_SPEED}")
+MAFR = motion("MAFR", _PLAIN)
+
+# motion move
+
+MAS = motion("MAS", f"{_PLAIN}, {_STOP}")
+MAH = motion("MAH", _PLAIN)
+MAJ = motion("MAJ", f"{_PLAIN}, direction word, {_SPEED}, {_RATES}, {_JERKS}, {_MERGE}, {_LOCK}", optional=2)
+MAM = motion(
+    "MAM",
+    f"{_PLAIN}, move type number, position number, {_SPEED}, {_RATES}, {_JERKS}, {_MERGE}, {_LOCK}, "
+    f"{_EVENTS}",
+    optional=4,
+)
+MAG = motion(
+    "MAG",
+    "slave axis, master any axis, control, direction word, ratio number, slave counts number, "
+    "master counts number, master reference word, ratio format word, clutch word, acceleration number, "
+    "units word",
+)
+MCD = motion(
+    "MCD",
+    f"{_PLAIN}, motion type word, change speed word, speed number, change acceleration word, "
+    "acceleration number, change deceleration word, deceleration number, change acceleration jerk word, "
+    "acceleration jerk number, change deceleration jerk word, deceleration jerk number, speed units word, "
+    "acceleration units word, deceleration units word, jerk units word",
+)
+MRP = motion("MRP", f"{_PLAIN}, type word, position select word, position number")
+MCCP = motion(
+    "MCCP", "control, cam array, length number, start slope number, end slope number, cam profile profile"
+)
+MCSV = motion(
+    "MCSV",
+    "control, cam profile profile, master value number, slave value other, slope other, "
+    "slope derivative other",
+)
+MAPC = motion(
+    "MAPC",
+    "slave axis, master any axis, control, direction word, cam profile profile, slave scaling number, "
+    "master scaling number, execution mode word, execution schedule word, master lock position number, "
+    "cam lock position number, master reference word, master direction word",
+)
+MATC = motion(
+    "MATC",
+    f"{_PLAIN}, direction word, cam profile profile, distance scaling number, time scaling number, "
+    f"execution mode word, execution schedule word, {_LOCK}, instruction mode word",
+    optional=3,
+)
+MDAC = motion("MDAC", "slave axis, master any axis, control, motion type word, master reference word")
+
+# motion group
+
+MGS = motion("MGS", "group, control, stop mode word")
+MGSD = motion("MGSD", "group, control")
+MGSR = motion("MGSR", "group, control")
+MGSP = motion("MGSP", "group, control")
+
+# motion event
+
+MAW = motion("MAW", f"{_PLAIN}, trigger condition word, position number")
+MDW = motion("MDW", _PLAIN)
+MAR = motion(
+    "MAR",
+    f"{_PLAIN}, trigger condition word, windowed registration word, minimum position number, "
+    "maximum position number, input number number",
+    optional=1,
+)
+MDR = motion("MDR", f"{_PLAIN}, input number number", optional=1)
+MAOC = motion(
+    "MAOC",
+    "axis, execution target word, control, output other, input other, output cam other, "
+    "cam start position number, cam end position number, output compensation other, execution mode word, "
+    "execution schedule word, axis arm position number, cam arm position number, reference word",
+)
+MDOC = motion("MDOC", "axis, execution target word, control, disarm type word")
+
+# motion configuration
+
+MAAT = motion("MAAT", _PLAIN)
+MRAT = motion("MRAT", _PLAIN)
+MAHD = motion("MAHD", f"{_PLAIN}, diagnostic test word, observed direction word")
+MRHD = motion("MRHD", f"{_PLAIN}, diagnostic test word")
+
+# multi-axis coordinated motion
+
+MCS = motion("MCS", f"system, control, {_STOP}")
+MCLM = motion(
+    "MCLM",
+    f"system, control, move type number, position array, {_SPEED}, {_RATES}, {_JERKS}, "
+    f"termination type number, {_MERGE}, command tolerance number, {_LOCK}, {_EVENTS}",
+    optional=5,
+)
+MCCM = motion(
+    "MCCM",
+    f"system, control, move type number, position array, circle type number, via array, direction word, "
+    f"{_SPEED}, {_RATES}, {_JERKS}, termination type number, {_MERGE}, command tolerance number, {_LOCK}, "
+    f"{_EVENTS}",
+    optional=5,
+)
+MCCD = motion(
+    "MCCD",
+    "system, control, motion type word, change speed word, speed number, units word, "
+    "change acceleration word, acceleration number, units word, change deceleration word, "
+    "deceleration number, units word, change acceleration jerk word, acceleration jerk number, "
+    "change deceleration jerk word, deceleration jerk number, units word, scope word",
+)
+MCSD = motion("MCSD", "system, control")
+MCSR = motion("MCSR", "system, control")
+MCT = motion("MCT", "source system, target system, control, orientation array, translation array")
+MCTP = motion(
+    "MCTP",
+    "source system, target system, control, orientation array, translation array, "
+    "transform direction word, reference position array, transform position array",
+)
+MCTO = motion("MCTO", "source system, target system, control, orientation array, translation array")
+MDCC = motion("MDCC", "slave other, master any axis, control, master reference word, nominal velocity number")
+MDSC = motion("MDSC", "slave other, master any axis, control, master reference word, nominal velocity number")

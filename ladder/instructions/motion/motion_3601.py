@@ -1,0 +1,438 @@
+"""Motion instructions on a 3601: what each asks of the block that owns the module's words (`axis3601.rung`).
+
+| instruction | 3601 |
+|---|---|
+| MSO | configures the module, if the rack says how; then the axis takes commands |
+| MSF, MASD | brings the axis to rest; it takes no commands |
+| MASR, MAFR | Reset Errors |
+| MAM | absolute or relative move; MAJ: manual move; MAS: hold, or letting go |
+| MAH | Find Home |
+| MRP | Preset Position |
+| MCD | another speed of a manual move |
+
+A request is a ticket of the axis, see `axis3601.rung`. The instruction follows it: IP while it is under way,
+PC or DN when it has ended, ER when the axis failed. A newer request ends IP without PC. What a 3601 can't do
+is refused when the program is built.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+from ...interpreter import Interpreter
+from ...interpreter.files import Members
+from ...model.arithmetic import wrap
+from ...model.operands import (
+    Constant,
+    Group,
+    Place,
+    Resolved,
+    constant,
+)
+from ...model.predefined.motion_types import AXIS_MEMBERS
+from ...model.predefined.motion_words import (
+    CHANGED_MOTION,
+    NO_YES,
+    RATE_UNITS,
+    REDEFINITIONS,
+    SPEED_UNITS,
+)
+from ...model.predefined.words import plain
+from ...model.types import DINT
+from .axes import AxisSettings
+from .motion_control import AXIS_NOT_CONFIGURED, MotionControl
+
+SERVO_OFF, SHUT_DOWN, AXIS_FAULT, IN_MOTION, ILLEGAL_CHANGE, ILLEGAL = 5, 7, 20, 22, 23, 25
+OUT_OF_RANGE, NOT_CONFIGURED = 13, AXIS_NOT_CONFIGURED
+"""Codes of ERR [MOTION-RM002, appendix "Error codes"]."""
+
+ABSOLUTE, RELATIVE, VELOCITY, HOME, HALT, RESET, SET_POSITION, CONFIGURE = 1, 2, 3, 4, 5, 7, 8, 14
+"""Kinds of requests, see `axis3601.rung`."""
+
+COMMANDS = {ABSOLUTE: 1, RELATIVE: 2, HOME: 32, RESET: 2048, SET_POSITION: 512, HALT: 0}
+"""The module's command word of a request; CCW searches have 64, manual moves 128 or 256."""
+
+STANDSTILL, ERROR_STOP = 1, 6
+"""States of the axis."""
+
+MOST_STEPS, MOST_SPEED, MOST_RATE = 8_388_607, 1_000_000, 2_000
+"""What a move takes: steps, steps/s, steps/ms/s [3601 manual, chapter 5, Programming Information 8]."""
+
+BITS = {each.name: each.at for each in AXIS_MEMBERS if each.at}
+"""Bits of an axis: the member and the bit that each is."""
+
+
+@dataclass(frozen=True, slots=True)
+class BoundAxis:
+    """An axis of a program and the 3601 behind it.
+
+    Attributes:
+        settings: its table in the rack file.
+        tag: the axis.
+        state: what the block works on, an AXIS_3601.
+    """
+
+    settings: AxisSettings
+    tag: Group
+    state: Group
+
+
+class Axis:
+    """A bound axis in a scan."""
+
+    def __init__(self, machine: Interpreter, bound: BoundAxis) -> None:
+        self.machine, self.settings = machine, bound.settings
+        self._tag, self._state = bound.tag, bound.state
+        self.tag, self.state = Members(machine, bound.tag), Members(machine, bound.state)
+
+    def bit(self, name: str) -> bool:
+        """Return a bit of the tag."""
+        return bool(self.machine.get(self._bit(name)))
+
+    def set_bits(self, **bits: bool) -> None:
+        """Set bits of the tag."""
+        for name, value in bits.items():
+            self.machine.put(self._bit(name), value)
+
+    def _bit(self, name: str) -> Place:
+        word, _, bit = BITS[name].partition(".")
+        return replace(self._tag.member(word), bit=Constant(int(bit), DINT))
+
+    def word(self, number: int) -> int:
+        """Return an input word of the module."""
+        place = self._state.member("In")
+        return int(self.machine.get(replace(place, indices=(constant(number),))))
+
+    @property
+    def status(self) -> int:
+        """Its state in PLCopen's terms: 0 disabled, 1 standstill, 6 error stop."""
+        return int(self.state["State"])
+
+    def request(self, motion: MotionControl, kind: int, *words: int) -> None:
+        """Ask the axis for something; the newest request has it.
+
+        Args:
+            motion: what follows it.
+            kind: of the request.
+            words: the eight output words, zeros if left out.
+        """
+        ticket = wrap(int(self.state["Ticket"]) + 1, 32)
+        self.state.set(Ticket=ticket, Kind=kind)
+        place = self._state.member("Words")
+        for number in range(8):
+            value = words[number] if number < len(words) else 0
+            self.machine.put(replace(place, indices=(constant(number),)), wrap(value, 16))
+        motion.ticket = ticket
+
+    def refusal(self) -> int:
+        """Return why the axis takes no motion now, 0 if it does."""
+        if self.bit("ShutdownStatus"):
+            return SHUT_DOWN
+        if not self.bit("ServoActionStatus"):
+            return SERVO_OFF
+        return AXIS_FAULT if self.status in (0, ERROR_STOP) else 0
+
+    # --- numbers
+
+    def steps(self, units: float) -> int | None:
+        """Return a position or distance in steps, None if it does not fit into the module's words."""
+        value = units * self.settings.counts_per_unit
+        fits = math.isfinite(value) and abs(value) <= MOST_STEPS
+        return round(value) if fits else None
+
+    def speed(self, value: float, unit: str) -> int | None:
+        """Return a speed in steps/s."""
+        if unit == "%OFMAXIMUM":
+            value *= (self.settings.max_speed or float(self.tag["MaximumSpeed"])) / 100
+        return _within(value * self.settings.counts_per_unit, MOST_SPEED)
+
+    def rate(self, value: float, unit: str) -> int | None:
+        """Return an acceleration in steps/ms/s, None if the module has no such rate."""
+        if unit == "%OFMAXIMUM":
+            value *= self._maximum() / 100
+        return _within(value * self.settings.counts_per_unit / 1000, MOST_RATE)
+
+    def _maximum(self) -> float:
+        return self.settings.max_acceleration or float(self.tag["MaximumAcceleration"])
+
+
+def _within(value: float, most: int) -> int | None:
+    return round(value) if math.isfinite(value) and 1 <= round(value) <= most else None
+
+
+def _pair(value: int) -> tuple[int, int]:
+    """Return thousands and the rest of a number, both with its sign."""
+    size = (abs(value) // 1000, abs(value) % 1000)
+    return size if value >= 0 else (-size[0], -size[1])
+
+
+def _profile(
+    command: int, target: int, speed: int, rates: tuple[int, int], shape: int = 0
+) -> tuple[int, ...]:
+    return command, shape, *_pair(target), *_pair(speed), *rates
+
+
+def _word(machine: Interpreter, operand: Resolved | str, words: tuple[str, ...]) -> str:
+    """Return an operand that is a word of a list, or its number there."""
+    if isinstance(operand, str):
+        return operand
+    number = int(machine.number(operand, DINT.bits))
+    return plain(words[number]) if 0 <= number < len(words) else ""
+
+
+def _number(axis: Axis, operand: Resolved) -> float:
+    return float(axis.machine.number(operand, -1))
+
+
+Answer = Callable[..., None]
+
+
+def _servo_on(axis: Axis, motion: MotionControl) -> None:
+    if axis.bit("ShutdownStatus"):
+        motion.refuse(SHUT_DOWN)
+    elif axis.status != 0:
+        axis.set_bits(ServoActionStatus=True, DriveEnableStatus=True)
+        motion.set(DN=True)
+    elif axis.settings.configuration:
+        axis.request(motion, CONFIGURE, *axis.settings.configuration)
+    else:
+        motion.refuse(NOT_CONFIGURED)
+
+
+def _servo_off(axis: Axis, motion: MotionControl, *, shut_down: bool = False) -> None:
+    axis.set_bits(ServoActionStatus=False, DriveEnableStatus=False)
+    if shut_down:
+        axis.set_bits(ShutdownStatus=True)
+    if axis.state["Running"]:
+        axis.request(motion, HALT)
+        motion.ticket = 0
+    motion.set(DN=True)
+
+
+def _reset(axis: Axis, motion: MotionControl, *, restart: bool = False) -> None:
+    if restart:
+        axis.set_bits(ShutdownStatus=False)
+    if axis.status == 0:
+        motion.refuse(NOT_CONFIGURED)
+    else:
+        axis.request(motion, RESET, COMMANDS[RESET])
+
+
+def _move(
+    axis: Axis,
+    motion: MotionControl,
+    kind: Resolved,
+    position: Resolved,
+    speed: Resolved,
+    speed_units: Resolved | str,
+    up: Resolved,
+    up_units: Resolved | str,
+    down: Resolved,
+    down_units: Resolved | str,
+    *_others: Resolved | str,
+) -> None:
+    request = {0: ABSOLUTE, 1: RELATIVE}.get(int(_number(axis, kind)))
+    target = axis.steps(_number(axis, position))
+    dynamics = _dynamics(axis, speed, speed_units, up, up_units, down, down_units)
+    if request is None or target is None or dynamics is None:
+        motion.refuse(OUT_OF_RANGE)
+    else:
+        axis.request(motion, request, *_profile(COMMANDS[request], target, *dynamics))
+        motion.set(DN=True, IP=True, AC=True)
+
+
+def _dynamics(axis: Axis, *operands: Resolved | str) -> tuple[int, tuple[int, int]] | None:
+    """Return speed and both rates in the module's units, None if one is out of range."""
+    values, units = operands[::2], operands[1::2]
+    lists = (SPEED_UNITS, RATE_UNITS, RATE_UNITS)
+    words = [_word(axis.machine, unit, names) for unit, names in zip(units, lists, strict=True)]
+    numbers = [_number(axis, each) for each in values]  # type: ignore[arg-type]
+    speed = axis.speed(numbers[0], words[0])
+    up, down = axis.rate(numbers[1], words[1]), axis.rate(numbers[2], words[2])
+    return None if speed is None or up is None or down is None else (speed, (up, down))
+
+
+def _jog(
+    axis: Axis,
+    motion: MotionControl,
+    direction: Resolved | str,
+    *operands: Resolved | str,
+) -> None:
+    backwards = _word(axis.machine, direction, ("Forward", "Reverse")) == "REVERSE"
+    dynamics = _dynamics(axis, *operands[:6])
+    if dynamics is None:
+        motion.refuse(OUT_OF_RANGE)
+        return
+    axis.request(motion, VELOCITY, *_profile(256 if backwards else 128, 0, *dynamics))
+    motion.set(DN=True, IP=True, AC=True)
+
+
+def _stop(axis: Axis, motion: MotionControl, *_others: Resolved | str) -> None:
+    motion.set(DN=True, IP=True)
+    axis.request(motion, HALT)
+
+
+def _home(axis: Axis, motion: MotionControl) -> None:
+    settings = axis.settings
+    speed = axis.speed(settings.home_speed or float(axis.tag["HomeSpeed"]), "")
+    rate = axis.rate(settings.home_acceleration or axis._maximum(), "")
+    if axis.status != STANDSTILL:
+        motion.refuse(IN_MOTION)
+    elif speed is None or rate is None:
+        motion.refuse(OUT_OF_RANGE)
+    else:
+        command = COMMANDS[HOME] if settings.home_direction > 0 else 2 * COMMANDS[HOME]
+        axis.request(motion, HOME, *_profile(command, 0, speed, (rate, rate)))
+        motion.set(DN=True, IP=True, AC=True)
+
+
+def _redefine(
+    axis: Axis, motion: MotionControl, kind: Resolved | str, _select: Resolved | str, position: Resolved
+) -> None:
+    units = _number(axis, position)
+    if _word(axis.machine, kind, REDEFINITIONS) == "RELATIVE":
+        units += float(axis.tag["ActualPosition"])
+    steps = axis.steps(units)
+    if axis.status != STANDSTILL:
+        motion.refuse(IN_MOTION)
+    elif steps is None:
+        motion.refuse(OUT_OF_RANGE)
+    else:
+        thousands, rest = _pair(steps)
+        axis.request(motion, SET_POSITION, COMMANDS[SET_POSITION], 0, thousands, rest)
+
+
+def _change(
+    axis: Axis,
+    motion: MotionControl,
+    kind: Resolved | str,
+    change_speed: Resolved | str,
+    speed: Resolved,
+    change_up: Resolved | str,
+    up: Resolved,
+    change_down: Resolved | str,
+    down: Resolved,
+    *others: Resolved | str,
+) -> None:
+    """A manual move takes another speed; a move can't be changed."""
+    words = _words_of(axis)
+    moving = axis.bit("JogStatus") and _word(axis.machine, kind, CHANGED_MOTION) == "JOG"
+    if not moving:
+        motion.refuse(ILLEGAL_CHANGE)
+        return
+    speed_unit, up_unit, down_unit = (_unit(axis, each) for each in others[4:7])
+    changes = [_word(axis.machine, each, NO_YES) == "YES" for each in (change_speed, change_up, change_down)]
+    values = (
+        axis.speed(_number(axis, speed), speed_unit) if changes[0] else words[4] * 1000 + words[5],
+        axis.rate(_number(axis, up), up_unit) if changes[1] else words[6],
+        axis.rate(_number(axis, down), down_unit) if changes[2] else words[7],
+    )
+    if None in values:
+        motion.refuse(OUT_OF_RANGE)
+        return
+    new_speed, new_up, new_down = (int(each or 0) for each in values)
+    axis.request(motion, VELOCITY, *_profile(words[0], 0, new_speed, (new_up, new_down)))
+    motion.ticket = 0
+    motion.set(DN=True)
+
+
+def _unit(axis: Axis, operand: Resolved | str) -> str:
+    return _word(axis.machine, operand, RATE_UNITS)
+
+
+def _words_of(axis: Axis) -> list[int]:
+    """Return the words of the latest request."""
+    place = axis._state.member("Words")
+    return [int(axis.machine.get(replace(place, indices=(constant(each),)))) for each in range(8)]
+
+
+ANSWERS: Mapping[str, tuple[Answer, bool]] = {
+    "MSO": (_servo_on, False),
+    "MSF": (_servo_off, False),
+    "MASD": (lambda axis, motion: _servo_off(axis, motion, shut_down=True), False),
+    "MASR": (lambda axis, motion: _reset(axis, motion, restart=True), False),
+    "MAFR": (_reset, False),
+    "MAM": (_move, True),
+    "MAJ": (_jog, True),
+    "MAS": (_stop, True),
+    "MAH": (_home, True),
+    "MRP": (_redefine, True),
+    "MCD": (_change, True),
+}
+"""By instruction: what it does when it begins, and whether it needs an axis that takes motion."""
+
+
+def begin(axis: Axis, motion: MotionControl, name: str, operands: tuple[Resolved | str, ...]) -> None:
+    """Begin an instruction.
+
+    Args:
+        axis: its axis.
+        motion: what shows how it goes on.
+        name: the instruction.
+        operands: those after the axis and the control.
+    """
+    if name not in ANSWERS:  # in an add-on instruction, which is built before it is known what it gets
+        motion.refuse(ILLEGAL)
+        return
+    answer, moves = ANSWERS[name]
+    refusal = axis.refusal() if moves else 0
+    if refusal:
+        motion.refuse(refusal)
+    else:
+        answer(axis, motion, *operands)
+
+
+def follow(axis: Axis, motion: MotionControl, name: str) -> None:
+    """Show the state of an instruction's request."""
+    ticket = motion.ticket
+    if not ticket:
+        return
+    if axis.state["Failed"] == ticket:
+        motion.refuse(AXIS_FAULT)
+    elif axis.state["Finished"] == ticket:
+        motion.set(IP=False, AC=False, DN=True, PC=name in ("MAM", "MAS", "MAH"))
+        if name == "MSO":
+            axis.set_bits(ServoActionStatus=True, DriveEnableStatus=True)
+    elif axis.state["Ticket"] != ticket:
+        motion.set(IP=False, AC=False)
+    else:
+        return
+    motion.ticket = 0
+
+
+# --- what the tag shows
+
+
+def show(axis: Axis) -> None:
+    """Update the tag from the module's inputs; called after each scan."""
+    state, tag, machine = axis.state, axis.tag, axis.machine
+    status = axis.status
+    position = int(state["Position"]) / axis.settings.counts_per_unit
+    seconds = (machine.now_ns - int(tag["~shown_ns"])) / 1e9
+    velocity = (position - float(tag["~position"])) / seconds if seconds > 0 else 0.0
+    tag.set(
+        ActualPosition=position,
+        CommandPosition=position,
+        ActualVelocity=velocity,
+        CommandVelocity=velocity,
+        AverageVelocity=velocity,
+        **{"~position": position, "~shown_ns": machine.now_ns},
+    )
+    running = int(state["Step"]) in (1, 2, 3)
+    kind, words = int(state["RunKind"]), (axis.word(0), axis.word(1))
+    lost = status == 0 and axis.bit("ServoActionStatus")
+    if lost:
+        axis.set_bits(ServoActionStatus=False, DriveEnableStatus=False)
+    axis.set_bits(
+        MoveStatus=running and kind in (ABSOLUTE, RELATIVE),
+        JogStatus=running and kind == VELOCITY,
+        HomingStatus=running and kind == HOME,
+        StoppingStatus=int(state["Step"]) == 3,
+        AxisHomedStatus=status != 0 and not words[0] >> 10 & 1,
+        AccelStatus=status != 0 and bool(words[0] >> 5 & 1),
+        DecelStatus=status != 0 and bool(words[0] >> 6 & 1),
+        PhysicalAxisFault=status == ERROR_STOP,
+        ModuleFault=lost or (status == 0 and axis.bit("ModuleFault")),
+    )

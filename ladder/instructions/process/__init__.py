@@ -1,0 +1,1 @@
+"""Process control, alarms and safety."""

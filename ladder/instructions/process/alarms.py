@@ -1,0 +1,194 @@
+"""ALMD and ALMA: alarms with acknowledgement, by a condition and by limits.
+
+    InAlarm  Acked   becomes
+    0        1       1 0 when the condition has lasted MinDurationPRE ms (1 1 without AckRequired)
+    1        0       1 1 when acknowledged; 0 0 when the condition ends, Latched: 0 1 when it is reset then
+    1        1       0 1 when the condition ends, Latched: when it is reset then
+    0        0       0 1 when acknowledged, 1 0 when the condition comes again
+
+[1756-RM003N p. 49, 50, 64, 65]. A rising ProgAck or ProgReset is one request, as is a set OperAck or
+OperReset, which the instruction clears. Alarms have no subscribers here, so there are no messages.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from ...interpreter import Interpreter
+from ...interpreter.files import Members
+from ...model.operands import Group, Resolved
+from ...model.spec import Use, always
+from ...model.types import ALARM_LEVELS
+
+__all__ = ["ALMD", "ALMA"]  # noqa: RUF022 - the manual's order
+
+_NS_PER_MS, _NS_PER_US = 1_000_000, 1_000
+
+
+def _copy(machine: Interpreter, alarm: Members, names: Iterable[str], operands: Iterable[Resolved]) -> None:
+    """Copy operands into the parameters of these names."""
+    for name, operand in zip(names, operands, strict=True):
+        alarm.set(**{name: machine.condition(operand)})
+
+
+def _requested(alarm: Members, name: str) -> bool:
+    """Whether the program requests this by a rising bit, or the operator does."""
+    program, before = alarm[f"Prog{name}"], alarm[f"~{name}"]
+    asked = bool(program and not before) or bool(alarm[f"Oper{name}"])
+    alarm.set(**{f"~{name}": program, f"Oper{name}": False})
+    return asked
+
+
+def _switch(alarm: Members, on: str, off: str, state: str) -> bool:
+    """Set a state by its requests; an ending request takes precedence."""
+    if alarm[f"Prog{off}"] or alarm[f"Oper{off}"]:
+        alarm.set(**{state: False})
+    elif alarm[f"Prog{on}"] or alarm[f"Oper{on}"]:
+        alarm.set(**{state: True})
+    alarm.set(**{f"Oper{on}": False, f"Oper{off}": False})
+    return bool(alarm[state])
+
+
+def _lasts(machine: Interpreter, alarm: Members, active: bool) -> bool:
+    """Count how long a condition has lasted; return whether that is long enough."""
+    if not active:
+        alarm.set(MinDurationACC=0, **{"~active": False})
+        return False
+    if not alarm["~active"]:
+        alarm.set(**{"~active": True, "~since_ns": machine.now_ns})
+    elapsed = (machine.now_ns - int(alarm["~since_ns"])) // _NS_PER_MS
+    alarm.set(MinDurationACC=min(elapsed, 0x7FFF_FFFF))
+    return elapsed >= alarm["MinDurationPRE"]
+
+
+# --- ALMD
+
+
+def _almd(machine: Interpreter, power: bool, group: Group, *operands: Resolved) -> None:
+    alarm = Members(machine, group)
+    alarm.set(EnableIn=power, EnableOut=power, In=power)
+    _copy(machine, alarm, ("ProgAck", "ProgReset", "ProgDisable", "ProgEnable"), operands)
+    disabled = _switch(alarm, "Disable", "Enable", "Disabled")
+    _switch(alarm, "Suppress", "Unsuppress", "Suppressed")
+    acknowledged, reset = _requested(alarm, "Ack"), _requested(alarm, "Reset")
+    if alarm["AlarmCountReset"]:
+        alarm.set(AlarmCount=0, AlarmCountReset=False)
+    active = not disabled and alarm["In"] == alarm["Condition"]
+    if _lasts(machine, alarm, active) and (not alarm["InAlarm"]):
+        alarm.set(
+            InAlarm=True,
+            Acked=not alarm["AckRequired"],
+            AlarmCount=min(int(alarm["AlarmCount"]) + 1, 0x7FFF_FFFF),
+            InAlarmTime=machine.now_ns // _NS_PER_US,
+        )
+    elif alarm["InAlarm"] and not active:
+        _end_alarm(alarm, reset=reset, disabled=disabled)
+    if acknowledged or not alarm["AckRequired"]:
+        alarm.set(Acked=True)
+    alarm.set(InAlarmUnack=alarm["InAlarm"] and not alarm["Acked"])
+
+
+def _end_alarm(alarm: Members, *, reset: bool, disabled: bool) -> None:
+    if disabled or (alarm["Latched"] and reset):
+        alarm.set(InAlarm=False, Acked=True)
+    elif not alarm["Latched"]:
+        alarm.set(InAlarm=False)
+
+
+def _prescan_almd(machine: Interpreter, group: Group, *_operands: Resolved) -> None:
+    Members(machine, group).set(InAlarm=False, InAlarmUnack=False, Acked=True, OperAck=False, OperReset=False)
+
+
+# --- ALMA
+
+
+def _alma(machine: Interpreter, power: bool, group: Group, source: Resolved, *operands: Resolved) -> None:
+    alarm = Members(machine, group)
+    alarm.set(EnableIn=power, EnableOut=power)
+    if not power:
+        return
+    alarm.set(In=float(machine.number(source, 0)))
+    _copy(machine, alarm, ("ProgAckAll", "ProgDisable", "ProgEnable"), operands)
+    disabled = _switch(alarm, "Disable", "Enable", "Disabled")
+    _switch(alarm, "Suppress", "Unsuppress", "Suppressed")
+    acknowledged = _requested(alarm, "AckAll")
+    beyond = {
+        name: not disabled and bool(alarm[f"{name}Enabled"]) and _beyond(alarm, name) for name in ALARM_LEVELS
+    }
+    lasts = _lasts(machine, alarm, any(beyond.values()))
+    already = any(alarm[f"{name}InAlarm"] for name in ALARM_LEVELS)
+    for name in ALARM_LEVELS:
+        stays = not disabled and bool(alarm[f"{name}InAlarm"]) and not _inside(alarm, name)
+        _level(alarm, name, on=stays or (beyond[name] and (lasts or already)), acknowledged=acknowledged)
+    _rates(machine, alarm, disabled=disabled, acknowledged=acknowledged)
+    names = (*ALARM_LEVELS, "ROCPos", "ROCNeg")
+    alarm.set(InAlarm=any(alarm[f"{name}InAlarm"] for name in names))
+    alarm.set(AnyInAlarmUnack=any(alarm[f"{name}InAlarmUnack"] for name in names))
+
+
+def _beyond(alarm: Members, name: str) -> bool:
+    value, limit = alarm["In"], alarm[f"{name}Limit"]
+    return value >= limit if name.startswith("H") else value <= limit
+
+
+def _inside(alarm: Members, name: str) -> bool:
+    """Whether the value is back, by more than the deadband."""
+    value, limit, band = alarm["In"], alarm[f"{name}Limit"], max(alarm["Deadband"], 0.0)
+    return value < limit - band if name.startswith("H") else value > limit + band
+
+
+def _level(alarm: Members, name: str, *, on: bool, acknowledged: bool) -> None:
+    required = alarm["AckRequired"]
+    if on and not alarm[f"{name}InAlarm"]:
+        alarm.set(**{f"{name}Acked": not required})
+    if acknowledged or not required:
+        alarm.set(**{f"{name}Acked": True})
+    alarm.set(**{f"{name}InAlarm": on, f"{name}InAlarmUnack": on and not alarm[f"{name}Acked"]})
+
+
+def _rates(machine: Interpreter, alarm: Members, *, disabled: bool, acknowledged: bool) -> None:
+    """Take a sample per ROCPeriod, s, and compare the rate of change with its limits."""
+    period, elapsed = alarm["ROCPeriod"], machine.now_ns - int(alarm["~sampled_ns"])
+    if not alarm["~sampled"]:
+        alarm.set(**{"~sampled": True, "~sampled_ns": machine.now_ns, "~sample": alarm["In"]})
+    elif period > 0 and elapsed >= period * 1e9:
+        alarm.set(ROC=(alarm["In"] - alarm["~sample"]) / period)
+        alarm.set(**{"~sampled_ns": machine.now_ns, "~sample": alarm["In"]})
+    for name, sign in (("ROCPos", 1), ("ROCNeg", -1)):
+        limit = alarm[f"{name}Limit"]
+        on = not disabled and period > 0 and limit > 0 and sign * alarm["ROC"] >= limit
+        _level(alarm, name, on=on, acknowledged=acknowledged)
+
+
+def _prescan_alma(machine: Interpreter, group: Group, *_operands: Resolved) -> None:
+    alarm = Members(machine, group)
+    for name in (*ALARM_LEVELS, "ROCPos", "ROCNeg"):
+        alarm.set(**{f"{name}InAlarm": False, f"{name}InAlarmUnack": False, f"{name}Acked": True})
+    alarm.set(InAlarm=False, AnyInAlarmUnack=False, OperAckAll=False)
+
+
+# --- the rows
+
+_SWITCHES = (Use.SWITCH, Use.SWITCH, Use.SWITCH)
+
+ALMD = always(
+    "ALMD",
+    Use.ALARM_DIGITAL,
+    Use.SWITCH,
+    *_SWITCHES,
+    Use.PRESET,
+    Use.PRESET,
+    optional=2,
+    run=_almd,
+    prescan=_prescan_almd,
+)
+ALMA = always(
+    "ALMA",
+    Use.ALARM_ANALOG,
+    Use.NUMBER,
+    *_SWITCHES,
+    *[Use.PRESET] * 4,
+    optional=4,
+    run=_alma,
+    prescan=_prescan_alma,
+)

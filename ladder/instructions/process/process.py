@@ -1,0 +1,182 @@
+"""PID: a closed loop with independent or dependent gains.
+
+    E% = (SP - PV) in percent of MAXS - MINS; PV - SP with CA
+    OUT% = KP E + KI sum(E UPD) + KD dE/UPD + BIAS                 independent gains, in seconds
+    OUT% = KP (E + sum(E UPD)/(60 KI) + 60 KD dE/UPD) + BIAS       dependent gains (PE), in minutes
+    CV = MINCV + OUT% (MAXCV - MINCV)
+
+OUT stays between MINO and MAXO [1756-RM003N p. 511-526]. PV and the tieback are scaled first, from MINI to
+MAXI and MINTIE to MAXTIE. The derivative is of -PV, or with DOE of the error. While OUT is at a limit the
+sum does not go on; in manual (MO: the tieback; SWM: SO) it is what makes OUT the same, so that the change
+to automatic has no bump. Each time the rung is true is one update of UPD seconds: run it in a periodic
+task, or by a timer.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from ...interpreter import Interpreter
+from ...interpreter.files import Members
+from ...model.errors import PID_SETPOINT_CODE, PID_TIME_CODE
+from ...model.operands import (
+    Constant,
+    Group,
+    Place,
+    Resolved,
+)
+from ...model.spec import Use, always
+from ...model.types import DINT, PID_BITS
+
+__all__ = ["PID"]
+
+
+class _Loop(Members):
+    """A PID in a scan; its bits lie in CTL."""
+
+    def bit(self, name: str) -> bool:
+        return bool(self._machine.get(self._bit(name)))
+
+    def set_bits(self, **values: bool) -> None:
+        for name, value in values.items():
+            self._machine.put(self._bit(name), bool(value))
+
+    def _bit(self, name: str) -> Place:
+        return replace(self._group.member("CTL"), bit=Constant(PID_BITS[name], DINT))
+
+    def real(self, name: str) -> float:
+        return float(self[name])
+
+
+def _scaled(value: float, low: float, high: float, least: float, most: float) -> float:
+    """Scale linearly; a span of 0 leaves the value as it is."""
+    return value if low == high else least + (value - low) * (most - least) / (high - low)
+
+
+def _pid(
+    machine: Interpreter,
+    power: bool,
+    group: Group,
+    process: Resolved,
+    tieback: Resolved,
+    target: Place | Constant,
+    _master: Resolved,
+    hold: Resolved,
+    held: Resolved,
+) -> None:
+    loop = _Loop(machine, group)
+    loop.set_bits(EN=power)
+    if not power:
+        return
+    if not loop.real("UPD") > 0:
+        machine.fault_log.record(machine.site, "UPD is not above 0", PID_TIME_CODE)
+        return
+    if loop.real("MAXO") == loop.real("MINO"):
+        loop.set(MAXO=100.0, MINO=0.0)
+    _measure(machine, loop, float(machine.number(process, 0)))
+    tie = float(machine.number(tieback, 0))
+    loop.set(TIE=_scaled(tie, loop.real("MINTIE"), loop.real("MAXTIE"), 0.0, 100.0))
+    output = _output(loop)
+    if machine.condition(hold):
+        output = _scaled(float(machine.number(held, 0)), loop.real("MINCV"), loop.real("MAXCV"), 0.0, 100.0)
+        _track(loop, output)
+    loop.set(OUT=output)
+    if isinstance(target, Place):
+        low, high = loop.real("MINCV"), loop.real("MAXCV")
+        machine.store(target, output if low == high else low + output * (high - low) / 100)
+
+
+def _measure(machine: Interpreter, loop: _Loop, raw: float) -> None:
+    """Scale PV, set alarms, compute the error."""
+    value = _scaled(raw, loop.real("MINI"), loop.real("MAXI"), loop.real("MINS"), loop.real("MAXS"))
+    loop.set(PV=value)
+    if loop.bit("PVT") and (loop.bit("MO") or loop.bit("SWM")):
+        loop.set(SP=value)
+    low, high = loop.real("MINS"), loop.real("MAXS")
+    outside = low != high and not low <= loop.real("SP") <= high
+    loop.set_bits(SPOR=outside)
+    if outside:
+        machine.fault_log.record(machine.site, "SP is out of range", PID_SETPOINT_CODE)
+        loop.set(SP=min(max(loop.real("SP"), low), high))
+    error = loop.real("SP") - loop.real("PV")
+    loop.set(ERR=-error if loop.bit("CA") else error)
+    _tell(loop)
+
+
+def _tell(loop: _Loop) -> None:
+    value, error = loop.real("PV"), loop.real("SP") - loop.real("PV")
+    loop.set_bits(
+        PVHA=value >= loop.real("PVH") - (loop.real("PVDB") if loop.bit("PVHA") else 0.0),
+        PVLA=value <= loop.real("PVL") + (loop.real("PVDB") if loop.bit("PVLA") else 0.0),
+        DVPA=-error >= loop.real("DVP") - (loop.real("DVDB") if loop.bit("DVPA") else 0.0),
+        DVNA=error >= abs(loop.real("DVN")) - (loop.real("DVDB") if loop.bit("DVNA") else 0.0),
+        EWD=abs(error) <= loop.real("DB"),
+    )
+    crosses = loop["~crossed"] or error * loop.real("~error") <= 0
+    loop.set(**{"~crossed": loop.bit("EWD") and crosses, "~error": error})
+
+
+def _output(loop: _Loop) -> float:
+    """Return OUT in percent: computed, the tieback, or SO."""
+    if loop.bit("MO") or loop.bit("SWM"):
+        output = loop.real("TIE") if loop.bit("MO") else loop.real("SO")
+        _track(loop, output)
+        return output
+    error, change = _percent(loop, loop.real("ERR")), _change(loop)
+    if loop.bit("EWD") and (loop.bit("NOZC") or loop["~crossed"]):
+        error, change = 0.0, 0.0
+    sum_before = loop.real("~sum")
+    proportional, integral, derivative = _gains(loop)
+    loop.set(**{"~sum": sum_before + integral * error * loop.real("UPD")})
+    output = proportional * error + loop.real("~sum") + derivative * change + loop.real("BIAS")
+    low, high = loop.real("MINO"), loop.real("MAXO")
+    loop.set_bits(OLL=output <= low, OLH=output >= high)
+    if (output > high and error > 0) or (output < low and error < 0):
+        loop.set(**{"~sum": sum_before})
+    limited = min(max(output, low), high)
+    loop.set(SO=limited)
+    return limited
+
+
+def _gains(loop: _Loop) -> tuple[float, float, float]:
+    """Return the gains of the error, of its sum (1/s) and of its change (s)."""
+    kp, ki, kd = (loop.real(name) for name in ("KP", "KI", "KD"))
+    if loop.bit("PE"):
+        return kp, kp / (60 * ki) if ki else 0.0, kp * 60 * kd
+    return kp, ki, kd
+
+
+def _percent(loop: _Loop, value: float) -> float:
+    span = loop.real("MAXS") - loop.real("MINS")
+    return value * 100 / span if span else value
+
+
+def _change(loop: _Loop) -> float:
+    """Return how fast the error, or -PV, grows, percent per second."""
+    sign = 1.0 if loop.bit("CA") else -1.0
+    now = loop.real("ERR") if loop.bit("DOE") else sign * loop.real("PV")
+    before = loop.real("~last") if loop.bit("INI") else now
+    loop.set(**{"~last": now})
+    loop.set_bits(INI=True)
+    return _percent(loop, now - before) / loop.real("UPD")
+
+
+def _track(loop: _Loop, output: float) -> None:
+    """Set the sum to what makes this output, for a change without a bump."""
+    _change(loop)
+    proportional = _gains(loop)[0] * _percent(loop, loop.real("ERR"))
+    loop.set(**{"~sum": output - proportional - loop.real("BIAS")}, SO=output)
+
+
+PID = always(
+    "PID",
+    Use.PID,
+    Use.NUMBER,
+    Use.NUMBER,
+    Use.OPTIONAL_TARGET,
+    Use.IGNORED,
+    Use.SWITCH,
+    Use.NUMBER,
+    run=_pid,
+    prescan=lambda machine, group, *_operands: _Loop(machine, group).set_bits(INI=False),
+)

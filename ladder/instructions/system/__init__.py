@@ -1,0 +1,1 @@
+"""The controller itself: GSV and SSV, messages, ports, phases, immediate outputs."""

@@ -1,0 +1,31 @@
+"""IOT, UID, UIE and HMIBC [1756-RM003N].
+
+Images cross the backplane at the instants of the rack's controller (`micrologix`: the scan's ends,
+`compactlogix`: every RPI), which an IOT does not change. A task interrupts others as `Task.preempt` says,
+between UID and UIE, too.
+"""
+
+from __future__ import annotations
+
+from ...interpreter import Interpreter
+from ...interpreter.files import Members
+from ...model.operands import Group, Resolved
+from ...model.spec import Use, action, always
+
+__all__ = ["IOT", "UID", "UIE", "HMIBC"]  # noqa: RUF022 - the manual's order
+
+
+def _nothing(_machine: Interpreter, *_operands: Resolved) -> None:
+    """Do nothing: see above."""
+
+
+def _hmibc(machine: Interpreter, power: bool, group: Group, *_operands: Resolved) -> bool:
+    button = Members(machine, group)
+    button.set(EnableIn=power, EnableOut=power and bool(button["ButtonState"]))
+    return bool(button["EnableOut"])
+
+
+IOT = action("IOT", Use.IGNORED, run=_nothing)
+UID = action("UID", run=_nothing)
+UIE = action("UIE", run=_nothing)
+HMIBC = always("HMIBC", Use.HMI_BUTTON, Use.IGNORED, optional=1, run=_hmibc, decides=True, alone=True)

@@ -1,0 +1,160 @@
+"""MSG: a message to another controller, whose end a stub describes (`stubs`).
+
+    rung    ____|‾‾‾‾|_____________
+    EN, ST  ____|‾‾‾‾‾‾‾‾‾‾|_______     EN stays until the end and a false rung, ST until the end
+    DN, ER  _______________|‾‾‾‾‾‾‾     until the next message
+
+In structured text a call begins a message, unless it is under way. It ends after a scan, whether it is called
+again or not, and EN ends with it.
+
+Nothing is sent or received: a program or a test writes the data of a read.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+from ...interpreter import Interpreter
+from ...model.arithmetic import wrap
+from ...model.operands import Constant, Group
+from ...model.spec import Use, always
+from ...model.stubs import Ending, stub_of
+from ...model.tags import Leaf
+from ...model.types import DINT, MESSAGE_BITS, count_of
+from ...state.lowered import Lowered, steps_of
+from ...state.memory import Memory
+
+__all__ = ["MSG"]
+
+TIMEOUT = 1
+"""ERR of a message that the program has stopped by its TO bit: connection failure."""
+
+
+class _Message:
+    """A MESSAGE in a scan; its bits lie in FLAGS."""
+
+    def __init__(self, machine: Interpreter, group: Group) -> None:
+        self._machine, self._group = machine, group
+
+    def __getitem__(self, name: str) -> bool:
+        place = replace(self._group.member("FLAGS"), bit=Constant(MESSAGE_BITS[name], DINT))
+        return bool(self._machine.get(place))
+
+    def set(self, **bits: bool) -> None:
+        for name, value in bits.items():
+            place = replace(self._group.member("FLAGS"), bit=Constant(MESSAGE_BITS[name], DINT))
+            self._machine.put(place, value)
+
+    @property
+    def elapsed_ns(self) -> int:
+        return self._machine.now_ns - int(self._machine.get(self._group.member("~started_ns")))
+
+    def start(self, *, waiting: bool = False) -> None:
+        self._machine.put(self._group.member("~waiting"), waiting)
+        self.set(EN=True, ST=True, EW=False, DN=False, ER=False, TO=False)
+        self._fail(0)
+        self._machine.put(self._group.member("~started_ns"), self._machine.now_ns)
+
+    def finish(self, error: int) -> None:
+        self.set(ST=False, EW=False, DN=not error, ER=bool(error))
+        self._fail(error)
+
+    def _fail(self, error: int) -> None:
+        self._machine.put(self._group.member("ERR"), wrap(error, 16))
+
+
+def _msg(machine: Interpreter, power: bool, group: Group) -> None:
+    message = _Message(machine, group)
+    if machine.lowered.sites[machine.site].unit == "line":
+        if not message["EN"]:
+            message.start(waiting=True)
+        return
+    if not message["EN"]:
+        if power:
+            message.start()
+        return
+    if not (message["DN"] or message["ER"]):
+        _go_on(message, stub_of(machine.lowered.stubs, group.path))
+    if not power and (message["DN"] or message["ER"]):
+        message.set(EN=False)
+
+
+def _go_on(message: _Message, stub: Ending | None) -> None:
+    assert stub is not None  # `checks` refuses a program without one
+    if message["TO"]:
+        message.finish(TIMEOUT)
+    elif message.elapsed_ns >= stub.after_ns:
+        message.finish(stub.error)
+
+
+# --- messages of structured text
+
+
+@dataclass(frozen=True, slots=True)
+class _Waiting:
+    """Where the messages of a tag are that structured text may have begun.
+
+    Attributes:
+        path: the tag.
+        waiting: whether one is under way.
+        flags: its FLAGS.
+        error: its ERR.
+        started: when it began, ns.
+    """
+
+    path: str
+    waiting: Leaf
+    flags: Leaf
+    error: Leaf
+    started: Leaf
+
+
+def ends_of_messages(lowered: Lowered) -> tuple[Callable[[Any], None], ...]:
+    """Return what ends messages after a scan: nothing if no structured text begins any."""
+    texts = [each for each in lowered.routines.values() if each.body is not None]
+    if not any(step.name == "MSG" for each in texts for line in each.lines for step in steps_of(line.nodes)):
+        return ()
+    return (partial(_end_messages, tuple(_waiting_in(lowered))),)
+
+
+def _waiting_in(lowered: Lowered) -> Iterator[_Waiting]:
+    layout = lowered.layout
+    for leaf in list(layout.leaves.values()):
+        path, _, member = leaf.path.rpartition(".")
+        if member == "~waiting":
+            parts = (layout.leaf(f"{path}.{name}") for name in ("FLAGS", "ERR", "~started_ns"))
+            yield _Waiting(path, leaf, *parts)
+
+
+def _end_messages(tags: tuple[_Waiting, ...], engine: Any) -> None:
+    """End the messages whose time is over.
+
+    Args:
+        tags: where they are.
+        engine: has done a scan.
+    """
+    memory: Memory = engine.memory
+    for tag in tags:
+        for index in range(count_of(tag.waiting.dims)):
+            if memory.read(tag.waiting, index):
+                _end_if_over(memory, tag, index, engine.now_ns, stub_of(engine.lowered.stubs, tag.path))
+
+
+def _end_if_over(memory: Memory, tag: _Waiting, index: int, now_ns: int, stub: Ending | None) -> None:
+    assert stub is not None  # `checks` refuses a program without one
+    flags = int(memory.read(tag.flags, index))
+    stopped = bool(flags >> MESSAGE_BITS["TO"] & 1)
+    if not stopped and now_ns - int(memory.read(tag.started, index)) < stub.after_ns:
+        return
+    error = TIMEOUT if stopped else stub.error
+    ended = 1 << MESSAGE_BITS["ER" if error else "DN"]
+    over = sum(1 << MESSAGE_BITS[name] for name in ("EN", "ST", "EW"))
+    memory.write(tag.waiting, index, False)
+    memory.write(tag.flags, index, flags & ~over | ended)
+    memory.write(tag.error, index, wrap(error, 16))
+
+
+MSG = always("MSG", Use.MESSAGE, run=_msg)

@@ -1,0 +1,67 @@
+"""Equipment phases and sequences [LOGIX-UM001, 1756-RM003N].
+
+No phase manager runs here: a phase answers as one that is not scheduled, result 24594, and its states do not
+change. PSC, PPD, PRNP and the other instructions without a result do nothing then.
+"""
+
+from __future__ import annotations
+
+from ...interpreter import Interpreter
+from ...model.operands import Place, Resolved
+from ...model.spec import Spec, Use, action
+from ...state.regions import converted
+
+__all__ = [  # noqa: RUF022 - the manual's order
+    "PSC",
+    "PCMD",
+    "PCLF",
+    "PXRQ",
+    "PRNP",
+    "PPD",
+    "PATT",
+    "PDET",
+    "PFL",
+    "POVR",
+    "SATT",
+    "SDET",
+    "SCMD",
+    "SCLF",
+    "SOVR",
+    "SASI",
+]
+
+NOT_SCHEDULED = 24594
+"""Result: the phase is not scheduled, inhibited, or in a task that is inhibited."""
+
+
+def _run(machine: Interpreter, *operands: Resolved | str) -> None:
+    result = operands[-1] if operands else None
+    if isinstance(result, Place) and result.type.is_integer:
+        machine.put(result, converted(result.type, NOT_SCHEDULED))
+
+
+def _nothing(_machine: Interpreter, *_operands: Resolved | str) -> None:
+    """Do nothing: see above."""
+
+
+def _row(name: str, *operands: Use) -> Spec:
+    with_result = Use.OPTIONAL_TARGET in operands
+    return action(name, *operands, run=_run if with_result else _nothing)
+
+
+PSC = _row("PSC")
+PCMD = _row("PCMD", Use.LABEL, Use.LABEL, Use.OPTIONAL_TARGET)
+PCLF = _row("PCLF", Use.LABEL)
+PXRQ = _row("PXRQ", Use.IGNORED, Use.LABEL, Use.IGNORED)
+PRNP = _row("PRNP")
+PPD = _row("PPD")
+PATT = _row("PATT", Use.LABEL, Use.OPTIONAL_TARGET)
+PDET = _row("PDET", Use.LABEL)
+PFL = _row("PFL", Use.NUMBER)
+POVR = _row("POVR", Use.LABEL, Use.LABEL, Use.OPTIONAL_TARGET)
+SATT = _row("SATT", Use.LABEL, Use.OPTIONAL_TARGET)
+SDET = _row("SDET", Use.LABEL)
+SCMD = _row("SCMD", Use.LABEL, Use.LABEL, Use.OPTIONAL_TARGET)
+SCLF = _row("SCLF", Use.LABEL)
+SOVR = _row("SOVR", Use.LABEL, Use.LABEL, Use.OPTIONAL_TARGET)
+SASI = _row("SASI", Use.LABEL, Use.IGNORED, Use.OPTIONAL_TARGET)

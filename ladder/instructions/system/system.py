@@ -1,0 +1,355 @@
+"""EVENT, and GSV and SSV for the objects that a controller has here [1756-RM003N, system values].
+
+An attribute is a row of `ATTRIBUTES`: how it is read as bytes, and, if it can be set, how it is set from
+bytes. The tag of GSV and SSV may be a structure, an array, or the first member of a structure, as exports
+name it. WallClockTime is the virtual time, from 1970-01-01 00:00 at power-up on, until SSV sets it.
+Attributes that the runtime does not compute are memory, see `objects`.
+"""
+
+from __future__ import annotations
+
+import datetime
+import struct
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from ...interpreter import Interpreter
+from ...model.arithmetic import wrap
+from ...model.errors import LadderError
+from ...model.operand_checks import OperandError
+from ...model.operands import Group, Place
+from ...model.predefined.motion_types import BY_CLASS
+from ...model.schedule import ScheduledProgram, ScheduledTask, task_named
+from ...model.spec import Use, action
+from ...model.tags import program_of
+from ...model.tree import Address, MemberStep, Operand
+from ...model.types import HIDDEN
+from ...state.lowered import OperandResolver
+from ...state.regions import End, put, take
+from .objects import OBJECTS, Kept
+
+__all__ = ["EVENT", "GSV", "SSV"]
+
+THIS = "THIS"
+"""Instance name of the program that an instruction is in."""
+
+POWER_UP = datetime.datetime(1970, 1, 1)
+"""WallClockTime at virtual time 0."""
+
+
+@dataclass(frozen=True, slots=True)
+class Attribute:
+    """An attribute of an object.
+
+    Attributes:
+        read: returns it as bytes; gets the machine and the instance's name in capitals.
+        write: sets it from as many bytes as there are; None if it can only be read.
+    """
+
+    read: Callable[[Interpreter, str], bytes]
+    write: Callable[[Interpreter, str, bytes], None] | None = None
+
+
+# --- PROGRAM
+
+_RECORD = struct.Struct("<qhh8i")
+"""MajorFaultRecord: time in µs, type, code, eight words of information."""
+
+_FAULT = struct.Struct("<hh")
+_FAULT_AT = 8
+"""Type and code in a fault record, and the byte at which they begin."""
+
+
+def _program(machine: Interpreter, name: str) -> ScheduledProgram | None:
+    schedule = machine.lowered.schedule
+    programs = schedule.programs if schedule is not None else ()
+    return next((each for each in programs if not name or each.name.upper() == name), None)
+
+
+def _read_major_fault(machine: Interpreter, name: str) -> bytes:
+    program = _program(machine, name)
+    if program is None:
+        return bytes(_RECORD.size)
+    kind, code = (int(machine.memory.read(leaf)) for leaf in (program.fault_type, program.fault_code))
+    return _RECORD.pack(machine.now_ns // 1_000 if kind else 0, kind, code, *[0] * 8)
+
+
+def _write_major_fault(machine: Interpreter, name: str, data: bytes) -> None:
+    program = _program(machine, name)
+    if program is None or len(data) < _FAULT_AT + _FAULT.size:
+        return
+    for leaf, value in zip(
+        (program.fault_type, program.fault_code), _FAULT.unpack_from(data, _FAULT_AT), strict=True
+    ):
+        machine.memory.write(leaf, 0, value)
+
+
+# --- TASK
+
+
+def _task(machine: Interpreter, name: str) -> ScheduledTask | None:
+    """Return the task of that name, or the one that runs the program of that name, as THIS means it."""
+    schedule = machine.lowered.schedule
+    if schedule is None:
+        return None
+    own = (each for each in schedule.tasks if name in (program.name.upper() for program in each.programs))
+    return task_named(schedule.tasks, name) or next(own, None)
+
+
+Reader = Callable[[Interpreter, str], bytes]
+
+
+def _of_task(code: str, value: Callable[[Interpreter, ScheduledTask], int]) -> Reader:
+    """Return what reads a number of a task."""
+
+    def read(machine: Interpreter, name: str) -> bytes:
+        task = _task(machine, name)
+        return struct.pack(code, value(machine, task) if task is not None else 0)
+
+    return read
+
+
+def _write_overlaps(machine: Interpreter, name: str, data: bytes) -> None:
+    task = _task(machine, name)
+    if task is not None and len(data) >= 4:
+        machine.memory.write(task.overlaps, 0, struct.unpack_from("<i", data)[0])
+
+
+# --- WALLCLOCKTIME
+
+
+CLOCK = "WALLCLOCKTIME"
+_LATEST_US = 8_000 * 365 * 86_400 * 1_000_000
+"""µs from power-up that the clock can be set to."""
+
+
+def _wall_us(machine: Interpreter) -> int:
+    leaf = machine.lowered.layout.leaves.get(_path(CLOCK, "", "OFFSET").upper())
+    offset = int(machine.memory.read(leaf)) if leaf is not None else 0
+    return machine.now_ns // 1_000 + offset
+
+
+def _set_wall(machine: Interpreter, now_us: int) -> None:
+    """Let the clock go on from a time; one that is out of range is not taken."""
+    leaf = machine.lowered.layout.leaves.get(_path(CLOCK, "", "OFFSET").upper())
+    if leaf is not None and 0 <= now_us < _LATEST_US:
+        machine.memory.write(leaf, 0, now_us - machine.now_ns // 1_000)
+
+
+def _virtual_us(machine: Interpreter, _name: str) -> bytes:
+    return struct.pack("<q", machine.now_ns // 1_000)
+
+
+def _virtual_ns(machine: Interpreter, _name: str) -> bytes:
+    return struct.pack("<q", machine.now_ns)
+
+
+def _microseconds(machine: Interpreter, _name: str) -> bytes:
+    return struct.pack("<q", _wall_us(machine))
+
+
+def _write_microseconds(machine: Interpreter, _name: str, data: bytes) -> None:
+    if len(data) >= 8:
+        _set_wall(machine, struct.unpack_from("<q", data)[0])
+
+
+def _date(machine: Interpreter, _name: str) -> bytes:
+    now = POWER_UP + datetime.timedelta(microseconds=_wall_us(machine))
+    return struct.pack("<7i", *now.timetuple()[:6], now.microsecond)
+
+
+def _write_date(machine: Interpreter, _name: str, data: bytes) -> None:
+    if len(data) < 28:
+        return
+    try:
+        moment = datetime.datetime(*struct.unpack_from("<7i", data))
+    except (ValueError, OverflowError):  # no date: the clock goes on
+        return
+    _set_wall(machine, (moment - POWER_UP) // datetime.timedelta(microseconds=1))
+
+
+# --- names
+
+
+_NAME_SIZE = 82
+
+
+def _name_of(_machine: Interpreter, name: str) -> bytes:
+    """Return a STRING with the name of an instance; THIS has been replaced by it."""
+    text = name.encode("latin-1", "replace")[:_NAME_SIZE]
+    return struct.pack("<i", len(text)) + text.ljust(_NAME_SIZE, b"\0")
+
+
+def _name_of_controller(machine: Interpreter, _name: str) -> bytes:
+    return _name_of(machine, machine.lowered.name)
+
+
+ATTRIBUTES: Mapping[tuple[str, str], Attribute] = {
+    ("PROGRAM", "MAJORFAULTRECORD"): Attribute(_read_major_fault, _write_major_fault),
+    ("TASK", "RATE"): Attribute(_of_task("<i", lambda _machine, each: each.task.rate_ns // 1_000)),
+    ("TASK", "PRIORITY"): Attribute(_of_task("<h", lambda _machine, each: each.task.priority)),
+    ("TASK", "OVERLAPCOUNT"): Attribute(
+        _of_task("<i", lambda machine, each: int(machine.memory.read(each.overlaps))), _write_overlaps
+    ),
+    (CLOCK, "CURRENTVALUE"): Attribute(_microseconds, _write_microseconds),
+    (CLOCK, "DATETIME"): Attribute(_date, _write_date),
+    (CLOCK, "LOCALDATETIME"): Attribute(_date, _write_date),
+    ("CST", "CURRENTVALUE"): Attribute(_virtual_us),
+    ("TIMESYNCHRONIZE", "CURRENTTIMEMICROSECONDS"): Attribute(_virtual_us),
+    ("TIMESYNCHRONIZE", "CURRENTTIMENANOSECONDS"): Attribute(_virtual_ns),
+    ("CONTROLLER", "NAME"): Attribute(_name_of_controller),
+    **{(kind, "NAME"): Attribute(_name_of) for kind in ("MODULE", "PROGRAM", "ROUTINE", "TASK")},
+}
+"""Attributes that the runtime computes, by class and name in capitals."""
+
+
+def _path(kind: str, instance: str, name: str) -> str:
+    """Return the path of an attribute that is memory."""
+    return f"{HIDDEN}gsv.{kind}.{instance}.{name}"
+
+
+def _kept(kind: str, name: str, kept: Kept) -> Attribute:
+    """Return an attribute that is memory."""
+
+    def read(machine: Interpreter, instance: str) -> bytes:
+        leaf = machine.lowered.layout.leaf(_path(kind, instance, name))
+        value = int(machine.memory.read(leaf)) & (1 << 64) - 1
+        return value.to_bytes(8, "little").ljust(kept.size, b"\0")[: kept.size]
+
+    def write(machine: Interpreter, instance: str, data: bytes) -> None:
+        leaf = machine.lowered.layout.leaf(_path(kind, instance, name))
+        number = int.from_bytes(data[: min(8, kept.size)], "little")
+        machine.memory.write(leaf, 0, wrap(number, 64))
+
+    return Attribute(read, write if kept.set else None)
+
+
+_KEPT = {
+    (kind, name): _kept(kind, name, kept) for kind, names in OBJECTS.items() for name, kept in names.items()
+}
+
+
+def _attribute(kind: str, name: str) -> Attribute | None:
+    return ATTRIBUTES.get((kind, name)) or _KEPT.get((kind, name))
+
+
+def _known(kind: str, *, written: bool) -> str:
+    """List what there is of a class, or the classes; what SSV sets, if no tag is `written`."""
+    rows = [each for each, row in {**ATTRIBUTES, **_KEPT}.items() if written or row.write]
+    names = [name for each, name in rows if each == kind] or list(dict.fromkeys(each for each, _ in rows))
+    return ", ".join(names)
+
+
+def _resolve(
+    resolver: OperandResolver, given: tuple[Operand, ...], *, written: bool
+) -> tuple[str, str | Place, str, Place | Group]:
+    """Return class, instance and attribute in capitals, and the tag.
+
+    Of an axis the instance is the member of its tag that the attribute is.
+
+    Args:
+        resolver: resolves operands.
+        given: operands of the instruction.
+        written: whether the tag is written.
+    """
+    kind, instance, name = (str(each).upper() for each in given[:3])
+    if kind in BY_CLASS and isinstance(given[1], Address) and isinstance(given[3], Address):
+        member = _member(resolver, given[1], str(given[2]))
+        return kind, member, name, resolver.memory(given[3], written=written)
+    attribute = _attribute(kind, name)
+    if attribute is None or not (written or attribute.write):
+        known = _known(kind, written=written)
+        raise OperandError(f"there is no attribute {name} of {kind} here", f"there are {known}")
+    if instance == THIS:
+        instance = program_of(resolver.named(""))
+    if (kind, name) in _KEPT:
+        resolver.kept(_path(kind, instance, name), OBJECTS[kind][name].initial)
+    elif kind == CLOCK:
+        resolver.kept(_path(CLOCK, "", "OFFSET"), 0)
+    if not isinstance(given[3], Address):
+        raise OperandError(f"{given[3]} is not a tag", "name a tag")
+    return kind, instance, name, resolver.memory(given[3], written=written)
+
+
+def _member(resolver: OperandResolver, tag: Address, name: str) -> Place:
+    """Return the member of a tag that an attribute is."""
+    try:
+        found = resolver.any(Address(tag.name, (*tag.steps, MemberStep(name))))
+    except LadderError:
+        found = None
+    if not isinstance(found, Place) or found.type.is_bool:
+        raise OperandError(f"{tag} has no attribute {name} here", "name a member of the tag")
+    return found
+
+
+def _read(machine: Interpreter, kind: str, instance: str | Place, name: str) -> bytes:
+    if isinstance(instance, Place):
+        store, region, first = machine.end(instance)
+        return take(store, region, first, 1)
+    attribute = _attribute(kind, name)
+    assert attribute is not None
+    return attribute.read(machine, instance)
+
+
+def _count(end: End, size: int) -> int:
+    """Return how many elements hold that many bytes, as far as there are."""
+    store, region, first = end
+    return min(region.left(first, store), -(-size // region.size))
+
+
+def _gsv(machine: Interpreter, kind: str, instance: str | Place, name: str, target: Place | Group) -> None:
+    data = _read(machine, kind, instance, name)
+    store, region, first = end = machine.end(target)
+    count = _count(end, len(data))
+    room = count * region.size
+    data = data[:room]
+    if len(data) < room:
+        data += take(store, region, first, count)[len(data) :]
+    put(store, region, first, count, data)
+
+
+def _ssv(machine: Interpreter, kind: str, instance: str | Place, name: str, source: Place | Group) -> None:
+    store, region, first = end = machine.end(source)
+    size = len(_read(machine, kind, instance, name))
+    data = take(store, region, first, _count(end, size))[:size]
+    if isinstance(instance, Place):
+        store, region, first = machine.end(instance)
+        if len(data) == size:
+            put(store, region, first, 1, data)
+        return
+    attribute = _attribute(kind, name)
+    assert attribute is not None
+    assert attribute.write is not None
+    attribute.write(machine, instance, data)
+
+
+# --- EVENT
+
+
+def _event(machine: Interpreter, name: str) -> None:
+    task = _task(machine, name)
+    if task is not None and machine.scheduler is not None:
+        machine.scheduler.trigger(task)
+
+
+# --- the rows
+
+EVENT = action("EVENT", Use.LABEL, run=_event)
+GSV = action(
+    "GSV",
+    Use.LABEL,
+    Use.LABEL,
+    Use.LABEL,
+    Use.DESTINATION,
+    resolve=lambda resolver, given: _resolve(resolver, given, written=True),
+    run=_gsv,
+)
+SSV = action(
+    "SSV",
+    Use.LABEL,
+    Use.LABEL,
+    Use.LABEL,
+    Use.SOURCE,
+    resolve=lambda resolver, given: _resolve(resolver, given, written=False),
+    run=_ssv,
+)

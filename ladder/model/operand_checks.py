@@ -1,0 +1,318 @@
+"""What operands have to be: a check for each use, in code and in words, and what to do if it is not met."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+
+from .operands import (
+    Calculation,
+    Constant,
+    Group,
+    Place,
+    Quoted,
+    Resolved,
+    constant,
+    is_integer,
+    is_number,
+    is_truth,
+)
+from .operators import BITWISE, RELATIONS
+from .predefined.block_types import BLOCK_TYPES
+from .predefined.motion_types import (
+    COORDINATE_SYSTEM,
+    MOTION_GROUP,
+    MOTION_INSTRUCTION,
+    is_axis,
+)
+from .predefined.safety_types import SAFETY
+from .predefined.slc_types import (
+    SLC_CONTROL,
+    SLC_COUNTER,
+    SLC_TIMER,
+    SLC_TYPES,
+)
+from .predefined.structures import HMIBC, SERIAL_PORT_CONTROL
+from .spec import Use
+from .types import (
+    ALARM_ANALOG,
+    ALARM_DIGITAL,
+    CONTROL,
+    COUNTER,
+    FBD_COUNTER,
+    FBD_ONESHOT,
+    FBD_TIMER,
+    MESSAGE,
+    PID,
+    TIMER,
+    Elementary,
+    Structure,
+)
+
+_BLOCKS = (FBD_TIMER, FBD_COUNTER, FBD_ONESHOT, *BLOCK_TYPES.values(), *SAFETY.values())
+
+
+class OperandError(ValueError):
+    """An operand that an instruction does not take."""
+
+    def __init__(self, text: str, remedy: str) -> None:
+        self.remedy = remedy
+        super().__init__(text)
+
+
+def described(resolved: Resolved) -> str:
+    """Say what an operand is."""
+    if isinstance(resolved, Constant):
+        return f"the number {resolved.value}"
+    if isinstance(resolved, Place):
+        return f"{'an' if resolved.type.name in ('INT', 'LREAL') else 'a'} {resolved.type.name}"
+    if isinstance(resolved, Group):
+        return f"an array of {resolved.type.name}" if resolved.dims else f"a {resolved.type.name}"
+    return "a string" if isinstance(resolved, Quoted) else "an expression"
+
+
+@dataclass(frozen=True, slots=True)
+class OperandCheck:
+    """What a use requires of its operand.
+
+    Attributes:
+        accepts: whether an operand is that.
+        text: the same in words.
+        remedy: what to do if it is not.
+    """
+
+    accepts: Callable[[Resolved], bool]
+    text: str
+    remedy: str
+
+
+def _is_bit(resolved: Resolved) -> bool:
+    return isinstance(resolved, Place) and resolved.type.is_bool
+
+
+def _is_plain_number(resolved: Resolved) -> bool:
+    return isinstance(resolved, (Place, Constant)) and is_number(resolved)
+
+
+def _is_plain_integer(resolved: Resolved) -> bool:
+    return isinstance(resolved, (Place, Constant)) and resolved.type.is_integer
+
+
+def _is_numeric_tag(resolved: Resolved) -> bool:
+    return isinstance(resolved, Place) and is_number(resolved)
+
+
+def is_string(resolved: Resolved) -> bool:
+    """Whether an operand is a STRING or a string constant."""
+    if not isinstance(resolved, Group):
+        return isinstance(resolved, Quoted)
+    return isinstance(resolved.type, Structure) and not resolved.dims and resolved.type.is_string
+
+
+def _is_structure(resolved: Resolved, *types: Structure) -> bool:
+    return isinstance(resolved, Group) and not resolved.dims and resolved.type in types
+
+
+def _is_axis(resolved: Resolved) -> bool:
+    return isinstance(resolved, Group) and not resolved.dims and is_axis(resolved.type)
+
+
+def _is_arithmetic(resolved: Resolved) -> bool:
+    if not isinstance(resolved, Calculation):
+        return is_number(resolved)
+    if is_truth(resolved):  # 1 or 0
+        return _is_condition(resolved)
+    if resolved.name in BITWISE:
+        return all(is_integer(each) and _is_arithmetic(each) for each in resolved.operands)
+    return all(map(_is_arithmetic, resolved.operands))
+
+
+def is_arithmetic(resolved: Resolved) -> bool:
+    """Whether this is an arithmetic expression."""
+    return _is_arithmetic(resolved)
+
+
+def is_logical(resolved: Resolved) -> bool:
+    """Whether this is a condition of structured text: bits, comparisons, 0 and 1, and operators on them."""
+    if isinstance(resolved, Constant):
+        return resolved.type.is_integer and resolved.value in (0, 1)
+    if not isinstance(resolved, Calculation):
+        return is_truth(resolved)
+    if resolved.name not in RELATIONS:
+        return resolved.name in BITWISE and all(map(is_logical, resolved.operands))
+    if any(map(is_truth, resolved.operands)):
+        return all(map(is_logical, resolved.operands))
+    return all(map(_is_arithmetic, resolved.operands)) or all(map(is_string, resolved.operands))
+
+
+def _is_condition(resolved: Resolved) -> bool:
+    if not isinstance(resolved, Calculation):
+        return False
+    if resolved.name in RELATIONS:
+        return all(map(_is_arithmetic, resolved.operands)) or all(map(is_string, resolved.operands))
+    return resolved.name in BITWISE and all(map(_is_condition, resolved.operands))
+
+
+def _is_region(resolved: Resolved) -> bool:
+    """Something in memory with bytes: no BOOL, no bit, no array of BOOL."""
+    if isinstance(resolved, Place):
+        return not resolved.type.is_bool
+    return isinstance(resolved, Group) and not (
+        isinstance(resolved.type, Elementary) and resolved.type.is_bool
+    )
+
+
+def _is_item(resolved: Resolved) -> bool:
+    return _is_plain_number(resolved) or (_is_region(resolved) and not _has_dims(resolved))
+
+
+def _is_array(resolved: Resolved) -> bool:
+    return _is_region(resolved) and (_has_dims(resolved) or bool(array_of(resolved)))
+
+
+def _has_dims(resolved: Resolved) -> bool:
+    return isinstance(resolved, Group) and bool(resolved.dims)
+
+
+def array_of(resolved: Resolved) -> tuple[int, ...]:
+    """Return the dimensions of the array that an operand is or is an element of; none if it is neither."""
+    if isinstance(resolved, Group) and resolved.dims:
+        return resolved.dims
+    return resolved.array if isinstance(resolved, (Place, Group)) else ()
+
+
+def _is_of(kind: Structure, resolved: Resolved) -> bool:
+    return _is_structure(resolved, kind)
+
+
+def _is_switch(resolved: Resolved) -> bool:
+    return _is_bit(resolved) or resolved in (constant(0), constant(1))
+
+
+WRITTEN = frozenset(
+    {
+        Use.COIL,
+        Use.LATCH,
+        Use.STORAGE,
+        Use.TARGET,
+        Use.INTEGER_TARGET,
+        Use.DESTINATION,
+        Use.TEXT_TARGET,
+        Use.TEXT_OR_NUMBER_TARGET,
+        Use.ITEM_TARGET,
+        Use.ARRAY,
+        Use.OPTIONAL_TARGET,
+    }
+)
+"""Uses in which an instruction writes its operand."""
+
+_A_BIT = OperandCheck(_is_bit, "a bit", "use a BOOL or a bit of an integer (tag.3), or compare the number")
+_A_NUMBER = OperandCheck(_is_plain_number, "a number", "use a numeric tag; CPT takes expressions")
+_AN_INTEGER = OperandCheck(_is_plain_integer, "an integer", "use a SINT, INT, DINT or LINT")
+
+_AN_ARRAY = OperandCheck(_is_array, "an array", "name an array or one of its elements")
+
+OPERAND_CHECKS: Mapping[Use, OperandCheck] = {
+    Use.BIT: _A_BIT,
+    Use.COIL: _A_BIT,
+    Use.LATCH: _A_BIT,
+    Use.STORAGE: _A_BIT,
+    Use.NUMBER: _A_NUMBER,
+    Use.TEXT_OR_NUMBER: OperandCheck(
+        lambda each: _is_plain_number(each) or is_string(each),
+        "a number or a STRING",
+        "use a numeric tag or a STRING; XIC reads bits",
+    ),
+    Use.TEXT: OperandCheck(is_string, "a STRING", "convert numbers with DTOS or RTOS"),
+    Use.TEXT_TARGET: OperandCheck(
+        lambda each: isinstance(each, Group) and is_string(each), "a STRING to write", "declare it as STRING"
+    ),
+    Use.INTEGER: _AN_INTEGER,
+    Use.TARGET: OperandCheck(
+        _is_numeric_tag, "a numeric tag to write", "use a numeric tag; bits are written by OTE, OTL, OTU"
+    ),
+    Use.TEXT_OR_NUMBER_TARGET: OperandCheck(
+        lambda each: _is_numeric_tag(each) or (isinstance(each, Group) and is_string(each)),
+        "a numeric tag or a STRING to write",
+        "use a numeric tag; bits are written by OTE, OTL, OTU",
+    ),
+    Use.INTEGER_TARGET: OperandCheck(
+        lambda each: isinstance(each, Place) and each.type.is_integer,
+        "an integer tag to write",
+        "use a SINT, INT, DINT or LINT",
+    ),
+    Use.EXPRESSION: OperandCheck(
+        _is_arithmetic, "an arithmetic expression", "compare with CMP; AND, OR, XOR, NOT take integers"
+    ),
+    Use.CONDITION: OperandCheck(
+        _is_condition, "a comparison", "write a relation such as a>b, or a>b AND c<=d"
+    ),
+    Use.TRUTH: OperandCheck(is_logical, "a bit or a condition", "compare it, as in count <> 0"),
+    Use.TIMER: OperandCheck(lambda each: _is_structure(each, TIMER), "a TIMER", "declare the tag as TIMER"),
+    Use.COUNTER: OperandCheck(
+        lambda each: _is_structure(each, COUNTER), "a COUNTER", "declare the tag as COUNTER"
+    ),
+    Use.BLOCK: OperandCheck(
+        lambda each: _is_structure(each, *_BLOCKS),
+        "a structure of its parameters",
+        "declare the tag as FBD_TIMER, FBD_COUNTER, FBD_ONESHOT or what its block is",
+    ),
+    Use.CONTROL: OperandCheck(
+        lambda each: _is_structure(each, CONTROL), "a CONTROL", "declare the tag as CONTROL"
+    ),
+    **{
+        use: OperandCheck(partial(_is_of, kind), f"a {kind.name}", f"declare the tag as {kind.name}")
+        for use, kind in (
+            (Use.PID, PID),
+            (Use.SLC_TIMER, SLC_TIMER),
+            (Use.SLC_COUNTER, SLC_COUNTER),
+            (Use.SLC_CONTROL, SLC_CONTROL),
+            (Use.SERIAL, SERIAL_PORT_CONTROL),
+            (Use.HMI_BUTTON, HMIBC),
+            (Use.MOTION, MOTION_INSTRUCTION),
+            (Use.MOTION_GROUP, MOTION_GROUP),
+            (Use.COORDINATE_SYSTEM, COORDINATE_SYSTEM),
+            (Use.ALARM_DIGITAL, ALARM_DIGITAL),
+            (Use.ALARM_ANALOG, ALARM_ANALOG),
+        )
+    },
+    Use.SLC_RESETTABLE: OperandCheck(
+        lambda each: _is_structure(each, *SLC_TYPES.values()),
+        "an element of a file T, C or R",
+        "clear other tags with CLR or OTU",
+    ),
+    Use.AXIS: OperandCheck(_is_axis, "an axis", "declare the tag as AXIS_CIP_DRIVE"),
+    Use.KEYWORD: OperandCheck(_is_plain_number, "a number or a word", "write a word of its list"),
+    Use.SWITCH: OperandCheck(_is_switch, "a bit, 0 or 1", "use a BOOL"),
+    Use.OPTIONAL_TARGET: OperandCheck(
+        lambda each: each == constant(0) or (isinstance(each, Place) and not each.type.is_bool),
+        "a numeric tag to write, or 0",
+        "use a numeric tag",
+    ),
+    Use.IGNORED: OperandCheck(lambda _each: True, "an operand", "write 0"),
+    Use.MESSAGE: OperandCheck(
+        lambda each: _is_structure(each, MESSAGE), "a MESSAGE", "declare the tag as MESSAGE"
+    ),
+    Use.RESETTABLE: OperandCheck(
+        lambda each: _is_structure(each, TIMER, COUNTER, CONTROL),
+        "a TIMER, COUNTER or CONTROL",
+        "clear other tags with CLR or OTU",
+    ),
+    Use.SOURCE: OperandCheck(_is_region, "a tag with bytes", "copy numbers, structures or arrays of them"),
+    Use.DESTINATION: OperandCheck(
+        _is_region, "a tag with bytes", "copy to numbers, structures or arrays of them"
+    ),
+    Use.TABLE: _AN_ARRAY,
+    Use.ARRAY: _AN_ARRAY,
+    Use.ITEM: OperandCheck(_is_item, "a number or a structure", "name a single tag"),
+    Use.ITEM_TARGET: OperandCheck(
+        lambda each: _is_item(each) and not isinstance(each, Constant),
+        "a tag to write",
+        "name a single number or structure",
+    ),
+    Use.CONSTANT: OperandCheck(
+        lambda each: isinstance(each, Constant) and each.type.is_integer, "a constant", "write a whole number"
+    ),
+}
+"""What an operand has to be, by its use."""

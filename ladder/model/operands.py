@@ -1,0 +1,249 @@
+"""Resolved operands: constants, places in memory, and calculations on them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from .operators import BITWISE, FUNCTIONS, RELATIONS
+from .tags import Layout, Leaf
+from .types import (
+    BOOL,
+    DINT,
+    LINT,
+    LREAL,
+    REAL,
+    UDINT,
+    ULINT,
+    DataType,
+    Elementary,
+    fields_of,
+)
+
+SINGLE = 0
+"""Width of a computation in REAL."""
+
+DOUBLE = -1
+"""Width of a computation in LREAL."""
+
+
+@dataclass(frozen=True, slots=True)
+class Constant:
+    """A number with its type: DINT, LINT if it needs to be, or REAL.
+
+    The value has double precision: a computation in LREAL takes it as it is, any other rounds it.
+    """
+
+    value: int | float
+    type: Elementary
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """One elementary value.
+
+    Attributes:
+        leaf: where it lies.
+        indices: one per dimension of the leaf.
+        bit: the bit meant, None for the whole value.
+        text: the address as written.
+        array: dimensions of the array of which it is an element, none if it is not an element.
+    """
+
+    leaf: Leaf
+    indices: tuple[Resolved, ...]
+    bit: Resolved | None
+    text: str
+    array: tuple[int, ...] = ()
+
+    @property
+    def type(self) -> Elementary:
+        """Type of the value."""
+        return self.leaf.type if self.bit is None else BOOL
+
+    @property
+    def frame(self) -> str:
+        """The add-on instruction of whose instances this is a part, in capitals; "" in a program."""
+        return self.leaf.frame
+
+    @property
+    def can_fault(self) -> bool:
+        """Whether an index or bit is computed, and may be out of range."""
+        return self.fixed_index is None or not (self.bit is None or isinstance(self.bit, Constant))
+
+    @property
+    def fixed_index(self) -> int | None:
+        """Index of the element in the leaf, 0 for a single value; None if it is computed."""
+        flat = 0
+        for index, length in zip(self.indices, self.leaf.dims, strict=True):
+            if not isinstance(index, Constant):
+                return None
+            flat = flat * length + int(index.value)
+        return flat
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    """A structure, an array, or the elements of an array from one on.
+
+    Attributes:
+        type: type of an element.
+        path: tag and members, without subscripts.
+        indices: of the dimensions that are settled.
+        dims: dimensions that are left.
+        layout: the memory it is in.
+        text: the address as written.
+        array: dimensions of the array of which it is an element, none if it is not an element.
+    """
+
+    type: DataType
+    path: str
+    indices: tuple[Resolved, ...]
+    dims: tuple[int, ...]
+    layout: Layout
+    text: str
+    array: tuple[int, ...] = ()
+
+    @property
+    def frame(self) -> str:
+        """The add-on instruction of whose instances this is a part, in capitals; "" in a program."""
+        return self.layout.frame
+
+    def member(self, path: str) -> Place:
+        """Return an elementary member of a structure."""
+        return Place(self.layout.leaf(f"{self.path}.{path}"), self.indices, None, f"{self.text}.{path}")
+
+
+@dataclass(frozen=True, slots=True)
+class Calculation:
+    """An operator or function with its resolved operands."""
+
+    name: str
+    operands: tuple[Resolved, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Quoted:
+    """A string constant."""
+
+    value: str
+
+
+Resolved = Constant | Place | Group | Calculation | Quoted
+
+
+MOST_CHARACTERS = 8
+"""Characters that a number can be: those of a LINT."""
+
+
+def as_number(resolved: Resolved) -> Resolved:
+    """Return the number that a string constant is where a number is needed, in ASCII; others unchanged.
+
+    The first character is the most significant byte, as the display style ASCII has it.
+
+    >>> as_number(Quoted("A")).value, as_number(Quoted("AB")).value == 0x4142
+    (65, True)
+    """
+    if not isinstance(resolved, Quoted) or not 0 < len(resolved.value) <= MOST_CHARACTERS:
+        return resolved
+    codes = resolved.value.encode("latin-1", "replace")
+    return constant(int.from_bytes(codes, "big", signed=len(codes) == MOST_CHARACTERS))
+
+
+def leaves_in(resolved: Place | Group) -> list[Leaf]:
+    """Return the leaves that a place or a group consists of."""
+    if isinstance(resolved, Place):
+        return [resolved.leaf]
+    paths = [each.path for each in fields_of(resolved.type)]
+    return [resolved.layout.leaf(f"{resolved.path}.{path}" if path else resolved.path) for path in paths]
+
+
+def first_leaf(resolved: Place | Group) -> Leaf:
+    """Return the leaf with which a place or a group begins."""
+    if isinstance(resolved, Place):
+        return resolved.leaf
+    path = fields_of(resolved.type)[0].path
+    return resolved.layout.leaf(f"{resolved.path}.{path}" if path else resolved.path)
+
+
+def constant(value: int | float) -> Constant:
+    """Return a constant of the type that a literal of this value has."""
+    if isinstance(value, float):
+        return Constant(value, REAL)
+    return Constant(value, DINT if DINT.lowest <= value <= DINT.highest else LINT)
+
+
+def is_integer(resolved: Resolved) -> bool:
+    """Whether this has an integer value."""
+    if isinstance(resolved, (Constant, Place)):
+        return resolved.type.is_integer
+    if not isinstance(resolved, Calculation) or _is_real_function(resolved):
+        return False
+    return all(map(is_integer, resolved.operands))
+
+
+def is_number(resolved: Resolved) -> bool:
+    """Whether this has a value that one can compute with."""
+    if isinstance(resolved, (Constant, Place)):
+        return not resolved.type.is_bool
+    return isinstance(resolved, Calculation) and all(map(is_number, resolved.operands))
+
+
+def is_truth(resolved: Resolved) -> bool:
+    """Whether this is true or false: a bit, a comparison, or AND, OR, XOR, NOT of such."""
+    if isinstance(resolved, Place):
+        return resolved.type.is_bool
+    if not isinstance(resolved, Calculation):
+        return False
+    return resolved.name in RELATIONS or (resolved.name in BITWISE and any(map(is_truth, resolved.operands)))
+
+
+def types_in(resolved: Resolved) -> set[Elementary]:
+    """Types of all values in an operand, those in subscripts apart."""
+    if isinstance(resolved, (Constant, Place)):
+        return {resolved.type}
+    if isinstance(resolved, Calculation):
+        own = {REAL} if _is_real_function(resolved) else set()
+        return own.union(*map(types_in, resolved.operands))
+    return set()
+
+
+def _is_real_function(calculation: Calculation) -> bool:
+    function = FUNCTIONS.get(calculation.name)
+    return function is not None and function.whole is None
+
+
+def can_fault(resolved: Resolved) -> bool:
+    """Whether taking this value may hit a subscript out of range."""
+    if isinstance(resolved, (Place, Group)):
+        if any(not isinstance(index, Constant) for index in resolved.indices):
+            return True
+        return isinstance(resolved, Place) and resolved.can_fault
+    return isinstance(resolved, Calculation) and any(map(can_fault, resolved.operands))
+
+
+def width_of(*operands: Resolved) -> int:
+    """Return the width in which operands are computed together.
+
+    Returns:
+        DOUBLE with an LREAL, SINGLE with a REAL, 128 with a ULINT, 64 with a LINT or a UDINT, else 32: a
+        width that holds all their values.
+    """
+    types = set().union(*map(types_in, operands))
+    if LREAL in types:
+        return DOUBLE
+    if REAL in types:
+        return SINGLE
+    if ULINT in types:
+        return 2 * ULINT.bits
+    return LINT.bits if LINT in types or UDINT in types else DINT.bits
+
+
+def width_moved(source: Resolved, *kinds: Elementary) -> int:
+    """Return the width in which a value is taken that goes into tags of these types."""
+    return DOUBLE if LREAL in kinds else width_of(source)
+
+
+def place_of(operand: Resolved) -> Place:
+    """Return an operand that is known to be a place."""
+    assert isinstance(operand, Place)
+    return operand

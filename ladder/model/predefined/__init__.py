@@ -1,0 +1,1 @@
+"""Structures and words that every controller has."""

@@ -1,0 +1,479 @@
+"""Resolve addresses: tag, type, bounds.
+
+| address | means |
+|---|---|
+| `Run`, `Fill.ACC` | a place: a leaf |
+| `Data[3]`, `Data[i,j+1]` | a place: an element, its indices known or computed |
+| `Word.5`, `Word.[n]` | a place: a bit of an integer |
+| `Local:2:I.Data.5` | a place: a bit of a digital card; bits 16 to 31 are in word 1 |
+| `Local:3:I.Ch0Data` | a place: a word of an analog card |
+| `Fill`, `Data`, `Recipe[2]` | a group: a structure or an array |
+"""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+
+from ...io_images.amci3601.bits import (
+    PROFILE_BITS,
+    CommandLsw,
+    CommandMsw,
+    ConfigMsw,
+    StatusLsw,
+    StatusMsw,
+)
+from ...io_images.card_members import MemberPlace, member_of
+from ...io_images.image import WORDS
+from ...io_images.tag_names import AmbiguousNameError, in_scope, normal
+from .errors import LadderError
+from .expressions import parse_address
+from .operands import (
+    Calculation,
+    Constant,
+    Group,
+    Place,
+    Quoted,
+    Resolved,
+    as_number,
+    constant,
+    is_integer,
+)
+from .tags import (
+    HELD,
+    STATUS_FLAGS,
+    TRUTHS,
+    Alias,
+    Layout,
+    SlotAlias,
+    Tag,
+    program_of,
+)
+from .tree import (
+    Address,
+    BitStep,
+    Characters,
+    MemberStep,
+    Number,
+    Operand,
+    Operation,
+    SlashStep,
+    Step,
+    SubscriptStep,
+    Unknown,
+    WordStep,
+    number,
+)
+from .types import (
+    DINT,
+    INT,
+    Elementary,
+    Member,
+    Structure,
+)
+
+_NAMES_LISTED = 12
+"""Tags that a message lists at most."""
+
+
+class AddressError(LadderError):
+    """An address that means nothing.
+
+    Attributes:
+        remedy: what helps.
+    """
+
+    def __init__(self, text: str, remedy: str) -> None:
+        self.remedy = remedy
+        super().__init__(text)
+
+
+class AmbiguousTagError(AddressError):
+    """A name that several programs have."""
+
+
+def _bits(word: int, bits: Iterable[object]) -> dict[str, tuple[int, int]]:
+    return {
+        bit.name: (word, bit.value.bit_length() - 1)  # type: ignore[attr-defined]
+        for bit in bits
+        if not bit.name.startswith("RESERVED")  # type: ignore[attr-defined]
+    }
+
+
+MEANINGS: Mapping[str, tuple[bool, Mapping[str, tuple[int, int]]]] = {
+    "STATUS": (False, _bits(0, StatusMsw) | _bits(1, StatusLsw)),
+    "COMMAND": (True, _bits(0, CommandMsw) | _bits(1, CommandLsw)),
+    "CONFIG": (True, _bits(0, ConfigMsw)),
+}
+"""Bits of a slot by meaning: group -> (output image?, name -> (word, bit))."""
+
+_PROFILE_BITS = {name.upper(): bit for name, bit in PROFILE_BITS.items()}
+
+_WORDS = {f"DATA{word}": word for word in range(WORDS)} | {f"CH{word}DATA": word for word in range(WORDS)}
+"""Words by the names of that profile and of an analog card's; the generic profile has one array Data."""
+
+MODULE_TYPES: Mapping[bool, Structure] = {
+    False: Structure("AM:1769_3601:I:0", (Member("Fault", DINT), Member("Data", INT, (WORDS,)))),
+    True: Structure("AM:1769_3601:O:0", (Member("Data", INT, (WORDS,)),)),
+}
+"""A module's tags as a whole: output image? -> type. The bytes are the same in either profile."""
+
+_WORD_BITS = 16
+
+
+def _of_card(step: BitStep) -> tuple[Step, Step]:
+    """Return word and bit of `Local:2:I.Data.20`: the data of a card with 32 terminals are words 0 and 1."""
+    bit = step.index
+    if not isinstance(bit, Number) or not _WORD_BITS <= int(bit.value) < 2 * _WORD_BITS:
+        return WordStep(0, "."), step
+    return WordStep(1, "."), BitStep(number(int(bit.value) - _WORD_BITS))
+
+
+_LOCAL = re.compile(r"LOCAL:(\d+):([IO])")
+_SLOT_FILE = re.compile(r"([IO]):(\d+)")
+
+
+def is_image(name: str) -> bool:
+    r"""Whether a name means a slot's image, or a tag of a certain program, without a declaration.
+
+    >>> is_image("Local:1:I"), is_image("O:2"), is_image(r"\Main.Run"), is_image("Run")
+    (True, True, True, False)
+    """
+    name = name.upper()
+    return name.startswith("\\") or any(each.fullmatch(name) for each in (_LOCAL, _SLOT_FILE))
+
+
+def slot_of_image(name: str) -> int | None:
+    """Return the slot whose image a tag such as `Local:1:I` is, None for any other tag.
+
+    >>> slot_of_image("Local:1:I"), slot_of_image("Local:1:C")
+    (1, None)
+    """
+    local = _LOCAL.fullmatch(name.upper())
+    return int(local[1]) if local else None
+
+
+class Resolver:
+    """Finds what addresses mean.
+
+    Args:
+        layout: the memory.
+        program: whose tags a plain name means first, before those of the controller; "" for none.
+    """
+
+    def __init__(self, layout: Layout, program: str = "") -> None:
+        self._layout = layout
+        self._program = program
+        self._known: dict[Address, Place | Group] = {}
+        self._open: list[Address] = []
+
+    def operand(self, operand: Operand) -> Resolved:
+        """Resolve an operand with all that is inside.
+
+        Raises:
+            AddressError: an address in it means nothing.
+        """
+        if isinstance(operand, Address):
+            truth = TRUTHS.get(operand.name.upper()) if not operand.steps else None
+            if truth is not None and self._layout.declaration(operand.name.upper(), self._program) is None:
+                return constant(truth)
+            return self.address(operand)
+        if isinstance(operand, Number):
+            return constant(operand.value)
+        if isinstance(operand, Operation):
+            resolved = tuple(map(self.operand, operand.operands))
+            if not all(map(_is_text, resolved)):
+                resolved = tuple(map(as_number, resolved))
+            return Calculation(operand.name, resolved)
+        if isinstance(operand, Characters):
+            return Quoted(operand.value)
+        assert isinstance(operand, Unknown)
+        raise AddressError("? is in place of a value", "write the tag or the number")
+
+    def address(self, address: Address) -> Place | Group:
+        """Resolve an address.
+
+        Raises:
+            AddressError: it means nothing.
+        """
+        known = self._known.get(address)
+        if known is None:
+            if address in self._open:
+                raise AddressError(f"{address} is an alias with itself as a subscript", "point it at a tag")
+            self._open.append(address)
+            try:
+                known = self._known[address] = self._find(address, address, self._program, 0)
+            finally:
+                self._open.pop()
+        return known
+
+    def meant(self, text: str) -> Address:
+        """Return the address that a person's name of a tag means, see `io_images.tag_names`.
+
+        Raises:
+            LadderError: it is no name, or several programs have a tag of that name.
+        """
+        address = parse_address(normal(text))
+        name = address.name.upper()
+        if is_image(name) or self._layout.declaration(name, self._program) is not None:
+            return address
+        try:
+            return Address(in_scope(address.name, self._layout.scoped_names()), address.steps)
+        except AmbiguousNameError as error:
+            raise AmbiguousTagError(str(error), "write one of them") from None
+
+    def named(self, text: str) -> Place | Group:
+        """Resolve a person's name of a tag.
+
+        Raises:
+            LadderError: there is nothing of that name, or several programs have it.
+        """
+        return self.address(self.meant(text))
+
+    def full_name(self, text: str) -> str:
+        """Return the program's own name of what a person's name means, as it is declared.
+
+        Raises:
+            LadderError: as `named`.
+        """
+        address = self.meant(text)
+        where = self.address(address)
+        declaration = self._layout.declaration(address.name.upper(), self._program)
+        if not isinstance(declaration, Tag):
+            return str(address if declaration is None else replace(address, name=declaration.name))
+        path = where.leaf.path if isinstance(where, Place) else where.path
+        members = path.removeprefix(declaration.name).split(".")[1:]
+        return str(Address(declaration.name, tuple(self._spelled(address.steps, members))))
+
+    def _spelled(self, steps: Iterable[Step], members: Sequence[str]) -> Iterator[Step]:
+        """Yield the steps of an address: members as declared, elements as the program writes them."""
+        names = {each.upper(): each for each in members}
+        for step in steps:
+            if isinstance(step, MemberStep):
+                yield MemberStep(names.get(step.name.upper(), step.name))
+            elif isinstance(step, SubscriptStep) and self._layout.files:
+                yield WordStep(int(str(step.indices[0])), ":") if str(step.indices[0]).isdigit() else step
+            else:
+                yield step
+
+    def hold(self) -> str:
+        """Return the name of a new tag that keeps a subscript for the time of a call."""
+        return self._layout.held().path
+
+    def _find(self, address: Address, shown: Address, program: str, depth: int) -> Place | Group:
+        name = address.name.upper()
+        declaration = self._layout.declaration(name, program)
+        if isinstance(declaration, Tag):
+            start = Group(declaration.type, declaration.name, (), declaration.dims, self._layout, str(shown))
+            return self._walk(start, address.steps)
+        if isinstance(declaration, Alias):
+            if depth > 20:
+                raise AddressError(f"alias {declaration.name} leads back to itself", "point it at a tag")
+            target = declaration.target
+            scope = program_of(declaration.name)
+            if declaration.type:
+                module = self._find(target, shown, scope, depth + 1)
+                return self._walk(_bound(declaration, module), address.steps)
+            return self._find(Address(target.name, target.steps + address.steps), shown, scope, depth + 1)
+        if isinstance(declaration, SlotAlias):
+            return self._by_meaning(declaration, address.steps, shown)
+        if (name in STATUS_FLAGS or name.startswith(HELD.upper())) and not address.steps:
+            return Place(self._layout.leaf(name), (), None, str(shown))
+        return self._image(name, address, shown)
+
+    def _image(self, name: str, address: Address, shown: Address) -> Place | Group:
+        local, file = _LOCAL.fullmatch(name), _SLOT_FILE.fullmatch(name)
+        if local:
+            return self._local(int(local[1]), local[2] == "O", address.steps, shown)
+        if file:
+            steps = address.steps
+            if not steps or not isinstance(steps[0], WordStep):
+                steps = (WordStep(0, "."), *steps)
+            return self._data(int(file[2]), file[1] == "O", steps, shown)
+        raise self._undeclared(address.name)
+
+    def _local(self, slot: int, output: bool, steps: tuple[Step, ...], shown: Address) -> Place | Group:
+        """Find a part of a module's tags, in the names of either profile."""
+        if not steps:
+            return self._module(slot, output, shown)
+        name = steps[0].name.upper() if isinstance(steps[0], MemberStep) else ""
+        if name == "DATA":
+            return self._data(slot, output, steps[1:], shown)
+        if name in _WORDS:
+            return self._data(slot, output, (WordStep(_WORDS[name], "."), *steps[1:]), shown)
+        if name in _PROFILE_BITS and not output and len(steps) == 1:
+            leaf = self._layout.image(slot, output=False)
+            return Place(leaf, (constant(0),), constant(_PROFILE_BITS[name]), str(shown))
+        member = member_of(self._layout.cards.get(slot), "O" if output else "I", name)
+        if member is not None:
+            return self._member_of_card(slot, member, steps[1:], shown)
+        if name == "FAULT" and not output:
+            leaf = self._layout.fault(slot)
+            return self._walk(Group(leaf.type, leaf.path, (), (), self._layout, str(shown)), steps[1:])
+        parts = "Data[0] to Data[7], Data0 to Data7"
+        if not output:
+            parts += ", ModuleOK, ConfigError, ConfigMode and Fault"
+        raise AddressError(f"{shown} is not part of a module", f"there are {parts}, and bits of words")
+
+    def _member_of_card(
+        self, slot: int, member: MemberPlace, steps: tuple[Step, ...], shown: Address
+    ) -> Place | Group:
+        """Find a member of a card's tag; bits 16 to 31 of `ReadBack` are in the next word."""
+        output = member.image == "O"
+        if member.bit is not None:
+            here = Place(self._layout.image(slot, output=output), (constant(member.word),), None, str(shown))
+            if steps:
+                raise AddressError(f"nothing can follow the bit in {shown}", "end the address there")
+            return replace(here, bit=constant(member.bit))
+        if not member.word and len(steps) == 1 and isinstance(steps[0], BitStep):
+            return self._data(slot, output, steps, shown)
+        return self._data(slot, output, (WordStep(member.word, "."), *steps), shown)
+
+    def _module(self, slot: int, output: bool, shown: Address) -> Group:
+        self._layout.image(slot, output=output)
+        if not output:
+            self._layout.fault(slot)
+        path = f"Local:{slot}:{'O' if output else 'I'}"
+        return Group(MODULE_TYPES[output], path, (), (), self._layout, str(shown))
+
+    def _data(self, slot: int, output: bool, steps: tuple[Step, ...], shown: Address) -> Place | Group:
+        if steps and isinstance(steps[0], BitStep):
+            steps = (*_of_card(steps[0]), *steps[1:])
+        leaf = self._layout.image(slot, output=output)
+        return self._walk(Group(leaf.type, leaf.path, (), leaf.dims, self._layout, str(shown)), steps)
+
+    def _by_meaning(self, alias: SlotAlias, steps: tuple[Step, ...], shown: Address) -> Place | Group:
+        names = [step.name.upper() for step in steps[:2] if isinstance(step, MemberStep)]
+        if names and names[0] in ("I", "O"):
+            return self._local(alias.slot, names[0] == "O", steps[1:], shown)
+        if not names or names[0] not in MEANINGS:
+            parts = f"parts of {alias.name} are status, command, config, I and O"
+            raise AddressError(f"{shown} is not part of a module", parts)
+        output, bits = MEANINGS[names[0]]
+        if len(names) < 2 or len(steps) > 2 or names[1] not in bits:
+            close = difflib.get_close_matches(names[1] if len(names) > 1 else "", bits, n=1)
+            hint = f"did you mean {close[0]}" if close else f"bits are {', '.join(bits)}"
+            raise AddressError(f"{shown} is not a bit of {alias.name}.{names[0].lower()}", hint)
+        word, bit = bits[names[1]]
+        leaf = self._layout.image(alias.slot, output=output)
+        return Place(leaf, (constant(word),), constant(bit), str(shown))
+
+    def _walk(self, here: Group, steps: tuple[Step, ...]) -> Place | Group:
+        for position, step in enumerate(steps):
+            if isinstance(step, (SubscriptStep, WordStep)):
+                here = self._subscript(here, step)
+            elif isinstance(step, MemberStep):
+                if meant := _meant(here, step.name):
+                    return self._walk(here, (*meant, *steps[position + 1 :]))
+                here = self._member(here, step.name)
+            else:
+                if position != len(steps) - 1:
+                    raise AddressError(f"nothing can follow the bit in {here.text}", "end the address there")
+                return self._bit(here, step)
+        return self._leaf(here)
+
+    def _leaf(self, here: Group) -> Place | Group:
+        """A group of one elementary value is a place."""
+        if here.dims or isinstance(here.type, Structure):
+            return here
+        return Place(self._layout.leaf(here.path), here.indices, None, here.text, here.array)
+
+    def _subscript(self, here: Group, step: SubscriptStep | WordStep) -> Group:
+        given: tuple[Operand, ...] = (number(step.index),) if isinstance(step, WordStep) else step.indices
+        if len(given) != len(here.dims):
+            what = f"has {len(here.dims)} dimensions" if here.dims else "is not an array"
+            text = f"{here.path} {what}, {len(given)} subscripts are given"
+            raise AddressError(text, "give one per dimension")
+        indices = tuple(self._index(each, here.path) for each in given)
+        for index, length in zip(indices, here.dims, strict=True):
+            if isinstance(index, Constant) and not 0 <= index.value < length:
+                raise AddressError(
+                    f"index {index.value} is outside {here.path}[{length}]", f"allowed are 0 to {length - 1}"
+                )
+        return replace(here, indices=here.indices + indices, dims=(), array=here.dims)
+
+    def _index(self, operand: Operand, path: str) -> Resolved:
+        resolved = self.operand(operand)
+        if not is_integer(resolved):
+            raise AddressError(
+                f"subscript {operand} of {path} is not an integer", "use an integer tag or number"
+            )
+        return resolved
+
+    def _member(self, here: Group, name: str) -> Group:
+        if here.dims:
+            raise AddressError(f"{here.path} is an array", f"write {here.path}[index].{name}")
+        if isinstance(here.type, Elementary):
+            raise AddressError(f"{here.path} is {here.type.name} and has no member {name}", "leave it out")
+        member = here.type.member(name)
+        if member is None:
+            names = ", ".join(member.name for member in here.type.members)
+            raise AddressError(f"{here.type.name} has no member {name}", f"members are {names}")
+        path = f"{here.path}.{member.name}"
+        return replace(here, type=member.type, path=path, dims=member.dims, array=())
+
+    def _bit(self, here: Group, step: BitStep | SlashStep) -> Place:
+        whole = self._leaf(here)
+        if isinstance(whole, Group) or not whole.type.is_integer:
+            what = "an array" if here.dims else here.type.name
+            raise AddressError(f"{here.path} is {what} and has no bits", "use a BOOL or a bit of an integer")
+        index = self._index(number(step.index) if isinstance(step, SlashStep) else step.index, here.path)
+        bits = whole.type.bits
+        if isinstance(index, Constant) and not 0 <= index.value < bits:
+            raise AddressError(f"{here.path} has no bit {index.value}", f"allowed are 0 to {bits - 1}")
+        return replace(whole, bit=index)
+
+    def _undeclared(self, name: str) -> AddressError:
+        names = list(self._layout.names(self._program))
+        elsewhere = [
+            each for each in self._layout.scoped_names() if each.upper().endswith(f".{name.upper()}")
+        ]
+        if elsewhere:
+            return AddressError(
+                f"the controller has no tag {name}", f"did you mean {' or '.join(elsewhere)}?"
+            )
+        close = difflib.get_close_matches(name, names, n=1)
+        some = ", ".join([*names[:_NAMES_LISTED], *["..."] * (len(names) > _NAMES_LISTED)]) or "none"
+        meant = f"did you mean {close[0]}?" if close else f"tags are {some}"
+        return AddressError(f"there is no tag {name} ({meant})", "declare it")
+
+
+def _is_text(resolved: Resolved) -> bool:
+    """Whether this is a string or a string constant."""
+    if isinstance(resolved, Group):
+        return isinstance(resolved.type, Structure) and not resolved.dims and resolved.type.is_string
+    return isinstance(resolved, Quoted)
+
+
+def _bound(alias: Alias, module: Place | Group) -> Group:
+    """Return a module's image with the names of a declared structure.
+
+    Raises:
+        AddressError: the structure has other bytes than the image, or it is not a whole image.
+    """
+    if not isinstance(module, Group) or module.type not in MODULE_TYPES.values():
+        raise AddressError(f"{alias.target} is not a module's image", "bind Local:slot:I or Local:slot:O")
+    assert isinstance(module.type, Structure)
+    assert alias.type is not None
+    own = [(each.name.upper(), each.type, each.dims) for each in alias.type.own]
+    image = [(each.name.upper(), each.type, each.dims) for each in module.type.members]
+    if own != image:
+        needed = ", ".join(_declared(each) for each in module.type.members)
+        remedy = f"declare {needed}, and other members AT parts of Data"
+        raise AddressError(f"{alias.type.name} has other bytes than {alias.target}", remedy)
+    return replace(module, type=alias.type)
+
+
+def _declared(member: Member) -> str:
+    return f"{member.name} : {member.type.name}" + "".join(f"[{length}]" for length in member.dims)
+
+
+def _meant(here: Group, name: str) -> tuple[Step, ...]:
+    """Return the steps that a member stands for that is another name of a part of its structure."""
+    member = here.type.member(name) if isinstance(here.type, Structure) and not here.dims else None
+    if member is None or not member.at:
+        return ()
+    address = parse_address(member.at)
+    return (MemberStep(address.name), *address.steps)

@@ -1,0 +1,218 @@
+"""When programs run: tasks, as they are declared, and the schedule that the back ends follow.
+
+| task | runs |
+|---|---|
+| continuous | once in every scan; there is one at most |
+| periodic | when a multiple of its rate has come, counted from power-up |
+| event | when EVENT has triggered it |
+
+Between two scans of the continuous task all due tasks run, the lowest priority number first, in the order
+of their declaration where it is equal. A task that becomes due again before it has run counts an overlap.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import Enum
+
+from .errors import LadderError
+from .tags import Layout, Leaf
+from .types import (
+    BOOL,
+    DINT,
+    INT,
+    LINT,
+)
+
+PRIORITIES = range(1, 16)
+"""Priorities of a task; 1 runs first [1756-PM005, tasks]."""
+
+LONGEST_NS = 2_000_000 * 1_000_000
+"""The longest rate of a periodic task: 2,000 s [1756-PM005, tasks]."""
+
+
+class TaskKind(Enum):
+    """When a task is due."""
+
+    CONTINUOUS = "CONTINUOUS"
+    PERIODIC = "PERIODIC"
+    EVENT = "EVENT"
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """A task of a controller.
+
+    Attributes:
+        name: its name.
+        kind: when it is due.
+        programs: what it runs, in this order.
+        rate_ns: time from due to due of a periodic task, ns; 0 of the others.
+        priority: 1 to 15, 1 before all others.
+        preempt: whether it also runs at the end of a rung of the continuous task.
+        comment: its comment.
+
+    Raises:
+        LadderError: rate or priority are out of range, or belong to another kind of task.
+    """
+
+    name: str
+    kind: TaskKind
+    programs: tuple[str, ...]
+    rate_ns: int = 0
+    priority: int = 10
+    preempt: bool = False
+    comment: str = ""
+
+    def __post_init__(self) -> None:
+        if self.kind is TaskKind.PERIODIC:
+            if not 0 < self.rate_ns <= LONGEST_NS:
+                raise LadderError(f"task {self.name}: rate {self.rate_ns} ns; allowed are up to 2,000 s")
+        elif self.rate_ns:
+            raise LadderError(f"task {self.name} is {self.kind.value} and has no rate")
+        if self.priority not in PRIORITIES:
+            raise LadderError(f"task {self.name}: priority {self.priority}; allowed are 1 to 15")
+        if self.preempt and self.kind is TaskKind.CONTINUOUS:
+            raise LadderError(f"task {self.name} is CONTINUOUS: it does not preempt itself")
+
+
+@dataclass(frozen=True, slots=True)
+class ScheduledProgram:
+    """A program of a schedule.
+
+    Attributes:
+        name: its name.
+        main: its main routine, in capitals; None if it has no routines.
+        fault: its fault routine, in capitals; None without one.
+        started: leaf that is true from its first scan on.
+        fault_type: leaf with the type of its latest major fault, 0 without one.
+        fault_code: leaf with the code of its latest major fault, 0 without one.
+    """
+
+    name: str
+    main: str | None
+    fault: str | None
+    started: Leaf
+    fault_type: Leaf
+    fault_code: Leaf
+
+
+@dataclass(frozen=True, slots=True)
+class ScheduledTask:
+    """A task of a schedule.
+
+    Attributes:
+        task: its declaration.
+        programs: what it runs.
+        due: leaf with the time at which it is due next, ns.
+        pending: leaf that is true while an event task is due.
+        overlaps: leaf with the number of its overlaps.
+    """
+
+    task: Task
+    programs: tuple[ScheduledProgram, ...]
+    due: Leaf
+    pending: Leaf
+    overlaps: Leaf
+
+
+@dataclass(frozen=True, slots=True)
+class Schedule:
+    """What a scan runs, and when.
+
+    Its state is in leaves of the memory, so that a snapshot of the memory is all of a run.
+
+    Attributes:
+        tasks: in the order of their declaration.
+        before: leaf with the time of the scan before, ns; -1 before the first.
+    """
+
+    tasks: tuple[ScheduledTask, ...]
+    before: Leaf
+
+    @property
+    def continuous(self) -> ScheduledTask | None:
+        """The continuous task, None without one."""
+        return next((each for each in self.tasks if each.task.kind is TaskKind.CONTINUOUS), None)
+
+    @property
+    def called(self) -> tuple[ScheduledTask, ...]:
+        """The other tasks in the order in which they run if they are due at the same time."""
+        others = [each for each in self.tasks if each.task.kind is not TaskKind.CONTINUOUS]
+        return tuple(sorted(others, key=lambda each: each.task.priority))
+
+    @property
+    def programs(self) -> tuple[ScheduledProgram, ...]:
+        """All programs in the order of the tasks."""
+        return tuple(program for task in self.tasks for program in task.programs)
+
+    @property
+    def roots(self) -> frozenset[str]:
+        """Routines that are called by nothing in the rungs, in capitals."""
+        return frozenset(name for each in self.programs for name in (each.main, each.fault) if name)
+
+    @property
+    def preempted(self) -> frozenset[str]:
+        """Programs, in capitals, at the end of whose rungs another task may run."""
+        if self.continuous is None or not any(each.task.preempt for each in self.tasks):
+            return frozenset()
+        return frozenset(each.name.upper() for each in self.continuous.programs)
+
+
+@dataclass(frozen=True, slots=True)
+class ProgramRoutines:
+    """What a task and a fault call of a program.
+
+    Attributes:
+        name: the program.
+        main: its main routine, full name in capitals; None without routines.
+        fault: its fault routine, full name in capitals; None without one.
+    """
+
+    name: str
+    main: str | None
+    fault: str | None
+
+
+def schedule_of(layout: Layout, tasks: Iterable[Task], programs: Iterable[ProgramRoutines]) -> Schedule:
+    """Return the schedule of tasks; their state becomes leaves of the memory.
+
+    Args:
+        layout: the memory.
+        tasks: in the order of their declaration; each names programs that there are.
+        programs: all programs.
+    """
+    known = {each.name.upper(): _scheduled_program(layout, each) for each in programs}
+    scheduled = tuple(
+        _scheduled_task(layout, task, tuple(known[name.upper()] for name in task.programs)) for task in tasks
+    )
+    return Schedule(scheduled, layout.hidden("~scan.before", LINT))
+
+
+def _scheduled_program(layout: Layout, program: ProgramRoutines) -> ScheduledProgram:
+    path = f"~program.{program.name}"
+    return ScheduledProgram(
+        program.name,
+        program.main,
+        program.fault,
+        layout.hidden(f"{path}.started", BOOL),
+        layout.hidden(f"{path}.fault_type", INT),
+        layout.hidden(f"{path}.fault_code", INT),
+    )
+
+
+def _scheduled_task(layout: Layout, task: Task, programs: tuple[ScheduledProgram, ...]) -> ScheduledTask:
+    path = f"~task.{task.name}"
+    return ScheduledTask(
+        task,
+        programs,
+        layout.hidden(f"{path}.due", LINT),
+        layout.hidden(f"{path}.pending", BOOL),
+        layout.hidden(f"{path}.overlaps", DINT),
+    )
+
+
+def task_named(tasks: Iterable[ScheduledTask], name: str) -> ScheduledTask | None:
+    """Return the task of that name, in any case; None without one."""
+    return next((each for each in tasks if each.task.name.upper() == name.upper()), None)

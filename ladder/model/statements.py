@@ -1,0 +1,436 @@
+"""Structured text in the tree: statements, whose operands are those of rungs.
+
+A routine has rungs or statements. A block is statements in order; IF, CASE, FOR, WHILE, REPEAT and
+regions hold blocks. `str()` of a statement is its text, one statement a line, four spaces per level.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from .tree import (
+    Address,
+    Block,
+    Instruction,
+    Number,
+    NumberedLine,
+    Operand,
+    Origin,
+    Statement,
+    comment_lines,
+)
+
+INDENT = "    "
+
+BLOCKS = 32
+"""Most nested blocks."""
+
+LOOPS = 12
+"""Most nested loops; Python takes 20, and few programs have more than three."""
+
+
+@dataclass(frozen=True, slots=True)
+class Assignment(Statement):
+    """`target := value;`.
+
+    Attributes:
+        target: what is set.
+        value: what it is set to.
+        retentive: False for `[:=]`, whose target prescan clears.
+    """
+
+    target: Address
+    value: Operand
+    retentive: bool = True
+
+    @property
+    def head(self) -> str:
+        """See `Statement`."""
+        return f"{self.target} {':=' if self.retentive else '[:=]'} {self.value};"
+
+
+@dataclass(frozen=True, slots=True)
+class Invocation(Statement):
+    """An instruction as a statement: `TONR(Fill);`."""
+
+    instruction: Instruction
+
+    @property
+    def head(self) -> str:
+        """See `Statement`."""
+        return f"{self.instruction};"
+
+
+@dataclass(frozen=True, slots=True)
+class Exit(Statement):
+    """`EXIT;`: leaves the innermost loop."""
+
+    @property
+    def head(self) -> str:
+        """See `Statement`."""
+        return "EXIT;"
+
+
+@dataclass(frozen=True, slots=True)
+class Return(Statement):
+    """`RETURN;`: leaves the routine."""
+
+    @property
+    def head(self) -> str:
+        """See `Statement`."""
+        return "RETURN;"
+
+
+@dataclass(frozen=True, slots=True)
+class Empty(Statement):
+    """`;`: nothing, or a comment after the last statement of a block."""
+
+    @property
+    def head(self) -> str:
+        """See `Statement`."""
+        return ";"
+
+
+@dataclass(frozen=True, slots=True)
+class If(Statement):
+    """IF, ELSIF, ELSE.
+
+    Attributes:
+        arms: conditions with their blocks; the first that is true is executed.
+        otherwise: the block of ELSE, None without one.
+    """
+
+    arms: tuple[Arm, ...]
+    otherwise: Block | None = None
+
+    @property
+    def head(self) -> str:
+        """See `Statement`."""
+        return f"IF {self.arms[0].condition} THEN"
+
+    def numbered(self) -> Iterator[NumberedLine]:
+        """See `Statement`."""
+        for number, arm in enumerate(self.arms):
+            yield arm.line, f"{'ELSIF' if number else 'IF'} {arm.condition} THEN"
+            yield from _indented(arm.body)
+        if self.otherwise is not None:
+            yield 0, "ELSE"
+            yield from _indented(self.otherwise)
+        yield 0, "END_IF;"
+
+
+@dataclass(frozen=True, slots=True)
+class Arm:
+    """A condition with its block.
+
+    Attributes:
+        condition: the condition of IF or ELSIF.
+        body: what is executed if it is true.
+        line: line of its keyword in the routine, see `Statement`.
+        origin: where it was written.
+    """
+
+    condition: Operand
+    body: Block
+    line: int = field(default=0, compare=False)
+    origin: Origin = field(default=Origin(), compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Range:
+    """Labels of a CASE from a number to another, both included; a single label is from it to itself."""
+
+    low: Number
+    high: Number
+
+    def __str__(self) -> str:
+        return str(self.low) if self.low == self.high else f"{self.low}..{self.high}"
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """Labels of a CASE with their block.
+
+    Attributes:
+        labels: which values choose it.
+        body: what is executed then.
+        comment: what is said of it.
+    """
+
+    labels: tuple[Range, ...]
+    body: Block
+    comment: str = ""
+
+    def numbered(self, *, last: bool) -> Iterator[NumberedLine]:
+        """Yield its lines."""
+        yield from comment_lines(self.comment)
+        yield 0, f"{', '.join(map(str, self.labels))}:"
+        yield from _indented(self.body or (Empty(),), closed=last)
+
+
+@dataclass(frozen=True, slots=True)
+class Case(Statement):
+    """CASE: the first choice that has the value of the selector is executed.
+
+    Attributes:
+        selector: the value.
+        choices: labels with their blocks.
+        otherwise: the block of ELSE, None without one.
+    """
+
+    selector: Operand
+    choices: tuple[Choice, ...]
+    otherwise: Block | None = None
+
+    @property
+    def head(self) -> str:
+        """See `Statement`."""
+        return f"CASE {self.selector} OF"
+
+    def numbered(self) -> Iterator[NumberedLine]:
+        """See `Statement`."""
+        yield self.line, self.head
+        for number, choice in enumerate(self.choices, start=1):
+            last = number == len(self.choices)
+            yield from ((line, INDENT + text) for line, text in choice.numbered(last=last))
+        if self.otherwise is not None:
+            yield 0, "ELSE"
+            yield from _indented(self.otherwise)
+        yield 0, "END_CASE;"
+
+
+@dataclass(frozen=True, slots=True)
+class For(Statement):
+    """FOR: a block per value of a count.
+
+    Attributes:
+        count: the tag that counts.
+        first: its first value.
+        last: the last value of the count; computed before each pass.
+        step: what is added after each pass, None = 1; computed then.
+        body: the block.
+    """
+
+    count: Address
+    first: Operand
+    last: Operand
+    step: Operand | None
+    body: Block
+
+    @property
+    def head(self) -> str:
+        """See `Statement`."""
+        by = "" if self.step is None else f" BY {self.step}"
+        return f"FOR {self.count} := {self.first} TO {self.last}{by} DO"
+
+    def numbered(self) -> Iterator[NumberedLine]:
+        """See `Statement`."""
+        yield self.line, self.head
+        yield from _indented(self.body)
+        yield 0, "END_FOR;"
+
+
+@dataclass(frozen=True, slots=True)
+class While(Statement):
+    """WHILE: a block, as long as a condition is true before each pass."""
+
+    condition: Operand
+    body: Block
+
+    @property
+    def head(self) -> str:
+        """See `Statement`."""
+        return f"WHILE {self.condition} DO"
+
+    def numbered(self) -> Iterator[NumberedLine]:
+        """See `Statement`."""
+        yield self.line, self.head
+        yield from _indented(self.body)
+        yield 0, "END_WHILE;"
+
+
+@dataclass(frozen=True, slots=True)
+class Repeat(Statement):
+    """REPEAT: a block, until a condition is true after a pass.
+
+    Attributes:
+        body: the block.
+        until: the condition.
+        until_line: line of UNTIL in the routine, see `Statement`.
+    """
+
+    body: Block
+    until: Operand
+    until_line: int = field(default=0, compare=False)
+
+    @property
+    def head(self) -> str:
+        """See `Statement`."""
+        return "REPEAT"
+
+    @property
+    def tail(self) -> str:
+        """The line of the condition."""
+        return f"UNTIL {self.until}"
+
+    def numbered(self) -> Iterator[NumberedLine]:
+        """See `Statement`."""
+        yield self.line, self.head
+        yield from _indented(self.body)
+        yield self.until_line, self.tail
+        yield 0, "END_REPEAT;"
+
+
+@dataclass(frozen=True, slots=True)
+class Region(Statement):
+    """`#region name`: statements under a name; it does nothing."""
+
+    name: str
+    body: Block
+
+    @property
+    def head(self) -> str:
+        """See `Statement`."""
+        return f"#region {self.name}".rstrip()
+
+    def numbered(self) -> Iterator[NumberedLine]:
+        """See `Statement`."""
+        yield self.line, self.head
+        yield from _indented(self.body)
+        yield 0, "#endregion"
+
+
+def numbered_lines(block: Block, *, closed: bool = True) -> Iterator[NumberedLine]:
+    """Yield the lines of a block, comments included.
+
+    Args:
+        block: the statements.
+        closed: whether a keyword or the end follows, before which a comment needs no statement.
+    """
+    for number, each in enumerate(block, start=1):
+        if isinstance(each, Empty) and each.comment and closed and number == len(block):
+            yield from comment_lines(each.comment)
+        else:
+            yield from each.numbered_with_comment()
+
+
+def block_lines(block: Block) -> Iterator[str]:
+    """Yield the lines of a block as text, which reads as the same block."""
+    yield from (text for _, text in numbered_lines(block))
+
+
+def _indented(block: Block, *, closed: bool = True) -> Iterator[NumberedLine]:
+    yield from ((line, INDENT + text) for line, text in numbered_lines(block, closed=closed))
+
+
+# --- walks
+
+
+def blocks_in(statement: Statement) -> tuple[Block, ...]:
+    """Return the blocks in a statement, in order."""
+    if isinstance(statement, If):
+        return (*(arm.body for arm in statement.arms), *_some(statement.otherwise))
+    if isinstance(statement, Case):
+        return (*(each.body for each in statement.choices), *_some(statement.otherwise))
+    if isinstance(statement, (For, While, Repeat, Region)):
+        return (statement.body,)
+    return ()
+
+
+def _some(block: Block | None) -> tuple[Block, ...]:
+    return () if block is None else (block,)
+
+
+def statements_in(block: Block) -> Iterator[Statement]:
+    """Yield all statements of a block in the order of the text, those in blocks inside included."""
+    for each in block:
+        yield each
+        for inner in blocks_in(each):
+            yield from statements_in(inner)
+
+
+def operands_in(statement: Statement) -> tuple[Operand, ...]:
+    """Return the operands of a statement, those in its blocks apart."""
+    found: list[Operand] = []
+
+    def collect(operand: Operand) -> Operand:
+        found.append(operand)
+        return operand
+
+    _changed(statement, collect, lambda block: block)
+    return tuple(found)
+
+
+def with_operands(block: Block, change: Callable[[Statement, Operand], Operand]) -> Block:
+    """Return a block in which every operand is replaced by what `change` makes of it.
+
+    Args:
+        block: the statements.
+        change: called with the statement and one of its operands; addresses give addresses.
+    """
+    return tuple(
+        _changed(each, lambda operand, each=each: change(each, operand), lambda b: with_operands(b, change))  # type: ignore[misc]
+        for each in block
+    )
+
+
+def _changed(
+    statement: Statement, change: Callable[[Operand], Operand], inner: Callable[[Block], Block]
+) -> Statement:
+    """Return a statement with its operands changed by one function, its blocks by another."""
+    address: Any = change
+    if isinstance(statement, Assignment):
+        return replace(statement, target=address(statement.target), value=change(statement.value))
+    if isinstance(statement, Invocation):
+        called = statement.instruction
+        operands = tuple(map(change, called.operands))
+        return replace(statement, instruction=Instruction(called.name, operands))
+    if isinstance(statement, If):
+        arms = tuple(
+            replace(arm, condition=change(arm.condition), body=inner(arm.body)) for arm in statement.arms
+        )
+        return replace(statement, arms=arms, otherwise=_inner(statement.otherwise, inner))
+    if isinstance(statement, Case):
+        return replace(
+            statement,
+            selector=change(statement.selector),
+            choices=tuple(replace(each, body=inner(each.body)) for each in statement.choices),
+            otherwise=_inner(statement.otherwise, inner),
+        )
+    if isinstance(statement, For):
+        return replace(
+            statement,
+            count=address(statement.count),
+            first=change(statement.first),
+            last=change(statement.last),
+            step=None if statement.step is None else change(statement.step),
+            body=inner(statement.body),
+        )
+    if isinstance(statement, While):
+        return replace(statement, condition=change(statement.condition), body=inner(statement.body))
+    if isinstance(statement, Repeat):
+        return replace(statement, body=inner(statement.body), until=change(statement.until))
+    if isinstance(statement, Region):
+        return replace(statement, body=inner(statement.body))
+    return statement
+
+
+def _inner(block: Block | None, inner: Callable[[Block], Block]) -> Block | None:
+    return None if block is None else inner(block)
+
+
+def too_deep(block: Block) -> str | None:
+    """Return what of a block is nested too deep for the tools that walk it, None if nothing is."""
+    todo: list[tuple[Statement, int, int]] = [(each, 0, 0) for each in block]
+    while todo:
+        statement, blocks, loops = todo.pop()
+        inner = blocks_in(statement)
+        loops += isinstance(statement, (For, While, Repeat))
+        if inner and blocks == BLOCKS:
+            return f"statements are nested more than {BLOCKS} deep"
+        if loops > LOOPS:
+            return f"loops are nested more than {LOOPS} deep"
+        todo += [(each, blocks + 1, loops) for body in inner for each in body]
+    return None

@@ -1,0 +1,133 @@
+"""Where the values of a structure lie in a list: the memory of what is passed by reference.
+
+Most tags are variables of the compiled program. An instance of an add-on instruction, and a tag that a call
+hands to an InOut, is a stretch of a list instead: its elementary values in a row, in one order for every
+tag of the type. A list and an offset are then all that a function needs to work on any of them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+from .types import (
+    HIDDEN,
+    DataType,
+    Elementary,
+    count_of,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """The values of one path in a stretch.
+
+    Attributes:
+        offset: of the first one.
+        dims: lengths of the arrays in the structure that it lies in, the outermost first.
+        strides: how far apart neighbours are, per dimension.
+    """
+
+    offset: int
+    dims: tuple[int, ...] = ()
+    strides: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Stretch:
+    """What one element of a type takes.
+
+    Attributes:
+        parts: where they are, by path in capitals; "" for an elementary type itself.
+        zeros: the values that it begins with.
+    """
+
+    parts: dict[str, Part]
+    zeros: list[bool | int | float]
+
+    @property
+    def size(self) -> int:
+        """Number of values."""
+        return len(self.zeros)
+
+
+@lru_cache(maxsize=1024)
+def stretch_of(kind: DataType) -> Stretch:
+    """Return the stretch of a type.
+
+    >>> from .types import BOOL, DINT, Member, Structure
+    >>> found = stretch_of(Structure("Pair", (Member("On", BOOL), Member("Data", DINT, (2, 3)))))
+    >>> found.size, found.parts["DATA"]
+    (7, Part(offset=1, dims=(2, 3), strides=(3, 1)))
+    """
+    if isinstance(kind, Elementary):
+        return Stretch({"": Part(0)}, [kind.zero])
+    zeros: list[bool | int | float] = []
+    parts = {}
+    for member in kind.own:
+        inner = stretch_of(member.type)
+        strides = row_strides(member.dims, inner.size)
+        for path, part in inner.parts.items():
+            name = f"{member.name}.{path}" if path else member.name
+            offset = len(zeros) + part.offset
+            parts[name.upper()] = Part(offset, member.dims + part.dims, strides + part.strides)
+        zeros += inner.zeros * count_of(member.dims)
+    for member in kind.hidden:
+        parts[f"{HIDDEN}{member.name}".upper()] = Part(len(zeros))
+        zeros.append(0)
+    return Stretch(parts, zeros)
+
+
+def row_strides(dims: tuple[int, ...], size: int) -> tuple[int, ...]:
+    """Return how far apart neighbours are in an array of elements of that size, per dimension."""
+    strides: tuple[int, ...] = ()
+    for length in reversed(dims):
+        strides = (size, *strides)
+        size *= length
+    return strides
+
+
+@dataclass(frozen=True, slots=True)
+class Spot:
+    """Where a leaf lies in a list.
+
+    Attributes:
+        ident: variable of the list in the compiled program.
+        base: variable of the offset at which the stretch begins, "" for 0.
+        size: values of one element of the tag.
+        part: where in an element the leaf is.
+        strides: of all dimensions of the leaf, those of the tag included.
+    """
+
+    ident: str
+    base: str
+    size: int
+    part: Part
+    strides: tuple[int, ...]
+
+    def at(self, index: int) -> int:
+        """Return how far from the beginning a value lies, by its number among all of the leaf."""
+        part = self.part
+        if not part.dims:
+            return index * self.size + part.offset
+        element, rest = divmod(index, count_of(part.dims))
+        at = element * self.size + part.offset
+        for length, stride in zip(reversed(part.dims), reversed(part.strides), strict=True):
+            rest, here = divmod(rest, length)
+            at += here * stride
+        return at
+
+
+def spot_of(kind: DataType, dims: tuple[int, ...], rest: str, ident: str, base: str = "") -> Spot:
+    """Return where a path of a tag lies.
+
+    Args:
+        kind: type of the tag.
+        dims: its dimensions.
+        rest: members, in any case.
+        ident: variable of the list.
+        base: variable of the offset.
+    """
+    stretch = stretch_of(kind)
+    part = stretch.parts[rest.upper()]
+    return Spot(ident, base, stretch.size, part, row_strides(dims, stretch.size) + part.strides)

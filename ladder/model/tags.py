@@ -1,0 +1,512 @@
+"""Declarations of tags, and the layout of a program's memory that follows from them.
+
+Every elementary value is one leaf, or, if it lies in arrays, one element of a
+leaf: `Recipe.Step.Time` of an array of structures is one list of all the times.
+A leaf has a Python identifier, under which the compiled program reads and writes
+it. The images of a slot are leaves, too, made when an address names them.
+"""
+
+from __future__ import annotations
+
+import keyword
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
+
+from .expressions import parse_address
+from .operators import ARITHMETIC, CALLED
+from .stretches import Spot, spot_of, stretch_of
+from .tree import Address
+from .types import (
+    BOOL,
+    DINT,
+    HIDDEN,
+    INT,
+    DataType,
+    Elementary,
+    Member,
+    Structure,
+    count_of,
+    leaves_of,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Tag:
+    """A tag with memory of its own.
+
+    Attributes:
+        name: its name; case does not matter.
+        type: its type.
+        dims: length per dimension, none for a single value.
+        initial: what it starts with: a value, a list per dimension, a dict of members; None = zero.
+        comment: its comment.
+    """
+
+    name: str
+    type: DataType
+    dims: tuple[int, ...] = ()
+    initial: object = None
+    comment: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Alias:
+    """A second name of an address.
+
+    Attributes:
+        name: the second name.
+        target: the address.
+        comment: what the program's text says about it.
+        type: of a module's image the structure whose names its parts have here; None keeps its own.
+    """
+
+    name: str
+    target: Address
+    comment: str = ""
+    type: Structure | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class SlotAlias:
+    """A name for the module in a slot, whose bits go by their meaning: `axis.status.MOVE_COMPLETE`."""
+
+    name: str
+    slot: int
+    comment: str = ""
+
+
+Declaration = Tag | Alias | SlotAlias
+
+
+@dataclass(frozen=True, slots=True)
+class Leaf:
+    """An elementary value, or all elements of it that lie in arrays.
+
+    Attributes:
+        path: tag and members, without subscripts.
+        type: its type.
+        dims: dimensions of all arrays it lies in, the outermost first.
+        ident: its identifier in the compiled program.
+        slot: number of the slot, if it belongs to a module: its image or its fault; None if not.
+        output: of a module: whether the program writes it.
+        frame: the add-on instruction of whose instances it is a part, in capitals; "" for a tag's.
+        root: in an add-on instruction what its path begins with: `OWN`, or an InOut in capitals.
+        outer: in an add-on instruction how many dimensions are the InOut's own.
+    """
+
+    path: str
+    type: Elementary
+    dims: tuple[int, ...]
+    ident: str
+    slot: int | None = None
+    output: bool = False
+    frame: str = ""
+    root: str = ""
+    outer: int = 0
+
+    @property
+    def size(self) -> int:
+        """Number of elements."""
+        return count_of(self.dims)
+
+    @property
+    def inner(self) -> int:
+        """Number of elements in one element of what its path begins with."""
+        return count_of(self.dims[self.outer :])
+
+    @property
+    def rest(self) -> str:
+        """What follows in its path, with a dot, the name of the instance or of the argument."""
+        return f".{self.path}" if self.root == OWN else self.path[len(self.root) :]
+
+    @property
+    def is_image(self) -> bool:
+        """Whether it is the eight words of a slot's image, which are the rack's memory."""
+        return self.slot is not None and bool(self.dims)
+
+
+STATUS_FLAGS = {
+    "S:FS": "first scan",
+    "S:V": "overflow",
+    "S:Z": "zero",
+    "S:N": "negative",
+    "S:C": "carry",
+    "S:MINOR": "a minor fault has been recorded",
+}
+"""Bits that every program has, and what they tell."""
+
+TRUTHS = {"TRUE": 1, "FALSE": 0}
+"""Names that mean a value where no tag has them."""
+
+Presets = Mapping[tuple[str, int], int | float]
+"""Initial values in rungs, by path of a leaf and index in it."""
+
+OVERRIDE = "~mcr"
+"""Leaf of the override that MCR toggles."""
+
+HELD = "~held"
+"""Leaves that keep a subscript for the time of a call, followed by a number."""
+
+
+OWN = "~"
+"""Root of the members of an instance, in the routines of its add-on instruction."""
+
+OPEN = 1 << 31
+"""Length of an InOut that is an array of any length."""
+
+
+def scoped(program: str, name: str) -> str:
+    r"""Return the full name of a program's tag or routine; the name itself if the program is "".
+
+    >>> print(scoped("Main", "Run"), scoped("", "Run"))
+    \Main.Run Run
+    """
+    return rf"\{program}.{name}" if program else name
+
+
+def program_of(name: str) -> str:
+    r"""Return the program that a full name is of, "" for the controller.
+
+    >>> program_of(r"\Main.Run"), program_of("Run")
+    ('Main', '')
+    """
+    return name[1 : name.index(".")] if name.startswith("\\") else ""
+
+
+def tag_in(path: str) -> str:
+    r"""Return the full name of the tag in a path.
+
+    >>> tag_in("Recipe.Step.Time"), tag_in(r"\Main.Recipe.Step.Time")
+    ('Recipe', '\\Main.Recipe')
+    """
+    start = path.find(".") + 1 if path.startswith("\\") else 0
+    end = path.find(".", start)
+    return path if end < 0 else path[:end]
+
+
+class Layout:
+    """Where everything in a program's memory is.
+
+    Attributes:
+        declarations: by full name in capitals, see `scoped`.
+        leaves: by path in capitals.
+        boxed: tags whose values lie in one list, by name in capitals; with the list's identifier.
+
+    Args:
+        declarations: tags and aliases, under their full names.
+        files: they are data files of an SLC, whose elements are written N7:0.
+        cards: what sits in the slots of the rack, as far as it is known: catalog numbers.
+    """
+
+    frame = ""
+    """The add-on instruction whose instances it is for, in capitals; "" for a program."""
+
+    def __init__(
+        self,
+        declarations: Iterable[Declaration],
+        *,
+        files: bool = False,
+        cards: Mapping[int, str] = MappingProxyType({}),
+    ) -> None:
+        self.files, self.cards = files, cards
+        self.declarations: dict[str, Declaration] = {}
+        self.leaves: dict[str, Leaf] = {}
+        self.boxed: dict[str, str] = {}
+        self._spots: dict[str, Spot] = {}
+        self._single: tuple[tuple[int, int], list[Leaf]] = (0, 0), []
+        self._idents: set[str] = set()
+        self._held = 0
+        for name in (*STATUS_FLAGS, OVERRIDE):
+            self._add(name, BOOL, ())
+        for declaration in declarations:
+            self.declarations[declaration.name.upper()] = declaration
+            if isinstance(declaration, Tag):
+                for path, kind, dims in leaves_of(declaration.type, declaration.dims):
+                    self._add(f"{declaration.name}.{path}" if path else declaration.name, kind, dims)
+
+    def declaration(self, name: str, program: str = "") -> Declaration | None:
+        """Return what a name means in a program: its own declaration, else the controller's, else None.
+
+        Args:
+            name: in capitals.
+            program: the program, "" for the controller.
+        """
+        own = self.declarations.get(scoped(program, name).upper()) if program else None
+        return own or self.declarations.get(name)
+
+    def names(self, program: str = "") -> Iterator[str]:
+        """Yield the names that can be used in a program: its own without its name, then the controller's."""
+        own = scoped(program, "")
+        for each in self.declarations.values():
+            if program and each.name.upper().startswith(own.upper()):
+                yield each.name[len(own) :]
+        for each in self.declarations.values():
+            if not program_of(each.name):
+                yield each.name
+
+    def scoped_names(self) -> Iterator[str]:
+        """Yield the full names of the tags of programs."""
+        yield from (each.name for each in self.declarations.values() if program_of(each.name))
+
+    def hidden(self, path: str, kind: Elementary) -> Leaf:
+        """Add a leaf that no address reaches; return it."""
+        return self._add(path, kind, ())
+
+    def leaf(self, path: str) -> Leaf:
+        """Return the leaf of that path, in any case."""
+        return self.leaves[path.upper()]
+
+    def image(self, slot: int, *, output: bool) -> Leaf:
+        """Return the leaf of a slot's image."""
+        path = f"Local:{slot}:{'O' if output else 'I'}.Data"
+        known = self.leaves.get(path.upper())
+        if known is None:
+            known = self._add(path, INT, (8,), slot=slot, output=output)
+        return known
+
+    def fault(self, slot: int) -> Leaf:
+        """Return the leaf of a slot's connection fault, a DINT."""
+        path = f"Local:{slot}:I.Fault"
+        return self.leaves.get(path.upper()) or self._add(path, DINT, (), slot=slot)
+
+    def held(self) -> Leaf:
+        """Return a new leaf that keeps a subscript for the time of a call."""
+        self._held += 1
+        return self._add(f"{HELD}{self._held}", DINT, ())
+
+    # --- lists
+
+    def box(self, leaf: Leaf) -> None:
+        """Lay out the tag of a leaf as a stretch of a list, unless it is a list by itself."""
+        name = leaf.path if leaf.slot is not None else tag_in(leaf.path)
+        tag = self.declarations.get(name.upper())
+        plain = isinstance(tag, Tag) and isinstance(tag.type, Elementary) and bool(tag.dims)
+        if name.upper() not in self.boxed and not leaf.is_image and not plain:
+            self.boxed[name.upper()] = self._ident(name)
+
+    def spot(self, leaf: Leaf) -> Spot | None:
+        """Return where a leaf lies in a list, None if it has a variable of its own."""
+        name = leaf.path.upper()
+        known = self._spots.get(name)
+        if known is None and self.boxed:
+            known = self._find_spot(leaf, name)
+        return known
+
+    def _find_spot(self, leaf: Leaf, name: str) -> Spot | None:
+        head = tag_in(name)
+        tag, rest = self.declarations.get(head), name[len(head) + 1 :]
+        if leaf.slot is not None and name in self.boxed:
+            found = spot_of(leaf.type, (), "", self.boxed[name])
+        elif head in self.boxed and isinstance(tag, Tag):
+            found = spot_of(tag.type, tag.dims, rest, self.boxed[head])
+        else:
+            return None
+        self._spots[name] = found
+        return found
+
+    @property
+    def single(self) -> list[Leaf]:
+        """The leaves that have a variable of their own, because they lie in no list with others."""
+        boxed = self.boxed
+        if not boxed:
+            return list(self.leaves.values())
+        if self._single[0] != (len(boxed), len(self.leaves)):
+            found = [
+                each for name, each in self.leaves.items() if not (name in boxed or tag_in(name) in boxed)
+            ]
+            self._single = (len(boxed), len(self.leaves)), found
+        return self._single[1]
+
+    @property
+    def lists(self) -> Iterator[tuple[str, list[Any]]]:
+        """The lists in which tags lie, as they begin, by identifier."""
+        for name, ident in self.boxed.items():
+            tag = self.declarations.get(name)
+            if isinstance(tag, Tag):
+                yield ident, stretch_of(tag.type).zeros * count_of(tag.dims)
+            else:
+                yield ident, [self.leaves[name].type.zero]
+
+    @property
+    def idents(self) -> list[str]:
+        """The variables of the compiled program: leaves that lie in no list, and the lists."""
+        return [*(leaf.ident for leaf in self.single), *self.boxed.values()]
+
+    @property
+    def images(self) -> tuple[Leaf, ...]:
+        """The images that the program uses."""
+        return tuple(leaf for leaf in self.leaves.values() if leaf.is_image)
+
+    @property
+    def faults(self) -> tuple[Leaf, ...]:
+        """The connection faults that the program uses."""
+        return tuple(leaf for leaf in self.leaves.values() if leaf.slot is not None and not leaf.is_image)
+
+    def tags(self) -> Mapping[str, Tag]:
+        """The tags with memory of their own, by name in capitals."""
+        return {name: each for name, each in self.declarations.items() if isinstance(each, Tag)}
+
+    def _add(
+        self,
+        path: str,
+        kind: Elementary,
+        dims: tuple[int, ...],
+        *,
+        slot: int | None = None,
+        output: bool = False,
+    ) -> Leaf:
+        leaf = self._leaf(path, kind, dims, slot, output)
+        self.leaves[path.upper()] = leaf
+        return leaf
+
+    def _leaf(
+        self, path: str, kind: Elementary, dims: tuple[int, ...], slot: int | None, output: bool
+    ) -> Leaf:
+        return Leaf(path, kind, dims, self._ident(path), slot, output)
+
+    def _ident(self, path: str) -> str:
+        """Make a readable identifier that nothing else has."""
+        wanted = path.replace(".", "_")
+        if not wanted.isidentifier() or wanted[0] == "_" or wanted[-1] == "_" or not wanted.isascii():
+            wanted = re.sub(r"\W", "_", path, flags=re.ASCII).strip("_") or "tag"
+        if keyword.iskeyword(wanted) or wanted in RESERVED or wanted[:1].isdigit():
+            wanted += "_"
+        if wanted.startswith(("addon_", "jsr_")):
+            wanted = f"tag_{wanted}"  # functions of the compiled program have such names
+        ident, number = wanted, 1
+        while ident in self._idents:
+            number += 1
+            ident = f"{wanted}_{number}"
+        self._idents.add(ident)
+        return ident
+
+
+class FrameLayout(Layout):
+    """Where everything is that the routines of an add-on instruction name: one layout for all instances.
+
+    Members of the instance lie in the list `frame` from `base` on. An InOut is a list, an offset and the
+    number of elements from there to the end of its array; for a bit of an integer also a mask.
+
+    Attributes:
+        own: type of an instance.
+        inouts: variables of the InOuts, by name in capitals.
+
+    Args:
+        frame: the add-on instruction.
+        own: type of an instance.
+        inouts: what is passed, as tags.
+        program: the layout of the program, for status flags.
+    """
+
+    def __init__(self, frame: str, own: Structure, inouts: Iterable[Tag], program: Layout) -> None:
+        self.frame, self.own, self._program = frame.upper(), own, program
+        handed = tuple(inouts)
+        self.inouts = {each.name.upper(): f"of_{each.name}" for each in handed}
+        super().__init__((*(_declared(each) for each in own.members), *handed))
+
+    def leaf(self, path: str) -> Leaf:
+        """Return the leaf of that path, in any case; status flags and kept subscripts are the program's."""
+        name = path.upper()
+        if name.startswith(("S:", HIDDEN)):
+            return self._program.leaf(name)
+        return self.leaves[name]
+
+    def held(self) -> Leaf:
+        """Return a new leaf that keeps a subscript for the time of a call."""
+        return self._program.held()
+
+    def spot(self, leaf: Leaf) -> Spot | None:
+        """Return where a leaf lies in a list."""
+        if not leaf.frame:
+            return self._program.spot(leaf)
+        name = leaf.path.upper()
+        found = self._spots.get(name)
+        if found is None:
+            if leaf.root == OWN:
+                found = spot_of(self.own, (), name, FRAME, BASE)
+            else:
+                tag, ident = self.declarations[leaf.root], self.inouts[leaf.root]
+                assert isinstance(tag, Tag)
+                found = spot_of(tag.type, tag.dims, leaf.rest[1:], ident, f"{ident}_at")
+            self._spots[name] = found
+        return found
+
+    def _leaf(
+        self, path: str, kind: Elementary, dims: tuple[int, ...], slot: int | None, output: bool
+    ) -> Leaf:
+        head = path.partition(".")[0].upper()
+        if head not in self.inouts:
+            return Leaf(path, kind, dims, "", slot, output, self.frame, OWN)
+        tag = self.declarations[head]
+        assert isinstance(tag, Tag)
+        return Leaf(path, kind, dims, "", slot, output, self.frame, head, len(tag.dims))
+
+
+def _declared(member: Member) -> Declaration:
+    """Return what a member of an instance is in the routines of its add-on instruction."""
+    if member.at:
+        return Alias(member.name, parse_address(member.at))
+    return Tag(member.name, member.type, member.dims)
+
+
+FRAME, BASE = "frame", "base"
+"""Variables of a compiled add-on instruction: the list in which its instance lies, and where it begins."""
+
+RESERVED = frozenset(
+    [
+        "now",
+        "given",
+        "at",
+        "float",
+        "len",
+        "abs",
+        "min",
+        "array",
+        "region",
+        "subscript",
+        "outside",
+        "negative",
+        "jumped_back",
+        "called",
+        "returned",
+        "narrow",
+        "integer",
+        "cut",
+        "divide",
+        "modulo",
+        "real_result",
+        "real_divide",
+        "real_modulo",
+        "double_result",
+        "double_divide",
+        "double_modulo",
+        "copy",
+        "copy_row",
+        "fill",
+        "text",
+        "set_text",
+        "python",
+        "answer",
+        "interpret",
+        "broken",
+        *CALLED,
+        *ARITHMETIC,
+        "program",
+        "rung_done",
+        "scan",
+        FRAME,
+        BASE,
+        "LadderFault",
+        "fault",
+        "mask",
+        "site",
+        "interpret",
+        "stretch",
+        "text_in",
+        "set_text_in",
+    ]
+)
+"""Names that the compiled program uses itself; its temporaries start with two underscores."""

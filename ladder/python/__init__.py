@@ -1,0 +1,1 @@
+"""Logic in plain Python: sequences, and the axis of a 3601."""

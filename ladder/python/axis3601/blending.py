@@ -1,0 +1,84 @@
+"""Programming of a blend profile, block by block [3601 manual, chapter 5, Blend Move Programming].
+
+words out, word 1        BLEND_ACK    next
+program and transmit     on           transmit goes off
+program                  off          the next block, or zeros after the last
+zeros, for a round trip               over
+"""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from typing_extensions import override
+
+from ....io_images.amci3601.bits import CommandLsw, StatusLsw
+from ....io_images.amci3601.blend import PROGRAM_AND_TRANSMIT, BlendHeader, BlendSegment
+from ....io_images.image import WORDS
+from .command import Command
+from .kinds import PROGRAM_BLEND
+
+if TYPE_CHECKING:
+    from .drive import Drive
+
+_PROGRAM = CommandLsw.BLEND_PROGRAM.value
+_ACKNOWLEDGED = StatusLsw.BLEND_ACK.value
+
+
+class BlendProgramming(Command):
+    """The programming of a profile."""
+
+    __slots__ = ("_laid_out_ns", "_left", "_zeros_since_ns", "handshake_over")
+
+    attended = True
+
+    def __init__(self, axis: str, text: str) -> None:
+        super().__init__(axis, PROGRAM_BLEND, text)
+        self._left: list[array[int]] = []
+        self._zeros_since_ns: int | None = None
+        self._laid_out_ns: int | None = None
+        self.handshake_over = False
+
+    def fill(self, header: BlendHeader, segments: Sequence[BlendSegment]) -> None:
+        """Take the blocks to be sent.
+
+        Raises:
+            ValueError: the header counts other segments than there are.
+        """
+        if header.segments != len(segments):
+            raise ValueError(f"the header is of {header.segments} segments, and there are {len(segments)}")
+        self.take(header.to_image())
+        self._left = [array("h", each.to_image().words) for each in segments]
+
+    def _next(self, drive: Drive, now_ns: int) -> None:
+        """Send the next block, or zeros after the last."""
+        if not self._left:
+            drive.out = array("h", bytes(2 * WORDS))
+        elif self._parameters_crossed(drive, now_ns):
+            drive.out = self._left.pop(0)
+            self._laid_out_ns = None
+
+    def _parameters_crossed(self, drive: Drive, now_ns: int) -> bool:
+        """Lay out a block without its transmit bit, if that is wanted; return whether it has crossed."""
+        if drive.parameters_first and self._laid_out_ns is None:
+            drive.out = array("h", self._left[0])
+            drive.out[1] = _PROGRAM
+            self._laid_out_ns = now_ns
+        return self._laid_out_ns is None or now_ns - self._laid_out_ns >= drive.trip_ns
+
+    @override
+    def attend(self, drive: Drive, now_ns: int) -> None:
+        if not drive.under_way:
+            self._zeros_since_ns = None
+            return
+        acknowledged = drive.lsw & _ACKNOWLEDGED != 0
+        if drive.out[1] == PROGRAM_AND_TRANSMIT and acknowledged:
+            drive.out[1] = _PROGRAM
+        if drive.out[1] == _PROGRAM and not acknowledged:
+            self._next(drive, now_ns)
+        if drive.out[1] == 0:
+            if self._zeros_since_ns is None:
+                self._zeros_since_ns = now_ns
+            self.handshake_over = now_ns - self._zeros_since_ns >= drive.trip_ns

@@ -1,0 +1,132 @@
+"""One command of an axis: the counterpart of a function block from a rising Execute to its end."""
+
+from __future__ import annotations
+
+from array import array
+from enum import Enum
+from typing import TYPE_CHECKING
+
+from typing_extensions import override
+
+from ....io_images.image import Image
+from .errors import (
+    AxisError,
+    CommandAborted,
+    ErrorId,
+    reasons,
+)
+from .kinds import Kind
+from .link import LinkedWait
+
+if TYPE_CHECKING:
+    from .drive import Drive
+
+
+class Outcome(Enum):
+    """The outcome of a command."""
+
+    BUSY = "busy"
+    DONE = "done"
+    ABORTED = "aborted"
+    ERROR = "error"
+
+
+class Command(LinkedWait[None]):
+    """A requested command: await its end, or read its outcome.
+
+    Attributes:
+        kind: what it is.
+        words: the eight words that start it; empty for one that was refused for its parameters.
+        outcome: whether it waits, runs, is done, aborted or failed.
+        error_id: the ErrorID of the function block; 0 without an error.
+        detail: more about the error.
+
+    Args:
+        axis: name of the axis.
+        kind: what it is.
+        text: the call, as in "move_to(4000)".
+    """
+
+    __slots__ = ("_axis", "_is_active", "detail", "error_id", "kind", "outcome", "text", "words")
+
+    attended = False
+    """Whether it acts in each scan while it is under way."""
+
+    handshake_over = True
+    """Whether a handshake with the module over several scans is complete."""
+
+    def __init__(self, axis: str, kind: Kind, text: str) -> None:
+        super().__init__()
+        self._axis = axis
+        self.kind = kind
+        self.text = text
+        self.words: array[int] = array("h")
+        self.outcome = Outcome.BUSY
+        self.error_id = ErrorId(0)
+        self.detail = ""
+        self._is_active = False
+
+    @property
+    def busy(self) -> bool:
+        """Whether it is requested and not over."""
+        return self.outcome is Outcome.BUSY
+
+    @property
+    def active(self) -> bool:
+        """Whether its words have been sent, and it is not over."""
+        return self._is_active and self.outcome is Outcome.BUSY
+
+    @property
+    def done(self) -> bool:
+        """Whether it ended well."""
+        return self.outcome is Outcome.DONE
+
+    @property
+    def aborted(self) -> bool:
+        """Whether another command has taken the axis."""
+        return self.outcome is Outcome.ABORTED
+
+    @property
+    def error(self) -> bool:
+        """Whether it failed or was refused."""
+        return self.outcome is Outcome.ERROR
+
+    @override
+    def poll(self, now_ns: int) -> bool:
+        return self.outcome is not Outcome.BUSY
+
+    @override
+    def result(self) -> None:
+        """Return nothing if it is done.
+
+        Raises:
+            AxisError: it failed, or was refused.
+            CommandAborted: another command has taken the axis.
+        """
+        if self.outcome is Outcome.ERROR:
+            raise AxisError(f"{self!r}: {reasons(self.error_id, self.detail)}", self.error_id)
+        if self.outcome is Outcome.ABORTED:
+            raise CommandAborted(f"{self!r}: another command has taken the axis")
+
+    @property
+    @override
+    def call(self) -> str:
+        return f"{self._axis}.{self.text}"
+
+    # -- what the drive does
+
+    def take(self, image: Image) -> None:
+        """Take the words of an image as those that start it."""
+        self.words = array("h", image.words)
+
+    def attend(self, drive: Drive, now_ns: int) -> None:
+        """Act in a scan while it is under way."""
+
+    def activate(self, now_ns: int) -> None:
+        """Its words are sent, in this scan."""
+        self._is_active = True
+
+    def end(self, outcome: Outcome, error_id: int = 0, detail: str = "") -> None:
+        """It is over, unless it was before."""
+        if self.outcome is Outcome.BUSY:
+            self.outcome, self.error_id, self.detail = outcome, ErrorId(error_id), detail

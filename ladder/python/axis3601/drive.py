@@ -1,0 +1,449 @@
+"""The drive: the only writer of a module's eight output words, one command after the other.
+
+    step          words                                   goes on
+    REST          zeros                                   with the next command
+    PARAMETERS    the command without its command bits    when they have crossed the backplane (option)
+    SENT          the command                             when the module moves, or has had time to answer
+    UNDER_WAY     the command; 0 in word 0 where the      at its end, or with a newer command
+                  module goes on by itself
+    YIELDING      what brings it to rest                  at rest
+    RESETTING     RESET_ERRORS                            when COMMAND_ERROR is gone
+    ZEROS         zeros, so that the next command is      when they have crossed the backplane
+                  a transition from 0 to 1
+
+A step is settled when it has lasted for the round trip and two scans, with a good link: words have crossed
+the backplane both ways. The steps are those of the add-on instruction Amci3601 in
+`ladder/blocks/axis3601.rung`.
+
+`judge` reads the inputs at the beginning of a scan, `send` writes the words at its end.
+"""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Sequence
+from enum import IntEnum
+from typing import NoReturn
+
+from ....io_images.amci3601.bits import (
+    CommandLsw,
+    CommandMsw,
+    StatusMsw,
+    status_names,
+)
+from ....io_images.image import WORDS, Image
+from ..sequences.parts import Clock
+from .command import Command, Outcome
+from .errors import ErrorId
+from .evidence import Evidence
+from .kinds import (
+    ABSOLUTE,
+    CONFIGURE,
+    NOTHING_TO_SEND,
+    RESET,
+    VELOCITY,
+    Kind,
+    State,
+    Way,
+)
+from .link import Link
+from .stop import Stop
+
+
+class Step(IntEnum):
+    """The step of the handshake."""
+
+    REST = 0
+    SENT = 1
+    UNDER_WAY = 2
+    YIELDING = 3
+    ZEROS = 4
+    RESETTING = 5
+    PARAMETERS = 6
+
+
+_REST, _SENT, _UNDER_WAY = Step.REST, Step.SENT, Step.UNDER_WAY
+_IN_FORCE = (_SENT, _UNDER_WAY)
+
+_MOVING = (StatusMsw.MOVING_CW | StatusMsw.MOVING_CCW).value
+_COMMAND_ERROR = StatusMsw.COMMAND_ERROR.value
+_CONFIG_ERROR = StatusMsw.CONFIG_ERROR.value
+_MODULE_OK = StatusMsw.MODULE_OK.value
+_NO_POSITION = StatusMsw.POSITION_INVALID.value
+_RAMPS = (StatusMsw.ACCELERATING | StatusMsw.DECELERATING).value
+_ALIVE = _CONFIG_ERROR | _MODULE_OK
+
+_FOLLOWER = CommandLsw.ENC_FOLLOWER.value
+_COMMAND_BITS = ~(
+    CommandLsw.STORE_MIN_REG | CommandLsw.ENC_FOLLOWER | CommandLsw.BLEND_PROGRAM | CommandLsw.BLEND_TRANSMIT
+).value
+_RESET_ERRORS = CommandMsw.RESET_ERRORS.value
+
+FAULTS = (
+    (_COMMAND_ERROR, ErrorId.COMMAND_ERROR.value),
+    (StatusMsw.INVALID_PROFILE.value, ErrorId.INVALID_PROFILE.value),
+    (StatusMsw.HOME_INVALID.value, ErrorId.HOME_INVALID.value),
+    (StatusMsw.INPUT_ERROR.value, ErrorId.INPUT_ERROR.value),
+)
+"""Status bits of command mode, and their bits in ErrorID."""
+
+ZEROS = array("h", bytes(2 * WORDS))
+
+
+class Drive:
+    """Sends commands to a module and judges its answers.
+
+    Attributes:
+        step: the step of the handshake.
+        kind: the latest command that was sent.
+        out: the eight words that are sent.
+        running: the command that the words are of; None at rest.
+        pending: the command that is to be sent next.
+        newest: the newest command of all.
+        error_stop: a command has failed, and nothing has reset it.
+        msw: status word 0 as it was judged.
+        lsw: status word 1 likewise.
+        link: the link to the module.
+
+    Args:
+        trip_ns: how long words take to cross the backplane both ways.
+        owner: the name of the axis, for messages.
+        parameters_first: send the command bit once the parameters have crossed.
+        late: judge the inputs after the logic, as rungs do; to compare with these.
+    """
+
+    def __init__(
+        self, trip_ns: int, owner: str = "the axis", *, parameters_first: bool = False, late: bool = False
+    ) -> None:
+        self.trip_ns = trip_ns
+        self.owner = owner
+        self.parameters_first = parameters_first
+        self.late = late
+        self.attach(Image(), Image(), Clock(), Link())
+
+    def attach(self, inputs: Image, outputs: Image, clock: Clock, link: Link) -> None:
+        """Take the images of a slot and its link, and reset."""
+        self._clock, self.link = clock, link
+        self.inputs, self._in = inputs, inputs.words
+        self._words, self._raw = outputs.words, outputs.raw
+        self.reset()
+
+    def reset(self) -> None:
+        """Reset: at rest, nothing requested."""
+        self._sent = self._raw.tobytes()
+        self.step, self.kind = _REST, RESET
+        self.out = array("h", ZEROS)
+        self.running: Command | None = None
+        self.pending: Command | None = None
+        self.newest: Command | None = None
+        self.error_stop = False
+        self.msw = self.lsw = 0
+        self._stops: list[Stop] = []
+        self._locked = False
+        self._last = _REST
+        self._since_ns: int | None = None
+        self._settled = self._stuck = False
+        self._quiet = False
+        self._evidence = Evidence(self._in, 2 * self.trip_ns)
+
+    # -- what is asked of it
+
+    @property
+    def state(self) -> State:
+        """The state of the axis."""
+        if self.msw < 0 or self.msw & _ALIVE != _MODULE_OK:
+            return State.DISABLED
+        if self.error_stop:
+            return State.ERROR_STOP
+        if self.locked:
+            return State.STOPPING
+        if self.step == Step.YIELDING:
+            return State.DISCRETE_MOTION
+        return self.kind.state if self.step in (_SENT, _UNDER_WAY, Step.PARAMETERS) else State.STANDSTILL
+
+    @property
+    def locked(self) -> bool:
+        """Whether a `stop` keeps the axis."""
+        return self._locked if self.late else any(each.keeps for each in self._stops)
+
+    @property
+    def moving(self) -> bool:
+        """Whether the module says that it moves."""
+        return self.msw >= 0 and self.msw & _MOVING != 0
+
+    @property
+    def position_valid(self) -> bool:
+        """Whether the module's position is valid."""
+        return not self.msw & _NO_POSITION
+
+    @property
+    def under_way(self) -> bool:
+        """Whether the words of a command are in force at the module."""
+        return self.step == _UNDER_WAY
+
+    def runs_evenly(self, since_ns: int) -> bool:
+        """Return whether the axis moves without a ramp, long enough after an instant to have begun one."""
+        late_enough = self._clock.now_ns - since_ns >= self.trip_ns
+        return late_enough and self.under_way and self.moving and not self.msw & _RAMPS
+
+    def ask(self, command: Command) -> None:
+        """Take the newest command; the one before is aborted."""
+        if self.newest is not None:
+            self.newest.end(Outcome.ABORTED)
+        self.newest = self.pending = command
+        command.follow(self.link)
+        self._quiet = False
+
+    def keep(self, stop: Stop) -> None:
+        """Let a `stop` keep the axis."""
+        self._stops = [each for each in self._stops if each.keeps or each.busy]
+        self._stops.append(stop)
+
+    # -- what the scan does
+
+    def judge(self, now_ns: int) -> None:
+        """Read the inputs, before the logic."""
+        if self.late or (not self.link.look(now_ns) and self._quiet and self._in[0] == self.msw):
+            return
+        self._judge(now_ns)
+
+    def send(self, now_ns: int) -> None:
+        """Write the words, after the logic.
+
+        Raises:
+            RuntimeError: another writer has changed them.
+        """
+        if self._raw.tobytes() != self._sent:
+            self._refuse_other_writer()
+        if self._quiet:
+            return
+        running = self.running
+        if running is not None and running.attended and running.active:
+            running.attend(self, now_ns)
+        if self.late:
+            self._locked = any(each.keeps for each in self._stops)
+            self.link.look(now_ns)
+            self._judge(now_ns)
+        self._take(now_ns)
+        self._quiet = self._nothing_to_come()
+        self._words[:] = self.out
+        self._sent = self._raw.tobytes()
+
+    def _refuse_other_writer(self) -> NoReturn:
+        sent, found = Image(buffer=bytearray(self._sent)), self._words.tolist()
+        raise RuntimeError(
+            f"{self.owner} is the only writer of its module's output words: "
+            f"something else has made {found} of {list(sent)}"
+        )
+
+    def _nothing_to_come(self) -> bool:
+        """Return whether nothing is to be done before status word 0 changes or a command comes."""
+        if self.late or self.pending is not None or self.step != self._last:
+            return False
+        attended = self.running is not None and self.running.attended
+        return self.step == _REST or (self.step == _UNDER_WAY and self.moving and not attended)
+
+    # -- judging the inputs
+
+    def _judge(self, now_ns: int) -> None:
+        self._quiet = False
+        self.msw = msw = self._in[0]
+        self.lsw = self._in[1]
+        self._settle(now_ns)
+        moving = self.moving
+        if self.step in _IN_FORCE:
+            self._evidence.look(self.kind, self.out, moving=moving, down=self.link.down)
+        if self.step == _SENT and self._has_begun(moving):
+            self._begin()
+        under_way = self.step == _UNDER_WAY
+        lost = _SENT <= self.step <= Step.YIELDING and self.kind is not CONFIGURE and _is_lost(msw)
+        faults = faults_of(msw) if under_way or lost else 0
+        if under_way and self.kind.alone:
+            self.out[0] = 0
+        stuck = self._is_stuck(now_ns)
+        if lost or (under_way and faults):
+            self._fail(faults or ErrorId.CONFIG_ERROR)
+        elif under_way and not moving and self._is_done(msw):
+            self.error_stop = self.error_stop and self.kind not in (RESET, CONFIGURE)
+            self._finish(Outcome.DONE, 0)
+        elif stuck and (under_way or (self.step == _SENT and self.kind is CONFIGURE)):
+            self._fail(faults_of(msw) | ErrorId.NOT_DONE)
+
+    def _settle(self, now_ns: int) -> None:
+        """Measure how long the step has lasted."""
+        if self.step != self._last or self.link.down:
+            self._since_ns = None
+        elif self._since_ns is None:
+            self._since_ns = now_ns
+        self._settled = self._since_ns is not None and now_ns - self._since_ns >= self.trip_ns
+        self._last = self.step
+
+    def _has_begun(self, moving: bool) -> bool:
+        if self.kind is CONFIGURE:
+            return self._settled and self.msw < 0
+        return moving or self._settled
+
+    def _begin(self) -> None:
+        self.step = _UNDER_WAY
+        if self.kind is CONFIGURE and not self.msw & _CONFIG_ERROR:
+            self._write(ZEROS)  # accepted: zero words lead to command mode
+
+    def _is_done(self, msw: int) -> bool:
+        if self.kind is CONFIGURE:
+            return msw >= 0
+        if self.running is not None and not self.running.handshake_over:
+            return False
+        done = self.kind.done
+        if done is None or (done and not msw & done):
+            return False
+        return self._evidence.proves(self.kind, self.out)
+
+    def _is_stuck(self, now_ns: int) -> bool:
+        """Return whether the axis rests for so long that the step will not end by itself."""
+        idle = (self.step in _IN_FORCE or self.step == Step.RESETTING) and not (self.moving or self.link.down)
+        self._stuck = self._evidence.rests_too_long(self.kind, self.out[1], now_ns, idle=idle)
+        return self._stuck
+
+    def _fail(self, error_id: int) -> None:
+        self.error_stop = True
+        if self._evidence.broken:
+            error_id |= ErrorId.LINK_LOST
+        self._finish(Outcome.ERROR, error_id, self._what_happened(error_id))
+
+    def _what_happened(self, error_id: int) -> str:
+        """Return the link and its instants, and the status of an axis at rest."""
+        told = [str(self.link)] if error_id & ErrorId.LINK_LOST else []
+        if error_id & ErrorId.NOT_DONE:
+            told.append(f"the status is {' '.join(status_names(self.msw, self.lsw))}")
+        return "; ".join(told)
+
+    def _finish(self, outcome: Outcome, error_id: int, detail: str = "") -> None:
+        if self.running is not None:
+            self.running.end(outcome, error_id, detail)
+        self.running = None
+        self._clear(Step.ZEROS)
+
+    # -- the newest command
+
+    def _take(self, now_ns: int) -> None:
+        settled = self._settled and self.step == self._last
+        if self.pending is not None:
+            self._make_way(self.pending, now_ns)
+        if settled and self.step == self._last:
+            self._go_on(now_ns)
+        if self.step == _REST and self.pending is not None:
+            self._carry_out(self.pending, now_ns)
+
+    def _make_way(self, newer: Command, now_ns: int) -> None:
+        """Bring the command under way to rest, or to another speed."""
+        if self.step == Step.PARAMETERS:
+            self.running = None
+            self._clear(Step.ZEROS)  # nothing has been commanded
+        if self.step != _UNDER_WAY:
+            return
+        if self.kind is newer.kind is VELOCITY and newer.words[0] == self.out[0]:
+            self._start(newer, now_ns)
+            return
+        way = self.kind.way
+        if way is Way.WAIT:
+            return
+        if way is Way.RELEASE:
+            self.out[0] = 0
+            if not self.parameters_first:
+                self.out[1] &= ~_FOLLOWER
+        else:
+            self._write(way.value)
+        self.step = Step.YIELDING
+
+    def _go_on(self, now_ns: int) -> None:
+        """Leave a step that has settled."""
+        command_error = self.msw & _COMMAND_ERROR != 0
+        if self.step == Step.YIELDING and not self.moving:
+            self.running = None
+            self._clear(Step.ZEROS)
+            if command_error:  # a Hold that reached a move at its very end
+                self.out[0] = _RESET_ERRORS
+                self.step = Step.RESETTING
+        elif self.step == Step.RESETTING and (self._stuck or not command_error):
+            self._clear(Step.ZEROS)
+        elif self.step == Step.ZEROS:
+            self.step = _REST
+        elif self.step == Step.PARAMETERS and self.running is not None:
+            self._send_command(self.running, now_ns)
+
+    def _lay_out(self, command: Command) -> None:
+        """Send the parameters of a command without its command bits."""
+        self.running = command
+        self.out = array("h", command.words)
+        self.out[0] = 0
+        self.out[1] &= _COMMAND_BITS
+        self.step = Step.PARAMETERS
+
+    def _send_command(self, command: Command, now_ns: int) -> None:
+        """Send the command bits after the parameters; those of word 1 first, where both words have some."""
+        if command.words[0] and self.out[1] != command.words[1]:
+            self.out[1] = command.words[1]
+            self._since_ns = None  # they have to cross, too
+        else:
+            self._start(command, now_ns)
+            self.step = _SENT
+
+    def _carry_out(self, command: Command, now_ns: int) -> None:
+        self.pending = None
+        refused = self._refused_by_now(command.kind)
+        if refused:
+            command.end(Outcome.ERROR, refused, f"it waited, and the axis is in state {self.state.name}")
+        elif command.kind in NOTHING_TO_SEND:
+            command.end(Outcome.DONE)
+        else:
+            self.kind = command.kind
+            if self.parameters_first:
+                self._lay_out(command)
+            else:
+                self._start(command, now_ns)
+                self.step = _SENT
+
+    def _refused_by_now(self, kind: Kind) -> int:
+        """Return why a command that has waited is refused: the axis has failed meanwhile."""
+        if kind in NOTHING_TO_SEND or kind is CONFIGURE:
+            return 0
+        if (self.error_stop and kind is not RESET) or _is_lost(self.msw):
+            return ErrorId.WRONG_STATE
+        return ErrorId.POSITION_INVALID if kind is ABSOLUTE and not self.position_valid else 0
+
+    def _start(self, command: Command, now_ns: int) -> None:
+        if self.step != _UNDER_WAY:
+            self._evidence.begin()
+        self.out = array("h", command.words)
+        self.running, self.pending = command, None
+        command.activate(now_ns)
+
+    def _clear(self, step: Step) -> None:
+        self._write(ZEROS)
+        self.step = step
+
+    def _write(self, words: Sequence[int]) -> None:
+        """Write words whose parameters do not matter.
+
+        With `parameters_first` those of before stay, so that an update that comes in two parts is not
+        another command.
+        """
+        if self.parameters_first:
+            self.out[0] = words[0]
+            self.out[1] &= _COMMAND_BITS
+        else:
+            self.out = array("h", words)
+
+
+def faults_of(msw: int) -> int:
+    """Return the ErrorID of a status word 0; in configuration mode only its live bits count."""
+    lasting = ErrorId.CONFIG_ERROR * (msw & _CONFIG_ERROR != 0) + ErrorId.MODULE_LOST * (
+        msw & _MODULE_OK == 0
+    )
+    if msw < 0:
+        return int(lasting)
+    return int(lasting) + sum(error_id for bit, error_id in FAULTS if msw & bit)
+
+
+def _is_lost(msw: int) -> bool:
+    return msw < 0 or msw & _ALIVE != _MODULE_OK

@@ -1,0 +1,108 @@
+"""The kinds of commands: in which states each is allowed, what ends it, how it yields. One row each.
+
+The rows are those of the function blocks in `ladder/blocks/axis3601.rung`, and behave alike.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum, IntEnum
+
+from ....io_images.amci3601.bits import CommandMsw, StatusMsw
+
+
+class State(IntEnum):
+    """The state of an axis, by PLCopen's names and with the numbers of the rung library."""
+
+    DISABLED = 0
+    """Not configured, or the module is lost."""
+    STANDSTILL = 1
+    DISCRETE_MOTION = 2
+    CONTINUOUS_MOTION = 3
+    HOMING = 4
+    STOPPING = 5
+    """`stop` keeps the axis."""
+    ERROR_STOP = 6
+    """A command has failed: `reset`."""
+    SYNCHRONIZED_MOTION = 7
+
+
+class Way(Enum):
+    """How a command under way yields to a newer one; the words that are written."""
+
+    WAIT = "wait"
+    """It ends soon: the newer one waits."""
+    HOLD = (CommandMsw.HOLD_MOVE.value, 0, 0, 0, 0, 0, 0, 0)
+    STOP = (CommandMsw.IMMEDIATE_STOP.value, 0, 0, 0, 0, 0, 0, 0)
+    """Without a ramp, for what can't be held; the position becomes invalid."""
+    NOTHING = (0, 0, 0, 0, 0, 0, 0, 0)
+    RELEASE = "release"
+    """Its command bits go off; the deceleration stays."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Kind:
+    """A kind of command.
+
+    Attributes:
+        name: the method of the axis.
+        block: the function block it is equal to.
+        allowed: the states in which it may be requested.
+        state: the state of the axis while it is under way.
+        done: status bits of word 0, one of which has to be set at rest for it to be done; 0 = rest is
+            enough, None = it does not end by itself, or not at rest.
+        way: how it makes room for a newer one.
+        alone: its command word is zeroed once it is under way; the module goes on by itself.
+        keeps_out: whether a `stop` that keeps the axis refuses it.
+        ends_at_rest: whether it is a motion whose end is rest, without a bit of its own.
+    """
+
+    name: str
+    block: str
+    allowed: tuple[State, ...]
+    state: State = State.STANDSTILL
+    done: int | None = 0
+    way: Way = Way.WAIT
+    alone: bool = False
+    keeps_out: bool = True
+    ends_at_rest: bool = False
+
+
+_REST = (State.STANDSTILL,)
+_FREE = (
+    State.STANDSTILL,
+    State.DISCRETE_MOTION,
+    State.CONTINUOUS_MOTION,
+    State.HOMING,
+    State.SYNCHRONIZED_MOTION,
+)
+_GEARED = (State.SYNCHRONIZED_MOTION,)
+_NOT_MOVING = (State.DISABLED, State.STANDSTILL, State.ERROR_STOP)
+_ALIVE = (*_FREE, State.STOPPING)
+_CONFIGURED = (*_ALIVE, State.ERROR_STOP)
+
+_COMPLETE = StatusMsw.MOVE_COMPLETE.value
+_AT_HOME = StatusMsw.AT_HOME.value
+
+_MOVING = State.DISCRETE_MOTION
+
+# fmt: off
+ABSOLUTE = Kind("move_to", "MC_MoveAbsolute", _FREE, _MOVING, _COMPLETE, Way.HOLD, alone=True)
+RELATIVE = Kind("move_by", "MC_MoveRelative", _FREE, _MOVING, _COMPLETE, Way.HOLD, alone=True)
+VELOCITY = Kind("run", "MC_MoveVelocity", _FREE, State.CONTINUOUS_MOTION, None, Way.RELEASE)
+HOME = Kind("home", "MC_Home", _REST, State.HOMING, _AT_HOME, Way.STOP, alone=True)
+HALT = Kind("halt", "MC_Halt", _FREE)
+GEAR_OUT = Kind("gear_out", "MC_GearOut", _GEARED)
+STOP = Kind("stop", "MC_Stop", _ALIVE, keeps_out=False)
+RESET = Kind("reset", "MC_Reset", _CONFIGURED, keeps_out=False)
+PRESET = Kind("set_position", "MC_SetPosition", _REST)
+GEAR = Kind("gear", "MC_GearIn", _FREE, State.SYNCHRONIZED_MOTION, None, Way.RELEASE)
+PROGRAM_BLEND = Kind("program_blend", "ProgramBlend3601", _REST, way=Way.NOTHING)
+RUN_BLEND = Kind("run_blend", "RunBlend3601", _REST, _MOVING, _COMPLETE, Way.STOP, alone=True)
+REGISTRATION = Kind("run", "MoveRegistration3601", _FREE, _MOVING, 0, Way.STOP, ends_at_rest=True)
+CONFIGURE = Kind("configure", "Configure3601", _NOT_MOVING, done=None)
+MINIMUM = Kind("store_minimum", "StoreMinimum3601", _REST)
+# fmt: on
+
+NOTHING_TO_SEND = (HALT, GEAR_OUT, STOP)
+"""Kinds that are done once the axis is at rest, without a command to the module."""

@@ -1,0 +1,96 @@
+"""Commands that run on at a speed, or act in each scan: velocity, registration, gear, home."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from typing_extensions import override
+
+from ....io_images.amci3601.bits import CommandLsw, StatusLsw
+from .command import Command
+from .kinds import (
+    GEAR,
+    HOME,
+    REGISTRATION,
+    VELOCITY,
+)
+
+if TYPE_CHECKING:
+    from .drive import Drive
+
+_PROXIMITY = CommandLsw.HOME_PROXIMITY.value
+_FOLLOWING = StatusLsw.ENC_FOLLOWER.value
+
+
+class Velocity(Command):
+    """A run at a speed; it ends with another command, and its await raises `CommandAborted` then."""
+
+    __slots__ = ("_drive", "_since_ns")
+
+    def __init__(self, axis: str, text: str, drive: Drive) -> None:
+        super().__init__(axis, VELOCITY, text)
+        self._drive = drive
+        self._since_ns: int | None = None
+
+    @override
+    def activate(self, now_ns: int) -> None:
+        super().activate(now_ns)
+        self._since_ns = now_ns
+
+    @property
+    def in_velocity(self) -> bool:
+        """Whether the axis runs without a ramp, once the module has had time to begin one."""
+        return self.active and self._since_ns is not None and self._drive.runs_evenly(self._since_ns)
+
+
+class Registration(Command):
+    """A run at a speed, and a distance further once the external input or `register` comes; then at rest."""
+
+    __slots__ = ("_registered",)
+
+    attended = True
+
+    def __init__(self, axis: str, text: str) -> None:
+        super().__init__(axis, REGISTRATION, text)
+        self._registered = False
+
+    def register(self) -> None:
+        """Do what the external input does."""
+        self._registered = True
+
+    @override
+    def attend(self, drive: Drive, now_ns: int) -> None:
+        if self._registered and drive.under_way:
+            drive.out[0] = 0
+
+
+class Gear(Command):
+    """The axis follows the encoder until another command; then its await raises `CommandAborted`."""
+
+    __slots__ = ("_drive",)
+
+    def __init__(self, axis: str, text: str, drive: Drive) -> None:
+        super().__init__(axis, GEAR, text)
+        self._drive = drive
+
+    @property
+    def in_gear(self) -> bool:
+        """Whether the module follows."""
+        return self.active and self._drive.lsw & _FOLLOWING != 0
+
+
+class Homing(Command):
+    """A search for home. With a backplane proximity, that bit follows the program's in each scan."""
+
+    __slots__ = ("_proximity", "attended")
+
+    def __init__(self, axis: str, text: str, proximity: Callable[[], object] | None) -> None:
+        super().__init__(axis, HOME, text)
+        self._proximity = proximity
+        self.attended = proximity is not None
+
+    @override
+    def attend(self, drive: Drive, now_ns: int) -> None:
+        if self._proximity is not None:
+            drive.out[1] = drive.out[1] | _PROXIMITY if self._proximity() else drive.out[1] & ~_PROXIMITY

@@ -1,0 +1,62 @@
+"""MC_TouchProbe: the position at which the capture input came on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from typing_extensions import override
+
+from ....io_images.amci3601.bits import StatusLsw
+from ....io_images.amci3601.status import StatusView
+from .errors import AxisError, ErrorId, reasons
+from .kinds import State
+from .link import Link, LinkedWait
+
+_CAPTURE = StatusLsw.IN_CAPTURE.value
+
+
+class Captured(LinkedWait[int]):
+    """A rising capture input; one shorter than a scan shows in the captured value alone.
+
+    Args:
+        axis: name of the axis.
+        words: input words of the module.
+        status: a view of them.
+        state: returns the state of the axis.
+        link: to the module.
+    """
+
+    __slots__ = ("_axis", "_before", "_last", "_state", "_status", "_words")
+
+    def __init__(
+        self, axis: str, words: memoryview, status: StatusView, state: Callable[[], State], link: Link
+    ) -> None:
+        super().__init__()
+        self.follow(link)
+        self._axis, self._words, self._status, self._state = axis, words, status, state
+        self._before = True
+        self._last = 0
+
+    @override
+    def begin(self, now_ns: int) -> None:
+        self._before = self._words[1] & _CAPTURE != 0
+        self._last = self._status.captured
+
+    @override
+    def poll(self, now_ns: int) -> bool:
+        if self._state() is State.DISABLED:
+            text = f"{self!r}: {reasons(ErrorId.WRONG_STATE, 'state DISABLED')}"
+            raise AxisError(text, ErrorId.WRONG_STATE)
+        before, self._before = self._before, self._words[1] & _CAPTURE != 0
+        value, self._last = self._last, self._status.captured
+        return (self._before and not before) or value != self._last
+
+    @override
+    def result(self) -> int:
+        """Return the captured value: steps, or encoder counts if an encoder is configured."""
+        return self._last
+
+    @property
+    @override
+    def call(self) -> str:
+        return f"{self._axis}.captured()"

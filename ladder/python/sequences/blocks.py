@@ -1,0 +1,238 @@
+"""Timers, edges and counters of IEC 61131-3 as objects, called once in each scan in virtual time.
+
+    class Line(Logic):
+        start = Input("start")
+        warning = OnDelay("500 ms")
+
+        def every_scan(self) -> None:
+            self.lamp = self.warning(self.start)
+
+| object | IEC | true |
+|---|---|---|
+| `OnDelay("2 s")` | TON | once its input has been true for so long |
+| `OffDelay("2 s")` | TOF | while its input is true, and for so long after |
+| `Pulse("2 s")` | TP | for so long from a rise of its input on, whatever that does |
+| `Rise()` | R_TRIG | for one call, when its input rises |
+| `Fall()` | F_TRIG | for one call, when its input falls |
+| `Counter(5)` | CTU | once its input has risen so often |
+| `DownCounter(5)` | CTD | once its input has risen so often since it was loaded |
+
+Calling it returns the result, which stays until the next call: `if self.warning:`. Each first scan (power-up,
+program mode left) finds it as new. As IEC says, `Rise`, `Counter` and `DownCounter` take an input that is
+true at their first call for a rise; ONS, CTU and CTD of a ladder do not.
+"""
+
+from __future__ import annotations
+
+from typing_extensions import override
+
+from ....io_images.amci3601.parameters import require
+from .durations import duration_ns
+from .parts import Clock, Level, Slots
+
+LEAST, MOST = -(2**31), 2**31 - 1
+"""The range of a counter: that of a DINT."""
+
+
+class Block(Level):
+    """An object that is called once in each scan, and true or false until the next call."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._result = False
+
+    def __bool__(self) -> bool:
+        return self._result
+
+    @override
+    def reset_part(self) -> None:
+        self._result = False
+
+
+class EdgeBlock(Block):
+    """A block that knows its input at the call before."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._before = False
+
+    @override
+    def reset_part(self) -> None:
+        super().reset_part()
+        self._before = False
+
+    def _rises(self, on: object) -> bool:
+        """Take the input; return whether it has risen since the call before."""
+        before, self._before = self._before, bool(on)
+        return self._before and not before
+
+
+class Timer(Block):
+    """A timer.
+
+    Attributes:
+        preset_ns: its time; a change counts from the next call on.
+
+    Args:
+        time: a number and its unit, such as "500 ms".
+
+    Raises:
+        ValueError: it is not a time.
+    """
+
+    def __init__(self, time: str) -> None:
+        super().__init__()
+        self.preset_ns = duration_ns(time)
+        self._clock: Clock | None = None
+        self._since_ns: int | None = None
+        self._elapsed_ns = 0
+
+    @property
+    def elapsed_ns(self) -> int:
+        """The time it has run for at its last call, up to its preset [ET]."""
+        return self._elapsed_ns
+
+    @override
+    def attach(self, slots: Slots, clock: Clock) -> None:
+        self._clock = clock
+
+    @override
+    def reset_part(self) -> None:
+        super().reset_part()
+        self._since_ns, self._elapsed_ns = None, 0
+
+    def _run(self) -> bool:
+        """Go on; return whether the time is over."""
+        if self._clock is None:
+            raise ValueError(f"{self.name or type(self).__name__} has no time before the first scan")
+        now_ns = self._clock.now_ns
+        if self._since_ns is None:
+            self._since_ns = now_ns
+        self._elapsed_ns = min(now_ns - self._since_ns, self.preset_ns)
+        return self._elapsed_ns >= self.preset_ns
+
+    def _stop(self) -> None:
+        self._since_ns, self._elapsed_ns = None, 0
+
+
+class OnDelay(Timer):
+    """True once its input has been true for a time without a break [TON]."""
+
+    def __call__(self, on: object) -> bool:
+        """Take the input of this scan; return the result."""
+        if on:
+            self._result = self._run()
+        else:
+            self._stop()
+            self._result = False
+        return self._result
+
+
+class OffDelay(Timer):
+    """True while its input is true, and for a time after [TOF]."""
+
+    def __call__(self, on: object) -> bool:
+        """Take the input of this scan; return the result."""
+        if on:
+            self._stop()
+            self._result = True
+        elif self._result:
+            self._result = not self._run()
+        return self._result
+
+
+class Pulse(Timer, EdgeBlock):
+    """True for a time from a rise of its input on; a rise meanwhile begins nothing new [TP]."""
+
+    def __call__(self, on: object) -> bool:
+        """Take the input of this scan; return the result."""
+        rises = self._rises(on)
+        if rises and not self._result:
+            self._stop()
+        if rises or self._result:
+            self._result = not self._run()
+        if not on and not self._result:
+            self._stop()
+        return self._result
+
+
+class Rise(EdgeBlock):
+    """True for one call when its input rises [R_TRIG]."""
+
+    def __call__(self, on: object) -> bool:
+        """Take the input of this scan; return the result."""
+        self._result = self._rises(on)
+        return self._result
+
+
+class Fall(EdgeBlock):
+    """True for one call when its input falls [F_TRIG]."""
+
+    def __call__(self, on: object) -> bool:
+        """Take the input of this scan; return the result."""
+        self._result, self._before = self._before and not on, bool(on)
+        return self._result
+
+
+class AnyCounter(EdgeBlock):
+    """A counter.
+
+    Attributes:
+        preset: how often its input has to rise.
+        value: the count [CV].
+
+    Args:
+        preset: -2,147,483,648 to 2,147,483,647.
+
+    Raises:
+        ValueError: it is out of range.
+    """
+
+    def __init__(self, preset: int) -> None:
+        super().__init__()
+        require("preset", preset, LEAST, MOST)
+        self.preset = preset
+        self.value = 0
+
+    @override
+    def reset_part(self) -> None:
+        super().reset_part()
+        self.value = 0
+
+
+class Counter(AnyCounter):
+    """Counts the rises of its input; true from its preset on [CTU]."""
+
+    def __call__(self, on: object, *, reset: object = False) -> bool:
+        """Take the inputs of this scan; return the result.
+
+        Args:
+            on: what is counted.
+            reset: the count becomes 0; a rise in the same scan is not counted.
+        """
+        rises = self._rises(on)
+        if reset:
+            self.value = 0
+        elif rises and self.value < MOST:
+            self.value += 1
+        self._result = self.value >= self.preset
+        return self._result
+
+
+class DownCounter(AnyCounter):
+    """Counts the rises of its input down from its preset; true from 0 on [CTD]. It begins at 0: load it."""
+
+    def __call__(self, on: object, *, load: object = False) -> bool:
+        """Take the inputs of this scan; return the result.
+
+        Args:
+            on: what is counted.
+            load: the count becomes the preset; a rise in the same scan is not counted.
+        """
+        rises = self._rises(on)
+        if load:
+            self.value = self.preset
+        elif rises and self.value > LEAST:
+            self.value -= 1
+        self._result = self.value <= 0
+        return self._result

@@ -1,0 +1,228 @@
+"""Logic as a class: inputs, outputs, axes, and sequences that the scan steps.
+
+    input latch | axes judge the inputs | every_scan | sequences, in order | axes write | output latch
+
+Order is that of definition, base classes first. An instance is the logic of a CPU. Before its first scan it
+is attached to the slots; on each first scan (power-up, or program mode left) its sequences are closed, its
+parts are as new, and sequences begin again. Its own fields stay.
+
+Observers read, in any scan, without a cost to scans that wait:
+
+    for each in sequences_of(logic):    # `Sequence`, in order; always the same objects
+        each.resumed                    # differs when it, or a branch of it, went on in this scan
+        each.name, each.line, each.file # where it waits; line is None once it is over
+        each.waits_for, each.since_ns   # "axis.move_to(4000)", and since when; the text is made when asked
+        str(each)                       # "cycle, line 14: axis.move_to(4000)"
+    fields_of(logic)                    # its fields that are numbers, flags or texts, by name
+
+Reading these changes nothing. `resumed` is cheap enough for every scan: write a row when it
+differs from what it was.
+"""
+
+from __future__ import annotations
+
+import copy
+from contextlib import ExitStack
+from typing import Any, Self, TypeVar
+
+from .coroutine import Sequence
+from .declaring import SequenceMethod, check_class, declarations
+from .mistakes import check_statements
+from .parts import (
+    Clock,
+    Device,
+    Part,
+    Scan,
+    Slots,
+    Turn,
+)
+from .signals import Place, Signal, place_of
+
+Field = bool | int | float | str
+"""What a field must be to be recorded."""
+
+
+class Logic:
+    """The logic of a rack. Subclass it; an instance is called once per scan.
+
+    The base class has no public name but `every_scan`, so all others are free.
+    """
+
+    _logic_made: tuple[tuple[Any, ...], dict[str, Any]]
+    _logic_clock: Clock
+    _logic_slots: Slots | None
+    _logic_parts: tuple[Part, ...]
+    _logic_sequences: tuple[Sequence, ...]
+    _logic_before: tuple[Turn, ...]
+    _logic_after: tuple[Turn, ...]
+    _places: dict[str, Place]
+
+    def __init_subclass__(cls, **options: Any) -> None:
+        super().__init_subclass__(**options)
+        check_class(cls)
+        check_statements(cls)
+
+    def __new__(cls, *args: Any, **options: Any) -> Self:
+        """Make an instance with parts and sequences of its own, whatever its `__init__` does."""
+        logic = super().__new__(cls)
+        logic._logic_made = (args, options)
+        logic._logic_clock = Clock()
+        logic._logic_slots = None
+        logic._logic_before = logic._logic_after = ()
+        logic._places = {}
+        _declare(logic)
+        return logic
+
+    def every_scan(self) -> None:
+        """What is done in every scan, before the sequences."""
+
+    def __call__(self, scan: Scan) -> None:
+        """Do one scan."""
+        now_ns = self._logic_clock.now_ns = scan.now_ns
+        if scan.first or scan.slot is not self._logic_slots:
+            self._logic_begin(scan)
+            return
+        for turn in self._logic_before:
+            turn(now_ns)
+        self.every_scan()
+        for each in self._logic_sequences:
+            each.step(now_ns)
+        for turn in self._logic_after:
+            turn(now_ns)
+
+    def _logic_begin(self, scan: Scan) -> None:
+        """Do a first scan."""
+        self.__close_logic__()
+        if scan.slot is not self._logic_slots:
+            self.__attach_logic__(scan.slot)
+        for part in self._logic_parts:
+            part.reset_part()
+        for turn in self._logic_before:
+            turn(scan.now_ns)
+        self.every_scan()
+        for each in self._logic_sequences:
+            if each.starts:
+                each.begin(scan.now_ns)
+            else:
+                each.step(scan.now_ns)
+        for turn in self._logic_after:
+            turn(scan.now_ns)
+
+    def __attach_logic__(self, slots: Slots) -> None:
+        """Attach the parts to the slots of a rack; the CPU does that before its first scan.
+
+        Raises:
+            ValueError: a slot, word, bit or name that is not there, or two owners of one; all at once.
+        """
+        problems = _undeclared(self)
+        for part in self._logic_parts:
+            try:
+                part.attach(slots, self._logic_clock)
+            except ValueError as problem:
+                problems.append(str(problem))
+        problems += _shared(self._logic_parts)
+        if problems:
+            raise ValueError("\n".join(problems))
+        self._logic_slots = slots
+        self._places = {
+            each.name: place_of(each, slots) for each in self._logic_parts if isinstance(each, Signal)
+        }
+        turns = [each.turns() for each in self._logic_parts if isinstance(each, Device)]
+        self._logic_before = tuple(before for before, _ in turns)
+        self._logic_after = tuple(after for _, after in turns)
+
+    def __close_logic__(self) -> None:
+        """Close all sequences; the CPU does that when it closes. Nothing of it reaches a module.
+
+        Raises:
+            Exception: what the `finally` of a sequence raised; the others are closed.
+        """
+        with ExitStack() as stack:
+            for each in reversed(self._logic_sequences):
+                stack.callback(each.close)
+
+
+def _declare(logic: Logic) -> None:
+    """Give an instance sequences and parts of its own."""
+    parts, sequences = [], []
+    for name, each in declarations(type(logic)).items():
+        if isinstance(each, SequenceMethod):
+            own = Sequence(name, each.function.__get__(logic), each.starts)
+            vars(logic)[name] = own
+            sequences.append(own)
+            continue
+        part = copy.copy(each)
+        parts.append(part)
+        if not hasattr(type(each), "__get__"):  # outputs and words are found through their class
+            vars(logic)[name] = part
+    logic._logic_parts, logic._logic_sequences = tuple(parts), tuple(sequences)
+
+
+def _undeclared(logic: Logic) -> list[str]:
+    """Return a message for each part that an instance has made for itself."""
+    return [
+        f"{each.declared}: {name} is made by an instance: declare it in the body of {type(logic).__name__}"
+        for name, each in vars(logic).items()
+        if isinstance(each, Part) and not each.loose and each not in logic._logic_parts
+    ]
+
+
+def _shared(parts: tuple[Part, ...]) -> list[str]:
+    """Return a message for each two parts that would write the same place."""
+    owners: list[tuple[Part, tuple[int, int, int]]] = []
+    messages = []
+    for part in parts:
+        place = part.owns()
+        if place is None:
+            continue
+        messages += [
+            f"{part.declared}: {part.name} writes what {other.name} owns, slot {place[0]} [{other.declared}]"
+            for other, taken in owners
+            if _overlap(place, taken)
+        ]
+        owners.append((part, place))
+    return messages
+
+
+def _overlap(one: tuple[int, int, int], other: tuple[int, int, int]) -> bool:
+    if one[0] != other[0]:
+        return False
+    return -1 in (one[1], other[1]) or (one[1] == other[1] and one[2] & other[2] != 0)
+
+
+def sequences_of(logic: Logic) -> tuple[Sequence, ...]:
+    """Return the sequences of an instance, in order of definition; always the same objects."""
+    return logic._logic_sequences
+
+
+def parts_of(logic: Logic) -> tuple[Part, ...]:
+    """Return the parts of an instance, in order of definition."""
+    return logic._logic_parts
+
+
+def fields_of(logic: Logic) -> dict[str, Field]:
+    """Return the fields of an instance that are flags, numbers or texts, by name.
+
+    Those of the class body come first, in order of definition, base classes first; then those that the
+    instance has made. Names that begin with an underscore are left out, as are parts and sequences.
+    """
+    bodies = [name for kind in reversed(type(logic).__mro__) for name in vars(kind)]
+    names = dict.fromkeys([*bodies, *vars(logic)])
+    values = {
+        name: getattr(logic, name) for name in names if not name.startswith("_") and _is_plain(logic, name)
+    }
+    return {name: value for name, value in values.items() if isinstance(value, Field)}
+
+
+def _is_plain(logic: Logic, name: str) -> bool:
+    """Return whether reading a name runs no code of the user's."""
+    return name in vars(logic) or not hasattr(getattr(type(logic), name, None), "__get__")
+
+
+SomeLogic = TypeVar("SomeLogic", bound=Logic)
+
+
+def fresh(logic: SomeLogic) -> SomeLogic:
+    """Return a new instance, made with the same arguments: as after power-up."""
+    args, options = logic._logic_made
+    return type(logic)(*args, **options)

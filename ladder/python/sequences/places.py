@@ -1,0 +1,92 @@
+"""Where an input or output is: by an address, or by the bare name that one slot of the rack has."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+
+from ....io_images.addresses import (
+    BITS,
+    Address,
+    allowed,
+    parse_address,
+)
+from ....io_images.module_words import ModuleWords
+
+Rack = Mapping[int, ModuleWords]
+"""Names of the words of the module in each slot."""
+
+KINDS = {"I": "input", "O": "output"}
+"""Name of an image in messages."""
+
+_BARE_NAME = re.compile(r"[A-Za-z_]\w*")
+
+
+def find_bit(text: str, image: str, rack: Rack) -> Address:
+    """Return where a bit is.
+
+    >>> from scanrack.io_images.amci3601.words import WORDS_3601
+    >>> str(find_bit("IN_HOME", "I", {1: WORDS_3601}))
+    'Local:1:I.Data[1].2'
+
+    Args:
+        text: an address, see `scanrack.io_images.addresses`, or the bare name of a bit.
+        image: "I" or "O".
+        rack: the modules.
+
+    Raises:
+        ValueError: it is not there, in the other image, a word, or no terminal of a card.
+    """
+    at = _find(text, image, rack, _bits(image, rack))
+    if at.bit is None:
+        kind = KINDS[image].capitalize()
+        raise ValueError(f"{text!r} is a word: add a bit, or declare it as {kind}Word")
+    terminals = rack[at.slot].terminals.get(image)
+    if terminals is not None and at.word * BITS + at.bit >= terminals:
+        there = f"{KINDS[image]}s 0 to {terminals - 1}" if terminals else f"no {KINDS[image]}s"
+        raise ValueError(f"{text!r}: the card in slot {at.slot} has {there}")
+    return at
+
+
+def find_word(text: str, image: str, rack: Rack) -> Address:
+    """Return where a word is, see `find_bit`.
+
+    Raises:
+        ValueError: it is not there, in the other image, or a bit.
+    """
+    at = _find(text, image, rack, _words(image, rack))
+    if at.bit is not None:
+        raise ValueError(f"{text!r} is a bit: declare it as {KINDS[image].capitalize()}")
+    return at
+
+
+def _find(text: str, image: str, rack: Rack, named: Iterator[tuple[str, Address]]) -> Address:
+    if _BARE_NAME.fullmatch(text):
+        return _by_name(text, image, list(named))
+    at = parse_address(text, rack)
+    if at.image != image:
+        other = KINDS[at.image].capitalize()
+        raise ValueError(f"{text!r} is an {KINDS[at.image]}: declare it as {other}")
+    return at
+
+
+def _bits(image: str, rack: Rack) -> Iterator[tuple[str, Address]]:
+    for slot, words in rack.items():
+        for names in words.groups.values():
+            yield from ((name, Address(slot, *at)) for name, at in names.items() if at.image == image)
+
+
+def _words(image: str, rack: Rack) -> Iterator[tuple[str, Address]]:
+    for slot, words in rack.items():
+        names = words.inputs if image == "I" else words.outputs
+        yield from ((name, Address(slot, image, word, None)) for word, name in enumerate(names))
+
+
+def _by_name(text: str, image: str, named: list[tuple[str, Address]]) -> Address:
+    matches = [at for name, at in named if name.upper() == text.upper()]
+    if len(matches) == 1:
+        return matches[0]
+    if matches:
+        raise ValueError(f"{text!r} is in several slots: write one of {', '.join(map(str, matches))}")
+    names = dict.fromkeys(name for name, _ in named)
+    raise ValueError(f"there is no {KINDS[image]} {text!r}; {allowed(text, names)}")

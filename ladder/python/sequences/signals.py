@@ -1,0 +1,244 @@
+"""Inputs and outputs: bits and words of the rack's images, by address or by meaning.
+
+    start = Input("Local:2:I.Data.0")         a terminal of a card; I:2.0/0 and Data[0].0 are the same
+    estop = Input("slot1.status.IN_ESTOP")    a bit by its meaning
+    ready = Input("ready")                    a terminal that the rack file names, of the slot that has it
+    level = InputWord("Local:3:I.Ch0Data")    a word, signed
+    lamp: Output = Output("Local:2:O.Data.0")
+
+The value is that of the present scan's input latch. An input itself is true or false; `.rises`, `.falls`,
+`.on` and `.off` are waits. A status bit of a 3601 by meaning is false in configuration mode, in which the
+module mirrors other bits there.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from typing import Any, Self, overload
+
+from typing_extensions import override
+
+from ....io_images.addresses import Address
+from ....io_images.amci3601.bits import LIVE_BITS
+from ....io_images.amci3601.words import is_stepper
+from ....io_images.image import WORD_MAX, WORD_MIN
+from .parts import (
+    Clock,
+    Level,
+    Part,
+    Slots,
+    words_of,
+)
+from .places import find_bit, find_word
+from .waits import Edge, Wait, until
+
+_BY_MEANING = re.compile(r"slot\d+\.status\.\w+", re.IGNORECASE)
+_SIGN_BIT = 15
+_MODE = 1 << _SIGN_BIT
+
+
+def mask_of(bit: int) -> int:
+    """Return the mask of a bit of a signed word.
+
+    >>> mask_of(0), mask_of(15)
+    (1, -32768)
+    """
+    return 1 << bit if bit < _SIGN_BIT else WORD_MIN
+
+
+class Signal(Part):
+    """A place in an image.
+
+    Attributes:
+        address: as it was declared.
+        at: where that is, once the logic is attached to a rack.
+
+    Args:
+        address: see `scanrack.io_images.addresses`; or the bare name of a bit or word that one slot has.
+    """
+
+    image = "I"
+    search = staticmethod(find_bit)
+
+    def __init__(self, address: str) -> None:
+        super().__init__()
+        self.address = address
+        self.at: Address | None = None
+
+    def find(self, slots: Slots) -> Address:
+        """Return where it is in a rack.
+
+        Raises:
+            ValueError: it is not there, is in the other image, or is a word in place of a bit.
+        """
+        try:
+            return self.search(self.address, self.image, words_of(slots))
+        except ValueError as error:
+            raise ValueError(f"{self.declared}: {self.name}: {error}") from None
+
+
+class Input(Signal, Level):
+    """A bit of an input image, true or false in the present scan.
+
+    Attributes:
+        read: returns it as a bool; the quick way.
+    """
+
+    def __init__(self, address: str) -> None:
+        super().__init__(address)
+        self.read: Callable[[], bool] = _unattached(self)
+
+    @override
+    def attach(self, slots: Slots, clock: Clock) -> None:
+        self.at = at = self.find(slots)
+        assert at.bit is not None, "_check refuses words"
+        module = words_of(slots)[at.slot]
+        guarded = is_stepper(module) and _BY_MEANING.fullmatch(self.address) is not None
+        self.read = _reader(slots[at.slot].inputs.words, at.word, at.bit, guarded=guarded)
+
+    def __bool__(self) -> bool:
+        return self.read()
+
+    def __call__(self) -> bool:
+        """Return whether it is on; so an input is a condition: `steady(self.door, "1 s")`."""
+        return self.read()
+
+    @property
+    def rises(self) -> Wait[None]:
+        """The next change from off to on, after the scan of the await."""
+        return Edge(self.read, True, f"{self.name} rises")
+
+    @property
+    def falls(self) -> Wait[None]:
+        """The next change from on to off, after the scan of the await."""
+        return Edge(self.read, False, f"{self.name} falls")
+
+    @property
+    def on(self) -> Wait[None]:
+        """On, from the next scan on."""
+        return until(self.read, f"{self.name} on")
+
+    @property
+    def off(self) -> Wait[None]:
+        """Off, from the next scan on."""
+        return until(lambda: not self.read(), f"{self.name} off")
+
+    def __repr__(self) -> str:
+        return f"Input({self.address!r})"
+
+
+def _reader(words: memoryview, word: int, bit: int, *, guarded: bool) -> Callable[[], bool]:
+    """Return what reads a bit; a guarded one is false in configuration mode, but for the live bits."""
+    mask = mask_of(bit)
+    if not guarded or (word == 0 and mask & LIVE_BITS):
+        return lambda: words[word] & mask != 0
+    if word == 0:
+        wanted = mask | _MODE
+        return lambda: words[0] & wanted == mask
+    return lambda: words[word] & mask != 0 and words[0] >= 0
+
+
+def _unattached(part: Part) -> Callable[[], bool]:
+    def refuse() -> bool:
+        raise ValueError(f"{part.name or 'an input'} has no slot before the first scan")
+
+    return refuse
+
+
+class InputWord(Signal):
+    """A word of an input image as a number, -32,768 to 32,767: `self.level` is an `int`."""
+
+    search = staticmethod(find_word)
+
+    @override
+    def attach(self, slots: Slots, clock: Clock) -> None:
+        self.at = self.find(slots)
+
+    @overload
+    def __get__(self, logic: None, owner: type) -> Self: ...
+    @overload
+    def __get__(self, logic: object, owner: type) -> int: ...
+    def __get__(self, logic: Any, owner: type) -> Any:
+        if logic is None:
+            return self
+        words, word, _ = _place(self, logic)
+        return words[word]
+
+
+class OutputWord(InputWord):
+    """A word of an output image: `self.setpoint = 4000` writes it."""
+
+    image = "O"
+
+    @override
+    def owns(self) -> tuple[int, int, int] | None:
+        return None if self.at is None else (self.at.slot, self.at.word, -1)
+
+    def __set__(self, logic: object, value: int) -> None:
+        if not WORD_MIN <= value <= WORD_MAX:
+            raise ValueError(f"{self.name} = {value} is out of range: a word is {WORD_MIN} to {WORD_MAX}")
+        words, word, _ = _place(self, logic)
+        words[word] = value
+
+
+_LEVELS = (bool, int, Level)
+"""What an output may be given; a text would be true whatever it says."""
+
+
+class Output(Signal):
+    """A bit of an output image: `self.lamp = True` writes it, `self.lamp` is a `bool`.
+
+    Declare it with its type, `lamp: Output = Output(...)`, so that pyright knows what may be written.
+    """
+
+    image = "O"
+
+    @override
+    def attach(self, slots: Slots, clock: Clock) -> None:
+        self.at = self.find(slots)
+
+    @override
+    def owns(self) -> tuple[int, int, int] | None:
+        return None if self.at is None else (self.at.slot, self.at.word, mask_of(self.at.bit or 0))
+
+    @overload
+    def __get__(self, logic: None, owner: type) -> Self: ...
+    @overload
+    def __get__(self, logic: object, owner: type) -> bool: ...
+    def __get__(self, logic: Any, owner: type) -> Any:
+        if logic is None:
+            return self
+        words, word, mask = _place(self, logic)
+        return words[word] & mask != 0
+
+    def __set__(self, logic: object, on: bool | Level) -> None:
+        words, word, mask = _place(self, logic)
+        if on is not True and on is not False and not isinstance(on, _LEVELS):
+            raise TypeError(f"{self.name} = {on!r} is not allowed: an output is True or False")
+        words[word] = words[word] | mask if on else words[word] & ~mask
+
+    def __repr__(self) -> str:
+        return f"Output({self.address!r})"
+
+
+Place = tuple[memoryview, int, int]
+"""Words of an image, number of the word, mask of the bit."""
+
+
+def _place(part: Signal, logic: Any) -> Place:
+    """Return where a descriptor's value is in an instance of logic."""
+    try:
+        place: Place = logic._places[part.name]
+    except KeyError:
+        raise ValueError(f"{part.name} has no slot before the first scan") from None
+    return place
+
+
+def place_of(part: Signal, slots: Slots) -> Place:
+    """Return where the value of an attached signal is."""
+    at = part.at
+    assert at is not None, "it is attached"
+    slot = slots[at.slot]
+    words = slot.inputs.words if at.image == "I" else slot.outputs.words
+    return words, at.word, 0 if at.bit is None else mask_of(at.bit)

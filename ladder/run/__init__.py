@@ -1,0 +1,1 @@
+"""One running program: engine, its view for others, edits."""

@@ -1,0 +1,185 @@
+"""What outlives a program: its values go on in an edited one (online edit), or in the next run (retentive).
+
+An edit happens between two scans. The edited program is not prescanned, as in a controller; its scans go on
+from the one before.
+
+A file of retained tags is JSON: the program's name, and per tag its type and its value in the form in which
+`Tags` shows it. Reading it executes nothing.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from ...io_images.text_limits import Text, check_text
+from ..model.errors import LadderError
+from ..model.schedule import Schedule
+from ..model.tags import Leaf, Tag, tag_in
+from .engine import Engine
+
+FORMAT = "scanrack tags 1"
+"""First entry of a file of retained tags."""
+
+
+@dataclass(frozen=True, slots=True)
+class Edit:
+    """What became of the tags of a program that was edited between two scans.
+
+    Attributes:
+        now_ns: virtual time of the scan before.
+        kept: tags that keep their values.
+        new: tags that the program did not have; they have their initial values.
+        changed: tags of another type than before; they have their initial values.
+        dropped: tags that the program has no longer.
+    """
+
+    now_ns: int
+    kept: tuple[str, ...]
+    new: tuple[str, ...]
+    changed: tuple[str, ...]
+    dropped: tuple[str, ...]
+
+    def __str__(self) -> str:
+        groups = (("new", self.new), ("of another type", self.changed), ("gone", self.dropped))
+        said = [f"{what}: {', '.join(names)}" for what, names in groups if names]
+        return f"edited at {self.now_ns / 1e9:g} s, {len(self.kept)} tags keep their values" + "".join(
+            f"; {each}" for each in said
+        )
+
+
+def carry_over(old: Engine, new: Engine) -> Edit:
+    """Let an engine that has done no scan yet continue from the state of another one.
+
+    Args:
+        old: runs the program before the edit; it stays as it is.
+        new: runs the edited program.
+    """
+    before, after = old.lowered.layout, new.lowered.layout
+    kept = [leaf for leaf in after.leaves.values() if _is_same(leaf, before.leaves.get(leaf.path.upper()))]
+    for leaf in kept:
+        source = before.leaves[leaf.path.upper()]
+        for index in range(leaf.size):
+            new.memory.write(leaf, index, old.memory.read(source, index))
+    new.go_on_from(old)
+    if new.lowered.schedule is not None:
+        _schedule_new_tasks(new, new.lowered.schedule, {leaf.path for leaf in kept})
+    return _edit_of(old, new, {leaf.path.upper() for leaf in kept})
+
+
+def _is_same(leaf: Leaf, other: Leaf | None) -> bool:
+    if other is None or leaf.is_image:
+        return False
+    return (leaf.type, leaf.dims, leaf.slot) == (other.type, other.dims, other.slot)
+
+
+def _schedule_new_tasks(engine: Engine, schedule: Schedule, kept: set[str]) -> None:
+    """Make periodic tasks that the edit has brought due at the next multiple of their rate."""
+    for each in schedule.tasks:
+        rate = each.task.rate_ns
+        if rate and each.due.path not in kept:
+            engine.memory.write(each.due, 0, (engine.now_ns // rate + 1) * rate)
+
+
+def _edit_of(old: Engine, new: Engine, kept: set[str]) -> Edit:
+    before, after = old.lowered.layout.tags(), new.lowered.layout.tags()
+    lost = {tag_in(path) for path in new.lowered.layout.leaves if path not in kept}
+    whole = [name for name in after if name in before and name not in lost]
+    return Edit(
+        new.now_ns,
+        tuple(after[name].name for name in whole),
+        tuple(tag.name for name, tag in after.items() if name not in before),
+        tuple(tag.name for name, tag in after.items() if name in before and name in lost),
+        tuple(tag.name for name, tag in before.items() if name not in after),
+    )
+
+
+# --- retentive memory
+
+
+def retained_text(engine: Engine) -> str:
+    """Return the values of all tags as the text of a file, see `retain`."""
+    tags = {
+        tag.name: [type_text(tag), engine.tags[tag.name]] for tag in engine.lowered.layout.tags().values()
+    }
+    head = {"format": FORMAT, "program": engine.lowered.name}
+    lines = ",\n".join(f"  {json.dumps(name)}: {json.dumps(entry)}" for name, entry in tags.items())
+    return f'{json.dumps(head)[:-1]}, "tags": {{\n{lines}\n}}}}\n'
+
+
+def retain(engine: Engine, text: str) -> list[str]:
+    """Begin with the tags that another run ended with.
+
+    Args:
+        engine: has done no scan yet.
+        text: text of the file.
+
+    Returns:
+        What was not taken over, a sentence each; these tags have their initial values.
+
+    Raises:
+        LadderError: it is no such file.
+    """
+    stored = _stored(text)
+    tags = {tag.name.upper(): tag for tag in engine.lowered.layout.tags().values()}
+    said = [f"{name} is not a tag of the program any more" for name in stored if name.upper() not in tags]
+    known = {name.upper(): entry for name, entry in stored.items()}
+    for name, tag in tags.items():
+        if name not in known:
+            said.append(f"{tag.name} is not in the file")
+        else:
+            said += _take(engine, tag, *known[name])
+    return said
+
+
+def _take(engine: Engine, tag: Tag, kind: str, value: Any) -> list[str]:
+    """Set a tag; return why not, if it does not fit."""
+    if kind != type_text(tag):
+        return [f"{tag.name} is {type_text(tag)}, in the file {kind}"]
+    before = engine.tags[tag.name]
+    try:
+        engine.tags[tag.name] = value
+    except ValueError as error:
+        engine.tags[tag.name] = before
+        return [str(error)]
+    short = next(_shortages(tag.name, value, before), None)
+    if short is not None:
+        engine.tags[tag.name] = before
+    return [] if short is None else [short]
+
+
+def _shortages(name: str, value: Any, whole: Any) -> Iterator[str]:
+    """Yield where a stored value has fewer elements or members than the tag."""
+    if isinstance(value, list) and isinstance(whole, list):
+        if len(value) < len(whole):
+            yield f"{name} has {len(whole)} elements, in the file {len(value)}"
+        for number, (each, own) in enumerate(zip(value, whole, strict=False)):
+            yield from _shortages(f"{name}[{number}]", each, own)
+    elif isinstance(value, dict) and isinstance(whole, dict):
+        for key, own in whole.items():
+            if key not in value:
+                yield f"{name}.{key} is not in the file"
+            else:
+                yield from _shortages(f"{name}.{key}", value[key], own)
+
+
+def _stored(text: str) -> dict[str, list[Any]]:
+    try:
+        check_text(text, Text.RETAINED)
+        data = json.loads(text)
+    except ValueError as error:
+        raise LadderError(f"this is not a file of retained tags: {error}") from None
+    tags = data.get("tags") if isinstance(data, dict) and data.get("format") == FORMAT else None
+    if not isinstance(tags, dict):
+        raise LadderError(f"this is not a file of retained tags: it does not say {FORMAT!r}")
+    for name, entry in tags.items():
+        if not isinstance(entry, list) or len(entry) != 2 or not isinstance(entry[0], str):
+            raise LadderError(f"tag {name}: {entry!r} is not a type and a value")
+    return tags
+
+
+def type_text(tag: Tag) -> str:
+    """Return the type of a tag as a declaration has it: `DINT[2,3]`."""
+    return tag.type.name + (f"[{','.join(map(str, tag.dims))}]" if tag.dims else "")

@@ -1,0 +1,205 @@
+"""A program that runs: its memory, its tags, its faults, and the scan.
+
+A scan loop calls an engine with its scan; a test calls `step`. The first scan, and
+the first after the CPU left program mode, begins with prescan.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any
+
+from ..interpreter import Interpreter
+from ..model.errors import (
+    STACK_CODE,
+    LadderFault,
+    MinorFault,
+    ScanEndedError,
+    Site,
+)
+from ..model.tags import program_of, scoped
+from ..state.fault_log import FaultLog
+from ..state.lowered import Lowered
+from ..state.memory import Memory, Value
+from ..state.scheduler import Scheduler
+from .view import Tags
+from .whereabouts import Compiled, whereabouts
+
+STEP_MS = 10
+"""Default time from scan to scan in `step`, ms."""
+
+
+class Engine:
+    """Runs one lowered program on memory of its own.
+
+    Attributes:
+        lowered: the program.
+        memory: its memory.
+        tags: its tags by name.
+        scheduler: runs the programs of a controller; None if a scan calls one routine.
+        now_ns: virtual time of the last scan.
+        compiled: the routine of each compiled function.
+
+    Args:
+        lowered: the program.
+        scanner: makes the function that does one scan, called with the time; the interpreter if None.
+    """
+
+    memory_type: type[Memory] = Memory
+    """What its memory is made of; a debugger watches it."""
+
+    interpreter_type: type[Interpreter] = Interpreter
+    """What executes prescan, and scans if nothing is compiled."""
+
+    def __init__(
+        self, lowered: Lowered, scanner: Callable[[Engine], Callable[[int], object]] | None = None
+    ) -> None:
+        self.lowered = lowered
+        self.memory = self.memory_type(lowered.layout, lowered.presets, lowered.defaults)
+        self.tags = Tags(lowered, self.memory)
+        self.fault_log = FaultLog(lowered, self.memory)
+        self.now_ns = 0
+        self.compiled: Compiled = {}
+        self.interpreter = self.interpreter_type(lowered, self.memory, self.fault_log, self.call_python)
+        self.scheduler = (
+            Scheduler(lowered, lowered.schedule, self.memory, self.fault_log) if lowered.schedule else None
+        )
+        self.interpreter.scheduler = self.scheduler
+        self._with_jsr = {
+            name: "jsr" in inspect.signature(function).parameters
+            for name, function in lowered.functions.items()
+        }
+        self.call_routine: Callable[[str, Sequence[Value]], Sequence[Value]] = self.interpreter.run
+        self._scan = scanner(self) if scanner else self.interpreter.scan  # a scanner has its own call_routine
+        self._rack: object = None
+        self._program_tags: dict[str, Tags] = {}
+        self._started = False
+        self._first_scan = lowered.layout.leaf("S:FS")
+
+    @property
+    def minor_faults(self) -> tuple[MinorFault, ...]:
+        """The latest minor faults, oldest first."""
+        return tuple(self.fault_log.minor)
+
+    def __call__(self, scan: Any) -> None:
+        """Do one scan of a rack.
+
+        Args:
+            scan: has `slot`, `now_ns`, `first` and, for programs that write inputs, `updated`.
+
+        Raises:
+            LadderFault: a major fault.
+            ValueError: the program uses a slot that the rack does not have.
+        """
+        self.attach(scan)
+        self._do(scan.now_ns, first=scan.first)
+
+    def attach(self, scan: Any) -> None:
+        """Use the images of a rack's scan as memory.
+
+        Raises:
+            ValueError: the program uses a slot that the rack does not have.
+        """
+        if scan is not self._rack:
+            self.memory.attach(scan.slot, self.lowered.written_inputs)
+            self._rack = scan
+        if self.memory.copies_inputs:
+            self.memory.take_inputs(updated=scan.updated or scan.first)
+        self.memory.take_faults(scan.slot)
+
+    def go_on_from(self, other: Engine) -> None:
+        """Do the next scan as one after those of another engine, without prescan."""
+        self.now_ns, self._started = other.now_ns, other._started
+
+    def step(self, ms: float = STEP_MS) -> None:
+        """Do one scan without a rack, this long after the one before; the first is at 0.
+
+        Raises:
+            LadderFault: a major fault.
+        """
+        first = not self._started
+        self._do(0 if first else self.now_ns + round(ms * 1_000_000), first=first)
+
+    def _do(self, now_ns: int, *, first: bool) -> None:
+        self.now_ns = now_ns
+        self.fault_log.new_scan(now_ns)
+        try:
+            self._run(now_ns, first=first)
+        except RecursionError:
+            site = Site(self.lowered.name, self.lowered.main, 0, "JSR")
+            text = "routines in Python call routines without end"
+            raise LadderFault(site, "JSR", text, STACK_CODE) from None
+        except Exception:
+            raise
+        except BaseException as stop:  # the watchdog's, or Ctrl-C
+            if place := whereabouts(stop.__traceback__, self.compiled):
+                stop.add_note(place)
+            raise
+
+    def _run(self, now_ns: int, *, first: bool) -> None:
+        for each in self.lowered.opening:
+            each(self, first)
+        try:
+            self._run_logic(now_ns, first=first)
+        except ScanEndedError:
+            self.memory.write(self._first_scan, 0, False)
+        for close in self.lowered.closing:
+            close(self)
+
+    def _run_logic(self, now_ns: int, *, first: bool) -> None:
+        if not first:
+            self._scan(now_ns)
+            return
+        self._started = True
+        self.interpreter.prescan()
+        if self.scheduler is not None:
+            self.scheduler.begin(now_ns)
+            self._scan(now_ns)
+            return
+        self.memory.write(self._first_scan, 0, True)
+        self._scan(now_ns)
+        self.memory.write(self._first_scan, 0, False)
+
+    def call_python(self, name: str, inputs: Sequence[Value]) -> Sequence[Value]:
+        """Call a routine in Python: with the tags, the inputs, and `jsr` if it asks for it."""
+        function = self.lowered.functions[name]
+        program = program_of(name)
+        tags = self.tags_of(program)
+        if self._with_jsr[name]:
+            answer = function(tags, *inputs, jsr=partial(self._jsr_in, program))
+        else:
+            answer = function(tags, *inputs)
+        if answer is None:
+            return ()
+        return answer if isinstance(answer, tuple) else (answer,)
+
+    def tags_of(self, program: str) -> Tags:
+        """Return the tags as a program names them, "" for the controller."""
+        if not program:
+            return self.tags
+        known = self._program_tags.get(program)
+        if known is None:
+            known = self._program_tags[program] = Tags(self.lowered, self.memory, program)
+        return known
+
+    def jsr(self, routine: str, *inputs: Value) -> tuple[Value, ...]:
+        """Call a routine by its full name; return what it returns.
+
+        Raises:
+            ValueError: there is no such routine, or it takes another number of inputs.
+        """
+        return self._jsr_in("", routine, *inputs)
+
+    def _jsr_in(self, program: str, routine: str, *inputs: Value) -> tuple[Value, ...]:
+        """Call a routine of a program by name, as a Python function does."""
+        name = scoped(program, routine).upper()
+        target = self.lowered.routines.get(name)
+        if target is None:
+            names = ", ".join(each.name for each in self.lowered.routines.values())
+            raise ValueError(f"there is no routine {routine}; routines are {names}")
+        wanted = len(target.parameters or ())
+        if wanted != len(inputs):
+            raise ValueError(f"routine {target.name} takes {wanted} inputs, {len(inputs)} are given")
+        return tuple(self.call_routine(name, inputs))

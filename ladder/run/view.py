@@ -1,0 +1,129 @@
+"""Tags by name: for tests, displays and logic in Python."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from ..model.operands import (
+    Calculation,
+    Constant,
+    Group,
+    Place,
+    Resolved,
+    leaves_in,
+)
+from ..model.resolver import Resolver
+from ..state.lowered import Lowered
+from ..state.memory import Memory, checked, mask_of
+
+
+class Tags:
+    """A program's tags by name: `tags["Fill.ACC"]`, or `tags.Run` for a plain name.
+
+    Values are as people see them: bool, int, float, a list per dimension of an array, a dict
+    of the members of a structure, a str for a STRING. Setting a list or dict sets the parts
+    it has. Case does not matter.
+
+    Args:
+        lowered: the program.
+        memory: its memory.
+        program: whose tags a plain name means first, before the controller's; "" for none.
+    """
+
+    __slots__ = ("_known", "_lowered", "_memory", "_resolver")
+
+    def __init__(self, lowered: Lowered, memory: Memory, program: str = "") -> None:
+        object.__setattr__(self, "_lowered", lowered)
+        object.__setattr__(self, "_memory", memory)
+        object.__setattr__(self, "_resolver", Resolver(lowered.layout, program))
+        object.__setattr__(self, "_known", {})
+
+    def __getitem__(self, name: str) -> Any:
+        where = self._find(name)
+        if isinstance(where, Place):
+            return self._get(where)
+        return self._memory.dump(where.path, where.type, where.dims, self._flat(where.indices, where))
+
+    def __setitem__(self, name: str, value: object) -> None:
+        where = self._find(name)
+        if isinstance(where, Place):
+            self._set(where, checked(name, where.type, value))
+        else:
+            self._memory.load(where.path, where.type, where.dims, self._flat(where.indices, where), value)
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        return self[name]
+
+    def __setattr__(self, name: str, value: object) -> None:
+        self[name] = value
+
+    def __iter__(self) -> Iterator[str]:
+        return iter([tag.name for tag in self._lowered.layout.tags().values()])
+
+    def __contains__(self, name: str) -> bool:
+        try:
+            self._find(name)
+        except ValueError:
+            return False
+        return True
+
+    def __repr__(self) -> str:
+        return f"Tags({', '.join(self)})"
+
+    def _find(self, name: str) -> Place | Group:
+        found: Place | Group | None = self._known.get(name)
+        if found is None:
+            found = self._resolver.named(name)
+            if not all(map(self._memory.has, leaves_in(found))):
+                raise ValueError(f"{name}: the program does not use this image")
+            self._known[name] = found
+        return found
+
+    def _get(self, place: Place) -> bool | int | float:
+        value = self._memory.read(place.leaf, self._flat(place.indices, place))
+        if place.bit is None:
+            return bool(value) if place.type.is_bool else value
+        return bool(int(value) >> self._index(place.bit, place.leaf.type.bits, place) & 1)
+
+    def _set(self, place: Place, value: bool | int | float) -> None:
+        at = self._flat(place.indices, place)
+        if place.bit is not None:
+            bits = place.leaf.type.bits
+            number = self._index(place.bit, bits, place)
+            word = int(self._memory.read(place.leaf, at))
+            mask = mask_of(place.leaf.type, number)
+            value = word | mask if value else word & ~mask
+        self._memory.write(place.leaf, at, value)
+
+    def _flat(self, indices: tuple[Resolved, ...], where: Place | Group) -> int:
+        if not indices:
+            return 0
+        dims = where.leaf.dims if isinstance(where, Place) else self._dims(where)
+        flat = 0
+        for index, length in zip(indices, dims, strict=False):
+            flat = flat * length + self._index(index, length, where)
+        return flat
+
+    def _dims(self, group: Group) -> tuple[int, ...]:
+        prefix = group.path.upper()
+        leaves = self._lowered.layout.leaves
+        return next(
+            leaf.dims for path, leaf in leaves.items() if path == prefix or path.startswith(f"{prefix}.")
+        )
+
+    def _index(self, index: Resolved, length: int, where: Place | Group) -> int:
+        value = self._value(index)
+        if not 0 <= value < length:
+            raise ValueError(f"{where.text}: index {value} is out of range, allowed are 0 to {length - 1}")
+        return value
+
+    def _value(self, index: Resolved) -> int:
+        if isinstance(index, Constant):
+            return int(index.value)
+        if isinstance(index, Place):
+            return int(self._get(index))
+        assert isinstance(index, Calculation)
+        raise ValueError("an expression as index is taken in rungs only; compute it first")

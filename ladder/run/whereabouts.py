@@ -1,0 +1,54 @@
+"""Where a program is, from a traceback through it: the watchdog and Ctrl-C stop it at any point."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from traceback import walk_tb
+from types import CodeType, FrameType, TracebackType
+
+from ..interpreter import Interpreter
+from ..state.lowered import Line, LoweredRoutine
+from ..state.scheduler import Scheduler
+
+Compiled = Mapping[CodeType, LoweredRoutine]
+"""The routine of each compiled function."""
+
+
+def whereabouts(trace: TracebackType | None, compiled: Compiled) -> str:
+    """Return task, routine, and rung or line of the innermost call; empty outside of a program.
+
+    Args:
+        trace: a traceback; the frames of both back ends are known by their code.
+        compiled: the compiled functions.
+    """
+    task: str | None = None
+    routine: LoweredRoutine | None = None
+    line: Line | None = None
+    for frame, number in walk_tb(trace):
+        if frame.f_code is _TASK:
+            task = frame.f_locals["each"].task.name
+        elif frame.f_code in _INTERPRETED:
+            routine, line = _interpreted(frame, routine, line)
+        elif frame.f_code in compiled:
+            routine = compiled[frame.f_code]
+            line = next((each for each in routine.lines if each.origin.line == number), None)
+    parts = (
+        f"task {task}" if task else "",
+        f"routine {routine.name}" if routine else "",
+        f"{routine.unit} {line.number}" if routine and line else "",
+    )
+    return ", ".join(filter(None, parts))
+
+
+def _interpreted(
+    frame: FrameType, routine: LoweredRoutine | None, line: Line | None
+) -> tuple[LoweredRoutine | None, Line | None]:
+    """Return the routine and the line that a frame of the interpreter executes."""
+    if frame.f_code is _ROUTINE:
+        return frame.f_locals["routine"], None
+    return routine, frame.f_locals["line"]
+
+
+_TASK = Scheduler._task.__code__
+_ROUTINE = Interpreter._lines.__code__
+_INTERPRETED = (_ROUTINE, Interpreter._line.__code__)

@@ -1,0 +1,1 @@
+"""A program ready to run: lowered, its memory, its tasks, its faults."""

@@ -1,0 +1,121 @@
+"""The fault log: minor faults are recorded, major faults end the scan."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import NoReturn
+
+from ..model.errors import (
+    CONTROL_CODE,
+    OVERFLOW_CODE,
+    STACK_CODE,
+    SUBSCRIPT_CODE,
+    TIMER_CODE,
+    WATCHDOG_CODE,
+    WATCHDOG_TYPE,
+    LadderFault,
+    MinorFault,
+)
+from .lowered import Lowered
+from .memory import Memory
+
+KEPT = 1000
+"""Minor faults that are kept, the latest ones."""
+
+MOST_RECURSION = 25
+"""Calls of routines that call themselves, directly or through others, that may be under way at a time."""
+
+MOST_JUMPS = 200_000
+"""Jumps backwards in one scan: more than a controller does within its watchdog of 500 ms, at 2.5 µs each."""
+
+
+class FaultLog:
+    """Collects the faults of one running program.
+
+    Attributes:
+        minor: the latest minor faults, one per instruction and scan.
+        now_ns: virtual time of the scan.
+        overflows: results so far that did not fit, and divisors of zero.
+        depth: calls of recursive routines that are under way.
+
+    Args:
+        lowered: the program.
+        memory: where its status flags are.
+    """
+
+    def __init__(self, lowered: Lowered, memory: Memory) -> None:
+        self.minor: deque[MinorFault] = deque(maxlen=KEPT)
+        self.now_ns = 0
+        self.overflows = 0
+        self._jumps = 0
+        self.depth = 0
+        self._lowered, self._memory = lowered, memory
+        self._told: set[int] = set()
+        self._overflow = memory.layout.leaf("S:V")
+        self._any = memory.layout.leaf("S:MINOR")
+
+    def new_scan(self, now_ns: int) -> None:
+        """Start a scan: each instruction may record one minor fault again."""
+        self.now_ns = now_ns
+        self._jumps = 0
+        self.depth = 0
+        if self._told:
+            self._told.clear()
+
+    def overflow(self, site: int, text: str = "the result does not fit") -> None:
+        """Set S:V and record a minor fault, type 4 code 4."""
+        self.overflows += 1
+        if self._lowered.flags:
+            self._memory.write(self._overflow, 0, True)
+        self.record(site, text, OVERFLOW_CODE)
+
+    def record(self, site: int, text: str, code: int) -> None:
+        """Record a minor fault, type 4."""
+        self._memory.write(self._any, 0, True)
+        if site not in self._told:
+            self._told.add(site)
+            self.minor.append(MinorFault(self._lowered.sites[site], self.now_ns, text, code=code))
+
+    def zero_divisor(self, site: int) -> None:
+        """Record a minor fault, type 4 code 4."""
+        self.overflow(site, "the divisor is 0")
+
+    def subscript(self, site: int, tag: str, index: int, length: int) -> NoReturn:
+        """Stop the scan: a subscript or a bit number is out of range."""
+        text = f"subscript {index} is out of range, allowed are 0 to {length - 1}"
+        raise LadderFault(self._lowered.sites[site], tag, text, SUBSCRIPT_CODE)
+
+    def jumped_back(self, site: int) -> None:
+        """Count a jump backwards; stop a scan that does not end.
+
+        The limit is a count, not a time on the clock, so that a run can be repeated. In a rack the CPU's
+        watchdog may come first.
+        """
+        self._jumps += 1
+        if self._jumps > MOST_JUMPS:
+            text = f"watchdog: more than {MOST_JUMPS:,} jumps backwards in one scan"
+            at = self._lowered.sites[site]
+            what = "JMP" if at.unit == "rung" else "loop"
+            raise LadderFault(at, what, text, WATCHDOG_CODE, WATCHDOG_TYPE)
+
+    def negative_control(self, site: int, tag: str, length: int, position: int) -> NoReturn:
+        """Stop the scan: LEN or POS of a CONTROL is negative."""
+        text = f"LEN is {length}, POS is {position}; neither may be negative"
+        raise LadderFault(self._lowered.sites[site], tag, text, CONTROL_CODE)
+
+    def called(self, site: int) -> None:
+        """Count a call of a recursive routine; stop a scan in which they go too deep."""
+        self.depth += 1
+        if self.depth > MOST_RECURSION:
+            at = self._lowered.sites[site]
+            text = f"routines that call themselves go more than {MOST_RECURSION} deep"
+            raise LadderFault(at, "JSR", text, STACK_CODE)
+
+    def returned(self) -> None:
+        """Count the return of a recursive routine."""
+        self.depth -= 1
+
+    def negative_timer(self, site: int, tag: str, preset: int, accumulated: int) -> NoReturn:
+        """Stop the scan: PRE or ACC of a timer is negative."""
+        text = f"PRE is {preset}, ACC is {accumulated}; neither may be negative"
+        raise LadderFault(self._lowered.sites[site], tag, text, TIMER_CODE)

@@ -1,0 +1,603 @@
+"""A program's memory: one cell per leaf, shared by the compiled program and its readers.
+
+A cell is a cell of a Python closure: the compiled program reads and writes it as a
+variable, all others through `cell_contents`. An array is one list that stays
+the same list; an image is the eight words of the rack.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Container, Mapping, Sequence
+from dataclasses import dataclass
+from types import CellType, MappingProxyType
+from typing import Any, Protocol
+
+from ...io_images.image import Image
+from ..model.arithmetic import real
+from ..model.expressions import parse_address
+from ..model.stretches import Spot
+from ..model.tags import Layout, Leaf, Presets
+from ..model.tree import (
+    BitStep,
+    MemberStep,
+    Number,
+    Operand,
+    Step,
+    SubscriptStep,
+)
+from ..model.types import (
+    BOOL,
+    DataType,
+    Elementary,
+    Member,
+    Structure,
+    count_of,
+)
+
+Value = bool | int | float
+
+NOTHING: Mapping[str, Any] = MappingProxyType({})
+
+
+@dataclass(slots=True)
+class _Copied:
+    """The input image of a slot that the program writes: its own, the rack's, and the latest one taken."""
+
+    own: memoryview
+    rack: memoryview
+    taken: bytes = b""
+
+
+class Memory:
+    """Values of all leaves of a layout.
+
+    Attributes:
+        layout: what is where.
+        left: see `Store`; nothing asks a memory for it.
+        cells: by identifier.
+
+    Args:
+        layout: what is where.
+        presets: initial values by path and index, over those of the declarations.
+        defaults: initial values of members by path and index, by structure in capitals.
+    """
+
+    def __init__(
+        self,
+        layout: Layout,
+        presets: Presets = MappingProxyType({}),
+        defaults: Mapping[str, Presets] = NOTHING,
+    ) -> None:
+        self.layout = layout
+        self.left = 1
+        self.cells: dict[str, CellType] = {}
+        self._own: dict[Leaf, Image] = {}
+        self._copied: list[_Copied] = []
+        self._faults = layout.faults
+        self._lists = dict(layout.lists)
+        for ident, values in self._lists.items():
+            self.cells[ident] = CellType(values)
+        for leaf in layout.single:
+            self.cells[leaf.ident] = CellType(self._blank(leaf))
+        self._defaults = defaults
+        self._with_initials: dict[int, bool] = {}
+        for tag in layout.tags().values():
+            self._load_defaults(tag.name, tag.type, count_of(tag.dims))
+            if tag.initial is not None:
+                self.load(tag.name, tag.type, tag.dims, 0, tag.initial)
+        for (path, index), value in presets.items():
+            self.write(layout.leaf(path), index, value)
+
+    def _load_defaults(self, path: str, kind: DataType, count: int) -> None:
+        """Set what the members of a structure start with, in all elements of an array."""
+        if isinstance(kind, Elementary) or not self._starts_with_something(kind):
+            return
+        for member in kind.members:
+            if isinstance(member.type, Structure) and not member.at:
+                where = f"{path}.{member.name}"
+                self._load_defaults(where, member.type, count * count_of(member.dims))
+            if member.initial is not None:
+                for at in range(count):
+                    self._load_member(path, kind, member, at, member.initial)
+        for (rest, index), value in self._defaults.get(kind.name.upper(), {}).items():
+            leaf = self.layout.leaf(f"{path}.{rest}")
+            for at in range(index, leaf.size, leaf.size // count):
+                self.write(leaf, at, value)
+
+    def _starts_with_something(self, kind: DataType) -> bool:
+        """Whether a member of a type has an initial value, however deep it lies."""
+        if isinstance(kind, Elementary):
+            return False
+        known = self._with_initials.get(id(kind))  # equal types may have other initial values
+        if known is None:
+            known = kind.name.upper() in self._defaults or any(
+                each.initial is not None or self._starts_with_something(each.type) for each in kind.members
+            )
+            self._with_initials[id(kind)] = known
+        return known
+
+    def _blank(self, leaf: Leaf) -> Any:
+        if leaf.is_image:
+            self._own[leaf] = Image()
+            return self._own[leaf].words
+        return [leaf.type.zero] * leaf.size if leaf.dims else leaf.type.zero
+
+    def read(self, leaf: Leaf, index: int = 0) -> Value:
+        """Return a value."""
+        cell = self.cells.get(leaf.ident)
+        if cell is None:
+            values, spot = self._listed(leaf)
+            return values[spot.at(index)]  # type: ignore[no-any-return]
+        found = cell.cell_contents
+        return found[index] if leaf.dims else found  # type: ignore[no-any-return]
+
+    def write(self, leaf: Leaf, index: int, value: Value) -> None:
+        """Set a value, which is of the leaf's type already."""
+        cell = self.cells.get(leaf.ident)
+        if cell is None:
+            values, spot = self._listed(leaf)
+            values[spot.at(index)] = value
+        elif leaf.dims:
+            cell.cell_contents[index] = value
+        else:
+            cell.cell_contents = value
+
+    def has(self, leaf: Leaf) -> bool:
+        """Whether a leaf has a place: an image has one if the program uses it."""
+        return leaf.ident in self.cells or self.layout.spot(leaf) is not None
+
+    def _listed(self, leaf: Leaf) -> tuple[list[Any], Spot]:
+        spot = self.layout.spot(leaf)
+        assert spot is not None, leaf.path
+        return self._lists[spot.ident], spot
+
+    def column(self, leaf: Leaf, begin: int, step: int, count: int) -> Column | None:
+        """Return where every `step`th value of a leaf is, see `Store`."""
+        cell = self.cells.get(leaf.ident)
+        if cell is None:
+            values, spot = self._listed(leaf)
+            return column_in(values, spot.at, begin, step, count)
+        return column_in(cell.cell_contents, int, begin, step, count) if leaf.dims else None
+
+    def values(self, leaf: Leaf) -> Value | list[Value]:
+        """Return the value of a leaf, or a list of all its elements."""
+        cell = self.cells.get(leaf.ident)
+        if cell is None:
+            values, spot = self._listed(leaf)
+            return [values[spot.at(index)] for index in range(leaf.size)] if leaf.dims else values[spot.at(0)]
+        return list(cell.cell_contents) if leaf.dims else cell.cell_contents
+
+    def attach(self, slots: Mapping[int, Any], written: Container[str] = ()) -> None:
+        """Use the images of a rack's slots as memory.
+
+        Args:
+            slots: by number, each with `inputs` and `outputs`.
+            written: identifiers of the inputs that the program writes. They are copies, since the rack's
+                inputs are what its modules say, and are recorded as that; see `take_inputs`.
+
+        Raises:
+            ValueError: the program names a slot that the rack does not have.
+        """
+        for leaf in (*self.layout.images, *self.layout.faults):
+            if leaf.slot is None or leaf.slot not in slots:
+                there = ", ".join(map(str, slots)) or "none"
+                raise ValueError(f"the program uses slot {leaf.slot} ({leaf.path}), the rack has {there}")
+        for leaf in self.layout.images:
+            slot = slots[leaf.slot]  # type: ignore[index]  # as checked above
+            image = slot.outputs if leaf.output else slot.inputs
+            self.cells[leaf.ident].cell_contents = image.words
+        self._copied = []
+        for leaf in self.layout.images:
+            if leaf.ident in written and not leaf.output:
+                own = self._own[leaf]
+                self.cells[leaf.ident].cell_contents = own.words
+                self._copied.append(_Copied(own.raw, slots[leaf.slot].inputs.raw))  # type: ignore[index]
+
+    @property
+    def copies_inputs(self) -> bool:
+        """Whether there are inputs to take before each scan."""
+        return bool(self._copied)
+
+    def take_inputs(self, *, updated: bool) -> None:
+        """Take the inputs that the program writes: what it wrote stays until its module's next update.
+
+        Args:
+            updated: the modules have updated their inputs since the scan before. An image that differs
+                from the one taken last is taken in any case: a force has changed it.
+        """
+        for each in self._copied:
+            if updated or each.taken != each.rack:
+                each.taken = bytes(each.rack)
+                each.own[:] = each.taken
+
+    def take_faults(self, slots: Mapping[int, Any]) -> None:
+        """Take the connection faults that the program reads, as the rack has them now.
+
+        Args:
+            slots: by number, each with `fault`: 0, or -1 while its module does not answer.
+        """
+        for leaf in self._faults:
+            fault = slots[leaf.slot].fault  # type: ignore[index]  # of a module, as `attach` has checked
+            if fault != self.read(leaf):
+                self.write(leaf, 0, fault)
+
+    def snapshot(self) -> dict[str, Value | list[Value]]:
+        """Return all values by path, hidden ones too."""
+        return {leaf.path: self.values(leaf) for leaf in self.layout.leaves.values()}
+
+    # --- whole values, for people
+
+    def dump(self, path: str, kind: DataType, dims: tuple[int, ...], at: int = 0) -> Any:
+        """Return a value as people see it: a list per dimension, a dict of members, a str of a STRING."""
+        if dims:
+            length, inner = dims[0], dims[1:]
+            return [self.dump(path, kind, inner, at * length + number) for number in range(length)]
+        if isinstance(kind, Elementary):
+            return self.read(self.layout.leaf(path), at)
+        if kind.is_string:
+            return self.text(path, at).decode("latin-1")
+        return {
+            each.name: self._dump_member(path, kind, each, at) for each in kind.members if not each.hidden
+        }
+
+    def _dump_member(self, path: str, kind: Structure, member: Member, at: int) -> Any:
+        if not member.at:
+            return self.dump(f"{path}.{member.name}", member.type, member.dims, at)
+        there = meant_by(path, kind, member, at)
+        value = self.dump(there.path, there.type, there.dims, there.index)
+        return value if there.bit is None else bool(value >> there.bit & 1)
+
+    def _load_member(self, path: str, kind: Structure, member: Member, at: int, value: Any) -> None:
+        if not member.at:
+            self.load(f"{path}.{member.name}", member.type, member.dims, at, value)
+            return
+        there = meant_by(path, kind, member, at)
+        if there.bit is None:
+            self.load(there.path, there.type, there.dims, there.index, value)
+            return
+        leaf = self.layout.leaf(there.path)
+        word, mask = int(self.read(leaf, there.index)), mask_of(leaf.type, there.bit)
+        on = checked(f"{path}.{member.name}", BOOL, value)
+        self.write(leaf, there.index, word | mask if on else word & ~mask)
+
+    def load(self, path: str, kind: DataType, dims: tuple[int, ...], at: int, value: Any) -> None:
+        """Set a value in the form in which `dump` gives it; parts that are left out stay.
+
+        Raises:
+            ValueError: it does not fit; the part, the value and what is allowed.
+        """
+        if dims:
+            self._load_array(path, kind, dims, at, value)
+        elif isinstance(kind, Elementary):
+            self.write(self.layout.leaf(path), at, checked(path, kind, value))
+        elif kind.is_string and isinstance(value, str):
+            self._load_text(path, at, value)
+        else:
+            self._load_structure(path, kind, at, value)
+
+    def _load_array(self, path: str, kind: DataType, dims: tuple[int, ...], at: int, value: Any) -> None:
+        if isinstance(value, str) or not isinstance(value, Sequence) or len(value) > dims[0]:
+            raise ValueError(f"{path}: {value!r} is not a list of up to {dims[0]} values")
+        for number, each in enumerate(value):
+            self.load(path, kind, dims[1:], at * dims[0] + number, each)
+
+    def _load_structure(self, path: str, kind: Structure, at: int, value: Any) -> None:
+        if not isinstance(value, Mapping):
+            raise ValueError(f"{path}: {value!r} is not a dict of members of {kind.name}")
+        for name, each in value.items():
+            member = kind.member(name)
+            if member is None:
+                names = ", ".join(member.name for member in kind.members)
+                raise ValueError(f"{path}: {kind.name} has no member {name}; members are {names}")
+            self._load_member(path, kind, member, at, each)
+
+    def text(self, path: str, at: int) -> bytes:
+        """Return the characters of a STRING."""
+        return text_in(self, self.layout, path, at)
+
+    def _load_text(self, path: str, at: int, value: str) -> None:
+        room = self.layout.leaf(f"{path}.DATA").dims[-1]
+        codes = value.encode("latin-1", errors="replace")
+        if len(codes) > room:
+            raise ValueError(f"{path}: {len(codes)} characters do not fit, {room} do")
+        self.set_text(path, at, codes)
+
+    def set_text(self, path: str, at: int, value: bytes) -> None:
+        """Set a STRING to characters, as many as fit; the others become 0."""
+        set_text_in(self, self.layout, path, at, value)
+
+
+Column = tuple[list[Any], slice]
+"""A list, and places in it that are equally far apart."""
+
+
+def column_in(values: Any, at: Callable[[int], int], begin: int, step: int, count: int) -> Column | None:
+    """Return the places of every `step`th value in a list, None if they are not equally far apart.
+
+    Args:
+        values: a list; anything else, such as an image or a list with forces, gives None.
+        at: returns the place of a value by its number.
+        begin: number of the first value.
+        step: from number to number.
+        count: values, two at least.
+    """
+    if type(values) is not list or count < 2:
+        return None
+    first, last = at(begin), at(begin + step * (count - 1))
+    stride = at(begin + step) - first
+    if stride < 1 or last - first != stride * (count - 1) or last >= len(values):
+        return None
+    return values, slice(first, last + 1, stride)
+
+
+class Store(Protocol):
+    """What has values: a memory, or what is passed to an add-on instruction.
+
+    Attributes:
+        left: of what was passed: elements from its first one to the end of the array.
+    """
+
+    left: int
+
+    def read(self, leaf: Leaf, index: int = 0) -> Value:
+        """Return a value."""
+
+    def write(self, leaf: Leaf, index: int, value: Value) -> None:
+        """Set a value, which is of the leaf's type already."""
+
+    def column(self, leaf: Leaf, begin: int, step: int, count: int) -> Column | None:
+        """Return where every `step`th value of a leaf is, None if each stands by itself."""
+
+
+class Listed:
+    """What is passed to a compiled add-on instruction, as a store for its own leaves.
+
+    Args:
+        layout: of the add-on instruction.
+        values: the list.
+        base: where in it the stretch begins.
+        left: elements from there to the end of the array.
+        mask: of a bit of an integer: the bit; None for whole values.
+    """
+
+    __slots__ = ("_base", "_layout", "_mask", "_values", "left")
+
+    def __init__(
+        self, layout: Layout, values: Any, base: int, left: int = 1, mask: int | None = None
+    ) -> None:
+        self._layout, self._values, self._base, self.left, self._mask = layout, values, base, left, mask
+
+    def _at(self, leaf: Leaf, index: int) -> int:
+        spot = self._layout.spot(leaf)
+        assert spot is not None
+        return self._base + spot.at(index)
+
+    def read(self, leaf: Leaf, index: int = 0) -> Value:
+        """Return a value."""
+        value: Value = self._values[self._at(leaf, index)]
+        return value if self._mask is None else int(value) & self._mask != 0
+
+    def write(self, leaf: Leaf, index: int, value: Value) -> None:
+        """Set a value, which is of the leaf's type already."""
+        at = self._at(leaf, index)
+        if self._mask is not None:
+            word = self._values[at]
+            value = word | self._mask if value else word & ~self._mask
+        self._values[at] = value
+
+    def column(self, leaf: Leaf, begin: int, step: int, count: int) -> Column | None:
+        """Return where every `step`th value of a leaf is, see `Store`."""
+        if self._mask is not None:
+            return None
+        return column_in(self._values, lambda index: self._at(leaf, index), begin, step, count)
+
+
+class Named:
+    """What is passed to an interpreted add-on instruction, as a store for its own leaves.
+
+    Attributes:
+        path: path in the program of the instance or the argument.
+        first: its number among the elements of that path.
+        left: elements from there to the end of the array.
+        bit: of an integer, the bit that is meant; None for whole values.
+
+    Args:
+        memory: the program's.
+    """
+
+    __slots__ = ("_memory", "bit", "first", "left", "path")
+
+    def __init__(self, memory: Memory, path: str, first: int, left: int, bit: int | None = None) -> None:
+        self._memory, self.path, self.first, self.left, self.bit = memory, path, first, left, bit
+
+    @property
+    def text(self) -> str:
+        """What an instance is called, with its subscripts."""
+        leaf = self._memory.layout.leaf(f"{self.path}.EnableIn")
+        return element_text(self.path, leaf.dims, self.first)
+
+    def _where(self, leaf: Leaf, index: int) -> tuple[Leaf, int]:
+        return self._memory.layout.leaf(self.path + leaf.rest), self.first * leaf.inner + index
+
+    def read(self, leaf: Leaf, index: int = 0) -> Value:
+        """Return a value."""
+        value = self._memory.read(*self._where(leaf, index))
+        return value if self.bit is None else bool(int(value) >> self.bit & 1)
+
+    def write(self, leaf: Leaf, index: int, value: Value) -> None:
+        """Set a value, which is of the leaf's type already."""
+        where, at = self._where(leaf, index)
+        if self.bit is not None:
+            word, mask = int(self._memory.read(where, at)), mask_of(where.type, self.bit)
+            value = word | mask if value else word & ~mask
+        self._memory.write(where, at, value)
+
+    def column(self, leaf: Leaf, begin: int, step: int, count: int) -> Column | None:
+        """Return where every `step`th value of a leaf is, see `Store`."""
+        if self.bit is not None:
+            return None
+        return self._memory.column(*self._where(leaf, begin), step, count)
+
+
+@dataclass(frozen=True, slots=True)
+class Meant:
+    """What a member is that is another name of a part of its structure.
+
+    Attributes:
+        path: path of the part.
+        type: its type.
+        dims: its dimensions.
+        index: its number among all of that path.
+        bit: the bit of it that is meant, None for all.
+    """
+
+    path: str
+    type: DataType
+    dims: tuple[int, ...]
+    index: int
+    bit: int | None
+
+
+def meant_by(path: str, kind: Structure, member: Member, index: int) -> Meant:
+    """Return the part of a structure that a member is another name of.
+
+    Args:
+        path: path of the structure.
+        kind: its type.
+        member: the member.
+        index: number of the structure among all of that path.
+
+    Raises:
+        ValueError: there is no such part.
+    """
+    here: DataType = kind
+    dims: tuple[int, ...] = ()
+    bit = None
+    steps = _steps_of(member)
+    for _ in range(_DEEPEST):
+        if not steps:
+            return Meant(path, here, dims, index, bit)
+        step, *steps = steps
+        where = f"{member.name} of {kind.name} is at {member.at}"
+        if isinstance(step, MemberStep):
+            found = here.member(step.name) if isinstance(here, Structure) and not dims else None
+            if found is None:
+                raise ValueError(f"{where}: there is no {step.name}")
+            if found.at:
+                steps = [*_steps_of(found), *steps]
+                continue
+            path, here, dims = f"{path}.{found.name}", found.type, found.dims
+        elif isinstance(step, SubscriptStep):
+            index, dims = _element_at(index, dims, step, where), ()
+        elif isinstance(step, BitStep):
+            bit = _number_of(step.index, where)
+            if not isinstance(here, Elementary) or dims or bit >= here.bits:
+                raise ValueError(f"{where}: there is no bit {bit}")
+    raise ValueError(f"{member.name} of {kind.name} leads to more than {_DEEPEST} others")
+
+
+_DEEPEST = 64
+"""Steps to what a member is another name of."""
+
+
+def _steps_of(member: Member) -> list[Step]:
+    address = parse_address(member.at)
+    return [MemberStep(address.name), *address.steps]
+
+
+def _element_at(index: int, dims: tuple[int, ...], step: SubscriptStep, where: str) -> int:
+    if len(step.indices) != len(dims):
+        raise ValueError(f"{where}: {len(step.indices)} subscripts are given, it has {len(dims)} dimensions")
+    for given, length in zip(step.indices, dims, strict=True):
+        at = _number_of(given, where)
+        if at >= length:
+            raise ValueError(f"{where}: there is no element {at}, it has {length}")
+        index = index * length + at
+    return index
+
+
+def _number_of(operand: Operand, where: str) -> int:
+    if not isinstance(operand, Number) or not isinstance(operand.value, int):
+        raise ValueError(f"{where}: {operand} is no number")
+    return operand.value
+
+
+def element_text(path: str, dims: tuple[int, ...], index: int) -> str:
+    """Return the address of an element by its number among all of its path.
+
+    >>> element_text("Grid", (2, 3), 4)
+    'Grid[1,1]'
+    """
+    subscripts: list[str] = []
+    for length in reversed(dims):
+        index, at = divmod(index, length)
+        subscripts.insert(0, str(at))
+    return f"{path}[{','.join(subscripts)}]" if subscripts else path
+
+
+def mask_of(kind: Elementary, bit: int) -> int:
+    """Return the value that an integer has in which just that bit is set.
+
+    >>> from .types import INT
+    >>> mask_of(INT, 3), mask_of(INT, 15)
+    (8, -32768)
+    """
+    return kind.lowest if kind.is_signed and bit == kind.bits - 1 else 1 << bit
+
+
+def text_in(store: Store, layout: Layout, path: str, at: int) -> bytes:
+    """Return the characters of a string.
+
+    Args:
+        store: where its values are.
+        layout: where its leaves are.
+        path: its path.
+        at: its number among those of that path.
+    """
+    length = store.read(layout.leaf(f"{path}.LEN"), at)
+    data = layout.leaf(f"{path}.DATA")
+    room = data.dims[-1]
+    count = max(0, min(int(length), room))
+    return bytes(int(store.read(data, at * room + number)) & 0xFF for number in range(count))
+
+
+def set_text_in(store: Store, layout: Layout, path: str, at: int, value: bytes) -> None:
+    """Set a string to characters, as many as fit; the others become 0."""
+    data = layout.leaf(f"{path}.DATA")
+    room = data.dims[-1]
+    codes = value[:room]
+    store.write(layout.leaf(f"{path}.LEN"), at, len(codes))
+    for number in range(room):
+        code = codes[number] if number < len(codes) else 0
+        store.write(data, at * room + number, code - 256 if code > 127 else code)
+
+
+def checked(name: str, kind: Elementary, value: object) -> Value:
+    """Return a value as a tag of that type holds it.
+
+    Raises:
+        ValueError: it is of another kind or out of range.
+    """
+    if kind.is_bool:
+        if value in (0, 1) and isinstance(value, int):
+            return bool(value)
+        raise ValueError(f"{name}: {value!r} is not a BOOL: allowed are False and True")
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise ValueError(f"{name}: {value!r} is not of type {kind.name}")
+    if kind.is_real or kind.is_double:
+        return real(value) if kind.is_real else float(value)
+    if isinstance(value, float):
+        raise ValueError(f"{name}: {value!r} is not of type {kind.name}: a whole number is needed")
+    if not kind.lowest <= value <= kind.highest:
+        raise ValueError(f"{name}: {value} is out of range: allowed are {kind.lowest} to {kind.highest}")
+    return value
+
+
+def same(a: object, b: object) -> bool:
+    """Whether two values of memory are equal; NaN is equal to NaN."""
+    if isinstance(a, list) and isinstance(b, list):
+        return len(a) == len(b) and all(map(same, a, b))
+    if isinstance(a, float) and isinstance(b, float) and math.isnan(a) and math.isnan(b):
+        return True
+    return a == b

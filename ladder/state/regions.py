@@ -1,0 +1,266 @@
+"""Stretches of memory as bytes, for COP and CPS.
+
+A region is the elements of an array from one on, or a single tag. It is read and
+written through its fields, so that structures, arrays and images copy into each
+other as they would in a controller's memory.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from ..model.arithmetic import real, whole, wrap
+from ..model.operands import (
+    Constant,
+    Group,
+    Place,
+    Resolved,
+)
+from ..model.tags import OWN, Leaf
+from ..model.types import (
+    DataType,
+    Elementary,
+    Field,
+    count_of,
+    fields_of,
+    size_of,
+)
+from .memory import Column, Store, Value
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """A field of an element, and where its values are."""
+
+    field: Field
+    leaf: Leaf
+    per_element: int
+
+
+@dataclass(frozen=True, slots=True)
+class Region:
+    """Where copying starts, and how far it may go.
+
+    Attributes:
+        type: type of an element.
+        size: bytes of an element.
+        parts: its fields.
+        indices: subscripts that lead to the first element.
+        dims: the dimension of each of them.
+        rest: dimensions that are left open.
+        array: number of elements of the array; 1 for a single tag.
+        text: the address.
+        root: in an add-on instruction what it is a part of, see `Leaf.root`; "" in a program.
+        whole: whether that is an InOut as a whole, so that the store knows how far its array goes.
+    """
+
+    type: DataType
+    size: int
+    parts: tuple[Part, ...]
+    indices: tuple[Resolved, ...]
+    dims: tuple[int, ...]
+    rest: int
+    array: int
+    text: str
+    root: str = ""
+    whole: bool = False
+
+    def first(self, index_of: Callable[[Resolved, int], int], dims: tuple[int, ...] = ()) -> int:
+        """Return the number of the first element, all arrays around it counted.
+
+        Args:
+            index_of: returns the value of a subscript, with the length it has to be below.
+            dims: lengths, if they are not those of the declaration.
+        """
+        flat = 0
+        for index, length in zip(self.indices, dims or self.dims, strict=True):
+            flat = flat * length + index_of(index, length)
+        return flat * self.rest
+
+    @property
+    def fixed_first(self) -> int | None:
+        """The number of the first element, None if it is computed."""
+        if not all(isinstance(index, Constant) for index in self.indices):
+            return None
+        return self.first(lambda index, _: int(index.value) if isinstance(index, Constant) else 0)
+
+    def left(self, first: int, store: Store) -> int:
+        """Return how many elements there are from that one to the end of its array.
+
+        Args:
+            first: the element.
+            store: where its values are; that of an InOut knows how far the array goes.
+        """
+        return max(0, store.left - first) if self.whole else self.fixed_left(first)
+
+    def fixed_left(self, first: int) -> int:
+        """Return the same of a region that is not an InOut as a whole."""
+        return self.array - first % self.array
+
+
+def region_of(resolved: Resolved) -> Region:
+    """Return the region that starts at an operand."""
+    assert isinstance(resolved, (Place, Group))
+    rest = () if isinstance(resolved, Place) else resolved.dims
+    kind: DataType = resolved.type
+    fields = fields_of(kind)
+    if isinstance(resolved, Place):
+        path, leaves = resolved.leaf.path, [resolved.leaf]
+    else:
+        path = resolved.path
+        leaves = [resolved.layout.leaf(f"{path}.{each.path}" if each.path else path) for each in fields]
+    settled = leaves[0].dims[: len(resolved.indices)]
+    elements = count_of(settled) * count_of(rest)
+    parts = tuple(Part(each, leaf, leaf.size // elements) for each, leaf in zip(fields, leaves, strict=True))
+    array = count_of(rest) if rest else count_of(resolved.array)
+    root = leaves[0].root
+    whole = root not in ("", OWN) and path.upper() == root
+    return Region(
+        kind,
+        size_of(kind),
+        parts,
+        resolved.indices,
+        settled,
+        count_of(rest),
+        array,
+        resolved.text,
+        root,
+        whole,
+    )
+
+
+End = tuple[Store, Region, int]
+"""One side of a copy: where the values are, the region, its first element."""
+
+
+def copy(source: End, target: End, length: int) -> None:
+    """Copy bytes; stop at the end of either array.
+
+    Args:
+        source: from where.
+        target: to where.
+        length: elements of the target.
+    """
+    origin, region, first = source
+    goal, into, at = target
+    count = min(length, into.left(at, goal))
+    if count <= 0:
+        return
+    wanted = count * into.size
+    taken = min(region.left(first, origin), -(-wanted // region.size))
+    data = take(origin, region, first, taken)[:wanted]
+    if len(data) < wanted:
+        data += take(goal, into, at, count)[len(data) :]
+    put(goal, into, at, count, data)
+
+
+def fill(target: End, length: int, value: Value) -> None:
+    """Set elements to a value; in a structure every member to it, each bit to whether it is not 0.
+
+    Args:
+        target: the first element.
+        length: elements; those after the end of the array are left out.
+        value: a number.
+    """
+    store, region, first = target
+    count = min(length, region.left(first, store))
+    for part in region.parts:
+        filling = converted(part.leaf.type, value)
+        found = _column(store, part, first, count)
+        if found is not None:
+            values, places = found
+            values[places] = [filling] * count
+            continue
+        for number in range(count):
+            store.write(part.leaf, (first + number) * part.per_element + part.field.index, filling)
+
+
+def converted(kind: Elementary, value: Value) -> Value:
+    """Return a number as a type holds it, without flags and faults."""
+    if kind.is_bool:
+        return bool(value)
+    if kind.is_double:
+        return float(value)
+    if kind.is_real:
+        return real(value)
+    return wrap(whole(value) if isinstance(value, float) else int(value), kind.wraps)
+
+
+def take(memory: Store, region: Region, first: int, count: int) -> bytes:
+    """Return elements as bytes."""
+    data = bytearray(count * region.size)
+    for part in region.parts:
+        found = _column(memory, part, first, count)
+        if found is not None:
+            values, places = found
+            _pack_all(data, region.size, part.field, values[places])
+            continue
+        for number in range(count):
+            value = memory.read(part.leaf, (first + number) * part.per_element + part.field.index)
+            _pack(data, number * region.size + part.field.offset, part.field, value)
+    return bytes(data)
+
+
+def put(memory: Store, region: Region, first: int, count: int, data: bytes) -> None:
+    """Set elements from bytes."""
+    data = data[: count * region.size]
+    for part in region.parts:
+        found = _column(memory, part, first, count)
+        if found is not None:
+            values, places = found
+            values[places] = _unpack_all(data, region.size, part.field, count)
+            continue
+        for number in range(count):
+            value = _unpack(data, number * region.size + part.field.offset, part.field)
+            memory.write(part.leaf, (first + number) * part.per_element + part.field.index, value)
+
+
+def _column(store: Store, part: Part, first: int, count: int) -> Column | None:
+    """Return where a field's values of several elements are, None if each is read and written by itself."""
+    begin = first * part.per_element + part.field.index
+    return store.column(part.leaf, begin, part.per_element, count) if count > 1 else None
+
+
+def _pack_all(data: bytearray, size: int, field: Field, values: list[Value]) -> None:
+    if field.bit is not None:
+        for number, value in enumerate(values):
+            if value:
+                data[number * size + field.offset] |= 1 << field.bit
+        return
+    packed = struct.pack(f"<{len(values)}{field.type.code}", *values)
+    width = len(packed) // len(values)
+    for place in range(width):
+        data[field.offset + place :: size] = packed[place::width]
+
+
+def _unpack_all(data: bytes, size: int, field: Field, count: int) -> list[Value]:
+    if field.bit is not None:
+        return [bool(each >> field.bit & 1) for each in data[field.offset :: size]]
+    width = struct.calcsize(f"<{field.type.code}")
+    packed = bytearray(count * width)
+    for place in range(width):
+        packed[place::width] = data[field.offset + place :: size]
+    return list(struct.unpack(f"<{count}{field.type.code}", packed))
+
+
+def _pack(data: bytearray, offset: int, field: Field, value: Value) -> None:
+    if field.bit is None:
+        struct.pack_into(f"<{field.type.code}", data, offset, value)
+    elif value:
+        data[offset] |= 1 << field.bit
+
+
+def _unpack(data: bytes, offset: int, field: Field) -> Value:
+    if field.bit is not None:
+        return bool(data[offset] >> field.bit & 1)
+    value: Value = struct.unpack_from(f"<{field.type.code}", data, offset)[0]
+    return value
+
+
+def plain(region: Region) -> Elementary | None:
+    """Return the elementary type of a region that is a list of numbers, None if it is another."""
+    if isinstance(region.type, Elementary) and (region.parts[0].leaf.dims or region.whole):
+        return region.type
+    return None

@@ -1,0 +1,182 @@
+"""The scheduler: runs the programs of a schedule, in virtual time.
+
+A scan of the rack is one scan of the continuous task, and before it each due task once:
+
+    scan            |             |             |
+    periodic 4 ms   due  due  due due  due  due      -> runs once per scan, two overlaps each
+    with preempt    runs at the end of the rung that is under way at 4 ms, 8 ms, ...
+
+The time of a scan is that of its start. For `preempt` the rungs of the continuous task share the time from
+one scan to the next evenly: rung `n` of `m` ends at `n / m` of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from ..model.errors import LadderFault
+from ..model.schedule import (
+    Schedule,
+    ScheduledProgram,
+    ScheduledTask,
+    TaskKind,
+)
+from ..model.tags import OVERRIDE, STATUS_FLAGS
+from .fault_log import FaultLog
+from .lowered import Lowered
+from .memory import Memory
+
+PROGRAM_FAULT = 4
+"""Type of the major faults that a fault routine may clear: those of instructions [1756-PM014]."""
+
+Run = Callable[[str, int], object]
+"""Runs a routine: its name in capitals, the time in ns."""
+
+
+class Scheduler:
+    """Runs the tasks of one controller.
+
+    Attributes:
+        handled: major faults so far after which a fault routine ran.
+
+    Args:
+        lowered: the controller.
+        schedule: its schedule.
+        memory: its memory, in which the state of the schedule is.
+        fault_log: collects its faults.
+    """
+
+    def __init__(self, lowered: Lowered, schedule: Schedule, memory: Memory, fault_log: FaultLog) -> None:
+        self._schedule, self._memory, self._fault_log = schedule, memory, fault_log
+        layout = lowered.layout
+        self._first = layout.leaf("S:FS")
+        self._override = layout.leaf(OVERRIDE) if lowered.override else None
+        self._flags = tuple(layout.leaf(name) for name in (*STATUS_FLAGS, OVERRIDE) if name != "S:MINOR")
+        self._continuous, self._called = schedule.continuous, schedule.called
+        self._preempting = tuple(each for each in self._called if each.task.preempt)
+        self._total = max(1, _rungs_of(lowered, schedule))
+        self._run: Run = lambda _name, _now_ns: None
+        self._start_ns = self._end_ns = 0
+        self._rungs = 0
+        self.handled = 0
+
+    def begin(self, now_ns: int) -> None:
+        """Set the state for a first scan.
+
+        Args:
+            now_ns: its time.
+        """
+        write = self._memory.write
+        write(self._schedule.before, 0, -1)
+        for program in self._schedule.programs:
+            for leaf, value in ((program.started, False), (program.fault_type, 0), (program.fault_code, 0)):
+                write(leaf, 0, value)
+        for each in self._schedule.tasks:
+            rate = each.task.rate_ns
+            write(each.due, 0, -(-now_ns // rate) * rate if rate else 0)
+            write(each.pending, 0, False)
+            write(each.overlaps, 0, 0)
+
+    def scan(self, now_ns: int, run: Run) -> None:
+        """Run the tasks that are due, then the continuous one.
+
+        Args:
+            now_ns: time of the scan.
+            run: runs a routine.
+
+        Raises:
+            LadderFault: a major fault that no fault routine has cleared.
+        """
+        self._run = run
+        before = int(self._memory.read(self._schedule.before))
+        self._memory.write(self._schedule.before, 0, now_ns)
+        self._start_ns, self._rungs = now_ns, 0
+        self._end_ns = now_ns + (now_ns - before if before >= 0 else 0)
+        for each in self._called:
+            self._run_if_due(each, now_ns)
+        if self._continuous is not None:
+            self._task(self._continuous, now_ns)
+
+    def rung_done(self) -> None:
+        """Let tasks in that have become due at the end of a rung of the continuous task."""
+        self._rungs += 1
+        past = min(self._rungs, self._total) * (self._end_ns - self._start_ns) // self._total
+        now_ns = min(self._start_ns + past, self._end_ns - 1)
+        for each in self._preempting:
+            if self._is_due(each, now_ns):
+                kept = [self._memory.read(leaf) for leaf in self._flags]
+                self._run_if_due(each, now_ns)
+                for leaf, value in zip(self._flags, kept, strict=True):
+                    self._memory.write(leaf, 0, value)
+
+    def trigger(self, task: ScheduledTask) -> None:
+        """Make an event task due; one that is due already counts an overlap."""
+        if self._memory.read(task.pending):
+            self._overlap(task, 1)
+        self._memory.write(task.pending, 0, True)
+
+    def _is_due(self, each: ScheduledTask, now_ns: int) -> bool:
+        if each.task.kind is TaskKind.EVENT:
+            return bool(self._memory.read(each.pending))
+        return int(self._memory.read(each.due)) <= now_ns
+
+    def _run_if_due(self, each: ScheduledTask, now_ns: int) -> None:
+        if not self._is_due(each, now_ns):
+            return
+        if each.task.kind is TaskKind.EVENT:
+            self._memory.write(each.pending, 0, False)
+        else:
+            due, rate = int(self._memory.read(each.due)), each.task.rate_ns
+            missed = (now_ns - due) // rate
+            self._memory.write(each.due, 0, due + (missed + 1) * rate)
+            if missed:
+                self._overlap(each, missed)
+        self._task(each, now_ns)
+
+    def _overlap(self, each: ScheduledTask, count: int) -> None:
+        self._memory.write(each.overlaps, 0, int(self._memory.read(each.overlaps)) + count)
+
+    def _task(self, each: ScheduledTask, now_ns: int) -> None:
+        for program in each.programs:
+            if program.main is not None:
+                self._program(program, program.main, now_ns)
+
+    def _program(self, program: ScheduledProgram, main: str, now_ns: int) -> None:
+        """Run a program's main routine, and its fault routine after a major fault of an instruction."""
+        write = self._memory.write
+        first = not self._memory.read(program.started)
+        write(self._first, 0, first)
+        write(program.started, 0, True)
+        if self._override is not None:
+            write(self._override, 0, False)
+        depth = self._fault_log.depth
+        try:
+            self._run(main, now_ns)
+        except LadderFault as fault:
+            self._fault_log.depth = depth
+            if fault.type != PROGRAM_FAULT or program.fault is None:
+                raise
+            self._fault_routine(program, program.fault, fault, now_ns)
+        finally:
+            write(self._first, 0, False)
+
+    def _fault_routine(
+        self, program: ScheduledProgram, routine: str, fault: LadderFault, now_ns: int
+    ) -> None:
+        """Run a fault routine; the rest of the program's scan is left out if it clears the fault."""
+        self.handled += 1
+        write, read = self._memory.write, self._memory.read
+        write(program.fault_type, 0, fault.type)
+        write(program.fault_code, 0, fault.code)
+        if self._override is not None:
+            write(self._override, 0, False)
+        self._run(routine, now_ns)
+        if read(program.fault_type) or read(program.fault_code):
+            raise fault
+
+
+def _rungs_of(lowered: Lowered, schedule: Schedule) -> int:
+    """Return the number of rungs in the programs of the continuous task."""
+    return sum(
+        len(routine.lines) for routine in lowered.routines.values() if lowered.is_preempted(routine.name)
+    )

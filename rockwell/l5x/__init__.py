@@ -1,0 +1,36 @@
+r"""L5X: programs that Studio 5000 and RSLogix 5000 export, as they are.
+
+    XML -> document -> datatypes, values -> scopes, modules, addons, routines, schedule -> Controller
+                                                      \-> report: what is refused, and where
+
+| file | does |
+|---|---|
+| `limits` | how much a document may have |
+| `records` | the parts of a document: plain records with their lines |
+| `document` | XML to records; refuses hostile input |
+| `report` | what was imported, declared, refused |
+| `datatypes` | data types, string families, packed BIT members, predefined and module-defined types |
+| `values` | decorated data and L5K text to initial values |
+| `addons` | add-on instructions |
+| `routines` | rungs and structured text |
+| `presets` | PRE and ACC in rungs |
+| `scopes` | tags and aliases of the controller and of programs |
+| `modules` | modules to tags |
+| `uses` | what routines call, and the instructions in them |
+| `unknown` | types that the document names and does not define |
+| `mnemonics` | names of all instructions of Logix, known here or not |
+| `schedule` | tasks |
+| `assembly` | all of that to a `Controller` |
+| `completing` | what a partial export leaves out |
+| `building` | builds it, and refuses what can't be built rung by rung |
+| `importer` | all of this for one document |
+| `comparing` | two versions, rung by rung |
+| `export` | a program or a routine back to an L5X |
+| `trial` | runs it: interpreter and compiler in lockstep |
+"""
+
+from .importer import Imported, import_l5x
+from .report import Refusal, Report
+from .xml.document import L5xError
+
+__all__ = ["Imported", "L5xError", "Refusal", "Report", "import_l5x"]

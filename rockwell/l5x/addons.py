@@ -1,0 +1,218 @@
+"""Add-on instructions of a document."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
+from typing import Any
+
+from ...ladder.build.addon import (
+    ENABLES,
+    LOGIC,
+    ROUTINES,
+    AddOn,
+    Parameter,
+    Way,
+)
+from ...ladder.instructions import BY_NAME
+from ...ladder.instructions.addons import ADD_ON_CALL
+from ...ladder.model.errors import LadderError
+from ...ladder.model.expressions import parse_address
+from ...ladder.model.spec import Spec, Use
+from ...ladder.model.tree import Routine
+from ...ladder.model.types import MAX_DIMENSIONS, Structure
+from .assembly import without
+from .report import Refusal, Report
+from .routines import RoutineReader
+from .scopes import read_initial
+from .values.datatypes import NAME, Types
+from .xml.records import AddOnRecord, TagRecord
+
+_WAYS = {"INPUT": Way.INPUT, "OUTPUT": Way.OUTPUT, "INOUT": Way.INOUT}
+
+
+class AddOns:
+    """The add-on instructions of a document, made when one is asked for.
+
+    Attributes:
+        made: by name in capitals.
+        records: of two with one name the first, by name in capitals.
+        again: the other ones, which are refused.
+
+    Args:
+        records: their records.
+        types: the document's types.
+        report: collects what is refused.
+    """
+
+    def __init__(self, records: tuple[AddOnRecord, ...], types: Types, report: Report) -> None:
+        self.records: dict[str, AddOnRecord] = {}
+        self.again: list[AddOnRecord] = []
+        for each in records:
+            if self.records.setdefault(each.name.upper(), each) is not each:
+                self.again.append(each)
+        self._types, self._report = types, report
+        self._shapes: dict[str, AddOn] = {}
+        self._wrong: dict[str, str] = {}
+        self._routines: dict[str, list[Routine]] = {}
+        self.made: dict[str, AddOn] = {}
+        types.add_on = self.structure
+
+    def structure(self, name: str) -> Structure | None:
+        """Return the type of an add-on's instances, None if there is no such add-on."""
+        return self.shape(name).structure if name in self.records else None
+
+    def shape(self, name: str) -> AddOn:
+        """Return an add-on with its parameters and without its logic.
+
+        Args:
+            name: in capitals.
+
+        Raises:
+            LadderError: it can't be used.
+        """
+        if name in self._wrong:
+            raise LadderError(self._wrong[name])
+        if name not in self._shapes:
+            record = self.records[name]
+            try:
+                if name in BY_NAME:
+                    raise LadderError(f"{record.name} is an instruction here, and an add-on in the file")
+                if not NAME.fullmatch(record.name):
+                    raise LadderError(f"{record.name!r} is not a name of an add-on")
+                parameters = tuple(self._parameters(record))
+                shape = AddOn(record.name, parameters, (Routine(LOGIC, ()),), record.comment)
+                self._types.refuse_size(shape.structure)
+                self._shapes[name] = shape
+            except LadderError as error:
+                self._wrong[name] = str(error)
+                raise
+        return self._shapes[name]
+
+    def specs(self) -> Mapping[str, Spec]:
+        """Return the shapes of all instructions, by name in capitals."""
+        return {**BY_NAME, **{name: _spec_of(record) for name, record in self.records.items()}}
+
+    def _parameters(self, record: AddOnRecord) -> Any:
+        for each in _own(record):
+            yield self._parameter(each, _way_of(each))
+        for each in record.locals:
+            yield self._parameter(each, Way.LOCAL)
+
+    def _parameter(self, record: TagRecord, way: Way) -> Parameter:
+        if not NAME.fullmatch(record.name):
+            raise LadderError(f"{record.name!r} is not a name of a parameter")
+        if len(record.dims) > MAX_DIMENSIONS:
+            raise LadderError(f"{record.name} has more than {MAX_DIMENSIONS} dimensions")
+        if record.wrong_dims or min(record.dims, default=1) < 1:
+            raise LadderError(f"{record.name} has dimensions {record.wrong_dims or record.dims}")
+        if record.target:
+            return self._alias(record, way)
+        kind = self._types.find(record.type)
+        initial = None
+        if way is not Way.INOUT:
+            what = "its default is not used"
+            initial = read_initial(record, kind, self._types, self._report, record.name, what)
+        return Parameter(record.name, kind, way, record.dims, record.required, record.comment, initial)
+
+    def _alias(self, record: TagRecord, way: Way) -> Parameter:
+        parse_address(record.target)
+        kind = self._types.find(record.type or "BOOL")
+        return Parameter(
+            record.name, kind, way, record.dims, record.required, record.comment, at=record.target
+        )
+
+    def read(self, reader: RoutineReader) -> None:
+        """Read the logic of all add-ons, before their types are known."""
+        for name, record in self.records.items():
+            inouts = {each.name.upper() for each in record.parameters if _way_of(each) is Way.INOUT}
+            read = [(each.name, reader.routine(record.name, each, inouts)) for each in record.routines]
+            self._routines[name] = [each for _, each in read if each is not None]
+        for record in self.again:
+            text = f"there are two add-ons {record.name}; the first one is used"
+            self._refuse(record, text, _RENAME)
+            for each in record.routines:
+                reader.skipped(record.name, each, text, _RENAME)
+
+    def routines(self) -> Iterator[tuple[str, Routine]]:
+        """Yield the routines that have been read, each with its add-on."""
+        for name, routines in self._routines.items():
+            yield from ((self.records[name].name, each) for each in routines)
+
+    def make(self, reader: RoutineReader) -> Mapping[str, str]:
+        """Make the add-ons of what has been read; return those that can't be, with the reason.
+
+        An encoded one is refused, and made of its parameters alone: a call passes them.
+        """
+        withheld: dict[str, str] = {}
+        self._wrong.clear()  # types may have been defined since
+        self._shapes.clear()
+        for name, record in self.records.items():
+            if record.encoded:
+                self._refuse(record, _ENCODED, _DECODE)
+                if not record.parameters:
+                    withheld[name] = _ENCODED
+                    continue
+            try:
+                self.made[name] = self._made(self.shape(name), self._routines[name], reader)
+            except LadderError as error:
+                withheld[name] = f"this add-on can't be used: {error}"
+                self._refuse(record, str(error), _CORRECT)
+                for each in record.routines:
+                    for place in range(len(each.rungs)):
+                        reader.refuse(record.name, each.name, place, withheld[name], _CORRECT)
+        return withheld
+
+    def _made(self, shape: AddOn, read: Iterable[Routine], reader: RoutineReader) -> AddOn:
+        routines = []
+        for each in read:
+            role = next((role for role in ROUTINES if role.upper() == each.name.upper()), None)
+            if role is not None:
+                routines.append(self._allowed(shape, replace(each, name=role), reader))
+        if LOGIC not in [each.name for each in routines]:
+            routines.insert(0, Routine(LOGIC, ()))
+        return shape.with_routines(tuple(routines))
+
+    def _allowed(self, shape: AddOn, routine: Routine, reader: RoutineReader) -> Routine:
+        """Return a routine without what has no place in an add-on instruction; refuse that."""
+        for number, text in list(shape.wrong_in(routine)):
+            if routine.statements is None:
+                reader.refuse(shape.name, routine.name, number, text, _PARAMETER)
+            else:
+                reader.refuse_object(shape.name, routine.name, f"line {number}: {text}", 0, _PARAMETER)
+            routine = without(routine, number)
+            if routine.statements is not None:
+                break
+        return routine
+
+    def _refuse(self, record: AddOnRecord, reason: str, remedy: str) -> None:
+        self._report.objects.append(
+            Refusal(self._report.file, record.line, record.name, "", None, 1, "", reason, remedy)
+        )
+
+
+def arguments_of(record: AddOnRecord) -> Iterator[TagRecord]:
+    """Yield the parameters that a call names behind its instance, in order."""
+    yield from (each for each in _own(record) if each.required or _way_of(each) is Way.INOUT)
+
+
+def _own(record: AddOnRecord) -> Iterator[TagRecord]:
+    """Yield the parameters of a definition, without those that all have."""
+    enables = [each.upper() for each in ENABLES]
+    yield from (each for each in record.parameters if each.name.upper() not in enables)
+
+
+def _way_of(parameter: TagRecord) -> Way:
+    return _WAYS.get(parameter.usage.upper(), Way.INPUT)
+
+
+def _spec_of(record: AddOnRecord) -> Spec:
+    required = list(arguments_of(record))
+    return replace(ADD_ON_CALL, name=record.name, operands=(Use.INSTANCE, *[Use.ARGUMENT] * len(required)))
+
+
+_ENCODED = "the source of this add-on is encoded, so that it is not in the file"
+_CORRECT = "correct the definition"
+_RENAME = "rename it, or take it out"
+_PARAMETER = "pass it as a parameter"
+_DECODE = "export it without source protection, or stub it"

@@ -1,0 +1,200 @@
+"""Builds a controller from parts, and refuses what can't be built rung by rung, until the rest can."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+
+from ...ladder.build.addon import AddOn
+from ...ladder.build.controller import Controller
+from ...ladder.model.errors import BuildError, LadderError, Problem
+from ...ladder.model.tags import Tag
+from ...ladder.model.tree import Routine
+from .assembly import Parts, does_nothing, without
+from .report import Report
+from .routines import RoutineReader, line_of
+
+ROUNDS = 30
+"""Attempts to build what is left after refusals; each refuses at least one rung."""
+
+
+class Builder:
+    """Builds controllers from parts; the parts lose what is refused.
+
+    Args:
+        parts: the parts.
+        reader: knows the rungs of the document.
+        report: gets the refusals.
+    """
+
+    def __init__(self, parts: Parts, reader: RoutineReader, report: Report) -> None:
+        self._parts, self._reader, self._report = parts, reader, report
+        self._emptied: dict[tuple[str, str], set[int]] = {}
+
+    def build(self, of: Callable[[Parts], Parts] = lambda parts: parts) -> Controller | None:
+        """Return a controller that is built, None if nothing can be.
+
+        Args:
+            of: makes what is built of the parts.
+        """
+        for _ in range(ROUNDS):
+            parts = of(self._parts)
+            controller = parts.assemble(self._report)
+            try:
+                controller.build()
+            except BuildError as error:
+                if not self._refuse_all(error.problems, parts):
+                    self._refuse_rest(error, parts)
+                    return None
+                self.empty()
+            else:
+                return controller
+        self._refuse_rest(LadderError(f"it can't be built in {ROUNDS} attempts"), parts)
+        return None
+
+    def _refuse_all(self, problems: Iterable[Problem], parts: Parts) -> bool:
+        """Refuse the rungs and objects of problems; return whether any was."""
+        something = False
+        for each in problems:
+            if each.number is not None and each.routine:
+                owner, routine = _owner_of(each.routine)
+                something |= self.refuse(owner, routine, each.number, each.text, each.remedy)
+                something |= parts is not self._parts and self._leave_out(owner, each)
+            elif each.where == "initial values":
+                something |= self._drop_initial(each.text, parts)
+            elif each.routine:
+                owner, routine = _owner_of(each.routine)
+                something |= self._refuse_routine(owner, routine, each)
+        return something
+
+    def _leave_out(self, name: str, problem: Problem) -> bool:
+        """Leave an add-on that can't be called out of the trial of add-ons; return whether that is new."""
+        key = name.upper()
+        if not problem.routine.startswith("\\") or key in self._parts.uncalled:
+            return False
+        self._parts.uncalled.add(key)
+        self._report.note(name, f"it is not tried by itself: {problem.text}")
+        return True
+
+    def empty(self) -> None:
+        """Take the rungs that were refused out of their routines, all at once."""
+        for (owner, routine), numbers in self._emptied.items():
+            found = self._routine(owner, routine)
+            if found is not None and numbers:
+                self._replace(owner, routine, without(found, *numbers))
+        self._emptied.clear()
+
+    def refuse(
+        self,
+        owner: str,
+        routine: str,
+        number: int,
+        text: str,
+        remedy: str,
+    ) -> bool:
+        """Refuse a rung, or a routine of structured text; whether there was something to refuse.
+
+        A rung stays in its routine until `empty`.
+
+        Args:
+            owner: the program, or the add-on instruction.
+            routine: the routine.
+            number: the rung or line.
+            text: what is wrong.
+            remedy: what helps.
+        """
+        found = self._routine(owner, routine)
+        record = self._reader.record(owner, routine)
+        emptied = self._emptied.setdefault((owner.upper(), routine.upper()), set())
+        if found is None or record is None or number in emptied:
+            return False
+        if found.statements is not None:
+            if not found.statements:
+                return False
+            self._reader.refuse_object(
+                owner, routine, f"line {number}: {text}", line_of(record, number), remedy
+            )
+        elif number >= len(record.rungs) or not found.rungs[number].series:
+            return False
+        else:
+            self._reader.refuse(owner, routine, number, text, remedy)
+            emptied.add(number)
+            return True
+        part = self._parts.programs.get(owner.upper())
+        if part is not None and found.statements is not None:
+            del part.routines[routine.upper()]
+            part.functions[routine.upper()] = does_nothing(found.name)
+        else:
+            self._replace(owner, routine, without(found))
+        return True
+
+    def _refuse_routine(self, owner: str, routine: str, problem: Problem) -> bool:
+        found = self._routine(owner, routine)
+        if found is None:
+            return False
+        refused = [
+            self.refuse(owner, routine, number, problem.text, problem.remedy)
+            for number in range(len(found.rungs) or 1)
+        ]
+        return any(refused)
+
+    def _refuse_rest(self, error: LadderError, parts: Parts) -> None:
+        """Refuse all that is left, because it can't be built."""
+        reason = str(error).replace("\n", " ")
+        for part in parts.programs.values():
+            for routine in list(part.routines.values()):
+                for number in range(len(routine.rungs) or 1):
+                    self.refuse(part.name, routine.name, number, reason, "correct the program")
+        for definition in list(parts.add_ons.values()):
+            for routine in definition.routines:
+                for number in range(len(routine.rungs) or 1):
+                    self.refuse(definition.name, routine.name, number, reason, "correct the add-on")
+        self.empty()
+
+    def _routine(self, owner: str, routine: str) -> Routine | None:
+        part = self._parts.programs.get(owner.upper())
+        if part is not None and routine.upper() in part.routines:
+            return part.routines[routine.upper()]
+        definition = self._parts.add_ons.get(owner.upper())
+        return definition.routine(routine) if definition is not None else None
+
+    def _replace(self, owner: str, routine: str, new: Routine) -> None:
+        part = self._parts.programs.get(owner.upper())
+        if part is not None and routine.upper() in part.routines:
+            part.routines[routine.upper()] = new
+            return
+        definition = self._parts.add_ons[owner.upper()]
+        self._parts.add_ons[owner.upper()] = _with_routine(definition, new)
+
+    def _drop_initial(self, text: str, parts: Parts) -> bool:
+        """Start a tag with zeros if its initial value does not fit; return whether there was one."""
+        name = text.partition(":")[0].split("[")[0].split(".")
+        for scope in (parts.declarations, *(each.declarations for each in parts.programs.values())):
+            for place, each in enumerate(scope):
+                if isinstance(each, Tag) and each.initial is not None and each.name in name:
+                    self._report.lose(each.name, f"it starts with zeros: {text}")
+                    scope[place] = replace(each, initial=None)
+                    return True
+        return self._drop_defaults(text)
+
+    def _drop_defaults(self, text: str) -> bool:
+        """Take the defaults out of all add-ons, of which one does not fit; return whether there were some."""
+        something = False
+        for key, definition in self._parts.add_ons.items():
+            parameters = tuple(replace(each, initial=None) for each in definition.parameters)
+            if parameters != definition.parameters:
+                self._parts.add_ons[key] = replace(definition, parameters=parameters)
+                self._report.lose(definition.name, f"its defaults are not used: {text}")
+                something = True
+        return something
+
+
+def _owner_of(routine: str) -> tuple[str, str]:
+    r"""Split `\Program.Routine` or `AddOn.Role`."""
+    owner, _, name = routine.removeprefix("\\").partition(".")
+    return owner, name
+
+
+def _with_routine(definition: AddOn, new: Routine) -> AddOn:
+    routines = [new if each.name.upper() == new.name.upper() else each for each in definition.routines]
+    return definition.with_routines(tuple(routines))

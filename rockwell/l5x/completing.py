@@ -1,0 +1,177 @@
+"""Declares tags, routines, labels and tasks that rungs name and the file lacks; the report lists them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Iterable
+from dataclasses import replace
+from functools import cached_property
+
+from ...ladder.build.inferred import Guess, Guesses
+from ...ladder.model.expressions import TAG_NAME
+from ...ladder.model.schedule import Task, TaskKind
+from ...ladder.model.tags import (
+    STATUS_FLAGS,
+    TRUTHS,
+    Alias,
+    Declaration,
+    Tag,
+    program_of,
+)
+from ...ladder.model.tree import (
+    Address,
+    Instruction,
+    Routine,
+    Rung,
+    Step,
+)
+from .assembly import (
+    CALLS,
+    Parts,
+    ProgramPart,
+    call_of,
+    does_nothing,
+    implicit_task,
+)
+from .modules import is_bound
+from .report import Report
+from .routines import RoutineReader
+from .uses import (
+    called_routines,
+    jumps,
+    labels,
+    triggered_tasks,
+)
+from .values.datatypes import NAME
+
+
+class Completion:
+    """Completes parts.
+
+    Args:
+        parts: what is completed.
+        reader: knows the rungs of the document.
+        report: lists what is declared.
+        slots: slots of the rack, to whose images modules are bound; None without a rack.
+        all_of_it: whether any tag may be missing; else it is the tags of modules.
+    """
+
+    def __init__(
+        self,
+        parts: Parts,
+        reader: RoutineReader,
+        report: Report,
+        slots: Collection[int] | None,
+        *,
+        all_of_it: bool,
+    ) -> None:
+        self._parts, self._reader, self._report, self._slots = parts, reader, report, slots
+        self._all = all_of_it
+
+    def tags(self) -> None:
+        """Declare tags from their use."""
+        guesses = Guesses(self._missing, self._parts.known, self._parts.operands_of, self._reader.specs)
+        routines = [
+            (part.name, self._to_guess(part, routine))
+            for part in self._parts.programs.values()
+            for routine in part.routines.values()
+        ]
+        guesses.read_all(routines)
+        for guess in guesses.found.values():
+            self._declare_guess(guess)
+
+    def _to_guess(self, part: ProgramPart, routine: Routine) -> Routine:
+        """Return the part of a routine that may name something missing: of a whole controller, a module."""
+        if self._all or self._aliases_of_modules or routine.statements is not None:
+            return routine
+        record = self._reader.record(part.name, routine.name)
+        texts = [each.text for each in record.rungs] if record else []
+        pairs = zip(routine.rungs, texts, strict=False)
+        return replace(routine, rungs=tuple(rung for rung, text in pairs if ":" in text))
+
+    @cached_property
+    def _aliases_of_modules(self) -> bool:
+        """Whether an alias names a module's tag that is not declared."""
+        scopes = [("", self._parts.declarations)]
+        scopes += [(each.name, each.declarations) for each in self._parts.programs.values()]
+        return any(
+            ":" in target.name and self._parts.declaration(program, target.name) is None
+            for program, declared in scopes
+            for each in declared
+            if isinstance(each, Alias)
+            for target in [self._parts.without_aliases(program, Address(each.name))]
+        )
+
+    def _missing(self, program: str, address: Address) -> tuple[str, tuple[Step, ...]] | None:
+        address = self._parts.without_aliases(program, address)
+        if self._parts.declaration(program, address.name) is not None:
+            return None
+        name = address.name.upper()
+        if name in STATUS_FLAGS or (name in TRUTHS and not address.steps):
+            return None
+        if not (self._all or ":" in name) or is_bound(name, self._slots):
+            return None
+        plain = re.fullmatch(TAG_NAME, address.name.rpartition(".")[2], re.ASCII)
+        return (address.name, address.steps) if plain else None
+
+    def _declare_guess(self, guess: Guess) -> None:
+        name = guess.name.rpartition(".")[2] if guess.name.startswith("\\") else guess.name
+        kind, dims = guess.type(f"{re.sub(r'[^A-Za-z0-9]', '_', name)}_type"), guess.dims
+        self._scope(program_of(guess.name)).append(Tag(name, kind, dims))
+        self._report.declared[guess.name] = kind.name + "".join(f"[{each}]" for each in dims)
+
+    def _scope(self, program: str) -> list[Declaration]:
+        if not program:
+            return self._parts.declarations
+        part = self._parts.programs.setdefault(program.upper(), ProgramPart(program))
+        return part.declarations
+
+    def routines(self) -> None:
+        """Give programs of a partial export a main routine, and the routines that they call."""
+        for part in self._parts.programs.values():
+            for routine in part.routines.values():
+                part.routines[routine.name.upper()] = self._with_labels(part, routine)
+            called = {name.upper(): name for name in called_routines(part.routines.values())}
+            for key, name in called.items():
+                if key not in {*part.routines, *part.functions} and NAME.fullmatch(name):
+                    part.functions[key] = does_nothing(name)
+                    self._report.declared[rf"\{part.name}.{name}"] = "routine that does nothing"
+            if part.main is None:
+                self._main_of(part, called)
+
+    def _with_labels(self, part: ProgramPart, routine: Routine) -> Routine:
+        """Return a routine with the labels at its end to which it jumps and which were not exported."""
+        there = [name.upper() for name in labels([routine])]
+        missing = {name.upper(): name for name in jumps([routine]) if name.upper() not in there}
+        for name in missing.values():
+            self._report.declared[rf"\{part.name}.{routine.name}, label {name}"] = "after the last rung"
+        rungs = tuple(Rung((Instruction("LBL", (Address(name),)),)) for name in missing.values())
+        return replace(routine, rungs=routine.rungs + rungs) if rungs else routine
+
+    def tasks(self) -> None:
+        """Declare the event tasks that a partial export triggers; without tasks all programs run in one."""
+        routines = [each for part in self._parts.programs.values() for each in part.routines.values()]
+        events = {name.upper(): name for name in triggered_tasks(routines)}
+        known = {each.name.upper() for each in self._parts.tasks}
+        missing = [name for key, name in events.items() if key not in known]
+        if missing and not self._parts.tasks:
+            self._parts.tasks = implicit_task([each.name for each in self._parts.programs.values()])
+        for name in missing:
+            self._parts.tasks.append(Task(name, TaskKind.EVENT, ()))
+            self._report.declared[f"task {name}"] = "event task that runs nothing"
+
+    def _main_of(self, part: ProgramPart, called: Iterable[str]) -> None:
+        uncalled = [each for name, each in part.routines.items() if name not in called]
+        if len(part.routines) == 1 and uncalled and len(call_of(uncalled[0]).series) == 1:
+            only = uncalled[0]
+            if not _takes_inputs(only):
+                part.main = only.name
+                return
+        if part.routines:
+            calls = tuple(map(call_of, uncalled or part.routines.values()))
+            part.routines[CALLS.upper()] = Routine(CALLS, calls)
+            part.main = CALLS
+
+
+def _takes_inputs(routine: Routine) -> bool:
+    return len(call_of(routine).series[0].operands) > 2  # type: ignore[union-attr]

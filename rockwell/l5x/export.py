@@ -1,0 +1,343 @@
+"""A program or a routine as an L5X for partial import into Studio 5000.
+
+What is exported is the target; tags, data types and add-on instructions that it may name are context. Rungs
+print as exports print them. Importing the file again gives the same tree.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any
+
+from lxml import etree
+
+from ...ladder.build.addon import (
+    ENABLES,
+    OTHERWISE,
+    PRESCAN,
+    AddOn,
+    Parameter,
+    Way,
+)
+from ...ladder.build.controller import Controller
+from ...ladder.build.program import Program
+from ...ladder.model.errors import LadderError
+from ...ladder.model.predefined.structures import PREDEFINED_TYPES
+from ...ladder.model.statements import block_lines
+from ...ladder.model.tags import (
+    Alias,
+    Declaration,
+    SlotAlias,
+    Tag,
+)
+from ...ladder.model.tree import Routine
+from ...ladder.model.types import (
+    DataType,
+    Elementary,
+    Member,
+    Structure,
+)
+
+REVISION = "32.02"
+"""The software revision that is written; later ones import it."""
+
+_USAGES = {Way.INPUT: "Input", Way.OUTPUT: "Output", Way.INOUT: "InOut"}
+_CONTEXT = {"Use": "Context"}
+_TARGET = {"Use": "Target"}
+
+
+def export_l5x(logic: Program | Controller, name: str) -> bytes:
+    """Return a program, or a routine of one, as an L5X.
+
+    Args:
+        logic: a controller, or a program by itself.
+        name: `Main` for a program, `Main.Sequence` for a routine; case does not matter.
+
+    Raises:
+        LadderError: there is no such program or routine, or something in it has no form in an L5X.
+    """
+    owner, _, wanted = name.partition(".")
+    program = _found("program", owner, logic.programs if isinstance(logic, Controller) else [logic])
+    routines = [_found("routine", wanted, program.routines)] if wanted else list(program.routines)
+    root = _element(
+        None,
+        "RSLogix5000Content",
+        SchemaRevision="1.0",
+        SoftwareRevision=REVISION,
+        TargetName=(wanted and routines[0].name) or program.name,
+        TargetType="Routine" if wanted else "Program",
+        ContainsContext="true",
+        ExportOptions="References NoRawData DecoratedData Context Dependencies AllProjDocTrans",
+    )
+    controller = _element(root, "Controller", Name=logic.name, **_CONTEXT)
+    outer = logic.declarations if isinstance(logic, Controller) else []
+    _write_types(controller, _used_types(logic, [*outer, *program.declarations]))
+    _write_add_ons(controller, logic.add_ons.values())
+    _write_tags(_element(controller, "Tags", **_CONTEXT), outer)
+    _write_program(_element(controller, "Programs", **_CONTEXT), program, routines, whole=not wanted)
+    return bytes(
+        etree.tostring(root, xml_declaration=True, encoding="UTF-8", standalone=True, pretty_print=True)
+    )
+
+
+def _found(what: str, name: str, among: Sequence[Any]) -> Any:
+    for each in among:
+        if each.name.upper() == name.upper():
+            return each
+    names = ", ".join(each.name for each in among) or "none"
+    raise LadderError(f"there is no {what} {name!r}; allowed are {names}")
+
+
+def _element(parent: Any, name: str, **attributes: str) -> Any:
+    return etree.Element(name, attributes) if parent is None else etree.SubElement(parent, name, attributes)
+
+
+def _say(parent: Any, name: str, text: str) -> None:
+    """Add an element with a text, if there is one."""
+    if text:
+        _element(parent, name).text = _cdata(text)
+
+
+def _cdata(text: str) -> Any:
+    return text if "]]>" in text else etree.CDATA(text)
+
+
+# --- types
+
+
+def _used_types(logic: Program | Controller, declarations: Iterable[Declaration]) -> Iterator[Structure]:
+    """Yield the structures that declarations and add-ons need, inner ones first."""
+    seen = {*PREDEFINED_TYPES, *(each.name for each in logic.add_ons.values())}
+    kinds: list[DataType] = [each.type for each in declarations if isinstance(each, Tag)]
+    kinds += [each.type for definition in logic.add_ons.values() for each in definition.parameters]
+
+    def walk(kind: DataType) -> Iterator[Structure]:
+        if isinstance(kind, Structure) and kind.name not in seen:
+            seen.add(kind.name)
+            for member in kind.members:
+                yield from walk(member.type)
+            yield kind
+
+    for kind in kinds:
+        yield from walk(kind)
+
+
+def _write_types(controller: Any, kinds: Iterable[Structure]) -> None:
+    parent = _element(controller, "DataTypes", **_CONTEXT)
+    for kind in kinds:
+        family = "StringFamily" if kind.is_string else "NoFamily"
+        made = _element(parent, "DataType", Name=kind.name, Family=family, Class="User")
+        members = _element(made, "Members")
+        for each in kind.members:
+            _write_member(members, kind, each)
+
+
+def _write_member(members: Any, kind: Structure, member: Member) -> None:
+    host, _, bit = member.at.rpartition(".")
+    if member.at and not (member.type.name == "BOOL" and kind.member(host) and bit.isdigit()):
+        raise LadderError(
+            f"{member.name} of {kind.name} is at {member.at}: only bits of a member have a name"
+        )
+    packed = {"Target": host, "BitNumber": bit} if member.at else {}
+    _element(
+        members,
+        "Member",
+        Name=member.name,
+        DataType="BIT" if member.at else member.type.name,
+        Dimension=str(member.dims[0]) if member.dims else "0",
+        Radix=_radix(member.type),
+        Hidden=_flag(member.hidden),
+        **packed,
+    )
+
+
+def _radix(kind: DataType) -> str:
+    if isinstance(kind, Structure):
+        return "NullType"
+    return "Decimal" if kind.is_bool or kind.is_integer else "Float"
+
+
+def _flag(on: bool) -> str:
+    return "true" if on else "false"
+
+
+# --- add-on instructions
+
+
+def _write_add_ons(controller: Any, definitions: Iterable[AddOn]) -> None:
+    parent = _element(controller, "AddOnInstructionDefinitions", **_CONTEXT)
+    for each in definitions:
+        made = _element(
+            parent,
+            "AddOnInstructionDefinition",
+            Name=each.name,
+            Revision="1.0",
+            ExecutePrescan=_flag(each.routine(PRESCAN) is not None),
+            ExecutePostscan="false",
+            ExecuteEnableInFalse=_flag(each.routine(OTHERWISE) is not None),
+        )
+        _say(made, "Description", each.comment)
+        parameters, local = _element(made, "Parameters"), _element(made, "LocalTags")
+        for name, usage in zip(ENABLES, ("Input", "Output"), strict=True):
+            _element(
+                parameters,
+                "Parameter",
+                Name=name,
+                TagType="Base",
+                DataType="BOOL",
+                Usage=usage,
+                Required="false",
+            )
+        for parameter in each.parameters:
+            _write_parameter(local if parameter.way is Way.LOCAL else parameters, parameter)
+        _write_routines(_element(made, "Routines"), each.routines)
+
+
+def _write_parameter(parent: Any, parameter: Parameter) -> None:
+    attributes = {"DataType": parameter.type.name}
+    if parameter.at:
+        attributes = {"TagType": "Alias", "AliasFor": parameter.at}
+    elif parameter.way is not Way.LOCAL:
+        attributes["TagType"] = "Base"
+    if parameter.dims:
+        attributes["Dimensions"] = " ".join(map(str, parameter.dims))
+    if parameter.way is Way.LOCAL:
+        made = _element(parent, "LocalTag", Name=parameter.name, **attributes)
+    else:
+        attributes |= {"Usage": _USAGES[parameter.way], "Required": _flag(parameter.required)}
+        made = _element(parent, "Parameter", Name=parameter.name, **attributes)
+    _say(made, "Description", parameter.comment)
+    _write_data(made, "DefaultData", parameter.type, parameter.dims, parameter.initial)
+
+
+# --- tags and their values
+
+
+def _write_tags(parent: Any, declarations: Iterable[Declaration]) -> None:
+    for each in declarations:
+        if isinstance(each, SlotAlias) or (isinstance(each, Alias) and each.type):
+            raise LadderError(
+                f"{each.name} names parts of a module, which an L5X can't: write Local:slot:I.Data"
+            )
+        if isinstance(each, Alias):
+            made = _element(parent, "Tag", Name=each.name, TagType="Alias", AliasFor=str(each.target))
+            _say(made, "Description", each.comment)
+            continue
+        if ":" in each.name:
+            continue  # a module's, which has its own place in a controller
+        dims = {"Dimensions": " ".join(map(str, each.dims))} if each.dims else {}
+        made = _element(
+            parent, "Tag", Name=each.name, TagType="Base", DataType=each.type.name, **dims, Constant="false"
+        )
+        _say(made, "Description", each.comment)
+        _write_data(made, "Data", each.type, each.dims, each.initial)
+
+
+def _write_data(parent: Any, name: str, kind: DataType, dims: tuple[int, ...], initial: Any) -> None:
+    """Add decorated data of an initial value; zeros need none."""
+    if initial is None:
+        return
+    data = _element(parent, name, Format="Decorated")
+    if dims:
+        _write_array(
+            _element(data, "Array", DataType=kind.name, Dimensions=_joined(dims)), kind, dims, initial
+        )
+    elif isinstance(kind, Structure):
+        _write_structure(_element(data, "Structure", DataType=kind.name), kind, initial)
+    else:
+        _element(data, "DataValue", DataType=kind.name, Radix=_radix(kind), Value=_number(kind, initial))
+
+
+def _joined(dims: tuple[int, ...]) -> str:
+    return ",".join(map(str, dims))
+
+
+def _write_array(
+    parent: Any, kind: DataType, dims: tuple[int, ...], values: Any, before: tuple[int, ...] = ()
+) -> None:
+    for place in range(dims[0]):
+        value = values[place] if isinstance(values, list) and place < len(values) else None
+        index = (*before, place)
+        if len(dims) > 1:
+            _write_array(parent, kind, dims[1:], value, index)
+        elif isinstance(kind, Structure):
+            element = _element(parent, "Element", Index=f"[{_joined(index)}]")
+            _write_structure(_element(element, "Structure", DataType=kind.name), kind, value)
+        else:
+            _element(parent, "Element", Index=f"[{_joined(index)}]", Value=_number(kind, value))
+
+
+def _write_structure(parent: Any, kind: Structure, value: Any) -> None:
+    if kind.is_string:
+        _write_string(parent, kind, value)
+        return
+    values = {name.upper(): each for name, each in value.items()} if isinstance(value, dict) else {}
+    for member in kind.members:
+        if member.hidden:
+            continue
+        given = values.get(member.name.upper())
+        if member.at and given is None:
+            host, _, bit = member.at.rpartition(".")
+            given = int(values.get(host.upper()) or 0) >> int(bit) & 1
+        _write_value(parent, member, given)
+
+
+def _write_value(parent: Any, member: Member, value: Any) -> None:
+    named = {"Name": member.name, "DataType": member.type.name}
+    if member.dims:
+        array = _element(parent, "ArrayMember", **named, Dimensions=_joined(member.dims))
+        _write_array(array, member.type, member.dims, value)
+    elif isinstance(member.type, Structure):
+        _write_structure(_element(parent, "StructureMember", **named), member.type, value)
+    else:
+        _element(
+            parent, "DataValueMember", **named, Radix=_radix(member.type), Value=_number(member.type, value)
+        )
+
+
+def _write_string(parent: Any, kind: Structure, value: Any) -> None:
+    text = value if isinstance(value, str) else ""
+    _element(parent, "DataValueMember", Name="LEN", DataType="DINT", Radix="Decimal", Value=str(len(text)))
+    data = _element(parent, "DataValueMember", Name="DATA", DataType=kind.name, Radix="ASCII")
+    data.text = _cdata("'" + text.replace("$", "$$").replace("'", "$'") + "'")
+
+
+def _number(kind: DataType, value: Any) -> str:
+    assert isinstance(kind, Elementary)
+    if kind.is_bool or kind.is_integer:
+        return str(int(value or 0))
+    return repr(float(value or 0))
+
+
+# --- programs and routines
+
+
+def _write_program(parent: Any, program: Program, routines: Sequence[Routine], *, whole: bool) -> None:
+    roots = {"MainRoutineName": program.main, "FaultRoutineName": program.fault} if whole else {}
+    if whole and not program.main and routines:
+        roots["MainRoutineName"] = routines[0].name
+    made = _element(
+        parent,
+        "Program",
+        **(_TARGET if whole else _CONTEXT),
+        Name=program.name,
+        **{name: value for name, value in roots.items() if value},
+    )
+    _write_tags(_element(made, "Tags"), program.declarations)
+    _write_routines(_element(made, "Routines", **({} if whole else _CONTEXT)), routines, target=not whole)
+
+
+def _write_routines(parent: Any, routines: Iterable[Routine], *, target: bool = False) -> None:
+    for routine in routines:
+        kind = "RLL" if routine.statements is None else "ST"
+        made = _element(parent, "Routine", **(_TARGET if target else {}), Name=routine.name, Type=kind)
+        _say(made, "Description", routine.comment)
+        content = _element(made, f"{kind}Content")
+        if routine.statements is not None:
+            for number, line in enumerate(block_lines(routine.statements)):
+                _element(content, "Line", Number=str(number)).text = _cdata(line)
+            continue
+        for number, rung in enumerate(routine.rungs):
+            element = _element(content, "Rung", Number=str(number), Type="N")
+            _say(element, "Comment", rung.comment)
+            _element(element, "Text").text = _cdata(str(rung))

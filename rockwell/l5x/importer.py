@@ -1,0 +1,267 @@
+"""An L5X to a controller that can run, and the report of its import."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from ...ladder.build.controller import Controller
+from ...ladder.instructions.stubbed import specs_of_stubs
+from ...ladder.model.collector import collector_paused
+from ...ladder.model.spec import Spec
+from ...ladder.model.stubs import (
+    ALL_MESSAGES,
+    NO_STUBS,
+    Power,
+    Stubs,
+    parse_stub,
+)
+from ...ladder.model.tree import Routine
+from ...ladder.model.types import Structure
+from .addons import AddOns
+from .assembly import (
+    Parts,
+    ProgramPart,
+    does_nothing,
+    harness_of,
+)
+from .building import Builder
+from .completing import Completion
+from .mnemonics import MNEMONICS
+from .modules import module_objects, module_tags
+from .report import Report
+from .routines import UNKNOWN, RoutineReader, instruction_names
+from .schedule import tasks_of
+from .scopes import scope_of
+from .unknown import UnknownTypes
+from .uses import all_instructions, numbered_instructions
+from .values.datatypes import NAME, Types
+from .xml.document import read_document
+from .xml.limits import check_limits
+from .xml.records import Document, ProgramRecord
+
+TRIAL_STUB = "done after 20 ms"
+"""How messages end in a trial."""
+
+
+@dataclass(slots=True)
+class Imported:
+    """The result of an import.
+
+    Attributes:
+        document: the document.
+        report: what was imported and refused.
+        controller: what runs; None if nothing can be built, or there are no programs.
+        parts: what it is made of; refused rungs are empty.
+        reader: knows the document's rungs.
+    """
+
+    document: Document
+    report: Report
+    controller: Controller | None
+    parts: Parts
+    reader: RoutineReader
+
+
+def import_l5x(
+    path: Path | str,
+    stubs: Stubs = NO_STUBS,
+    slots: Collection[int] | None = None,
+    *,
+    trial: bool = False,
+) -> Imported:
+    """Import an L5X.
+
+    Args:
+        path: the file.
+        stubs: replacements of instructions, and of refused routines, by name.
+        slots: slots of the rack, to whose images the tags of their modules are bound; None without a rack.
+        trial: also check add-on instructions that nothing calls, and let messages end.
+
+    Raises:
+        L5xError: the file can't be used at all.
+    """
+    with collector_paused():
+        document = read_document(Path(path))
+        check_limits(document)
+        return Importer(document, stubs, slots).run(trial=trial)
+
+
+class Importer:
+    """Imports one document.
+
+    Args:
+        document: the document.
+        stubs: see `import_l5x`.
+        slots: see `import_l5x`.
+    """
+
+    def __init__(
+        self, document: Document, stubs: Stubs = NO_STUBS, slots: Collection[int] | None = None
+    ) -> None:
+        self._document, self._stubs, self._slots = document, stubs, slots
+        self.report = Report(document.file, document.revision, document.target, document.name)
+        self._reader = RoutineReader(self.report)
+        self._types = Types(document.data_types, document.revision)
+        self._add_ons = AddOns(document.add_ons, self._types, self.report)
+        self._parts = Parts(document.name, stubs=dict(stubs.by_name), cards=stubs.cards)
+        self._builder = Builder(self._parts, self._reader, self.report)
+        self._completes = stubs.missing_tags
+        self._absent: dict[str, str] = {}
+
+    def run(self, *, trial: bool) -> Imported:
+        """Import it."""
+        self._completes = self._stubs.missing_tags or (trial and not self._document.whole)
+        self._note_others()
+        self._read_logic()
+        self._declare()
+        if trial:
+            self._parts.stubs.setdefault(ALL_MESSAGES, parse_stub(TRIAL_STUB))
+            self._note_stubs()
+            if self._parts.add_ons:
+                self._builder.build(harness_of)
+        controller = self._builder.build() if self._parts.programs else None
+        return Imported(self._document, self.report, controller, self._parts, self._reader)
+
+    # --- reading
+
+    def _read_logic(self) -> None:
+        document, reader = self._document, self._reader
+        self._parts.declarations += module_tags(document, self._types, self.report, self._slots)
+        reader.stubbed = frozenset(self._stubs.by_name)
+        shapes = self._add_ons.specs()
+        if self._completes:
+            self._stub_absent_add_ons(shapes)
+        reader.specs = {**shapes, **specs_of_stubs(self._parts.stubs)}
+        self._add_ons.read(reader)
+        for program in document.programs:
+            self._program(program)
+        self._define_types()
+        withheld = self._add_ons.make(reader)
+        self._parts.add_ons = self._add_ons.made
+        stubbed = self._stubs.by_name
+        self._refuse_callers({name: text for name, text in withheld.items() if name not in stubbed})
+
+    def _note_others(self) -> None:
+        """Note the parts of the document that nothing here reads."""
+        for name, line in self._document.others:
+            self.report.note(name, "this part of the controller is not read", line)
+        seen: set[str] = set()
+        for each in self._document.data_types:
+            if each.name.upper() in seen:
+                text = "there are two data types of that name; the first one is used"
+                self.report.note(f"data type {each.name}", text, each.line)
+            seen.add(each.name.upper())
+
+    def _define_types(self) -> None:
+        """Define types that the document leaves out, from their use."""
+        unknown = UnknownTypes(self._document, self._types)
+        if not unknown:
+            return
+        programs = [
+            (part.name, each) for part in self._parts.programs.values() for each in part.routines.values()
+        ]
+        defined = unknown.define([*programs, *self._add_ons.routines()], self._reader.specs)
+        for name, kind in defined.items():
+            members = [each.name for each in kind.members] if isinstance(kind, Structure) else [kind.name]
+            self.report.declared[f"type {name}"] = ", ".join(members)
+
+    def _refuse_callers(self, withheld: Mapping[str, str]) -> None:
+        """Refuse the rungs that call add-ons that can't be used."""
+        if not withheld:
+            return
+        for owner, routine in self._owned():
+            for number, instruction in numbered_instructions(routine):
+                reason = withheld.get(instruction.name.upper())
+                if reason is not None:
+                    self._builder.refuse(
+                        owner, routine.name, number, f"{instruction.name}: {reason}", UNKNOWN
+                    )
+        self._builder.empty()
+
+    def _stub_absent_add_ons(self, shapes: Mapping[str, Spec]) -> None:
+        """Let add-on instructions whose definition was not exported do nothing; see `_refuse_absent`."""
+        for name in instruction_names(self._document):
+            if name.upper() not in shapes and name.upper() not in (MNEMONICS | self._parts.stubs.keys()):
+                self._parts.stubs[name.upper()] = Power(True)
+                self._absent[name.upper()] = name
+                self.report.declared[f"add-on {name}"] = "instruction that does nothing"
+
+    def _refuse_absent(self) -> None:
+        """Refuse what calls add-ons whose definition was not exported; statements of a routine stay."""
+        for owner, routine in self._owned() if self._absent else ():
+            for number, instruction in numbered_instructions(routine):
+                name = self._absent.get(instruction.name.upper())
+                if name is None:
+                    continue
+                text = f"{name}: there is no instruction {name}, and no add-on in the export"
+                if routine.statements is None:
+                    self._builder.refuse(owner, routine.name, number, text, UNKNOWN)
+                else:
+                    self._reader.refuse_statement(owner, routine.name, number, text, UNKNOWN)
+        self._builder.empty()
+
+    def _owned(self) -> list[tuple[str, Routine]]:
+        """Return all routines, each with its program or add-on."""
+        programs = [
+            (part.name, each) for part in self._parts.programs.values() for each in part.routines.values()
+        ]
+        definitions = self._parts.add_ons.values()
+        return [*programs, *((each.name, routine) for each in definitions for routine in each.routines)]
+
+    def _program(self, record: ProgramRecord) -> None:
+        key = record.name.upper()
+        part = self._parts.programs.get(key)
+        if part is None:
+            if not NAME.fullmatch(record.name):
+                self._skip_program(record, f"{record.name!r} is not a name of a program")
+                return
+            part = self._parts.programs[key] = ProgramPart(record.name)
+        for each in record.routines:
+            if each.name.upper() in {*part.routines, *part.functions} or not NAME.fullmatch(each.name):
+                reason = f"there are two routines {each.name}, or it is not a name"
+                self._reader.skipped(record.name, each, reason, "rename it")
+                continue
+            routine = self._reader.routine(record.name, each)
+            if routine is None:
+                part.functions[each.name.upper()] = does_nothing(each.name)
+            else:
+                part.routines[each.name.upper()] = routine
+        for encoded in record.encoded:
+            self._reader.encoded(record.name, encoded)
+            if encoded.name.upper() not in part.routines and NAME.fullmatch(encoded.name):
+                part.functions[encoded.name.upper()] = does_nothing(encoded.name)
+        known = {*part.routines, *part.functions}
+        part.main = record.main if record.main.upper() in known else None
+        part.fault = record.fault if record.fault.upper() in known else None
+
+    def _skip_program(self, record: ProgramRecord, reason: str) -> None:
+        for each in record.routines:
+            self._reader.skipped(record.name, each, reason, "rename it")
+
+    # --- declaring
+
+    def _declare(self) -> None:
+        document, parts = self._document, self._parts
+        parts.declarations += scope_of(document.tags, self._types, self.report)
+        declared = list(parts.declarations)
+        for program in document.programs:
+            part = parts.programs.get(program.name.upper())
+            if part is not None:
+                part.declarations += scope_of(program.tags, self._types, self.report, program.name)
+                declared += part.declarations
+        parts.declarations += list(module_objects(document, self._types, declared))
+        completion = Completion(parts, self._reader, self.report, self._slots, all_of_it=self._completes)
+        completion.tags()
+        if self._completes:
+            completion.routines()
+        self._refuse_absent()
+        document.release()
+        parts.tasks = tasks_of(document, [each.name for each in parts.programs.values()], self.report)
+        if self._completes:
+            completion.tasks()
+
+    def _note_stubs(self) -> None:
+        if any(each.name == ALL_MESSAGES for each in all_instructions(each for _, each in self._owned())):
+            self.report.stubs[ALL_MESSAGES] = str(self._parts.stubs[ALL_MESSAGES])

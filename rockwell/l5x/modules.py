@@ -1,0 +1,181 @@
+"""Modules of a document to tags: `Local:1:I`, `Rack:3:O`, `Drive:I1`, `Local:2:C`.
+
+A module in a chassis goes by the chassis and its slot, one on a network by its name. The values in the
+document show the members of a tag. A module of a rack connection has aliases to parts of its adapter's tags.
+
+`Local:1:I` and `Local:1:O` of a slot that the rack has are the images of that slot, under the names of the
+generic profile (`Data[0]`), of the 3601's own (`Data0`, `ModuleOK`) and of cards. All other tags of modules
+are memory that nothing is connected to; tests, the debugger and plants may set them.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Iterator, Mapping
+
+from ...ladder.build.calls import MODULE, MODULE_TAG
+from ...ladder.model.errors import LadderError
+from ...ladder.model.expressions import parse_address
+from ...ladder.model.resolver import slot_of_image
+from ...ladder.model.tags import Alias, Declaration, Tag
+from ...ladder.model.types import (
+    DINT,
+    INT,
+    DataType,
+    Member,
+    Structure,
+)
+from .report import Report
+from .values.datatypes import NAME, Types
+from .values.value_texts import ValueTextError
+from .values.values import initial_of
+from .xml.records import (
+    Document,
+    ModuleRecord,
+    ModuleTagRecord,
+    number_of,
+)
+
+NETWORKS = ("ETHERNET", "CONTROLNET", "DEVICENET", "RHINOBP", "SERCOS", "USB", "RIO", "DH")
+"""Types of ports whose addresses are not slots."""
+
+_PARTS = ("Data", "Slot")
+"""Arrays in the tag of an adapter that have one element per slot."""
+
+
+def prefix_of(module: ModuleRecord) -> str:
+    """Return what the names of a module's tags begin with: `Local:1`, `Rack:3` or `Drive`."""
+    on_network = any(module.bus.upper().startswith(each) for each in NETWORKS)
+    return (
+        module.name
+        if on_network or number_of(module.address) is None
+        else f"{module.parent}:{module.address}"
+    )
+
+
+_LOCAL = re.compile(r"Local:(\d+)", re.IGNORECASE)
+
+
+def is_bound(name: str, slots: Collection[int] | None) -> bool:
+    """Return whether a module's tag is an image of a slot that the rack has.
+
+    >>> is_bound("Local:1:I", {1, 2}), is_bound("Local:1:C", {1, 2}), is_bound("Local:3:O", {1, 2})
+    (True, False, False)
+    """
+    return slots is not None and slot_of_image(name) in slots
+
+
+def slot_of(module: ModuleRecord) -> int | None:
+    """Return the slot of a module in the controller's own chassis, None for any other."""
+    local = _LOCAL.fullmatch(prefix_of(module))
+    return int(local[1]) if local and int(local[1]) > 0 else None
+
+
+def module_tags(
+    document: Document, types: Types, report: Report, slots: Collection[int] | None = None
+) -> list[Declaration]:
+    """Return the tags of modules that are memory.
+
+    Args:
+        document: the document.
+        types: gets the types of the tags.
+        report: gets a note for each module that has no slot in the rack, if there is a rack.
+        slots: the slots that the rack has, whose images are no memory; None if there is no rack.
+    """
+    found: dict[str, Declaration] = {}
+    aliases: list[tuple[ModuleRecord, ModuleTagRecord]] = []
+    for module in document.modules:
+        if slots is not None and module.tags and slot_of(module) not in slots:
+            why = f"{module.catalog} is not in the rack: its tags are memory"
+            report.note(prefix_of(module), why, module.line)
+        for tag in module.tags:
+            if is_bound(f"{prefix_of(module)}:{tag.suffix}", slots):
+                continue
+            if tag.kind.endswith("AliasTag"):
+                aliases.append((module, tag))
+                continue
+            made = _tag(module, tag, types, report)
+            if made is not None:
+                found.setdefault(made.name.upper(), made)
+    for module, tag in aliases:
+        alias = _alias(module, tag, found)
+        if alias is not None:
+            found.setdefault(alias.name.upper(), alias)
+    return list(found.values())
+
+
+def module_objects(
+    document: Document, types: Types, declared: Collection[Declaration]
+) -> Iterator[Declaration]:
+    """Yield a tag for each module that add-on instructions can take by name.
+
+    Args:
+        document: the document.
+        types: its types; they have `MODULE` if something takes a module.
+        declared: the tags of the controller and of its programs, which keep their names.
+    """
+    try:
+        kind = types.find(MODULE)
+    except LadderError:
+        return
+    taken = {each.name.upper() for each in declared}
+    seen: set[str] = set()
+    for module in document.modules:
+        key = module.name.upper()
+        if NAME.fullmatch(module.name) and key not in seen:
+            seen.add(key)
+            name = f"{MODULE_TAG}{module.name}" if key in taken else module.name
+            yield Tag(name, kind, (), None, f"{module.catalog} {module.name}".strip())
+
+
+def _tag(module: ModuleRecord, tag: ModuleTagRecord, types: Types, report: Report) -> Tag | None:
+    name = f"{prefix_of(module)}:{tag.suffix}"
+    kind = next((each for each in _shown(tag, types) if each is not None), None) or _sized(module, tag)
+    if kind is None:
+        return None
+    try:
+        initial = initial_of(tag.data, kind, (), types) if tag.kind == "ConfigTag" else None
+    except (ValueTextError, LadderError) as error:
+        report.lose(name, f"it starts with zeros: {error}", tag.line)
+        initial = None
+    return Tag(name, kind, (), initial, f"{module.catalog} {module.name}".strip())
+
+
+def _sized(module: ModuleRecord, tag: ModuleTagRecord) -> Structure | None:
+    """Return the words of a module of which the document has the size only: Data, and Fault of inputs.
+
+    The size of the inputs of a generic profile counts the 4 bytes of Fault.
+    """
+    is_input = tag.kind == "InputTag"
+    size = tag.size - FAULT_BYTES * (is_input and module.catalog.startswith(GENERIC))
+    if tag.kind not in ("InputTag", "OutputTag") or size < 2:
+        return None
+    fault = (Member("Fault", DINT),) if is_input else ()
+    data = Member("Data", INT, (size // 2,))
+    return Structure(f"{module.catalog}:{tag.suffix}", (*fault, data))
+
+
+GENERIC = "1769-MODULE"
+"""Catalog number of the generic profile."""
+
+FAULT_BYTES = 4
+
+
+def _shown(tag: ModuleTagRecord, types: Types) -> Iterator[DataType | None]:
+    for data in tag.data:
+        for inner in data.iterchildren("Structure", "DataValue"):
+            yield types.show(inner)
+
+
+def _alias(module: ModuleRecord, tag: ModuleTagRecord, found: Mapping[str, Declaration]) -> Alias | None:
+    """Return the alias of a module of a rack connection, None if its adapter's tag is unknown."""
+    way = "I" if tag.kind == "InAliasTag" else "O"
+    adapter = found.get(f"{module.parent}:{way}".upper())
+    if not isinstance(adapter, Tag) or not isinstance(adapter.type, Structure):
+        return None
+    part = next((name for name in _PARTS if adapter.type.member(name)), None)
+    place = number_of(module.address)
+    if part is None or place is None:
+        return None
+    target = parse_address(f"{adapter.name}.{part}[{place}]")
+    return Alias(f"{prefix_of(module)}:{way}", target, module.name)

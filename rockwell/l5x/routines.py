@@ -1,0 +1,291 @@
+"""Rungs and structured text of a document; what can't be read is refused and leaves an empty rung.
+
+The number of a rung in the tree is its place in the document, so that a later refusal finds its text.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Mapping
+
+from ...ladder.build.text import parse_rung
+from ...ladder.instructions import BY_NAME
+from ...ladder.model.errors import RungTextError
+from ...ladder.model.spec import Spec
+from ...ladder.model.statements import Empty, Region, statements_in
+from ...ladder.model.tree import (
+    Block,
+    Origin,
+    Routine,
+    Rung,
+)
+from .presets import Presets
+from .report import Refusal, Report, StructuredRoutine
+from .xml.limits import MOST_IN_RUNG, instructions_in
+from .xml.records import (
+    Document,
+    EncodedRecord,
+    RoutineRecord,
+    RungRecord,
+)
+
+DIAGRAMS = {"FBD": "a function block diagram", "SFC": "a sequential function chart"}
+"""Kinds of routines that do not run here."""
+
+_ANOTHER_LANGUAGE = "write the routine as ladder or structured text, or stub it"
+UNKNOWN = "stub the instruction, or take it out"
+"""The remedy for an unknown instruction."""
+
+_PENDING = "accept or cancel the edits, then export again"
+
+
+_CALLED = re.compile(r"\b([A-Za-z_]\w*+)\(")
+_QUOTED = re.compile(r"'(?:[^'$\n]|\$[^\n])*+'?")
+_ASIDE = re.compile(
+    r"'(?:[^'$\n]|\$[^\n])*+'?|\(\*(?:.*?\*\)|.*)|/\*(?:.*?\*/|.*)|//[^\n]*|^[ \t]*#[^\n]*",
+    re.DOTALL | re.MULTILINE,
+)
+"""Strings, comments and regions of structured text."""
+
+_INVOKED = re.compile(r"(?:\A|;|:(?!=)|\b(?:THEN|ELSE|DO|REPEAT)\b)\s*([A-Za-z_]\w*+)\s*\(", re.IGNORECASE)
+"""A call at the beginning of a statement."""
+
+_STATEMENTS = frozenset({"IF", "ELSIF", "WHILE", "UNTIL", "CASE"})
+"""Keywords of statements that an expression in parentheses may follow."""
+
+
+def instruction_names(document: Document) -> list[str]:
+    """Return the names of the instructions that a document calls, each once."""
+    routines = [each for program in document.programs for each in program.routines]
+    routines += [each for add_on in document.add_ons for each in add_on.routines]
+    found: dict[str, None] = {}
+    for routine in routines:
+        for rung in routine.rungs:
+            found.update(dict.fromkeys(_CALLED.findall(_QUOTED.sub("", rung.text))))
+        text = _ASIDE.sub(" ", "\n".join(line for line, _ in routine.lines))
+        found.update((each, None) for each in _INVOKED.findall(text) if each.upper() not in _STATEMENTS)
+    return list(found)
+
+
+def _column(text: str, reason: str) -> int:
+    """Return the column of the instruction that a reason begins with, 1 if it is not found."""
+    shown = reason.partition(": ")[0]
+    at = text.find(shown)
+    return (at if at >= 0 else text.find(shown.partition("(")[0])) + 1 or 1
+
+
+def line_of(record: RoutineRecord, number: int) -> int:
+    """Return the line in the file of a line of structured text; of an empty routine its own."""
+    numbers = _lines_of(record)[1] or [record.line]
+    return numbers[min(max(number - 1, 0), len(numbers) - 1)]
+
+
+def _lines_of(record: RoutineRecord) -> tuple[list[str], list[int]]:
+    """Return the lines of structured text, and their numbers in the file."""
+    lines: list[str] = []
+    numbers: list[int] = []
+    for text, number in record.lines:
+        body = text.lstrip("\r\n")
+        start = number + text[: len(text) - len(body)].count("\n")
+        for offset, part in enumerate(body.rstrip("\r\n").split("\n")):
+            lines.append(part.rstrip("\r"))
+            numbers.append(start + offset)
+    return lines, numbers
+
+
+class RoutineReader:
+    """Reads routines and keeps account of rungs.
+
+    Attributes:
+        specs: the shapes of all instructions, by name in capitals.
+        stubbed: names in capitals of instructions and routines that a stub replaces.
+
+    Args:
+        report: counts rungs and collects what is refused.
+    """
+
+    def __init__(self, report: Report) -> None:
+        self._report = report
+        self._records: dict[tuple[str, str], RoutineRecord] = {}
+        self._refused: set[tuple[str, str, int]] = set()
+        self._presets: dict[str, Presets] = {}
+        self._texts: dict[tuple[str, str], StructuredRoutine] = {}
+        self.specs: Mapping[str, Spec] = BY_NAME
+        self.stubbed: frozenset[str] = frozenset()
+
+    def routine(self, owner: str, record: RoutineRecord, inouts: Collection[str] = ()) -> Routine | None:
+        """Read a routine; None if it is refused as a whole.
+
+        Args:
+            owner: the program, or the add-on instruction.
+            record: the routine.
+            inouts: names in capitals of the InOuts of the add-on instruction.
+        """
+        self._presets.setdefault(owner.upper(), Presets(inouts))
+        self._records[owner.upper(), record.name.upper()] = record
+        self._report.rungs += len(record.rungs)
+        if record.kind in DIAGRAMS:
+            self.refuse_object(owner, record.name, f"it is {DIAGRAMS[record.kind]}", record.line)
+            return None
+        if record.kind == "ST":
+            return self._statements(owner, record)
+        rungs = tuple(self._rung(owner, record, place, each) for place, each in enumerate(record.rungs))
+        return Routine(record.name, rungs, record.comment)
+
+    def skipped(self, owner: str, record: RoutineRecord, reason: str, remedy: str) -> None:
+        """Refuse all rungs of a routine that is not read; there may be another one of its name."""
+        self._report.rungs += len(record.rungs)
+        for rung in record.rungs:
+            self._report.refused.append(
+                Refusal(
+                    *(self._report.file, rung.line, owner, record.name, rung.number),
+                    *(1, rung.text, reason, remedy),
+                )
+            )
+        if record.lines:
+            self._count_text(owner, record)
+            self.refuse_object(owner, record.name, reason, record.line, remedy)
+
+    def encoded(self, owner: str, record: EncodedRecord) -> None:
+        """Refuse a routine whose source is not in the file."""
+        text = "its source is encoded, so that it is not in the file"
+        self.refuse_object(owner, record.name, text, record.line, "export it without source protection")
+
+    def _rung(self, owner: str, record: RoutineRecord, place: int, rung: RungRecord) -> Rung:
+        origin = Origin(self._report.file, rung.line)
+        if rung.texts > 1:
+            name = f"{owner}.{record.name} rung {rung.number}"
+            self._report.note(name, f"it has {rung.texts} texts; the first one is read", rung.line)
+        if rung.kind.upper() != "N":
+            reason = f"it is of type {rung.kind}, an edit in progress"
+            self.refuse(owner, record.name, place, reason, _PENDING)
+            return Rung((), rung.comment, origin)
+        count = instructions_in(rung.text)
+        if count > MOST_IN_RUNG:
+            reason = f"it has {count:,} instructions; {MOST_IN_RUNG:,} are allowed"
+            self.refuse(owner, record.name, place, reason, "divide it")
+            return Rung((), rung.comment, origin)
+        try:
+            read = parse_rung(
+                rung.text,
+                file=self._report.file,
+                line=rung.line,
+                rung=rung.number,
+                comment=rung.comment,
+                specs=self.specs,
+            )
+        except RungTextError as error:
+            reason = str(error).partition(f"column {error.column}: ")[2]
+            self.refuse(owner, record.name, place, reason, UNKNOWN, error.column)
+            return Rung((), rung.comment, origin)
+        return self._presets[owner.upper()].settled(read, self.specs)
+
+    def _statements(self, owner: str, record: RoutineRecord) -> Routine | None:
+        from ...ladder.st import parse_statements  # lark takes time to import, and most files have none
+
+        lines, numbers = _lines_of(record)
+        try:
+            block = parse_statements(
+                "\n".join(lines), file=self._report.file, lines=numbers, specs=self.specs
+            )
+        except RungTextError as error:
+            reason = f"column {error.column}: " + str(error).partition(f"column {error.column}: ")[2]
+            self._count_text(owner, record)
+            self.refuse_object(owner, record.name, reason, error.line, "correct the line")
+            return None
+        self._count_text(owner, record, block)
+        return Routine(record.name, (), record.comment, block)
+
+    def _count_text(self, owner: str, record: RoutineRecord, block: Block | None = None) -> None:
+        """Count the statements of a routine; of one that is not read all are refused."""
+        lines, _ = _lines_of(record)
+        if block is None:
+            refused = count = _ASIDE.sub(" ", "\n".join(lines)).count(";")
+        else:
+            refused = 0
+            count = sum(not isinstance(each, Empty | Region) for each in statements_in(block))
+        counted = StructuredRoutine(owner, record.name, len(lines), count, refused)
+        self._texts.setdefault((owner.upper(), record.name.upper()), counted)
+        self._report.texts.append(counted)
+
+    # --- refusing
+
+    def refuse(self, owner: str, routine: str, place: int, reason: str, remedy: str, column: int = 0) -> None:
+        """Refuse a rung by its place; once.
+
+        Args:
+            owner: the program, or the add-on instruction.
+            routine: the routine.
+            place: place of the rung.
+            reason: what is wrong; may begin with the instruction.
+            remedy: what helps.
+            column: where, from 1; 0 for that of the instruction.
+        """
+        key = (owner.upper(), routine.upper(), place)
+        if key in self._refused:
+            return
+        self._refused.add(key)
+        rung = self._records[key[:2]].rungs[place]
+        self._report.refused.append(
+            Refusal(
+                *(self._report.file, rung.line, owner, routine, rung.number),
+                column or _column(rung.text, reason),
+                rung.text,
+                reason,
+                remedy,
+            )
+        )
+
+    def refuse_object(
+        self, owner: str, routine: str, reason: str, line: int, remedy: str = _ANOTHER_LANGUAGE
+    ) -> None:
+        """Refuse a routine, or something else that is not a rung, unless a stub replaces it."""
+        counted = self._texts.get((owner.upper(), routine.upper()))
+        if counted is not None:
+            counted.refused = counted.statements
+        if routine.upper() in self.stubbed:
+            self._report.stubs[routine] = "the routine does nothing"
+            return
+        self._report.objects.append(
+            Refusal(self._report.file, line, owner, routine, None, 1, "", reason, remedy)
+        )
+
+    def refuse_statement(self, owner: str, routine: str, number: int, reason: str, remedy: str) -> None:
+        """Refuse a statement by its line in a routine whose other statements are imported."""
+        record, counted = self.record(owner, routine), self._texts.get((owner.upper(), routine.upper()))
+        if record is None or counted is None:
+            return
+        before = counted.refused
+        self.refuse_object(owner, routine, f"line {number}: {reason}", line_of(record, number), remedy)
+        counted.refused = min(before + 1, counted.statements)
+
+    def refuse_routine(self, owner: str, routine: str, reason: str, remedy: str) -> bool:
+        """Refuse all of a routine; return whether there was something to refuse."""
+        record = self.record(owner, routine)
+        if record is None:
+            return False
+        for place in range(len(record.rungs)):
+            self.refuse(owner, routine, place, reason, remedy)
+        if record.kind == "ST":
+            self.refuse_object(owner, routine, reason, record.line, remedy)
+        return True
+
+    def ran(self, owner: str, routine: str) -> None:
+        """Note that structured text ran."""
+        counted = self._texts.get((owner.upper(), routine.upper()))
+        if counted is not None:
+            counted.ran = True
+
+    def record(self, owner: str, routine: str) -> RoutineRecord | None:
+        """Return the record of a routine that was read."""
+        return self._records.get((owner.upper(), routine.upper()))
+
+    def is_refused(self, owner: str, routine: str, place: int) -> bool:
+        """Whether a rung is refused."""
+        return (owner.upper(), routine.upper(), place) in self._refused
+
+    def accepted(self, owner: str, routine: str) -> int:
+        """Return how many rungs of a routine are imported."""
+        record = self.record(owner, routine)
+        count = len(record.rungs) if record else 0
+        return sum(not self.is_refused(owner, routine, place) for place in range(count))

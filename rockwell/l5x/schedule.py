@@ -1,0 +1,67 @@
+"""Tasks of a document."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from decimal import Decimal, InvalidOperation
+
+from ...ladder.model.errors import LadderError
+from ...ladder.model.schedule import PRIORITIES, Task, TaskKind
+from .report import Report
+from .xml.records import Document, TaskRecord, number_of
+
+
+def tasks_of(document: Document, programs: Iterable[str], report: Report) -> list[Task]:
+    """Return the tasks that run something.
+
+    Args:
+        document: the document.
+        programs: names of the programs that there are.
+        report: gets what is left out.
+    """
+    left = {name.upper(): name for name in programs}
+    off = {each.name.upper() for each in document.programs if each.disabled}
+    found: list[Task] = []
+    names: set[str] = set()
+    for record in document.tasks:
+        if record.name.upper() in names:
+            report.note(f"task {record.name}", "there are two tasks of that name", record.line)
+            continue
+        names.add(record.name.upper())
+        if record.inhibited:
+            report.note(f"task {record.name}", "it is inhibited, and does not run", record.line)
+            for name in record.programs:
+                left.pop(name.upper(), None)
+            continue
+        programs_run = []
+        for name in record.programs:
+            known = left.pop(name.upper(), None)
+            if known is None:
+                report.note(f"task {record.name}", f"there is no program {name} for it", record.line)
+            elif name.upper() in off:
+                report.note(f"program {name}", "it is disabled, and does not run", record.line)
+            else:
+                programs_run.append(known)
+        task = _task(record, tuple(programs_run), report)
+        if task is not None and not (
+            task.kind is TaskKind.CONTINUOUS and any(each.kind is TaskKind.CONTINUOUS for each in found)
+        ):
+            found.append(task)
+    return found
+
+
+def _task(record: TaskRecord, programs: tuple[str, ...], report: Report) -> Task | None:
+    """Return a task, None if it can't be one."""
+    kinds = {each.value: each for each in TaskKind}
+    kind = kinds.get(record.kind)
+    try:
+        rate = Decimal(record.rate or 0) if kind is TaskKind.PERIODIC else Decimal(0)
+        priority = number_of(record.priority)
+        if kind is None:
+            raise LadderError(f"its type is {record.kind}; allowed are {', '.join(kinds)}")
+        if priority is None or priority not in PRIORITIES:
+            priority = 10
+        return Task(record.name, kind, programs, int(rate * 1_000_000), priority, comment=record.comment)
+    except (LadderError, InvalidOperation, OverflowError, ValueError) as error:
+        report.note(f"task {record.name}", f"it does not run: {error}", record.line)
+        return None

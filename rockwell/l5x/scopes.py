@@ -1,0 +1,127 @@
+"""Tags and aliases of the controller and of programs, as declarations."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+from ...ladder.model.errors import LadderError
+from ...ladder.model.expressions import parse_address
+from ...ladder.model.tags import Alias, Declaration, Tag
+from ...ladder.model.types import MAX_DIMENSIONS, DataType
+from .report import Report
+from .values.datatypes import Types
+from .values.value_texts import ValueTextError
+from .values.values import initial_of
+from .xml.records import Data, TagRecord
+
+_FILLED = {
+    "PRODUCED": "it is produced, and has no consumer here",
+    "CONSUMED": "it is consumed, and has no producer here: it keeps its initial value",
+}
+
+
+def scope_of(
+    records: Iterable[TagRecord], types: Types, report: Report, owner: str = ""
+) -> list[Declaration]:
+    """Return the declarations of the tags of the controller or of a program.
+
+    Args:
+        records: the tags.
+        types: the document's types.
+        report: gets what can't be declared.
+        owner: the program, "" for the controller.
+    """
+    declarations: list[Declaration] = []
+    for record in records:
+        if record.kind.upper() in _FILLED:
+            report.note(_named(owner, record.name), _FILLED[record.kind.upper()], record.line)
+        if owner and record.usage.upper() == "INOUT":
+            text = "it is a parameter by reference, and has memory of its own here"
+            report.note(_named(owner, record.name), text, record.line)
+        try:
+            if record.kind.upper() == "ALIAS" or record.target:
+                declarations.append(Alias(record.name, parse_address(record.target), record.comment))
+                continue
+            kind = type_of(record, types)
+            declarations.append(tag_of(record, kind, types, report, owner))
+        except LadderError as error:
+            report.lose(_named(owner, record.name), f"it is not declared: {error}", record.line)
+    return declarations
+
+
+def type_of(record: TagRecord, types: Types) -> DataType:
+    """Return the type of a tag: of its name, else as its values show it.
+
+    Raises:
+        UnknownTypeError: neither the file nor its values show it.
+        LadderError: it can't be used.
+    """
+    try:
+        return types.find(record.type)
+    except LadderError:
+        shown = (types.show(each) for each in _shown(record))
+        found = next((each for each in shown if each is not None), None)
+        if found is None:
+            raise
+        return found
+
+
+def _shown(record: TagRecord) -> Iterator[Data]:
+    """Yield decorated data of a tag: its structure, or that of its first element."""
+    for each in record.data:
+        if each.get("Format") == "Decorated":
+            inner = next(each.iterchildren("Structure", "Array"), None)
+            if inner is not None and inner.tag == "Array":
+                inner = inner.find("Element/Structure")
+            if inner is not None:
+                yield inner
+
+
+def tag_of(record: TagRecord, kind: DataType, types: Types, report: Report, owner: str = "") -> Tag:
+    """Return a tag with its initial value.
+
+    Raises:
+        LadderError: its dimensions are not allowed.
+    """
+    if record.wrong_dims:
+        raise LadderError(f"{record.wrong_dims!r} are no dimensions")
+    if len(record.dims) > MAX_DIMENSIONS or min(record.dims, default=1) < 1:
+        raise LadderError(f"it has dimensions {record.dims}")
+    types.take(kind, record.dims)
+    initial = read_initial(record, kind, types, report, _named(owner, record.name))
+    return Tag(record.name, kind, record.dims, initial, record.comment)
+
+
+def read_initial(
+    record: TagRecord,
+    kind: DataType,
+    types: Types,
+    report: Report,
+    name: str,
+    what: str = "it starts with zeros",
+) -> Any:
+    """Return what a tag or a parameter starts with; what can't be read is noted.
+
+    Args:
+        record: its record.
+        kind: its type.
+        types: the document's types.
+        report: gets the note.
+        name: what the note calls it.
+        what: what a value does that can't be read.
+    """
+    said: list[str] = []
+    try:
+        initial = initial_of(record.data, kind, record.dims, types, said.append)
+    except ValueTextError as error:
+        report.lose(name, f"{what}: {error}", record.line)
+        return None
+    if said:
+        more = f", and {len(said) - 1} more" * (len(said) > 1)
+        report.lose(name, f"{said[0]}{more}", record.line)
+    return initial
+
+
+def _named(owner: str, name: str) -> str:
+    return rf"\{owner}.{name}" if owner else name

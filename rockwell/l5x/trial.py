@@ -1,0 +1,218 @@
+"""A trial: an imported controller runs in the interpreter and compiled, scan by scan, from the same memory.
+
+A rung counts as run if its program did all scans and both back ends had the same values in all variables
+and the same fault after each of them. Refused rungs are empty in it. A major fault that both report ends the
+scan and not the trial; the watchdog ends the trial, since such a program does no second scan. Programs that
+no task runs, and add-on instructions, run in controllers of their own.
+
+The interpreter counts rungs and statements, since loops and nested calls can make a scan endless. Too many
+end the trial: a count, not a clock, so that a report can be repeated.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from ...ladder.build.controller import Controller
+from ...ladder.build.runnable import LadderLogic
+from ...ladder.model.errors import (
+    WATCHDOG_TYPE,
+    BuildError,
+    LadderFault,
+    OutOfLinesError,
+    TooLongError,
+)
+from ...ladder.model.schedule import Task
+from ...ladder.model.tree import Routine
+from ...ladder.run.engine import Engine
+from ...ladder.state.memory import same
+from .assembly import (
+    Parts,
+    does_nothing,
+    harness_of,
+    implicit_task,
+    trial_tasks,
+)
+from .importer import Imported
+
+SCANS = 100
+"""Scans of a trial."""
+
+MOST_IN_SCAN = 1_000_000
+"""Rungs and statements in one scan: more than a controller does within its watchdog of 500 ms."""
+
+MOST_IN_ALL = 4_000_000
+"""The same in all scans of a trial: more than twice what a controller of 15,000 rungs does in 100 scans."""
+
+
+def run_trial(imported: Imported, scans: int = SCANS) -> None:
+    """Run what was imported; count in its report the rungs that ran, and note faults and differences."""
+    parts, report, work = imported.parts, imported.report, Work(scans)
+    if imported.controller is not None:
+        tasks = parts.tasks or implicit_task([each.name for each in parts.programs.values()])
+        run = {name.upper() for task in tasks for name in task.programs}
+        others = [each.name for name, each in parts.programs.items() if name not in run]
+        _run(imported, parts, tasks, imported.controller, work)
+        if others:
+            _run(imported, parts, trial_tasks(parts, others), None, work)
+    if parts.add_ons:
+        harness = harness_of(parts)
+        _run(imported, harness, harness.tasks, None, work)
+    report.ran = min(report.ran, report.imported)
+
+
+class Work:
+    """What a trial may do.
+
+    Attributes:
+        scans: scans of each controller.
+        left: rungs and statements in all of them that may still run.
+    """
+
+    def __init__(self, scans: int = SCANS) -> None:
+        self.scans = scans
+        self.left = MOST_IN_ALL
+
+    def scan(self, interpreted: Engine) -> LadderFault | None:
+        """Run a scan in the interpreter; return its fault.
+
+        Raises:
+            OutOfLinesError: too many rungs and statements.
+        """
+        if self.left <= 0:
+            raise OutOfLinesError(f"more than {MOST_IN_ALL:,} rungs and statements have run")
+        interpreter = interpreted.interpreter
+        interpreter.lines_left = allowed = min(self.left, MOST_IN_SCAN)
+        try:
+            return _scan(interpreted)
+        except OutOfLinesError:
+            raise OutOfLinesError(f"more than {allowed:,} rungs and statements run in it") from None
+        finally:
+            self.left -= allowed - interpreter.lines_left
+
+
+def _run(
+    imported: Imported, parts: Parts, tasks: Sequence[Task], controller: Controller | None, work: Work
+) -> None:
+    """Run the programs of tasks.
+
+    A fault of one does not keep the others from running: after one they run again, each with a fault
+    routine that clears it; if that is not enough, as it is not for the watchdog, each runs alone.
+    """
+    names = [name for task in tasks for name in task.programs]
+    report = imported.report
+    try:
+        outcome = lockstep(controller or parts.assemble(report, tasks), work)
+    except TooLongError as error:
+        owner, _, routine = error.routine.removeprefix("\\").partition(".")
+        reason, _, remedy = str(error).rpartition(": ")
+        if not imported.reader.refuse_routine(owner, routine, reason, remedy):
+            report.faults[owner] = reason
+            return
+        parts = _without(parts, owner, routine)
+        _run(imported, parts, tasks, None, work)
+        return
+    except BuildError as error:  # one of the programs, since each rung can be built
+        report.faults[names[0] if names else parts.name] = f"it can't be tried: {error.problems[0].text}"
+        for name in names if len(names) > 1 else ():
+            _run(imported, parts, trial_tasks(parts, [name]), None, work)
+        return
+    if outcome.fault:
+        report.faults[outcome.program or parts.name] = outcome.fault
+        if len(names) > 1:
+            outcome = lockstep(parts.with_fault_routines().assemble(report, tasks), work)
+    if outcome.scans and not outcome.difference:
+        _count(imported, names)
+    elif len(names) == 1:
+        report.faults[names[0]] = outcome.difference or outcome.fault
+    else:
+        for name in names:
+            _run(imported, parts, trial_tasks(parts, [name]), None, work)
+
+
+def _without(parts: Parts, owner: str, routine: str) -> Parts:
+    """Return the same parts in which a routine of a program, or of an add-on, does nothing."""
+    part, definition = parts.programs.get(owner.upper()), parts.add_ons.get(owner.upper())
+    if part is not None and routine.upper() in part.routines:
+        part.functions[routine.upper()] = does_nothing(part.routines.pop(routine.upper()).name)
+    elif definition is not None:
+        kept = (each for each in definition.routines if each.name.upper() != routine.upper())
+        parts.add_ons[owner.upper()] = definition.with_routines((Routine(routine, ()), *kept))
+    return parts
+
+
+def _count(imported: Imported, names: Iterable[str]) -> None:
+    """Count the rungs of programs and add-ons that ran."""
+    for name in names:
+        part = imported.parts.programs.get(name.upper())
+        definition = imported.parts.add_ons.get(name.upper())
+        routines = part.routines.values() if part else definition.routines if definition else ()
+        for each in routines:
+            imported.report.ran += imported.reader.accepted(name, each.name)
+            imported.reader.ran(name, each.name)
+
+
+class Outcome:
+    """What a trial showed.
+
+    Attributes:
+        scans: whether all scans were done.
+        fault: the first major fault, "" without one.
+        program: the program in which that was.
+        difference: the first difference, "" without one.
+    """
+
+    def __init__(self) -> None:
+        self.scans = False
+        self.fault = self.program = ""
+        self.difference = ""
+
+
+def lockstep(controller: LadderLogic, work: Work) -> Outcome:
+    """Run a controller or a program on both back ends and compare after each scan."""
+    outcome = Outcome()
+    compiled, interpreted = controller.compile(), controller.interpret()
+    for number in range(work.scans):
+        try:
+            theirs = work.scan(interpreted)
+        except OutOfLinesError as error:
+            outcome.fault, outcome.program = f"scan {number}: {error}", ""
+            return outcome
+        ours = _scan(compiled)
+        if str(ours) != str(theirs):
+            outcome.difference = f"scan {number}: compiled {ours}, interpreted {theirs}"
+            return outcome
+        if ours is None:
+            different = _different(compiled, interpreted)
+            if different:
+                outcome.difference = f"scan {number}: {different}"
+                return outcome
+        elif not outcome.fault:
+            outcome.fault, outcome.program = f"scan {number}: {ours}", ours.site.program
+        if ours is not None and ours.type == WATCHDOG_TYPE:
+            return outcome
+    outcome.scans = True
+    return outcome
+
+
+def _scan(engine: Engine) -> LadderFault | None:
+    try:
+        engine.step()
+    except LadderFault as fault:
+        return fault
+    return None
+
+
+def _different(ours: Engine, theirs: Engine) -> str:
+    """Return a variable in which two memories differ, "" if there is none."""
+    there = theirs.memory.cells
+    for ident, cell in ours.memory.cells.items():
+        one, other = cell.cell_contents, there[ident].cell_contents
+        if one != other and not same(_plain(one), _plain(other)):
+            return f"{ident} is {_plain(one)!r} compiled and {_plain(other)!r} interpreted"[:300]
+    return ""
+
+
+def _plain(value: Any) -> Any:
+    return value.tolist() if isinstance(value, memoryview) else value

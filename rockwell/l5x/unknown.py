@@ -1,0 +1,278 @@
+"""Types that a document names and does not define: of modules, or left out of a partial export.
+
+Their members are those that the rungs name, of the types that their uses ask for, see `inferred`. An axis has
+hundreds of members, others in each kind and revision: those that the rungs name beyond `AXIS_TYPES` are
+added to its type in the same way.
+
+A call hands over what an InOut is: after `Guard(G1,Door:I,Door:I.Ch0)` Door:I is of the type of the first
+InOut, and has a member Ch0 of the type of the second.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+
+from ...ladder.build.inferred import Guesses
+from ...ladder.model.errors import LadderError
+from ...ladder.model.expressions import parse_address
+from ...ladder.model.predefined.motion_types import AXIS_TYPES
+from ...ladder.model.spec import Spec
+from ...ladder.model.statements import Invocation, statements_in
+from ...ladder.model.tree import (
+    Address,
+    Instruction,
+    MemberStep,
+    Routine,
+    Step,
+    SubscriptStep,
+    instructions_of,
+)
+from ...ladder.model.types import (
+    DINT,
+    DataType,
+    Member,
+    Structure,
+)
+from .addons import arguments_of
+from .scopes import type_of
+from .values.datatypes import Types, UnknownTypeError
+from .xml.records import Document, RoutineRecord, TagRecord
+
+_MEMBER = re.compile(r"([A-Za-z_]\w*)\.([A-Za-z_]\w*)", re.ASCII)
+_ATTRIBUTE = re.compile(r"[GS]SV\(\s*Axis\s*,\s*(\w+)\s*,\s*(\w+)\s*,", re.ASCII | re.IGNORECASE)
+
+Owned = Iterable[tuple[str, Routine]]
+"""Routines, each with its program or add-on."""
+
+Handed = tuple[str, Address, TagRecord]
+"""What a call passes: the program or add-on that it is in, the argument, the InOut."""
+
+_DEEPEST = 64
+"""Types that wait for one another."""
+
+
+class UnknownTypes:
+    """Finds and guesses the types that a document does not define.
+
+    Args:
+        document: the document.
+        types: its types.
+    """
+
+    def __init__(self, document: Document, types: Types) -> None:
+        self._types = types
+        self._members = {
+            record.name.upper(): {each.name.upper(): each.type for each in record.members}
+            for record in document.data_types
+        }
+        self._tags = {"": _by_name(document.tags)}
+        for program in document.programs:
+            self._tags[program.name.upper()] = _by_name(program.tags)
+        self._add_ons = {
+            each.name.upper(): _by_name((*each.parameters, *each.locals)) for each in document.add_ons
+        }
+        self._arguments = {each.name.upper(): tuple(arguments_of(each)) for each in document.add_ons}
+        self._passed: dict[str, str] = {}
+        self.names = dict(self._missing(document))
+        self._with_axes = frozenset(self._naming_axis_members(document))
+
+    def __bool__(self) -> bool:
+        """Whether there is something to define."""
+        return bool(self.names or self._with_axes)
+
+    def _missing(self, document: Document) -> Iterator[tuple[str, str]]:
+        """Yield the types that are not defined: name in capitals and name."""
+        for data_type in document.data_types:
+            for member in data_type.members:
+                if self._is_unknown(member.type):
+                    yield member.type.upper(), member.type
+        for records in (*self._tags.values(), *self._add_ons.values()):
+            for record in records.values():
+                if self._is_unknown(record.type) and not self._shows(record):
+                    yield record.type.upper(), record.type
+
+    def _naming_axis_members(self, document: Document) -> Iterator[tuple[str, str]]:
+        """Yield the routines that name members of axes beyond `AXIS_TYPES`: owner and name in capitals."""
+        records = [
+            each for scope in (*self._tags.values(), *self._add_ons.values()) for each in scope.values()
+        ]
+        axes = {each.name.upper() for each in records if each.type.upper() in AXIS_TYPES}
+        axes |= {each.name.upper() for each in records if each.target.rpartition(".")[2].upper() in axes}
+        owned = [(each.name, routine) for each in document.programs for routine in each.routines]
+        owned += [(each.name, routine) for each in document.add_ons for routine in each.routines]
+        for owner, routine in owned if axes else ():
+            named = (
+                pair
+                for text in _texts(routine)
+                for pattern in (_MEMBER, _ATTRIBUTE)
+                for pair in pattern.findall(text)
+            )
+            if any(name.upper() in axes and not _is_of_axes(member) for name, member in named):
+                yield owner.upper(), routine.name.upper()
+
+    def _is_unknown(self, name: str) -> bool:
+        key = name.upper()
+        if not key or key in self._members or key in self._add_ons:
+            return False
+        try:
+            self._types.find(name)
+        except UnknownTypeError:
+            return True
+        except LadderError:
+            return False
+        return False
+
+    def _shows(self, record: TagRecord) -> bool:
+        try:
+            type_of(record, self._types)
+        except LadderError:
+            return False
+        return True
+
+    def define(self, routines: Owned, specs: Mapping[str, Spec]) -> Mapping[str, DataType]:
+        """Define them as the routines use them; return them by name, axes with the added members only."""
+        owned = list(routines)
+        handed = [each for owner, routine in owned for each in self._handed(owner, routine)]
+        self._passed = {
+            address.name.upper(): inout.type
+            for owner, address, inout in handed
+            if not address.steps and not inout.dims and self._record(owner, address.name) is None
+        }
+        guesses = Guesses(self._use_of, self._known, lambda _name: (), specs)
+        guesses.read_all(
+            (owner, routine)
+            for owner, routine in owned
+            if self.names or (owner.upper(), routine.name.upper()) in self._with_axes
+        )
+        parts: dict[str, list[Handed]] = {}
+        for each in handed:
+            use = self._use_of(each[0], each[1])
+            if use is not None and use[1]:
+                parts.setdefault(use[0].upper(), []).append(each)
+        settled: dict[str, DataType] = {}
+        for key in self.names:
+            self._settle(key, guesses, parts, settled)
+        found = {name: settled[key] for key, name in self.names.items()}
+        for name, axis in AXIS_TYPES.items():
+            guess = guesses.found.get(name)
+            added = guess.type(name) if guess else None
+            if isinstance(added, Structure):
+                found[name] = added
+                self._types.define(name, replace(axis, members=axis.members + added.members))
+        return found
+
+    def _settle(
+        self,
+        key: str,
+        guesses: Guesses,
+        parts: dict[str, list[Handed]],
+        settled: dict[str, DataType],
+        depth: int = 0,
+    ) -> None:
+        """Define a type, and before it those that its members are handed over as."""
+        for owner, address, inout in parts.pop(key, ()):
+            inner = inout.type.upper()
+            if inner in self.names and inner not in settled and inner != key and depth < _DEEPEST:
+                self._settle(inner, guesses, parts, settled, depth + 1)
+            if inner in settled or inner not in self.names:
+                guesses.argument(owner, address, self._types.find(inout.type), inout.dims)
+        if key in settled:
+            return
+        guess = guesses.found.get(key)
+        name = self.names[key]
+        unknown = Structure(name, (Member("unknown", DINT, hidden=True),))
+        settled[key] = guess.type(name) if guess else unknown
+        self._types.define(name, settled[key])
+
+    def _handed(self, owner: str, routine: Routine) -> Iterator[Handed]:
+        """Yield what the calls of add-ons in a routine hand over."""
+        for instruction in _instructions(routine):
+            for inout, operand in zip(
+                self._arguments.get(instruction.name.upper(), ()), instruction.operands[1:], strict=False
+            ):
+                if inout.usage == "InOut" and isinstance(operand, Address):
+                    yield owner, operand, inout
+
+    def _record(self, owner: str, name: str) -> TagRecord | None:
+        own = self._add_ons.get(owner.upper())
+        if own is not None and name.upper() in own:
+            return own[name.upper()]
+        if name.startswith("\\"):
+            owner, _, name = name[1:].partition(".")
+            return self._tags.get(owner.upper(), {}).get(name.upper())
+        return self._tags.get(owner.upper(), {}).get(name.upper()) or self._tags[""].get(name.upper())
+
+    def _use_of(self, owner: str, address: Address) -> tuple[str, tuple[Step, ...]] | None:
+        """Return the unknown type that an address leads into, and the steps in it; None if there is none."""
+        address = self._without_aliases(owner, address)
+        record = self._record(owner, address.name)
+        kind = record.type if record is not None else self._passed.get(address.name.upper(), "")
+        steps = list(address.steps)
+        while kind:
+            if steps and isinstance(steps[0], SubscriptStep):
+                steps.pop(0)
+            if kind.upper() in self.names or _is_beyond_axes(kind, steps):
+                return kind, tuple(steps)
+            if not steps or not isinstance(steps[0], MemberStep):
+                return None
+            kind = self._member_type(kind, steps.pop(0).name)  # type: ignore[union-attr]
+        return None
+
+    def _without_aliases(self, owner: str, address: Address) -> Address:
+        """Return an address with its aliases followed, as far as they go."""
+        for _ in range(20):
+            record = self._record(owner, address.name)
+            if record is None or not record.target:
+                break
+            try:
+                target = parse_address(record.target)
+            except LadderError:
+                break
+            address = Address(target.name, target.steps + address.steps)
+        return address
+
+    def _member_type(self, kind: str, name: str) -> str:
+        members = self._members.get(kind.upper())
+        if members is not None:
+            return members.get(name.upper(), "")
+        parameter = self._add_ons.get(kind.upper(), {}).get(name.upper())
+        return parameter.type if parameter is not None else ""
+
+    def _known(self, owner: str, address: Address) -> DataType | None:
+        record = self._record(owner, address.name)
+        if record is None or any(isinstance(each, MemberStep) for each in address.steps):
+            return None
+        try:
+            return self._types.find(record.type)
+        except LadderError:
+            return None
+
+
+def _is_of_axes(name: str) -> bool:
+    return AXIS_TYPES["AXIS_CIP_DRIVE"].member(name) is not None
+
+
+def _is_beyond_axes(kind: str, steps: Sequence[Step]) -> bool:
+    """Whether steps lead into an axis to a member that `AXIS_TYPES` does not have."""
+    if kind.upper() not in AXIS_TYPES or not steps:
+        return False
+    return isinstance(steps[0], MemberStep) and not _is_of_axes(steps[0].name)
+
+
+def _instructions(routine: Routine) -> Iterator[Instruction]:
+    for rung in routine.rungs:
+        yield from instructions_of(rung.series)
+    for statement in statements_in(routine.statements or ()):
+        if isinstance(statement, Invocation):
+            yield statement.instruction
+
+
+def _texts(routine: RoutineRecord) -> Iterator[str]:
+    yield from (each.text for each in routine.rungs)
+    yield from (text for text, _ in routine.lines)
+
+
+def _by_name(records: Iterable[TagRecord]) -> dict[str, TagRecord]:
+    return {each.name.upper(): each for each in records}

@@ -1,0 +1,57 @@
+"""What routines call, and the instructions in them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from ...ladder.model.statements import Invocation, statements_in
+from ...ladder.model.tree import (
+    Address,
+    Instruction,
+    Routine,
+    instructions_of,
+)
+
+
+def called_routines(routines: Iterable[Routine]) -> Iterator[str]:
+    """Yield the names of the routines that are called, as they are written."""
+    return _named_first(routines, "JSR", "FOR")
+
+
+def triggered_tasks(routines: Iterable[Routine]) -> Iterator[str]:
+    """Yield the names of the tasks that EVENT triggers, as they are written."""
+    return _named_first(routines, "EVENT")
+
+
+def jumps(routines: Iterable[Routine]) -> Iterator[str]:
+    """Yield the labels to which routines jump, as they are written."""
+    return _named_first(routines, "JMP")
+
+
+def labels(routines: Iterable[Routine]) -> Iterator[str]:
+    """Yield the labels of routines, as they are written."""
+    return _named_first(routines, "LBL")
+
+
+def _named_first(routines: Iterable[Routine], *instructions: str) -> Iterator[str]:
+    """Yield the first operands of instructions, if they are names."""
+    for each in all_instructions(routines):
+        if each.name in instructions and each.operands:
+            target = each.operands[0]
+            if isinstance(target, Address) and not target.steps:
+                yield target.name
+
+
+def all_instructions(routines: Iterable[Routine]) -> Iterator[Instruction]:
+    """Yield the instructions of rungs and of structured text."""
+    for routine in routines:
+        yield from (instruction for _, instruction in numbered_instructions(routine))
+
+
+def numbered_instructions(routine: Routine) -> Iterator[tuple[int, Instruction]]:
+    """Yield the instructions of a routine, each with its rung or line."""
+    for number, rung in enumerate(routine.rungs):
+        yield from ((number, each) for each in instructions_of(rung.series))
+    for statement in statements_in(routine.statements or ()):
+        if isinstance(statement, Invocation):
+            yield statement.line, statement.instruction

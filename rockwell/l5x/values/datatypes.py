@@ -1,0 +1,271 @@
+"""Data types of a document: their own, string families, add-on types, predefined and module-defined ones.
+
+A type is looked up by name, in this order: those that every program has, the document's, its add-on
+instructions', the predefined ones of `predefined`, those that values in the document show.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+from ....ladder.model.errors import LadderError
+from ....ladder.model.predefined.structures import PREDEFINED_TYPES
+from ....ladder.model.types import (
+    BOOL,
+    MAX_DIMENSIONS,
+    TYPES,
+    DataType,
+    Elementary,
+    Member,
+    Structure,
+    count_of,
+)
+from ..xml.records import (
+    Data,
+    DataTypeRecord,
+    MemberRecord,
+    number_of,
+)
+from .raw import has_known_bytes
+
+MOST_VALUES = 100_000
+"""Values in one element of a type."""
+
+MOST_IN_ALL = 8_000_000
+"""Values of all tags together: 64 MiB of Python for each engine; controllers have less than half of that."""
+
+EIGHTS_SINCE = 27
+"""The software revision from which on values of 8 bytes lie at multiples of 8 [1756-RM100F, chapter 5]."""
+
+DEEPEST = 64
+"""Depth of types in types."""
+
+NAME = re.compile(r"[A-Za-z_]\w*", re.ASCII)
+"""Names of members, parameters, programs and routines."""
+
+_RENAMED: Mapping[str, str] = {
+    "BIT": "BOOL",
+    "BOOLEAN": "BOOL",
+    "TIMER_T": "TIMER",
+    "TIME32": "DINT",
+    "TIME": "LINT",
+    "LTIME": "LINT",
+    "DT": "LINT",
+    "LDT": "LINT",
+}
+"""Other names of types. Durations and dates are whole numbers: µs, and ns where the name begins with an L."""
+
+
+class UnknownTypeError(LadderError):
+    """A type that the document does not define."""
+
+
+class Types:
+    """Types by name.
+
+    Attributes:
+        wrong: types that can't be used, with what is wrong, by name in capitals.
+
+    Args:
+        records: the document's types; of two with one name the first one counts.
+        revision: software revision of the document.
+    """
+
+    def __init__(self, records: Iterable[DataTypeRecord], revision: str = "") -> None:
+        self._records: dict[str, DataTypeRecord] = {}
+        for each in records:
+            self._records.setdefault(each.name.upper(), each)
+        major = number_of(revision.partition(".")[0])
+        self._eights = major is None or major >= EIGHTS_SINCE
+        self._bytes: dict[int, tuple[DataType, bool]] = {}
+        self._known: dict[str, DataType] = {name.upper(): kind for name, kind in TYPES.items()}
+        self._open: list[str] = []
+        self._shown: dict[str, DataType] = {}
+        self._counts: dict[int, tuple[DataType, int]] = {}
+        self._left = MOST_IN_ALL
+        self._depth = 0
+        self.wrong: dict[str, str] = {}
+        self.add_on: Callable[[str], Structure | None] = lambda _name: None
+
+    def names(self) -> list[str]:
+        """Names of the document's types."""
+        return [each.name for each in self._records.values()]
+
+    def find(self, name: str) -> DataType:
+        """Return the type of a name.
+
+        Raises:
+            UnknownTypeError: the document does not define it.
+            LadderError: its definition can't be used.
+        """
+        key = name.upper()
+        known = self._known.get(key)
+        if known is not None:
+            return known
+        if key in self.wrong:
+            raise LadderError(self.wrong[key])
+        if key in self._open:
+            raise LadderError(f"data type {name} contains itself")
+        if len(self._open) == DEEPEST:
+            raise LadderError(f"data type {name} is in {DEEPEST} others")
+        self._open.append(key)
+        try:
+            found = self._define(key, name)
+        except UnknownTypeError:
+            raise
+        except LadderError as error:
+            self.wrong[key] = str(error)
+            raise
+        finally:
+            self._open.pop()
+        self._known[key] = found
+        return found
+
+    def _define(self, key: str, name: str) -> DataType:
+        record = self._records.get(key)
+        if record is not None:
+            return self._structure(record)
+        made = self.add_on(key) or PREDEFINED_TYPES.get(key) or self._shown.get(key)
+        if made is None and key in _RENAMED:
+            made = TYPES[_RENAMED[key]]
+        if made is None:
+            raise UnknownTypeError(f"there is no data type {name}")
+        return made
+
+    def _structure(self, record: DataTypeRecord) -> Structure:
+        found = Structure(record.name, tuple(self._member(record, each) for each in record.members))
+        for each in found.members:
+            _refuse_host(found, each)
+        self.refuse_size(found)
+        return found
+
+    def refuse_size(self, kind: Structure) -> None:
+        """Refuse a structure that is too large.
+
+        Raises:
+            LadderError: it is.
+        """
+        if self.count(kind) > MOST_VALUES:
+            raise LadderError(f"data type {kind.name} has more than {MOST_VALUES:,} values")
+
+    def count(self, kind: DataType) -> int:
+        """Return the number of values in an element of a type."""
+        if isinstance(kind, Elementary):
+            return 1
+        known = self._counts.get(id(kind))
+        if known is None:
+            total = sum(self.count(each.type) * count_of(each.dims) for each in kind.own)
+            known = self._counts[id(kind)] = kind, total
+        return known[1]
+
+    def has_known_bytes(self, kind: DataType) -> bool:
+        """Whether the order of a type's bytes is known, see `raw`."""
+        known = self._bytes.get(id(kind))
+        if known is None:
+            known = self._bytes[id(kind)] = (
+                kind,
+                has_known_bytes(kind, self._records, eights=self._eights),
+            )
+        return known[1]
+
+    def take(self, kind: DataType, dims: tuple[int, ...]) -> None:
+        """Count the values of a tag.
+
+        Raises:
+            LadderError: there are too many.
+        """
+        wanted = self.count(kind) * count_of(dims)
+        if wanted > self._left:
+            raise LadderError(f"the tags of the file have more than {MOST_IN_ALL:,} values")
+        self._left -= wanted
+
+    def _member(self, record: DataTypeRecord, member: MemberRecord) -> Member:
+        where = f"{member.name} of data type {record.name}"
+        if not NAME.fullmatch(member.name):
+            raise LadderError(f"{where}: that is not a name")
+        if len(member.dims) > MAX_DIMENSIONS:
+            raise LadderError(f"{where} has dimensions {member.dims}")
+        if member.wrong_dims:
+            raise LadderError(f"{where}: {member.wrong_dims!r} are no dimensions")
+        if member.type.upper() == "BIT" and member.target:
+            return Member(member.name, BOOL, at=f"{member.target}.{member.bit}", hidden=member.hidden)
+        try:
+            kind = self.find(member.type)
+        except UnknownTypeError:
+            raise LadderError(f"{where} is a {member.type}, which the file does not define") from None
+        if self.count(kind) * count_of(member.dims) > MOST_VALUES:
+            raise LadderError(f"{where} has more than {MOST_VALUES:,} values")
+        return Member(member.name, kind, member.dims, hidden=member.hidden)
+
+    def define(self, name: str, kind: DataType) -> None:
+        """Define a type that the document does not."""
+        self._known[name.upper()] = kind
+        self.wrong.clear()  # types with members of this one
+
+    def show(self, data: Data) -> DataType | None:
+        """Return the type that decorated data show, None if they show none.
+
+        Args:
+            data: a `Structure`, `StructureMember`, `Array`, `DataValue` or member element.
+        """
+        kind = data.get("DataType", "")
+        try:
+            return self.find(kind)
+        except LadderError:
+            pass
+        if data.tag not in ("Structure", "StructureMember") or self._depth == DEEPEST:
+            return None
+        self._depth += 1
+        members = tuple(filter(None, map(self._shown_member, data.iterchildren())))
+        self._depth -= 1
+        made = _unique(kind or "unnamed", members)
+        if self.count(made) > MOST_VALUES:
+            return None
+        if kind:
+            self._shown[kind.upper()] = made
+        return made
+
+    def _shown_member(self, element: Any) -> Member | None:
+        name = element.get("Name")
+        if not name or not isinstance(element.tag, str) or not NAME.fullmatch(name):
+            return None
+        if element.tag == "ArrayMember":
+            return self._shown_array(element, name)
+        kind = self.show(element)
+        return Member(name, kind) if kind is not None else None
+
+    def _shown_array(self, element: Any, name: str) -> Member | None:
+        first = element.find("Element/Structure")
+        kind = self.show(first if first is not None else element)
+        lengths = tuple(filter(None, map(number_of, element.get("Dimensions", "").split(","))))
+        if kind is None or not lengths or len(lengths) > MAX_DIMENSIONS or min(lengths) < 1:
+            return None
+        return Member(name, kind, lengths) if self.count(kind) * count_of(lengths) <= MOST_VALUES else None
+
+
+def _refuse_host(kind: Structure, member: Member) -> None:
+    """Refuse a packed bit that lies in no integer, or beyond it."""
+    name, _, bit = member.at.partition(".")
+    host = kind.member(name) if member.at else None
+    if host is None:
+        return
+    integer = isinstance(host.type, Elementary) and host.type.is_integer and not host.dims
+    if not integer or int(bit) >= host.type.bits:  # type: ignore[union-attr]
+        raise LadderError(f"{member.name} of data type {kind.name} is at {member.at}, which is not a bit")
+
+
+def _unique(name: str, members: Iterable[Member]) -> Structure:
+    """Return a structure of members, the first of each name."""
+    named: dict[str, Member] = {}
+    for each in members:
+        named.setdefault(each.name.upper(), each)
+    return Structure(name, tuple(named.values()))
+
+
+def has_initials(kind: DataType) -> bool:
+    """Whether elements of a type start with something else than zeros."""
+    if isinstance(kind, Elementary):
+        return False
+    return any(each.initial is not None or has_initials(each.type) for each in kind.members)

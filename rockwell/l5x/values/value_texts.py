@@ -1,0 +1,152 @@
+"""One value as text: whole numbers in any radix, reals, characters, dates and durations."""
+
+from __future__ import annotations
+
+import datetime
+import math
+import re
+from collections.abc import Callable
+
+from ....ladder.model.arithmetic import real, wrap
+from ....ladder.model.quoting import unquoted
+from ....ladder.model.types import Elementary
+
+_RADIX = re.compile(r"(16|8|2)#([0-9A-Fa-f_]+)")
+_DATE = re.compile(
+    r"L?DT#(\d{4})-(\d\d)-(\d\d)-(\d\d):(\d\d):(\d\d)(?:\.([\d_]+))?"
+    r"(?:Z|\(UTC([+-])(\d\d):(\d\d)\))?",
+    re.IGNORECASE,
+)
+_DURATION = re.compile(
+    r"(LT|T|T32|LTIME|TIME|TIME32)#([+-]?)((?:_?\d{1,19}(?:\.\d{1,9})?(?:d|h|ms|m|us|ns|s))+)", re.IGNORECASE
+)
+_PART = re.compile(r"(\d+)(?:\.(\d+))?([a-z]+)")
+_NANOSECONDS = {
+    "d": 86_400_000_000_000,
+    "h": 3_600_000_000_000,
+    "m": 60_000_000_000,
+    "s": 1_000_000_000,
+    "ms": 1_000_000,
+    "us": 1000,
+    "ns": 1,
+}
+
+TRUTH = {"true": "1", "false": "0"}
+
+
+class ValueTextError(ValueError):
+    """A value that can't be read; the text."""
+
+
+def unsaid(_text: str) -> None:
+    """Say nothing."""
+
+
+def value_of(text: str, kind: Elementary, say: Callable[[str], None] = unsaid) -> bool | int | float:
+    """Return a value of a type, from any radix; what does not fit is cut to its bits.
+
+    Args:
+        text: the value.
+        kind: its type.
+        say: is told of a value that does not fit. Bits, as `16#FFFF` of an INT, do.
+
+    Raises:
+        ValueTextError: it is none.
+    """
+    if kind.is_real or kind.is_double:
+        value = _real_of(text)
+        if kind.is_real and math.isfinite(value) and math.isinf(real(value)):
+            say(f"{text} does not fit {kind.name}: it starts as infinite")
+        return real(value) if kind.is_real else value
+    bits = False
+    try:
+        number = int(text)
+    except ValueError:
+        bits = "#" in text or "'" in text
+        number = _integer_of(text.strip())
+    if kind.is_bool:
+        if number not in (0, 1):
+            say(f"{text} is no BOOL: it starts with {number & 1}")
+        return bool(number & 1)
+    if kind.lowest <= number <= kind.highest:
+        return number
+    cut = wrap(number, kind.wraps)
+    if not bits or number >> kind.bits not in (0, -1):
+        say(f"{text} does not fit {kind.name}: it starts with {cut}")
+    return cut
+
+
+def _integer_of(text: str) -> int:
+    radix = _RADIX.fullmatch(text)
+    if radix:
+        try:
+            return int(radix[2].replace("_", ""), int(radix[1]))
+        except ValueError:
+            raise ValueTextError(f"{text!r} has digits that are not of radix {radix[1]}") from None
+    if text[:1] == "'" == text[-1:] and len(text) > 1:
+        return int.from_bytes(unquoted_or_raise(text[1:-1]).encode("latin-1", "replace"), "big")
+    date = _DATE.fullmatch(text)
+    if date:
+        return _date_of(date)
+    duration = _DURATION.fullmatch(text)
+    if duration:
+        return _duration_of(duration)
+    if text.lower() in TRUTH:
+        return int(TRUTH[text.lower()])
+    value = _real_of(text)
+    if math.isfinite(value):
+        return round(value)
+    raise ValueTextError(f"{text!r} is not a whole number")
+
+
+def unquoted_or_raise(text: str) -> str:
+    """Return the characters of a literal.
+
+    Raises:
+        ValueTextError: an escape is none.
+    """
+    try:
+        return unquoted(text)
+    except ValueError as error:
+        raise ValueTextError(str(error)) from None
+
+
+def _date_of(date: re.Match[str]) -> int:
+    """Return the µs of a DT#, the ns of an LDT#, since 1970."""
+    try:
+        moment = datetime.datetime(*(int(each) for each in date.groups()[:6]))  # type: ignore[arg-type]
+    except ValueError:
+        raise ValueTextError(f"{date.group()!r} is not a date") from None
+    seconds = round((moment - datetime.datetime(1970, 1, 1)).total_seconds())
+    if date[8]:
+        ahead = int(date[9]) * 3600 + int(date[10]) * 60
+        seconds -= ahead if date[8] == "+" else -ahead
+    digits = 9 if date.group()[0] in "Ll" else 6
+    fraction = (date[7] or "").replace("_", "").ljust(digits, "0")[:digits]
+    return seconds * int(10**digits) + int(fraction)
+
+
+def _duration_of(duration: re.Match[str]) -> int:
+    """Return the µs of a T# or T32#, the ns of an LT#."""
+    total = 0
+    for whole, fraction, unit in _PART.findall(duration[3].lower()):
+        unit_ns = _NANOSECONDS[unit]
+        total += int(whole) * unit_ns + int(fraction.ljust(9, "0")) * unit_ns // 10**9
+    units = total if duration[1][0] in "Ll" else total // 1000
+    return -units if duration[2] == "-" else units
+
+
+def _real_of(text: str) -> float:
+    text = text.strip()
+    try:
+        return float(text)
+    except ValueError:
+        pass
+    plain = text.upper().lstrip("+-")
+    if plain.startswith(("1.$", "1.#INF")):
+        return -math.inf if text.startswith("-") else math.inf
+    if plain.startswith("1.#"):
+        return math.nan
+    if _RADIX.fullmatch(text):
+        return float(_integer_of(text))
+    raise ValueTextError(f"{text!r} is not a number")

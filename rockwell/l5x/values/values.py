@@ -1,0 +1,231 @@
+"""Values of a document to initial values, in the form that `Tag.initial` has.
+
+| form | what it has | read |
+|---|---|---|
+| bytes, `<Data>3C 00</Data>` | all of the tag, see `raw` | first, where the order of bytes is known |
+| Decorated | members by name; zeros may be left out | else |
+| String | the characters of one string; of an array those of its first element | else |
+| Message, Alarm | members as attributes | else |
+| L5K | members in their order, see `l5k` | else |
+
+    <Structure DataType="Recipe">
+      <DataValueMember Name="Speed" DataType="REAL" Radix="Float" Value="1.5"/>
+      <ArrayMember Name="Steps" DataType="DINT" Dimensions="2"><Element Index="[0]" Value="7"/>...
+      <StructureMember Name="Delay" DataType="TIMER"><DataValueMember Name="PRE" .../>...
+
+Zeros are left out where zero is what a tag starts with. What does not fit is told, and cut to the bits of its
+type or left out.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from functools import lru_cache
+from typing import Any
+
+from ....ladder.model.quoting import unquoted
+from ....ladder.model.types import (
+    BOOL,
+    DataType,
+    Elementary,
+    Member,
+    Structure,
+    count_of,
+)
+from ....ladder.state.memory import meant_by
+from ..xml.records import Data
+from .datatypes import Types, has_initials
+from .initials import How, nested, scalar
+from .l5k import from_l5k
+from .raw import (
+    bytes_in,
+    fits,
+    from_bytes,
+    is_certain,
+)
+from .value_texts import (
+    TRUTH,
+    ValueTextError,
+    unsaid,
+    value_of,
+)
+
+_INDEX = re.compile(r"\d{1,9}")
+
+
+def initial_of(
+    data: Sequence[Data],
+    kind: DataType,
+    dims: tuple[int, ...],
+    types: Types,
+    say: Callable[[str], None] = unsaid,
+) -> Any:
+    """Return what a tag starts with, None for what its type starts with.
+
+    Args:
+        data: its `Data` elements.
+        kind: its type.
+        dims: its dimensions.
+        types: the document's types, which know the order of bytes.
+        say: is told of a value that does not fit.
+
+    Raises:
+        ValueTextError: a value can't be read.
+    """
+    found = {each.get("Format", ""): each for each in data}
+    how = How(has_initials(kind), say)
+    inner = next(found["Decorated"].iterchildren("*"), None) if "Decorated" in found else None
+    raw = bytes_in(found[""]) if "" in found else None
+    if raw and types.has_known_bytes(kind) and fits(raw, kind, dims) and (inner is None or is_certain(kind)):
+        return from_bytes(raw, kind, dims)
+    if inner is not None:
+        wanted = "Array" if dims else "DataValue" if isinstance(kind, Elementary) else "Structure"
+        if inner.tag != wanted:
+            raise ValueTextError(f"its data are of the form {inner.tag}, not {wanted}")
+        return _decorated(inner, kind, dims, how)
+    if "String" in found and isinstance(kind, Structure) and kind.is_string and not dims:
+        return _cut(_quoted(found["String"]), kind) or None
+    if "Message" in found or "Alarm" in found:
+        return None if dims else _parameters(found.get("Message", found.get("Alarm")), kind)
+    if "L5K" in found:
+        return from_l5k("".join(found["L5K"].itertext()), kind, dims, how)
+    if "String" in found and isinstance(kind, Structure) and kind.is_string:
+        say("the file has its first text only")
+        return nested([_cut(_quoted(found["String"]), kind)], kind, ())
+    if found.keys() == {""}:
+        _refuse_bytes(found[""], raw, kind, known=types.has_known_bytes(kind))
+    return None
+
+
+def _refuse_bytes(element: Data, raw: bytes | None, kind: DataType, *, known: bool) -> None:
+    """Refuse bytes that can't be read, unless they are zeros.
+
+    Raises:
+        ValueTextError: what is wrong with them.
+    """
+    if raw is None:
+        raise ValueTextError(f"{(element.text or '').strip()[:20]!r} are no bytes")
+    if any(raw) and known:
+        raise ValueTextError(f"it has {len(raw)} bytes, which are not as many as its type has")
+    if any(raw):
+        text = f"the order of the bytes of a {kind.name} is not known; export decorated data"
+        raise ValueTextError(text)
+
+
+# --- decorated
+
+
+def _decorated(element: Data, kind: DataType, dims: tuple[int, ...], how: How) -> Any:
+    if dims:
+        return _array(element, kind, dims, how)
+    if isinstance(kind, Elementary):
+        return scalar(element.get("Value"), kind, how)
+    return _structure(element, kind, how)
+
+
+def _structure(element: Data, kind: Structure, how: How) -> Any:
+    if kind.is_string and not _has_elements(element):
+        return _string(element, kind)
+    found = {}
+    for each in element.iterchildren("*"):
+        member = kind.member(each.get("Name", ""))
+        if member is None:
+            continue
+        value = _decorated(each, member.type, member.dims, how)
+        wrong = _wrong_alias(kind, member) if member.at and value is not None else ""
+        if wrong:
+            how.say(wrong)
+        elif value is not None:
+            found[member.name] = value
+    return found or None
+
+
+@lru_cache(maxsize=1024)
+def _wrong_alias(kind: Structure, member: Member) -> str:
+    """Return why a member that is another name of a part can't have a value, "" if it can."""
+    try:
+        there = meant_by("", kind, member, 0)
+    except ValueError as error:
+        return str(error)
+    if there.bit is None and (there.type, there.dims) == (member.type, member.dims):
+        return ""
+    is_bit = there.bit is not None and member.type is BOOL and isinstance(there.type, Elementary)
+    if is_bit and there.type.is_integer:  # type: ignore[union-attr]
+        return ""
+    return f"{member.name} of {kind.name} is a {member.type.name}, and at {member.at}, a {there.type.name}"
+
+
+def _string(element: Data, kind: Structure) -> str | None:
+    data = next((each for each in element.iterchildren("*") if each.get("Name") == "DATA"), None)
+    return None if data is None else _cut(_quoted(data), kind) or None
+
+
+def _has_elements(element: Data) -> bool:
+    """Whether the characters of a string are listed one by one."""
+    return element.find("ArrayMember/Element") is not None
+
+
+def _quoted(element: Data) -> str:
+    text = (element.text or "").strip()
+    if text[:1] == "'" == text[-1:] and len(text) > 1:
+        text = text[1:-1]
+    try:
+        return unquoted(text)
+    except ValueError as error:
+        raise ValueTextError(str(error)) from None
+
+
+def _cut(text: str, kind: Structure) -> str:
+    return text[: kind.members[1].dims[0]]
+
+
+def _array(element: Data, kind: DataType, dims: tuple[int, ...], how: How) -> Any:
+    """Return nested lists, None if all elements are what the type starts with."""
+    total = count_of(dims)
+    values: list[Any] = [None] * total
+    something = False
+    for each in element.iterchildren("Element"):
+        at = _flat(each.get("Index", ""), dims)
+        if at is None:
+            how.say(f"there is no element {each.get('Index', '')}")
+            continue
+        inner = each.find("Structure")
+        if inner is not None and isinstance(kind, Structure):
+            values[at] = _structure(inner, kind, how)
+        elif isinstance(kind, Elementary):
+            values[at] = scalar(each.get("Value"), kind, how)
+        something = something or values[at] is not None
+    return nested(values, kind, dims) if something else None
+
+
+def _flat(index: str, dims: tuple[int, ...]) -> int | None:
+    at = 0
+    places = _INDEX.findall(index)
+    if len(places) != len(dims):
+        return None
+    for place, length in zip(places, dims, strict=True):
+        if int(place) >= length:
+            return None
+        at = at * length + int(place)
+    return at
+
+
+def _parameters(element: Data | None, kind: DataType) -> Any:
+    """Return members that are attributes: those of `MessageParameters` and `AlarmDigitalParameters`."""
+    inner = None if element is None else next(element.iterchildren("*"), None)
+    if inner is None or not isinstance(kind, Structure):
+        return None
+    found = {}
+    for name, text in inner.items():
+        member = kind.member(_ATTRIBUTES.get(name, name))
+        if member is not None and isinstance(member.type, Elementary) and not member.dims:
+            try:
+                found[member.name] = value_of(TRUTH.get(text.lower(), text), member.type)
+            except ValueTextError:
+                continue
+    return found or None
+
+
+_ATTRIBUTES = {"ObjectType": "Class", "TargetObject": "Instance", "AttributeNumber": "Attribute"}
+"""Attributes of MessageParameters that have another name as members."""

@@ -1,0 +1,227 @@
+"""Addresses of data files to those of the tree, and back [1747-RM001, "Addressing"].
+
+| export | means |
+|---|---|
+| `N7:3`, `N7:3/5` | word 3 of the file N7, its bit 5 |
+| `B3/17` | bit 17 of the file: bit 1 of word 1 |
+| `I:1.2/3`, `I:1/19` | slot 1, word 2, bit 3; bit 19 of the slot: word 1, bit 3 |
+| `T4:0.ACC`, `T4:0/DN` | a member of timer 0 |
+| `N7:[N7:1]`, `B3:0/[N7:2]` | the word, the bit that another word names |
+| `#N7:0` | in a file instruction the file from there on; elsewhere the word S:24 further on |
+"""
+
+from __future__ import annotations
+
+import re
+
+from ...ladder.model.errors import LadderError
+from ...ladder.model.tree import (
+    Address,
+    BitStep,
+    MemberStep,
+    Number,
+    Operand,
+    Operation,
+    SlashStep,
+    Step,
+    SubscriptStep,
+    WordStep,
+    number,
+)
+
+BITS = 16
+"""Bits of a word."""
+
+_INDIRECT = r"\[[^\[\]]+\]"
+_ADDRESS = re.compile(
+    rf"(?P<indexed>#)?(?P<letters>[A-Z]{{1,3}})(?P<file>\d{{0,3}})"
+    rf"(?::(?P<element>\d{{1,3}}|{_INDIRECT}))?"
+    rf"(?:\.(?P<part>\d{{1,3}}|[A-Z]\w*))?(?:/(?P<bit>\d{{1,4}}|[A-Z]\w*|{_INDIRECT}))?",
+    re.IGNORECASE,
+)
+
+STRUCTURED = {
+    "T": {15: "EN", 14: "TT", 13: "DN"},
+    "C": {15: "CU", 14: "CD", 13: "DN", 12: "OV", 11: "UN", 10: "UA"},
+    "R": {15: "EN", 14: "EU", 13: "DN", 12: "EM", 11: "ER", 10: "UL", 9: "IN", 8: "FD"},
+}
+"""Files whose elements are three words, and the names of the bits of the first."""
+
+WORDS = {"T": ("PRE", "ACC"), "C": ("PRE", "ACC"), "R": ("LEN", "POS")}
+"""Words 1 and 2 of their elements."""
+
+IMAGES = ("I", "O")
+INDEX = Address("S", (WordStep(24, ":"),))
+"""S:24, which an indexed address is offset by."""
+
+
+class AddressTextError(LadderError):
+    """Text that is not an address of a data file."""
+
+
+def is_address(text: str) -> bool:
+    """Whether text looks like an address.
+
+    >>> is_address("B3/17"), is_address("#N7:0"), is_address("100"), is_address("ADD")
+    (True, True, False, False)
+    """
+    found = _ADDRESS.fullmatch(text)
+    return found is not None and any(found[each] for each in ("element", "part", "bit"))
+
+
+def parse(text: str, *, file: bool = False) -> Address:
+    """Read an address.
+
+    >>> print(parse("B3/17"), parse("T4:0/DN"), parse("I:1/19"), parse("N7:[N7:1]"))
+    B3:1/1 T4:0.DN I:1.1/3 N7[N7:1]
+
+    Args:
+        text: as the export has it.
+        file: whether a `#` names a file; otherwise it adds S:24.
+
+    Raises:
+        AddressTextError: it is not an address.
+    """
+    found = _ADDRESS.fullmatch(text)
+    if found is None or not is_address(text):
+        raise AddressTextError(f"{text!r} is not an address of a data file")
+    letters = found["letters"].upper()
+    if letters in IMAGES:
+        return _image(letters, found, text)
+    name = letters if letters == "S" else f"{letters}{found['file']}"
+    indexed = bool(found["indexed"]) and not file
+    if found["element"] is None:
+        return Address(name, (*_whole_file(found["bit"], text),))
+    steps: list[Step] = [_element(found["element"], indexed=indexed)]
+    return Address(name, (*steps, *_inside(letters, found["part"], found["bit"], text)))
+
+
+def _element(text: str, *, indexed: bool) -> Step:
+    place = _index(text)
+    if indexed:
+        return SubscriptStep((Operation("+", (place, INDEX)),))
+    return WordStep(int(text), ":") if text.isdigit() else SubscriptStep((place,))
+
+
+def _index(text: str) -> Operand:
+    """Return a number, or the address in brackets."""
+    return number(int(text)) if text.isdigit() else parse(text[1:-1].strip())
+
+
+def _whole_file(bit: str | None, text: str) -> tuple[Step, ...]:
+    """Return the steps to a bit that is counted from the beginning of the file."""
+    if bit is None or bit[0].isalpha():
+        raise AddressTextError(f"{text!r} has no element: write {text}:0")
+    if bit.isdigit():
+        return WordStep(int(bit) // BITS, ":"), SlashStep(int(bit) % BITS)
+    place = _index(bit)
+    word = Operation("/", (place, number(BITS)))
+    return SubscriptStep((word,)), BitStep(Operation("AND", (place, number(BITS - 1))))
+
+
+def _inside(letters: str, part: str | None, bit: str | None, text: str) -> tuple[Step, ...]:
+    """Return the steps into an element."""
+    if letters in STRUCTURED:
+        return _of_three_words(letters, part, bit, text)
+    steps: list[Step] = []
+    if part is not None:
+        steps.append(WordStep(int(part), ".") if part.isdigit() else MemberStep(part.upper()))
+    if bit is not None:
+        if bit.isdigit():
+            if int(bit) >= 2 * BITS:
+                raise AddressTextError(f"{text!r}: a word has bits 0 to 15")
+            steps.append(SlashStep(int(bit)))
+        else:
+            steps.append(MemberStep(bit.upper()) if bit[0].isalpha() else BitStep(_index(bit)))
+    return tuple(steps)
+
+
+def _of_three_words(letters: str, part: str | None, bit: str | None, text: str) -> tuple[Step, ...]:
+    if part is not None and part.isdigit() and part != "0":
+        if int(part) > len(WORDS[letters]):
+            raise AddressTextError(f"{text!r}: an element has words 0 to 2")
+        part = WORDS[letters][int(part) - 1]
+    if bit is not None and part in (None, "0"):
+        if bit.isdigit():
+            bit = STRUCTURED[letters].get(int(bit))
+        if bit is None or not bit[0].isalpha():
+            raise AddressTextError(f"{text!r}: there are bits {', '.join(STRUCTURED[letters].values())}")
+        return (MemberStep(bit.upper()),)
+    if part == "0":
+        raise AddressTextError(f"{text!r}: the first word is reached by its bits only")
+    steps: list[Step] = [] if part is None else [MemberStep(part.upper())]
+    if bit is not None:
+        steps.append(SlashStep(int(bit)) if bit.isdigit() else BitStep(_index(bit)))
+    return tuple(steps)
+
+
+def _image(letters: str, found: re.Match[str], text: str) -> Address:
+    slot, part, bit = found["element"], found["part"] or "0", found["bit"]
+    if slot is None or not slot.isdigit() or not part.isdigit():
+        raise AddressTextError(f"{text!r}: write slot and word, as in {letters}:1.0")
+    word = int(part)
+    steps: list[Step] = []
+    if bit is not None:
+        if bit.isdigit():
+            word, place = word + int(bit) // BITS, int(bit) % BITS
+            steps.append(SlashStep(place))
+        else:
+            steps.append(BitStep(_index(bit)))
+    return Address(f"{letters}:{int(slot)}", (WordStep(word, "."), *steps))
+
+
+# --- back to text
+
+
+def text_of(operand: Operand, *, file: bool = False) -> str:
+    """Return an operand as an export has it.
+
+    >>> text_of(parse("N7:[N7:1]/3")), text_of(parse("T4:0/DN")), text_of(parse("B3/17"), file=True)
+    ('N7:[N7:1]/3', 'T4:0/DN', '#B3:1/1')
+
+    Args:
+        operand: address, number, or expression.
+        file: whether it names a file.
+    """
+    if not isinstance(operand, Address):
+        return str(operand)
+    plain = _plain(operand)
+    return f"#{plain}" if file and not plain.startswith("#") else plain
+
+
+def _plain(address: Address) -> str:
+    if len(address.steps) == 2 and _counted(address) is not None:
+        return f"{address.name}/[{text_of(_counted(address) or Number(0, '0'))}]"
+    text = address.name
+    for step in address.steps:
+        if isinstance(step, SubscriptStep):
+            inner = step.indices[0]
+            if isinstance(inner, Operation) and inner.name == "+" and inner.operands[1] == INDEX:
+                return f"#{text}:{text_of(inner.operands[0])}{_rest(address)}"
+            text += f":[{text_of(inner)}]" if not isinstance(inner, Number) else f":{inner}"
+        elif isinstance(step, BitStep):
+            text += f"/[{text_of(step.index)}]" if not isinstance(step.index, Number) else f"/{step.index}"
+        elif isinstance(step, MemberStep):
+            text += f"{'/' if _is_bit(address.name, step.name) else '.'}{step.name}"
+        else:
+            text += str(step)
+    return text
+
+
+def _rest(address: Address) -> str:
+    return "".join(map(str, address.steps[1:]))
+
+
+def _counted(address: Address) -> Operand | None:
+    """Return the number of a bit that is counted from the beginning of the file, None for another address."""
+    first, second = address.steps
+    if not isinstance(first, SubscriptStep) or not isinstance(second, BitStep):
+        return None
+    word = first.indices[0]
+    if not isinstance(word, Operation) or word.name != "/" or not isinstance(second.index, Operation):
+        return None
+    return word.operands[0]
+
+
+def _is_bit(file: str, member: str) -> bool:
+    return member in STRUCTURED.get(file[:1], {}).values()

@@ -1,0 +1,273 @@
+"""Data files to tags: their types, lengths and values [1747-RM001, "Data files"].
+
+A file is as long as its values, and as the highest element that a rung names; one that is addressed
+indirectly has all its 256 elements. The words of a slot are as many as its SLOT line says, at least.
+
+An element has the values of DATA. Where those are missing or can't be read, a timer, a counter or a control
+has what its rung shows, and any other element is 0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from ...ladder.instructions.slc.status import STATUS, WORDS
+from ...ladder.model.predefined.slc_types import SLC_CONTROL, SLC_COUNTER, SLC_TIMER
+from ...ladder.model.spec import Spec, Use
+from ...ladder.model.tags import Tag
+from ...ladder.model.tree import (
+    Address,
+    Instruction,
+    MemberStep,
+    Number,
+    Operand,
+    Routine,
+    SubscriptStep,
+    WordStep,
+    addresses_in,
+    instructions_of,
+)
+from ...ladder.model.types import (
+    BOOL,
+    DINT,
+    INT,
+    MESSAGE,
+    REAL,
+    STRING,
+    DataType,
+    Member,
+    Structure,
+)
+from .addresses import IMAGES, STRUCTURED
+from .datavalues import joined, value_of
+from .records import DataRecord
+
+MOST = 256
+"""Elements of a file."""
+
+TYPES: Mapping[str, DataType] = {
+    **dict.fromkeys(("S", "B", "N", "A", "D"), INT),
+    "F": REAL,
+    "L": DINT,
+    "ST": STRING,
+    "T": SLC_TIMER,
+    "C": SLC_COUNTER,
+    "R": SLC_CONTROL,
+    "MG": MESSAGE,
+    "I": INT,
+    "O": INT,
+}
+"""Type of an element by the letters of the file."""
+
+UNREAD = frozenset({"MG"})
+"""Files whose values have another order than the elements here."""
+
+_SHOWN = {
+    Use.SLC_TIMER: (2, "PRE", "ACC"),
+    Use.SLC_COUNTER: (1, "PRE", "ACC"),
+    Use.SLC_CONTROL: (1, "LEN", "POS"),
+}
+"""By the use of an element: how far after it a rung shows its words, and their names."""
+
+
+_BITS = frozenset({Use.BIT, Use.COIL, Use.LATCH, Use.STORAGE})
+"""Uses of a bit."""
+
+
+def letters_of(name: str) -> str:
+    """Return the letters of a file's name.
+
+    >>> letters_of("N7"), letters_of("ST10"), letters_of("I:1")
+    ('N', 'ST', 'I')
+    """
+    return name.split(":")[0].rstrip("0123456789").upper()
+
+
+@dataclass
+class _File:
+    """What data and rungs show of a file."""
+
+    name: str
+    length: int = 0
+    values: dict[int, Any] = field(default_factory=dict)
+    members: dict[str, bool] = field(default_factory=dict)
+    shown: dict[int, dict[str, int]] = field(default_factory=dict)
+
+    def need(self, length: int) -> None:
+        self.length = max(self.length, length)
+
+
+class DataFiles:
+    """Collects what data and rungs say of the data files.
+
+    Args:
+        specs: the instructions, by name in capitals.
+    """
+
+    def __init__(self, specs: Mapping[str, Spec]) -> None:
+        self._specs = specs
+        self._files: dict[str, _File] = {}
+        self._file(STATUS).need(WORDS)
+
+    def _file(self, name: str) -> _File:
+        return self._files.setdefault(name.upper(), _File(name.upper()))
+
+    # --- values
+
+    def image(self, name: str, words: int) -> None:
+        """Let a slot have so many words."""
+        if words:
+            self._file(name).need(words)
+
+    def has(self, name: str) -> bool:
+        """Whether data or a rung names a file; rungs call PTOX0 PTO."""
+        plain = name.rstrip("0123456789")
+        return not self._files.keys().isdisjoint((name, plain, plain.removesuffix("X")))
+
+    def data(self, record: DataRecord) -> Iterator[tuple[str, str, int]]:
+        """Take the values of a data file; yield what is wrong: where, what, and the line."""
+        letters = letters_of(record.file)
+        if letters not in TYPES or letters in UNREAD:
+            if record.rows:
+                yield record.file, f"values of files {letters} are left out", record.line
+            return
+        file = self._file(STATUS if letters == "S" else record.file)
+        words = 3 if letters in STRUCTURED else 1
+        place = record.begin(words)
+        for row in joined(record.rows, words):
+            place = place if row.place is None else row.place
+            if len(row.values) % words:
+                text = f"elements of {letters} have three words, {len(row.values)} values are given"
+                yield f"{record.file}:{place}", text, row.line
+            for at in range(0, len(row.values) - words + 1, words):
+                where = f"{record.file}{'.' if letters in IMAGES else ':'}{place}"
+                if place >= MOST:
+                    count = place + (len(row.values) - at) // words
+                    yield where, f"a file has up to {MOST} elements, these are {count}", row.line
+                    return
+                try:
+                    file.values[place] = value_of(letters, row.values[at : at + words])
+                except ValueError as error:
+                    yield where, str(error), row.line
+                place += 1
+            file.need(place)
+
+    # --- uses
+
+    def routine(self, routine: Routine) -> None:
+        """Note the elements that rungs name."""
+        for rung in routine.rungs:
+            for instruction in instructions_of(rung.series):
+                uses = self._uses(instruction)
+                for use, operand in zip(uses, instruction.operands, strict=False):
+                    for address in addresses_in(operand):
+                        self._address(address, is_bit=address is operand and use in _BITS)
+                self._show(instruction)
+                self._length(instruction)
+
+    def _uses(self, instruction: Instruction) -> list[Use]:
+        """Return the use of each operand."""
+        spec = self._specs.get(instruction.name)
+        uses = list(spec.operands) if spec else []
+        return [*uses, *[uses[-1] if uses else Use.ANYTHING] * len(instruction.operands)]
+
+    def _address(self, address: Address, *, is_bit: bool) -> None:
+        file = self._file(address.name)
+        for number, step in enumerate(address.steps):
+            if isinstance(step, WordStep) and (number == 0 or step.mark == ":"):
+                file.need(step.index + 1)
+            elif isinstance(step, SubscriptStep):
+                file.need(MOST)
+            elif isinstance(step, MemberStep):
+                file.members[step.name] = is_bit or file.members.get(step.name, False)
+
+    def _show(self, instruction: Instruction) -> None:
+        """Keep what a rung shows of a timer, a counter or a control."""
+        spec = self._specs.get(instruction.name)
+        for place, use in enumerate(spec.operands if spec else ()):
+            if use not in _SHOWN or place >= len(instruction.operands):
+                continue
+            skipped, *names = _SHOWN[use]
+            address = instruction.operands[place]
+            element = _element(address)
+            if element is None or not isinstance(address, Address):
+                continue
+            words = instruction.operands[place + skipped :]
+            if instruction.name in ("BSL", "BSR"):
+                words = words[1:]
+            given = {
+                str(name): int(word.value)
+                for name, word in zip(names, words, strict=False)
+                if isinstance(word, Number)
+            }
+            self._file(address.name).shown.setdefault(element, {}).update(given)
+
+    def _length(self, instruction: Instruction) -> None:
+        """COP, FLL and sequencers reach as far as their length says."""
+        spec = self._specs.get(instruction.name)
+        numbers = [each for each in instruction.operands if isinstance(each, Number)]
+        if spec is None or instruction.name not in (
+            "COP",
+            "FLL",
+            "SQO",
+            "SQC",
+            "SQL",
+            "FFL",
+            "FFU",
+            "LFL",
+            "LFU",
+        ):
+            return
+        count = numbers[-1].value if instruction.name in ("COP", "FLL") and numbers else 0
+        if instruction.name.startswith("SQ") and len(numbers) >= 2:
+            count = int(numbers[-2].value) + 1
+        elif instruction.name[1] == "F" and len(numbers) >= 2:
+            count = numbers[-2].value
+        for use, operand in zip(spec.operands, instruction.operands, strict=False):
+            element = _element(operand)
+            reaches = use in (Use.SOURCE, Use.DESTINATION, Use.TABLE, Use.ARRAY)
+            if reaches and element is not None and isinstance(operand, Address):
+                self._file(operand.name).need(min(element + int(count), MOST))
+
+    # --- tags
+
+    def tags(self, bound: Iterable[str]) -> Iterator[Tag]:
+        """Yield a tag per file.
+
+        Args:
+            bound: names of the images that are the rack's, which are not tags.
+        """
+        without = set(bound)
+        for file in self._files.values():
+            if file.name not in without and file.length:
+                yield Tag(file.name, self._type(file), (min(file.length, MOST),), self._initial(file))
+
+    @property
+    def images(self) -> list[str]:
+        """The images that are used: `I:1`, `O:1`."""
+        return [name for name in self._files if name.startswith(("I:", "O:"))]
+
+    def _type(self, file: _File) -> DataType:
+        kind = TYPES.get(letters_of(file.name))
+        if kind is not None:
+            return kind
+        members = tuple(Member(name, BOOL if bit else INT) for name, bit in file.members.items())
+        return Structure(f"{file.name}_type", members) if members else INT
+
+    def _initial(self, file: _File) -> list[Any] | None:
+        values: dict[int, Any] = {**file.shown, **file.values}
+        if not values:
+            return None
+        kind = self._type(file)
+        empty: Any = {} if isinstance(kind, Structure) else 0
+        empty = "" if kind is STRING else empty
+        return [values.get(place, empty) for place in range(min(max(values) + 1, file.length, MOST))]
+
+
+def _element(operand: Operand) -> int | None:
+    """Return the number of the element that an address names, None if it is computed."""
+    if isinstance(operand, Address) and operand.steps and isinstance(operand.steps[0], WordStep):
+        return operand.steps[0].index
+    return None

@@ -1,0 +1,315 @@
+"""An export as records: every rung with its line, every data file with its values, every slot.
+
+    START Bul.1766  % MicroLogix 1400 Series B %
+    SLOT 1 OTHER 3 10 25  % an axis %  SCAN_IN 8 SCAN_OUT 8    a 3601: card of vendor 3, type 10, code 25
+    PROJECT "feeder"
+       2 "MAIN"                                                names of ladder files
+    LADDER 2
+    % Rung: 0 %
+    SOR XIC I:0/0 OTE O:0/0 EOR
+    % TITLE/RUNG DESCRIPTION                     of the rung above, up to a line that ends in %
+    RUNG DESCRIPTION: starts the pump
+    %
+    DATA N7:0
+    % N7:0  %      60      0     -3 0XFFF0                       what follows N7:0 on
+    % N7:10 %       7
+    DATA T4:0
+    % .CTL   .PRE   .ACC    %
+    0XA200     60     60 % T4:0  %               bits, PRE, ACC of a timer
+    DATA ST9:0
+    % ST9:0 %
+    "a text"
+    FORCE O:03
+    0X0000 0XFFFF % FORCE O:3.0 %
+
+What is between two % is a comment. In DATA the address in it says where the values of its line lie; without
+one they follow those before. A header has the first element. One with values for just its element and those
+before it is of the older form `DATA N7:5 1 2 3 4 5 6`, which has the last element [9323-PA2E, p. 5-19];
+`DATA ...N7:5` has the first one always.
+
+A rung goes from SOR to EOR, over as many lines as it takes. Other lines are noted.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+from ...io_images.input_files import open_input
+from ...ladder.model.errors import LadderError
+from .lines import WORD, Line, lines_of
+from .records import (
+    DataRecord,
+    DataRow,
+    Document,
+    LadderRecord,
+    Other,
+    RungRecord,
+    SlotRecord,
+)
+
+MOST_BYTES = 4 * 1024 * 1024
+"""Bytes of a file; an SLC 500 has 64 K words for its program."""
+
+MOST_RUNGS = 65_536
+"""Rungs of a file."""
+
+
+class SlcError(LadderError):
+    """A file that is not an export of RSLogix 500."""
+
+
+_LADDER = re.compile(r'(?:LADDER|LAD)(?:\s+FILE)?\s+(?:LAD\s*)?(\d{1,3})\b[\s:-]*"?([^"]*?)"?', re.IGNORECASE)
+_SLOT = re.compile(r"SLOT\s+(\d{1,3})\b\s*(.*)", re.IGNORECASE)
+_DATA = re.compile(
+    r"(?:DATA(?:\s*FILE)?\b\s*(?P<dots>\.{3})?\s*#?(?P<file>[A-Z]{1,5}\s*\d{0,3})|#?(?P<bare>[A-Z]{1,3}\d{0,3}))"
+    r"\s*[:;]\s*(?P<element>\d{1,3})(?:\.(?P<word>\d{1,2}))?(?![\w/:.])\s*(?P<values>.*)",
+    re.IGNORECASE,
+)
+_FORCE = re.compile(r"FORCE\s+(?:\.{3}\s*)?[IO]\s*:.*", re.IGNORECASE)
+_PROJECT = re.compile(r'(?:START\s+)?PROJECT\s+"?([^"]*?)"?', re.IGNORECASE)
+_FILE_NAME = re.compile(r'(\d{1,3})\s+"([^"]*)"')
+_PROCESSOR = re.compile(r'(?:START|PROC(?:ESSOR)?(?:_TYPE)?)[\s=]+"?([^"]*?)"?', re.IGNORECASE)
+_ENDS = re.compile(r"(?:START|END)\b.*", re.IGNORECASE)
+_VALUE = re.compile(
+    r'[+-]?(?:\d+\.?\d*|\.\d+)(?:E[+-]?\d+)?|[+-]?1\.#\w+|0X[0-9A-F]+|[0-9A-F]+h|"[^"]*"|16#[0-9A-F]+',
+    re.IGNORECASE,
+)
+_DESCRIPTION = re.compile(r"^\s*(?:TITLE/RUNG DESCRIPTION|TITLE:|RUNG DESCRIPTION:)", re.MULTILINE)
+"""What begins the parts of a description of a rung."""
+_SETTINGS = re.compile(r"(?:(?:[A-Z][A-Z0-9_]+|[+-]?\d+|0X[0-9A-F]+)\s*)+")
+"""A line below that of a slot: numbers, and what they are."""
+_NOT_FORCED = ["0X0000", "0XFFFF"]
+"""Bits of a word that are forced on, and those that are not forced off."""
+_NUMBERED = re.compile(r"RUNG\s*:?\s*\d+", re.IGNORECASE)
+"""A comment that only numbers the rung below."""
+
+
+def read_document(path: Path | str) -> Document:
+    """Read an export from a file.
+
+    Raises:
+        SlcError: it can't be read, is too long, is not text, or has no rung.
+    """
+    file = Path(path)
+    try:
+        with open_input(file) as stream:
+            data = stream.read(MOST_BYTES + 1)
+    except FileNotFoundError:
+        raise SlcError(f"{path}: there is no such file") from None
+    except OSError as error:
+        raise SlcError(f"{path}: the file can't be read: {error.strerror}") from None
+    if len(data) > MOST_BYTES:
+        raise SlcError(f"{path}: the file has more than {MOST_BYTES:,} bytes")
+    if b"\0" in data:
+        raise SlcError(f"{path}: this is not text: export the program as text, with SOR and EOR")
+    return parse_document(_text_of(data), str(path), file.stem)
+
+
+def _text_of(data: bytes) -> str:
+    """Return the text: RSLogix 500 writes Windows' characters, other programs UTF-8."""
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return data.decode("cp1252", errors="replace")
+
+
+def parse_document(text: str, file: str, name: str) -> Document:
+    """Read the text of an export.
+
+    Args:
+        text: the text.
+        file: its name in messages.
+        name: name of the project, unless the text says it.
+
+    Raises:
+        SlcError: it has no rung.
+    """
+    document = _Reader(text, Document(file, name)).read()
+    if not any(each.rungs for each in document.ladders.values()):
+        raise SlcError(f"{file}: there is no rung in it: SOR ... EOR")
+    return document
+
+
+class _Reader:
+    """Reads line by line."""
+
+    def __init__(self, text: str, document: Document) -> None:
+        self._text = text
+        self._document = document
+        self._ladder: LadderRecord | None = None
+        self._slot: SlotRecord | None = None
+        self._data: DataRecord | None = None
+        self._forcing = self._skipping = False
+        self._place: int | None = None
+        self._names: dict[int, str] = {}
+        self._comment: list[str] = []
+        self._words: list[str] | None = None
+        self._begun = self._count = 0
+
+    def read(self) -> Document:
+        """Read all lines."""
+        for line in lines_of(self._text):
+            if self._words is None and not line.begins_rung:
+                self._line(line)
+                continue
+            for word in line.words:
+                self._word(line.number, word)
+        self._end(whole=False)
+        for number, name in self._names.items():
+            if number in self._document.ladders and not self._document.ladders[number].name:
+                self._document.ladders[number].name = name
+        return self._document
+
+    # --- rungs
+
+    def _word(self, number: int, word: str) -> None:
+        """Go on with a rung; SOR begins another one, also where EOR is missing."""
+        mark = word.upper()
+        if mark == "SOR":
+            self._end(whole=False)
+            self._words, self._begun = [], number
+        elif self._words is None:
+            self._document.others.append(Other(number, word))
+        elif mark == "EOR":
+            self._end(whole=True)
+        else:
+            self._words.append(word)
+
+    def _end(self, *, whole: bool) -> None:
+        """Take the present rung, if there is one."""
+        if self._words is not None:
+            self._rung(self._words, self._begun, whole=whole)
+        self._words = None
+
+    def _rung(self, words: list[str], line: int, *, whole: bool) -> None:
+        self._leave()
+        self._count += 1
+        if self._count > MOST_RUNGS:
+            raise SlcError(f"{self._document.file}:{line}: there are more than {MOST_RUNGS:,} rungs")
+        comment = "\n".join(self._comment)
+        self._comment = []
+        self._file(None).rungs.append(RungRecord(tuple(words), line, comment, whole))
+
+    def _file(self, number: int | None, name: str = "") -> LadderRecord:
+        """Return the present ladder file, or go on with that of a number; file 2 without one."""
+        if number is None and self._ladder is not None:
+            return self._ladder
+        wanted = 2 if number is None else number
+        self._ladder = self._document.ladders.setdefault(wanted, LadderRecord(wanted, name))
+        return self._ladder
+
+    def _note_comment(self, comment: str) -> None:
+        """Keep a comment for the next rung; a description belongs to the rung above it."""
+        described = _DESCRIPTION.sub("\n", comment)
+        text = "\n".join(filter(None, map(str.strip, described.splitlines())))
+        if not text or _NUMBERED.fullmatch(text):
+            return
+        rungs = self._ladder.rungs if self._ladder is not None else []
+        if described != comment and rungs and not self._comment:
+            said = "\n".join(filter(None, (rungs[-1].comment, text)))
+            rungs[-1] = replace(rungs[-1], comment=said)
+        else:
+            self._comment.append(text)
+
+    # --- other lines
+
+    def _leave(self) -> None:
+        """Leave the section that the lines before belong to; no comment in it is on a rung."""
+        self._slot = self._data = self._place = None
+        self._forcing = self._skipping = False
+
+    def _line(self, line: Line) -> None:
+        plain = line.plain
+        if self._data is not None:
+            place = self._place_of(line)
+            self._place = self._place if place is None else place
+        elif not plain:
+            for each in line.comments:
+                self._note_comment(each)
+        if plain and not (self._section(line, plain) or self._more(line, plain)):
+            file = self._data.file if self._data is not None else ""
+            self._leave()
+            self._skipping = True
+            if not _ENDS.fullmatch(plain):
+                self._document.others.append(Other(line.number, plain, file))
+
+    def _section(self, line: Line, plain: str) -> bool:
+        """Begin what a line begins; return whether it begins something."""
+        document = self._document
+        if found := _LADDER.fullmatch(plain):
+            self._leave()
+            self._comment = []
+            self._file(int(found[1]), found[2].strip())
+        elif found := _SLOT.fullmatch(plain):
+            self._leave()
+            comment = " ".join(each.strip() for each in line.comments)
+            self._slot = SlotRecord(int(found[1]), found[2].strip(), line.number, comment)
+            if self._slot.number in document.slots:
+                document.others.append(Other(line.number, plain))
+            document.slots.setdefault(self._slot.number, self._slot)
+        elif found := _DATA.fullmatch(plain):
+            self._leave()
+            self._data = _data_record(found, line.number)
+            document.data.append(self._data)
+            self._row(line.number, found["values"], self._place_of(line))
+        elif _FORCE.fullmatch(plain):
+            self._leave()
+            self._forcing = True
+        elif found := _PROJECT.fullmatch(plain):
+            self._leave()
+            document.name = found[1].strip() or document.name
+        elif found := _PROCESSOR.fullmatch(plain):
+            self._leave()
+            said = " ".join((found[1], *line.comments)).split()
+            document.processor = " ".join(dict.fromkeys(said))
+        elif self._data is None and (found := _FILE_NAME.fullmatch(plain)):
+            self._names[int(found[1])] = found[2].strip()
+        else:
+            return False
+        return True
+
+    def _more(self, line: Line, plain: str) -> bool:
+        """Go on with the section of the lines before; return whether the line belongs to it."""
+        are_values = all(map(_VALUE.fullmatch, WORD.findall(plain)))
+        if self._data is not None and are_values:
+            self._row(line.number, plain, self._place)
+            self._place = None
+        elif self._forcing and are_values:
+            if [each.upper() for each in line.words] != _NOT_FORCED:
+                self._document.forces.append((line.number, " ".join(line.comments).strip() or plain))
+        elif self._slot is not None and _SETTINGS.fullmatch(plain):
+            self._slot = replace(self._slot, settings=f"{self._slot.settings} {plain}")
+            self._document.slots[self._slot.number] = self._slot
+        else:
+            return self._skipping and are_values
+        return True
+
+    def _row(self, number: int, text: str, place: int | None) -> None:
+        assert self._data is not None
+        words = WORD.findall(text)
+        values = tuple(each for each in words if _VALUE.fullmatch(each))
+        if values:
+            self._data.rows.append(DataRow(place, number, values))
+        wrong = (each for each in words if not _VALUE.fullmatch(each))
+        self._document.others += [Other(number, each, self._data.file) for each in wrong]
+
+    def _place_of(self, line: Line) -> int | None:
+        """Return the element, or word of an image, that a comment names as the place of values."""
+        assert self._data is not None
+        for each in line.comments:
+            found = _DATA.fullmatch(each.strip())
+            record = None if found is None or found["values"] else _data_record(found, 0)
+            if record is not None and record.file == self._data.file:
+                return record.element
+        return None
+
+
+def _data_record(found: re.Match[str], line: int) -> DataRecord:
+    """Return the record that an address begins; that of an image counts words of a slot."""
+    name = re.sub(r"\s", "", (found["file"] or found["bare"]).upper())
+    element = int(found["element"])
+    if name in ("I", "O"):
+        return DataRecord(f"{name}:{element}", int(found["word"] or 0), line, first=True)
+    return DataRecord(name, element, line, bool(found["dots"]))

@@ -1,0 +1,83 @@
+"""A program of the dialect slc back to the text of an export, which reads as the same program."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from ...ladder.build.dialects import SLC
+from ...ladder.build.program import Program
+from ...ladder.model.errors import LadderError
+from ...ladder.model.tags import Tag
+from .addresses import STRUCTURED
+from .addresses import WORDS as INNER
+from .datafiles import letters_of
+from .records import Document
+from .rungs import ROUTINE, rung_text
+
+_PER_LINE = 10
+"""Values of a line."""
+
+
+def export_text(program: Program, document: Document | None = None) -> str:
+    """Return a program as text.
+
+    Args:
+        program: it.
+        document: the export that it was imported from, whose processor and slots go with it.
+
+    Raises:
+        LadderError: it has another dialect.
+    """
+    if program.dialect != SLC:
+        raise LadderError(f"program {program.name} has the dialect {program.dialect}, not {SLC}")
+    head = [f'PROJECT "{program.name}"']
+    if document is not None:
+        head += [f'PROCESSOR "{document.processor}"'] * bool(document.processor)
+        head += [f"SLOT {each.number} {each.text}".rstrip() for each in document.slots.values()]
+    return "\n".join([*head, *_ladders(program), *_data(program)]) + "\n"
+
+
+def _ladders(program: Program) -> Iterator[str]:
+    for routine in program.routines:
+        name = f' "{routine.comment}"' if routine.comment else ""
+        yield f"LADDER {routine.name[len(ROUTINE) :]}{name}"
+        for rung in routine.rungs:
+            yield from (f"% {line.replace('%', 'percent')} %" for line in rung.comment.splitlines())
+            yield " ".join(f"SOR {rung_text(rung.series, program.builtin)} EOR".split())
+
+
+def _data(program: Program) -> Iterator[str]:
+    for tag in program.declarations:
+        if not isinstance(tag, Tag) or not isinstance(tag.initial, list):
+            continue
+        words = list(_words(tag))
+        address = f"{tag.name}.0" if ":" in tag.name else f"{tag.name}:0"
+        for at in range(0, len(words), _PER_LINE):
+            yield " ".join([f"DATA {address}" if not at else "", *words[at : at + _PER_LINE]]).strip()
+
+
+def _words(tag: Tag) -> Iterator[str]:
+    letters = letters_of(tag.name)
+    values = tag.initial
+    assert isinstance(values, Sequence)
+    for value in values:
+        if letters in STRUCTURED:
+            yield from map(str, _three_words(letters, value))
+        else:
+            yield f'"{value}"' if letters == "ST" else _number(value)
+
+
+def _number(value: float) -> str:
+    """Return a number; infinity and NaN as RSLogix prints them."""
+    if isinstance(value, int) or math.isfinite(value):
+        return str(value)
+    return "1.#QNAN" if math.isnan(value) else f"{'-' if value < 0 else ''}1.#INF"
+
+
+def _three_words(letters: str, value: Mapping[str, Any]) -> tuple[int, int, int]:
+    flags = sum(1 << bit for bit, name in STRUCTURED[letters].items() if value.get(name))
+    flags -= (flags & 1 << 15) << 1
+    first, second = (int(value.get(name, 0)) for name in INNER[letters])
+    return flags, first, second

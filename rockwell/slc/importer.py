@@ -1,0 +1,220 @@
+"""An export of RSLogix 500 to a program that can run, and the report of its import."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from ...ladder.build.addon import specs_of
+from ...ladder.build.dialects import SLC
+from ...ladder.build.program import Program
+from ...ladder.instructions.slc import SLC_SPECS
+from ...ladder.model.errors import BuildError, LadderError, Problem
+from ...ladder.model.stubs import (
+    ALL_MESSAGES,
+    NO_STUBS,
+    Stubs,
+    parse_stub,
+)
+from ...ladder.model.tree import (
+    Origin,
+    Routine,
+    Rung,
+    Series,
+)
+from ..l5x.report import Refusal, Report
+from .datafiles import DataFiles
+from .document import parse_document, read_document
+from .records import Document, LadderRecord
+from .rungs import RungError, RungReader, routine_name
+
+ROUNDS = 30
+"""Attempts to build what is left after refusals; each refuses at least one rung."""
+
+TRIAL_STUB = "done after 20 ms"
+"""How messages end in a trial."""
+
+LONGEST = 1000
+"""Characters of a rung in a refusal."""
+
+MAIN = 2
+"""Number of the main ladder file."""
+
+_PLACE = re.compile(r"routine U(\d+), rung (\d+)")
+
+
+@dataclass(slots=True)
+class Imported:
+    """The result of an import.
+
+    Attributes:
+        document: the export.
+        report: what was imported and refused.
+        program: what runs; None if nothing can be built.
+    """
+
+    document: Document
+    report: Report
+    program: Program | None
+
+
+def import_slc(
+    path: Path | str,
+    stubs: Stubs = NO_STUBS,
+    slots: Collection[int] | None = None,
+    *,
+    trial: bool = False,
+) -> Imported:
+    """Import an export from a file.
+
+    Args:
+        path: the file.
+        stubs: replacements of instructions.
+        slots: slots of the rack that the program runs in; None if there is none. Images of other slots are
+            memory. Without a rack, slots are the rack's that a 3601 sits in, or all if the export names none.
+        trial: let messages without a stub end.
+
+    Raises:
+        SlcError: the file can't be used at all.
+    """
+    if trial and ALL_MESSAGES not in stubs.by_name:
+        stubs = replace(stubs, by_name={**stubs.by_name, ALL_MESSAGES: parse_stub(TRIAL_STUB)})
+    return _Importer(read_document(path), stubs, slots).run()
+
+
+def import_text(
+    text: str, name: str, stubs: Stubs = NO_STUBS, slots: Collection[int] | None = None, *, file: str = ""
+) -> Imported:
+    """Import the text of an export, see `import_slc`."""
+    return _Importer(parse_document(text, file, name), stubs, slots).run()
+
+
+class _Importer:
+    """Imports one document."""
+
+    def __init__(self, document: Document, stubs: Stubs, slots: Collection[int] | None) -> None:
+        self._document, self._stubs, self._slots = document, stubs, slots
+        self._specs = specs_of({}, stubs.by_name, SLC_SPECS)
+        self._report = Report(document.file, "", "RSLogix 500", document.name)
+        self._rungs: dict[tuple[int, int], tuple[int, str]] = {}
+
+    def run(self) -> Imported:
+        document, report = self._document, self._report
+        for line, text, data_file in document.others:
+            report.note(text.split()[0], f"the line is not understood: {text}"[:200], line)
+            report.lost += [data_file] * (bool(data_file) and data_file not in report.lost)
+        for line, text in document.forces:
+            report.note(text, "the force is not applied: set it in the rack file", line)
+        routines = [self._routine(each) for each in document.ladders.values()]
+        program = None
+        reason = f"it can't be built in {ROUNDS} attempts"
+        for _ in range(ROUNDS):
+            try:
+                program = self._program(routines)
+                program.build()
+                break
+            except BuildError as error:
+                program = None
+                if not self._refuse_all(error.problems, routines):
+                    reason = error.problems[0].text
+                    break
+        if program is None:
+            self._refuse_rest(reason)
+        else:
+            for each in program.stubs_in_use:
+                name, _, text = each.partition(" = ")
+                report.stubs[name] = text
+        return Imported(document, report, program)
+
+    # --- rungs
+
+    def _routine(self, record: LadderRecord) -> Routine:
+        reader = RungReader(self._specs, {})
+        rungs = []
+        for number, each in enumerate(record.rungs):
+            self._report.rungs += 1
+            self._rungs[record.number, number] = each.line, each.text
+            series: Series = ()
+            try:
+                if not each.whole:
+                    raise RungError("the rung has no EOR", len(each.text), "end it with EOR")
+                series = reader.read(each.words)
+            except RungError as error:
+                self._refuse(record.number, number, str(error), error.remedy, error.column)
+            rungs.append(Rung(series, each.comment, Origin(self._document.file, each.line)))
+        return Routine(routine_name(record.number, {}), tuple(rungs), record.name)
+
+    def _refuse(self, file: int, rung: int, reason: str, remedy: str, column: int = 1) -> None:
+        line, text = self._rungs[file, rung]
+        text = text[:LONGEST]
+        name = routine_name(file, {})
+        self._report.refused.append(
+            Refusal(self._document.file, line, self._document.name, name, rung, column, text, reason, remedy)
+        )
+
+    def _refuse_all(self, problems: list[Problem] | tuple[Problem, ...], routines: list[Routine]) -> bool:
+        """Refuse the rungs of problems; return whether there was one."""
+        places = {routine.name: number for number, routine in enumerate(routines)}
+        empty: set[tuple[int, int]] = set()
+        for problem in problems:
+            found = _PLACE.search(problem.where)
+            if found is None:
+                continue
+            file, rung = int(found.group(1)), int(found.group(2))
+            if (file, rung) in empty or (file, rung) not in self._rungs:
+                continue
+            empty.add((file, rung))
+            self._refuse(file, rung, problem.text, problem.remedy)
+            place = places[routine_name(file, {})]
+            rungs = list(routines[place].rungs)
+            rungs[rung] = replace(rungs[rung], series=())
+            routines[place] = replace(routines[place], rungs=tuple(rungs))
+        return bool(empty)
+
+    def _refuse_rest(self, reason: str) -> None:
+        """Refuse all rungs that are left, because they can't be built together."""
+        gone = {(each.routine, each.rung) for each in self._report.refused}
+        for file, rung in self._rungs:
+            if (routine_name(file, {}), rung) not in gone:
+                self._refuse(file, rung, reason, "correct the program")
+
+    # --- the program
+
+    def _program(self, routines: list[Routine]) -> Program:
+        name = re.sub(r"\W", "_", self._document.name) or "program"
+        main = routine_name(MAIN, {})
+        known = [each.name for each in routines]
+        program = Program(name, main=main if main in known else None, dialect=SLC)
+        program.take_stubs(self._stubs)
+        files = DataFiles(self._specs)
+        for routine in routines:
+            files.routine(routine)
+            program.add_routine(routine)
+        for record in self._document.data:
+            for where, wrong, line in files.data(record):
+                note = self._report.lose if files.has(record.file) else self._report.note
+                note(where, wrong, line)
+        bound = [each for each in files.images if self._is_bound(int(each.split(":")[1]))]
+        for image in files.images:
+            slot = self._document.slots.get(int(image.split(":")[1]))
+            if image not in bound:
+                text = "memory: the rack has no module there; a test or a timeline may set it"
+                self._report.note("data", f"{image} is {text}")
+                if slot is not None:
+                    files.image(image, (slot.inputs if image.startswith("I") else slot.outputs) or 0)
+        for tag in files.tags(bound):
+            try:
+                program.add(tag)
+            except LadderError as error:
+                self._report.lose(tag.name, f"it is not declared: {error}")
+        return program
+
+    def _is_bound(self, slot: int) -> bool:
+        """Whether the images of a slot are the rack's."""
+        if self._slots is not None:
+            return slot in self._slots
+        if not self._document.slots:
+            return slot > 0
+        return slot in self._document.slots and self._document.slots[slot].is_3601

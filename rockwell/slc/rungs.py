@@ -1,0 +1,296 @@
+"""Rungs: words between SOR and EOR to the tree, and back.
+
+A mnemonic takes the words up to the next one. `BST ... NXB ... BND` are the legs of a branch.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+
+from ...ladder.model.errors import LadderError
+from ...ladder.model.expressions import parse_expression
+from ...ladder.model.spec import Spec, Use
+from ...ladder.model.tree import (
+    BRANCHES,
+    Address,
+    Branch,
+    Characters,
+    Element,
+    Instruction,
+    Number,
+    Operand,
+    Operation,
+    Series,
+    Unknown,
+    number,
+)
+from .addresses import (
+    AddressTextError,
+    is_address,
+    parse,
+    text_of,
+)
+
+BEGIN, NEXT, END = "BST", "NXB", "BND"
+"""Words of a branch."""
+
+FILES = frozenset({Use.SOURCE, Use.DESTINATION, Use.TABLE, Use.ARRAY})
+"""Uses of a file, which exports write with `#`."""
+
+_WORDS = frozenset({Use.IGNORED, Use.ANYTHING, Use.PARAMETERS, Use.TEXT})
+"""Uses of which an operand may be any word."""
+
+_HEX = re.compile(r"(?:16#|0x)([0-9A-F]+)|([0-9A-F]+)h|(?=[0-9]*[A-F])([0-9A-F]{4})", re.IGNORECASE)
+"""Hexadecimal numbers: `0FF0h`, `16#FF0`, and masks of four digits, `FFFF`."""
+_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:E[+-]?\d+)?", re.IGNORECASE)
+_NAME = re.compile(r"[A-Z_]\w*", re.IGNORECASE)
+_IN_EXPRESSION = re.compile(r"#?[A-Z]{1,3}\d{0,3}(?::(?:\d+|\[[^\]]+\]))?(?:\.\w+)?(?:/\w+)?", re.IGNORECASE)
+
+_PLACEHOLDER = re.compile(r"slc_(\d{1,4})")
+"""A placeholder for an address while an expression is read."""
+
+ROUTINE = "U"
+"""What the name of a routine begins with, before the number of its ladder file."""
+
+
+class RungError(LadderError):
+    """A rung that can't be read.
+
+    Attributes:
+        column: where, in the rung's text, from 1.
+        remedy: what helps.
+    """
+
+    def __init__(self, text: str, column: int, remedy: str) -> None:
+        self.column, self.remedy = column, remedy
+        super().__init__(text)
+
+
+class RungReader:
+    """Reads the rungs of a document.
+
+    Args:
+        specs: the instructions that there are, by name in capitals.
+        names: names of the ladder files, by number.
+    """
+
+    def __init__(self, specs: Mapping[str, Spec], names: Mapping[int, str]) -> None:
+        self._specs, self._names = specs, names
+
+    def read(self, words: Sequence[str]) -> Series:
+        """Read a rung.
+
+        Raises:
+            RungError: it can't be read.
+        """
+        self._words = list(words)
+        self._columns: list[int] = []
+        column = 5
+        for each in words:
+            self._columns.append(column)
+            column += len(each) + 1
+        self._end = column
+        self._at = self._branches = 0
+        series = self._series()
+        if self._at < len(self._words):
+            self._fail(f"{self._words[self._at]} is outside of a branch", "begin the branch with BST")
+        return series
+
+    def _fail(self, text: str, remedy: str, at: int | None = None) -> None:
+        place = self._at if at is None else at
+        column = self._columns[place] if place < len(self._columns) else self._end
+        raise RungError(text, column, remedy)
+
+    def _peek(self) -> str:
+        return self._words[self._at].upper() if self._at < len(self._words) else ""
+
+    def _series(self) -> Series:
+        elements: list[Element] = []
+        while (word := self._peek()) and word not in (NEXT, END):
+            elements.append(self._branch() if word == BEGIN else self._instruction())
+        return tuple(elements)
+
+    def _branch(self) -> Branch:
+        if self._branches == BRANCHES:
+            self._fail(f"there are more than {BRANCHES} branches in one another", "use several rungs")
+        self._branches += 1
+        self._at += 1
+        legs = [self._series()]
+        while self._peek() == NEXT:
+            self._at += 1
+            legs.append(self._series())
+        if self._peek() != END:
+            self._fail("the branch has no BND", "end it with BND")
+        self._at += 1
+        self._branches -= 1
+        return Branch(tuple(legs))
+
+    def _instruction(self) -> Instruction:
+        start = self._at
+        name = self._peek()
+        spec = self._specs.get(name)
+        self._at += 1
+        needed = len(spec.operands) - spec.optional if spec is not None else 0
+        words_too = spec is not None and spec.variadic
+        while (word := self._peek()) and word not in (BEGIN, NEXT, END):
+            enough = self._at - start > needed and not words_too
+            if word in self._specs or (enough and self._is_mnemonic(word)):
+                break
+            self._at += 1
+        if spec is None:
+            self._fail(f"there is no instruction {name}", f"stub it: {name} = 'false'", start)
+        assert spec is not None
+        words = self._words[start + 1 : self._at]
+        if name == "CPT" and len(words) > 2:
+            words = [words[0], " ".join(words[1:])]
+        operands = self._operands(spec, words, start + 1)
+        self._check_count(spec, len(operands), start)
+        return Instruction(spec.name, tuple(operands))
+
+    def _is_mnemonic(self, word: str) -> bool:
+        if word in self._specs:
+            return True
+        is_name = _NAME.fullmatch(word) is not None and len(word) <= 4
+        return is_name and not is_address(word) and _HEX.fullmatch(word) is None
+
+    def _check_count(self, spec: Spec, count: int, at: int) -> None:
+        most = len(spec.operands)
+        least = most - spec.optional - spec.variadic
+        if count < least or (count > most and not spec.variadic):
+            wanted = str(most) if least == most else f"{least} to {most}"
+            self._fail(f"{spec.name} takes {wanted} operands, {count} are given", "correct the rung", at)
+
+    def _operands(self, spec: Spec, words: Sequence[str], at: int) -> list[Operand]:
+        if spec.name == "JSR":
+            return [self._routine(words[0], at)] if words else []
+        found: list[Operand] = []
+        for place, word in enumerate(words):
+            use = spec.operands[min(place, len(spec.operands) - 1)] if spec.operands else Use.IGNORED
+            try:
+                found.append(_operand(use, word))
+            except LadderError as error:
+                self._fail(str(error), "write an address, a number or an expression", at + place)
+        return found
+
+    def _routine(self, word: str, at: int) -> Address:
+        digits = re.fullmatch(r"(?:U:?)?(\d{1,3})", word, re.IGNORECASE)
+        if digits is None:
+            self._fail(f"{word} is not a ladder file", "write its number, as in JSR U:3", at)
+        assert digits is not None
+        return Address(routine_name(int(digits.group(1)), self._names))
+
+
+def routine_name(file: int, names: Mapping[int, str]) -> str:
+    """Return the routine that a ladder file becomes.
+
+    >>> routine_name(3, {})
+    'U3'
+    """
+    return f"{ROUTINE}{file}"
+
+
+def _operand(use: Use, word: str) -> Operand:
+    if use is Use.LABEL:
+        return Address(re.sub(r"\W", "_", word.upper()))
+    if word == "?":
+        return Unknown()
+    if '"' in word and re.fullmatch(r'"[^"]*"', word) is None:
+        raise AddressTextError(f"{word} has a quotation mark in it")
+    if word.startswith('"') and use in _WORDS:
+        return Characters(word.strip('"'))
+    if is_address(word):
+        return parse(word, file=use in FILES)
+    if _NUMBER.fullmatch(word) or _HEX.fullmatch(word):
+        return _number(word)
+    if use in (Use.EXPRESSION, Use.CONDITION):
+        return _expression(word)
+    if use in _WORDS:
+        return Characters(word)
+    raise AddressTextError(f"{word!r} is neither an address nor a number")
+
+
+def _number(word: str) -> Number:
+    digits = _HEX.fullmatch(word)
+    if digits is None:
+        return number(float(word) if re.search(r"[.eE]", word) else int(word))
+    value = int(digits.group(1) or digits.group(2) or digits.group(3), 16)
+    if 1 << 15 <= value < 1 << 16:
+        return number(value - (1 << 16))  # sixteen bits with a sign
+    return Number(value, f"16#{value:X}")
+
+
+def _expression(text: str) -> Operand:
+    """Read an expression: RSLogix 500 writes `|` for division, since `/` is a bit's."""
+    addresses: list[Address] = []
+
+    def name(found: re.Match[str]) -> str:
+        if not is_address(found.group()):
+            return found.group()
+        addresses.append(parse(found.group()))
+        return f"slc_{len(addresses) - 1}"
+
+    expression = parse_expression(_IN_EXPRESSION.sub(name, text).replace("|", "/"))
+    return _with_addresses(expression, addresses)
+
+
+def _with_addresses(operand: Operand, addresses: Sequence[Address]) -> Operand:
+    if isinstance(operand, Operation):
+        return Operation(operand.name, tuple(_with_addresses(each, addresses) for each in operand.operands))
+    if not isinstance(operand, Address):
+        return operand
+    place = _PLACEHOLDER.fullmatch(str(operand))
+    if place is None or int(place.group(1)) >= len(addresses):
+        raise AddressTextError(f"{operand} is not an address of a data file")
+    return addresses[int(place.group(1))]
+
+
+# --- back to text
+
+
+def rung_text(series: Series, specs: Mapping[str, Spec]) -> str:
+    """Return a rung as an export has it, without SOR and EOR.
+
+    Args:
+        series: the rung.
+        specs: the instructions, by name in capitals.
+    """
+    return " ".join(_element_text(each, specs) for each in series)
+
+
+def _element_text(element: Element, specs: Mapping[str, Spec]) -> str:
+    if isinstance(element, Branch):
+        legs = f" {NEXT} ".join(rung_text(leg, specs) for leg in element.legs)
+        return " ".join(f"{BEGIN} {legs} {END}".split())
+    uses = specs[element.name].operands if element.name in specs else ()
+    words = [element.name]
+    for place, operand in enumerate(element.operands):
+        use = uses[min(place, len(uses) - 1)] if uses else Use.ANYTHING
+        words.append(_operand_text(element.name, use, operand))
+    return " ".join(words)
+
+
+def _operand_text(name: str, use: Use, operand: Operand) -> str:
+    if name == "JSR" and isinstance(operand, Address):
+        return f"U:{operand.name[len(ROUTINE) :]}"
+    if use is Use.LABEL and isinstance(operand, Address):
+        return operand.name.replace("_", ":")
+    if isinstance(operand, Characters):
+        return f'"{operand.value}"'
+    if isinstance(operand, Number) and operand.text.startswith("16#"):
+        return f"0{operand.text[3:]}h"
+    if isinstance(operand, Operation):
+        return _expression_text(operand)
+    return text_of(operand, file=use in FILES)
+
+
+def _expression_text(operand: Operand) -> str:
+    """Return an expression in full parentheses, with `|` for division."""
+    if not isinstance(operand, Operation):
+        return text_of(operand)
+    inner = [_expression_text(each) for each in operand.operands]
+    if len(inner) == 1:
+        sign = {"NEG": "-", "NOT": "NOT "}.get(operand.name)
+        return f"{sign}({inner[0]})" if sign else f"{operand.name}({inner[0]})"
+    name = "|" if operand.name == "/" else operand.name
+    return f"({inner[0]} {name} {inner[1]})"

@@ -1,0 +1,23 @@
+"""A trial: an imported program runs in the interpreter and compiled, scan by scan, as an L5X does."""
+
+from __future__ import annotations
+
+from ...ladder.model.errors import TooLongError
+from ..l5x.trial import SCANS, Work, lockstep
+from .importer import Imported
+
+
+def run_trial(imported: Imported, scans: int = SCANS) -> None:
+    """Run what was imported; count in its report the rungs that ran, and note a fault or a difference."""
+    program, report = imported.program, imported.report
+    if program is None:
+        return
+    try:
+        outcome = lockstep(program, Work(scans))
+    except TooLongError as error:
+        report.faults[program.name] = str(error)
+        return
+    if outcome.difference or outcome.fault:
+        report.faults[program.name] = outcome.difference or outcome.fault
+    if outcome.scans and not outcome.difference:
+        report.ran = report.imported

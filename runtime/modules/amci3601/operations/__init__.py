@@ -1,0 +1,1 @@
+"""Motions of the 3601: moves, blends, homing, the follower."""

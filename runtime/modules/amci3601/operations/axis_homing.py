@@ -1,0 +1,166 @@
+"""Find Home where the axis does a part of the search itself, as a controller behind an adapter does.
+
+`homing` has the rest of the search; an axis selects one of these by its capabilities.
+"""
+
+from __future__ import annotations
+
+from typing_extensions import override
+
+from ..capabilities import AxisHoming, Refusal
+from ..command_words import CommandWords
+from ..latches import HOME_INVALID, INPUT_ERROR, POSITION_INVALID
+from ..operation import CW_LIMIT, limit_of
+from .homing import HOME, Homing, Phase
+
+NO_HOME = HOME_INVALID | INPUT_ERROR | POSITION_INVALID
+HOME_BEFORE_PROXIMITY = Refusal(
+    "home before proximity",
+    NO_HOME,
+    "the home switch was met before the home proximity, and has stopped the axis without a ramp",
+)
+"""A 3601 ignores the home switch there [chapter 4, Find Home]."""
+
+STOPPED_ELSEWHERE = Refusal(
+    "stopped elsewhere", NO_HOME, "the axis has stopped in a search for home, and not at the home switch"
+)
+
+
+class HomingByAxis(Homing):
+    """A search by an axis that finds the home switch itself: it stops on leaving the switch.
+
+    The command layer leaves a switch that is on at the start, at starting speed, and
+    turns the search round after the dwell on an end limit. With a limit on the
+    switch, or so near that the ramp down meets it, it leaves the switch and meets it
+    again at starting speed.
+    """
+
+    @override
+    def _begin_seek(self, now_ns: int) -> None:
+        self.phase = Phase.SEEK
+        self.axis.home(now_ns, self.direction, self.profile)
+
+    @override
+    def _back(self, now_ns: int) -> None:
+        self.phase = Phase.BACK
+        self._signal_was_on = self._signal
+        if self._searches_behind:
+            self.axis.home(now_ns, -self.direction, self.profile)
+        else:
+            self.axis.run(now_ns, -self.direction, self._slow_profile)
+
+    @property
+    def _searches_behind(self) -> bool:
+        """Whether the way back is a search, because the switch has not been met."""
+        return self.reversed and not self._signal_was_on
+
+    @override
+    def _creep(self, now_ns: int) -> None:
+        if self.reversed:
+            self.phase = Phase.CREEP
+            self.axis.home(now_ns, self.direction, self._slow_profile)
+        else:
+            self._begin_seek(now_ns)
+
+    @override
+    def _seek(self, now_ns: int) -> None:
+        self.found = not self.axis.moving
+
+    @override
+    def _look_behind(self, now_ns: int) -> None:
+        if self._searches_behind:
+            self.found = not self.axis.moving
+        else:
+            super()._look_behind(now_ns)
+
+    @override
+    def _approach(self, now_ns: int, home_risen: bool) -> None:
+        self.found = not self.axis.moving
+
+    @override
+    def _met_a_limit(self, now_ns: int) -> bool:
+        """A limit that has stopped the axis on the very edge of the switch does so at home."""
+        on_the_edge = self.phase is Phase.CREEP and self._signal
+        if on_the_edge and self.state.active & limit_of(self.direction):
+            return False
+        return super()._met_a_limit(now_ns)
+
+
+class HomingOntoSwitch(Homing):
+    """A search by an axis that leaves and finds the home switch itself, without a dwell.
+
+    The home switch is also the end limit of that side; the search ignores it as a limit.
+    """
+
+    @override
+    def start(self, now_ns: int) -> None:
+        """Let the axis search."""
+        self.axis.home(now_ns, self.direction, self.profile)
+
+    @override
+    def on_tick(self, now_ns: int, command: CommandWords) -> None:
+        """Look at the opposite limit, and whether the switch has been met when the axis stands still."""
+        host = self.host
+        if host.state.risen & CW_LIMIT:
+            host.abort_homing(now_ns, "HOM-05")
+        elif not host.axis.moving:
+            self.found = bool(host.state.active & HOME)
+            if not self.found:
+                host.abort_homing(now_ns, "HOM-05")
+
+
+class HomingSlowedByProximity(Homing):
+    """A search by an axis that stops at the home switch itself, at full speed unless it was slowed down.
+
+    The proximity slows it down. A switch that comes before the proximity stops it too hard for a home.
+    """
+
+    @override
+    def _begin_seek(self, now_ns: int) -> None:
+        self.phase = Phase.SEEK
+        self.axis.home(now_ns, self.direction, self.profile)
+
+    @override
+    def _creep(self, now_ns: int) -> None:
+        self.phase = Phase.CREEP
+        self.axis.home(now_ns, self.direction, self._slow_profile)
+
+    @override
+    def _seek(self, now_ns: int) -> None:
+        if self.axis.moving:
+            super()._seek(now_ns)
+        else:
+            self._give_up(now_ns, HOME_BEFORE_PROXIMITY if self._at_switch else STOPPED_ELSEWHERE)
+
+    @override
+    def _is_home(self, home_risen: bool) -> bool:
+        return False  # the axis stands still at home
+
+    @override
+    def _approach(self, now_ns: int, home_risen: bool) -> None:
+        self._seek(now_ns)
+
+    @override
+    def _take_home(self, now_ns: int, home_risen: bool) -> None:
+        if self.axis.moving:
+            return
+        self.found = self._at_switch
+        if not self.found:
+            self._give_up(now_ns, STOPPED_ELSEWHERE)
+
+    @property
+    def _at_switch(self) -> bool:
+        return bool(self.state.active & HOME)
+
+    def _give_up(self, now_ns: int, reason: Refusal) -> None:
+        self.host.refuse(now_ns, reason)
+        self.host.finish(now_ns, 0, "found no home")
+
+
+HOMINGS: dict[AxisHoming, type[Homing]] = {
+    AxisHoming.NONE: Homing,
+    AxisHoming.LEAVES_SWITCH: HomingByAxis,
+    AxisHoming.MEETS_SWITCH: HomingOntoSwitch,
+    AxisHoming.MEETS_SWITCH_SLOWLY: HomingSlowedByProximity,
+}
+"""The search for home, by the part that the axis does itself."""

@@ -1,0 +1,219 @@
+r"""Blend moves: the block handshake, the stored program, its run [chapter 5, Blend Move Programming].
+
+LSW bit 8 PROGRAM   ____/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾\\____
+LSW bit 9 TRANSMIT  ____/‾‾‾‾\\____/‾‾‾‾\\____________
+BLEND_ACK           _____/‾‾‾‾\\____/‾‾‾‾\\___________
+words 2 to 7            | header | segment 1 | ...  ^ stored, if every block was good
+"""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from typing_extensions import override
+
+from .....io_images.amci3601 import (
+    CommandLsw,
+    CommandMsw,
+    StatusLsw,
+    rate_in_range,
+    speed_in_range,
+)
+from .....io_images.thousands import is_legal_pair, join_thousands
+from ....kinematics import Shape
+from ..axis import BlendProgram
+from ..blend_session import BlendSession
+from ..capabilities import Feature
+from ..command_words import CommandWords
+from ..latches import COMMAND_ERROR, STOPPED, Fault
+from ..operation import Host, Operation
+
+PROGRAM = CommandLsw.BLEND_PROGRAM.value
+TRANSMIT = CommandLsw.BLEND_TRANSMIT.value
+RUN_CW = CommandMsw.RUN_BLEND_CW.value
+
+SEGMENTS_MIN, SEGMENTS_MAX = 2, 16
+
+SHAPES = {
+    0b00: Shape.CONSTANT,
+    0b01: Shape.TRIANGULAR,
+    0b10: Shape.CONSTANT,  # the low bit decides (reading A-60)
+    0b11: Shape.TRAPEZOIDAL,
+}
+
+
+class BlendBlock:
+    """One block of the handshake: words 2 to 7, and the session that they belong to.
+
+    Args:
+        host: the command layer, which shows faults.
+        session: takes what the block carries.
+        now_ns: the instant.
+        command: the words.
+    """
+
+    def __init__(self, host: Host, session: BlendSession, now_ns: int, command: CommandWords) -> None:
+        self.host = host
+        self.session = session
+        self.now_ns = now_ns
+        self.command = command
+
+    def read(self) -> None:
+        """Read and acknowledge the block; a faulty one spoils the profile (reading A-57)."""
+        session = self.session
+        session.acknowledged = True
+        session.blocks += 1
+        if session.blocks == 1:
+            session.good = not self.host.unable(self.now_ns, Feature.BLEND, self.command)
+            self._read_header()
+        elif session.good and not session.complete:
+            self._read_segment()
+
+    def _spoil(self, rule_id: str, *, alone: bool = False) -> None:
+        self.session.good = False
+        self.host.fire(self.now_ns, rule_id, alone=alone)
+
+    # -- the first block ----------------------------------------------------------------------
+
+    def _read_header(self) -> None:
+        words, session, options = self.command.words, self.session, self.host.options
+        session.wanted = words[2]
+        if not SEGMENTS_MIN <= session.wanted <= SEGMENTS_MAX:
+            self._spoil("PRF-04")
+        types = words[4] & 0xFFFF | (words[3] & 0xFFFF) << 16
+        codes = [types >> 2 * at & 0b11 for at in range(SEGMENTS_MAX)]
+        session.types = [SHAPES[code] for code in codes]
+        if options.blend_type_10_invalid and 0b10 in codes[: max(0, session.wanted)]:
+            self._spoil("BLD-12")
+        if options.blend_reserved_words_checked and any(words[6:]):
+            self._spoil("PRF-02", alone=True)
+        self._read_final(words[5] & 0xFFFF)
+
+    def _read_final(self, word: int) -> None:
+        code, deceleration = word >> 14, word & 0x3FFF
+        if deceleration == 0:
+            self._spoil("PRF-07")
+        elif code == 0b10 or not rate_in_range(deceleration):
+            self._spoil("BLD-13")
+        self.session.final_deceleration = deceleration
+        self.session.final_shape = SHAPES[code]
+
+    # -- segment blocks -----------------------------------------------------------------------
+
+    def _read_segment(self) -> None:
+        command, session = self.command, self.session
+        faults = self._segment_faults()
+        if faults:
+            session.good = False
+            self.host.fire_all(self.now_ns, faults)
+            return
+        if self.host.unable(self.now_ns, Feature.BLEND_SEGMENT, command):
+            session.good = False
+            return
+        speed, rate = command.parameters.speed, command.words[6]
+        assert speed is not None
+        length = join_thousands(command.words[2], command.words[3])
+        session.segments.append((length, speed, rate, session.types[len(session.segments)]))
+        if not session.fits(self.host.state.start_sps):
+            self._spoil("PRF-05")
+
+    def _segment_faults(self) -> list[Fault]:
+        """Return every rule that the block breaks on its own (reading A-110)."""
+        command, segments = self.command, self.session.segments
+        speed = command.parameters.speed
+        length_msw, length_lsw = command.words[2], command.words[3]
+        negative = length_msw < 0 or length_lsw < 0
+        a_value = is_legal_pair(length_msw, length_lsw) and (length_msw, length_lsw) != (0, 0)
+        length = join_thousands(length_msw, length_lsw) if a_value and not negative else 0
+        reserved = self.host.options.blend_reserved_words_checked and command.words[7] != 0
+        rows = (
+            (reserved, Fault("PRF-02", alone=True)),
+            (negative, Fault("BLD-21")),
+            (not a_value, Fault("BLD-22")),
+            (not speed_in_range(speed), Fault("PRF-02")),
+            (speed is not None and speed < self.host.state.start_sps, Fault("CMD-05")),
+            (bool(segments) and speed == segments[-1][1], Fault("PRF-06")),
+            (not rate_in_range(command.words[6]), Fault("BLD-18")),
+            (length > 0 and self.session.too_long_with(length), Fault("BLD-19")),
+        )
+        return [fault for broken, fault in rows if broken]
+
+
+class BlendRun(Operation):
+    """A stored blend profile, run in one direction; ends in MOVE_COMPLETE."""
+
+    name: ClassVar[str] = "blend"
+    status_lsw: ClassVar[int] = StatusLsw.BLEND_RUNNING.value
+
+    def __init__(self, host: Host, now_ns: int, direction: int, program: BlendProgram) -> None:
+        super().__init__(host, now_ns)
+        self.direction = direction
+        self.program = program
+        self.stopping = False
+
+    def start(self, now_ns: int) -> None:
+        """Set the axis going."""
+        self.axis.blend(now_ns, self.direction, self.program)
+
+    @override
+    def on_hold(self, now_ns: int) -> None:
+        """Refuse; the error clears itself when the profile is complete [chapter 6, Command Error 19]."""
+        self.host.fire(now_ns, "CMD-19")
+
+    def on_programming(self, now_ns: int) -> None:
+        """A new profile is sent meanwhile: stop with the final deceleration (reading A-62)."""
+        self.host.fire(now_ns, "CMD-18")
+        if not self.stopping:
+            self.stopping = True
+            self.axis.stop(now_ns, self.program.final_deceleration, self.program.final_shape)
+
+    @override
+    def on_end(self, now_ns: int) -> None:
+        """Show MOVE_COMPLETE and forgive a Hold; or show STOPPED after CMD-18."""
+        if self.stopping:
+            self.host.finish(now_ns, STOPPED, "stopped by a new profile")
+            return
+        latches = self.state.latches
+        if latches.causes.get(COMMAND_ERROR) == "CMD-19":
+            latches.clear(COMMAND_ERROR)
+            self.state.error_since_start = False
+        self.host.complete(now_ns)
+
+
+def obey_programming(
+    host: Host, now_ns: int, command: CommandWords, previous: CommandWords, *, reads: bool = True
+) -> None:
+    """Obey the handshake bits of the command LSW [chapter 5, blend routine steps 1 to 6].
+
+    Args:
+        host: the command layer.
+        now_ns: the instant.
+        command: the words.
+        previous: those before.
+        reads: whether words 2 to 7 can be a block; in follower mode they are the follower's (A-112).
+    """
+    session = host.state.blending
+    if not command.lsw & PROGRAM:
+        host.state.end_blend()
+        return
+    transmit = command.lsw & TRANSMIT
+    risen = transmit and not (previous.lsw & TRANSMIT and previous.lsw & PROGRAM and not previous.configures)
+    if session is not None and not transmit:
+        session.acknowledged = False
+    if not reads:
+        return
+    if risen and session is not None:
+        BlendBlock(host, session, now_ns, command).read()
+    elif risen and not host.state.locked:
+        _begin(host, now_ns, command)
+
+
+def _begin(host: Host, now_ns: int, command: CommandWords) -> None:
+    """The first block: programming starts unless a motion is under way."""
+    if isinstance(host.operation, BlendRun):
+        host.state.blend = None
+        host.operation.on_programming(now_ns)
+    elif host.busy:
+        host.fire(now_ns, "LSW-08")
+    else:
+        BlendBlock(host, host.state.begin_blend(), now_ns, command).read()

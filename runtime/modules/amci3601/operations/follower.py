@@ -1,0 +1,197 @@
+"""Encoder follower: steps = counts * multiplier / divisor, exactly [chapter 4, Encoder Follower].
+
+At the end of a scan its counts are owed as steps; a fraction of a step stays
+owed. With rates of zero all owed steps are output at once (up to the module's
+1 MHz); otherwise the step rate ramps, limited by the steps that are owed:
+
+    v <= sqrt(2 * deceleration * owed)        so that it can stop on the last step
+    v grows by no more than acceleration * tick
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from math import isqrt, lcm
+from typing import ClassVar
+
+from typing_extensions import override
+
+from .....io_images.amci3601 import CommandLsw, CommandMsw, StatusLsw
+from ....kinematics import MILLI, PICO
+from ..capabilities import Feature
+from ..command_words import CommandWords
+from ..latches import STOPPED
+from ..operation import Host, Limits, Operation
+from ..refusals import (
+    FOLLOWER,
+    FOLLOWER_WORDS,
+    MANUAL_BITS,
+    refused,
+)
+from .manual_move import MANUAL_BIT
+
+FOLLOW = CommandLsw.ENC_FOLLOWER.value
+RESET = CommandMsw.RESET_ERRORS.value
+TOP_SPEED_MSPS = 1_000_000 * MILLI
+"""Maximum output frequency: 1 MHz [chapter 1, Stepper Outputs]."""
+
+
+class EncoderFollower(Operation):
+    """The encoder follower mode, from the rise of LSW bit 7 until it is left."""
+
+    name: ClassVar[str] = "follower"
+    limits: ClassVar[Limits] = Limits.EITHER
+    status_lsw: ClassVar[int] = StatusLsw.ENC_FOLLOWER.value
+
+    def __init__(self, host: Host, now_ns: int, command: CommandWords) -> None:
+        super().__init__(host, now_ns)
+        self.sense = 0  # +1 manual CW, -1 manual CCW, 0 neither
+        self.left = False
+        self._last_count = host.axis.encoder
+        self._owed = 0  # in parts of a step, CW positive
+        self._parts = self._divisor = 1  # parts in a step, a multiple of the divisor
+        self._speed_msps = 0  # signed
+        self._phase = 0  # picosteps made toward the next step, signed like the speed
+        self._scan_began_ns = now_ns
+
+    @property
+    @override
+    def over(self) -> bool:
+        """The mode ends when it is left, not when the encoder rests."""
+        return self.left
+
+    # -- the words ----------------------------------------------------------------------------
+
+    @override
+    def on_words(self, now_ns: int, command: CommandWords) -> None:
+        """Check the words; any fault ends the mode (reading A-65)."""
+        if self.left:
+            return
+        if not command.lsw & FOLLOW:
+            if command.msw & MANUAL_BITS:
+                self.host.fire(now_ns, "CMD-35")
+            elif command.msw != RESET and command.msw:
+                self.host.fire(now_ns, "CMD-34")  # such as Hold with a command LSW of 0
+            self.left = True
+            return
+        sense = 1 if command.msw & MANUAL_BIT[1] else -1 if command.msw & MANUAL_BIT[-1] else 0
+        self.left = refused(self.host, now_ns, command, FOLLOWER_WORDS)
+        if not self.left and sense * self.sense < 0:
+            self.host.fire(now_ns, "CMD-33")
+            self.left = True
+        if self.left:
+            return
+        if sense and not self.sense:  # counts without a direction are not followed
+            self._last_count = self.axis.encoder
+            self._scan_began_ns = now_ns
+        elif self.sense and not sense:
+            self._owed = self._speed_msps = self._phase = 0
+            self.shown_direction = self.shown_ramp = 0
+        self.sense = sense
+
+    @override
+    def on_release(self, now_ns: int) -> None:
+        """All bits count as 0: the mode is left."""
+        self.left = True
+
+    @override
+    def on_end(self, now_ns: int) -> None:
+        """Show STOPPED [chapter 6, The Stopped Bit 5]."""
+        self.host.finish(now_ns, STOPPED, "left")
+
+    # -- the steps ----------------------------------------------------------------------------
+
+    @override
+    def next_wake_ns(self, now_ns: int) -> int | None:
+        """Wake at every tick, as long as a direction is selected."""
+        return now_ns + 1 if self.sense else None
+
+    @override
+    def wants_counts(self, *, turning: bool) -> bool:
+        """Want counts at the end of every scan, as long as a direction is selected."""
+        return self.sense != 0
+
+    @override
+    def on_counts(self, now_ns: int, command: CommandWords) -> None:
+        """Count, and make the steps of the scan that ends here."""
+        counts = self.axis.encoder
+        fresh, self._last_count = counts - self._last_count, counts
+        elapsed_ns, self._scan_began_ns = now_ns - self._scan_began_ns, now_ns
+        self.shown_direction = self.shown_ramp = 0
+        self._divide_by(command.words[3])
+        self._owed += self.sense * fresh * command.words[2] * (self._parts // self._divisor)
+        steps = self._steps_of_scan(elapsed_ns, command.words[6], command.words[7])
+        if steps:
+            self.shown_direction = 1 if steps > 0 else -1
+            self.axis.pulse(now_ns, self.shown_direction, abs(steps))
+            self._owed -= steps * self._parts
+
+    def _divide_by(self, divisor: int) -> None:
+        """Express the owed steps in parts that suit a new divisor, exactly."""
+        if divisor != self._divisor:
+            owed = Fraction(self._owed, self._parts)
+            self._divisor, self._parts = divisor, lcm(owed.denominator, divisor)
+            self._owed = owed.numerator * (self._parts // owed.denominator)
+
+    def _steps_of_scan(self, elapsed_ns: int, acceleration: int, deceleration: int) -> int:
+        """Whole steps to make now, CW positive."""
+        owed = _whole(self._owed, self._parts)
+        if acceleration == 0 and deceleration == 0:
+            self._speed_msps = self._phase = 0
+            most = TOP_SPEED_MSPS * elapsed_ns // PICO
+            return max(-most, min(most, owed))
+        self._ramp_speed(owed, elapsed_ns, acceleration, deceleration)
+        if owed:
+            self.shown_direction = 1 if (self._speed_msps or owed) > 0 else -1  # between two steps, too
+        self._phase += self._speed_msps * elapsed_ns
+        steps = _whole(self._phase, PICO)
+        if owed >= 0:
+            steps = max(0, min(steps, owed)) if self._speed_msps >= 0 else steps
+        else:
+            steps = min(0, max(steps, owed)) if self._speed_msps <= 0 else steps
+        self._phase -= steps * PICO
+        if owed == steps:
+            self._phase = 0
+        return steps
+
+    def _ramp_speed(self, owed: int, elapsed_ns: int, acceleration: int, deceleration: int) -> None:
+        """Ramp the speed toward that of the owed steps, within the rates."""
+        wanted = self._allowed_speed(owed, deceleration)
+        before = self._speed_msps
+        growing = abs(wanted) > abs(before) and wanted * before >= 0
+        rate = acceleration if growing else deceleration
+        if rate == 0:
+            self._speed_msps = wanted
+            return
+        change = rate * MILLI * MILLI * elapsed_ns // 1_000_000_000
+        self._speed_msps = max(before - change, min(before + change, wanted))
+        if 0 < change <= abs(wanted - before):  # else it only keeps up with the encoder
+            self.shown_ramp = 1 if growing else -1
+
+    @staticmethod
+    def _allowed_speed(owed: int, deceleration: int) -> int:
+        """Return the signed speed that can stop within the owed steps; the top speed without deceleration."""
+        if deceleration == 0:
+            speed = TOP_SPEED_MSPS if owed else 0
+        else:
+            speed = min(TOP_SPEED_MSPS, isqrt(2 * deceleration * 1000 * abs(owed) * MILLI * MILLI))
+        return speed if owed >= 0 else -speed
+
+
+def _whole(value: int, parts: int) -> int:
+    """Return the whole steps in a number of parts, rounded toward zero."""
+    return value // parts if value >= 0 else -(-value // parts)
+
+
+def obey_follower(host: Host, now_ns: int, command: CommandWords, previous: CommandWords) -> bool:
+    """Enter the mode on the rise of LSW bit 7; return whether the words were the follower's."""
+    if isinstance(host.operation, EncoderFollower):
+        return command.msw != RESET or bool(command.lsw & FOLLOW)
+    if not host.firmware.follower:
+        return False
+    risen = command.lsw & FOLLOW and (previous.configures or not previous.lsw & FOLLOW)
+    if not risen or host.state.locked:
+        return False
+    if not refused(host, now_ns, command, FOLLOWER) and not host.unable(now_ns, Feature.FOLLOWER, command):
+        host.accept(EncoderFollower(host, now_ns, command))
+    return True

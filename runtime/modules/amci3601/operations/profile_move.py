@@ -1,0 +1,74 @@
+"""Absolute and relative moves: a fixed distance, which can be held and resumed [chapter 4]."""
+
+from __future__ import annotations
+
+from typing_extensions import override
+
+from ....kinematics import Profile
+from ..capabilities import Feature
+from ..latches import HOLD_STATE
+from ..operation import Host, Operation
+from ..state import Held
+
+
+class ProfileMove(Operation):
+    """A move to `target` at a profile; ends in MOVE_COMPLETE, or in HOLD_STATE if it was held."""
+
+    def __init__(self, host: Host, now_ns: int, name: str, target: int, profile: Profile) -> None:
+        super().__init__(host, now_ns)
+        self.name = name  # type: ignore[misc]  # two commands share the class
+        self.target = target
+        self.profile = profile
+        self.holding = False
+        self.by_external = False
+        self.single_step = False
+        self.resumable = True
+
+    def start(self, now_ns: int) -> None:
+        """Set the axis going; with the external input active, for a single step [chapter 4]."""
+        distance = self.target - self.axis.position
+        if distance == 0:
+            return
+        if self.state.external_active:
+            self.holding = self.by_external = self.single_step = True
+            self.axis.step_slowly(now_ns, 1 if distance > 0 else -1, self.profile.start_sps)
+        else:
+            self.axis.move(now_ns, distance, self.profile)
+
+    @override
+    def on_hold(self, now_ns: int) -> None:
+        """Ramp down into the hold state, unless the axis is stopping already."""
+        if not self.host.unable(now_ns, Feature.HOLD, self.state.command):
+            self._hold(now_ns)
+
+    @override
+    def on_forfeit(self) -> None:
+        """A command came between Hold and Resume while the axis still ramps down."""
+        self.resumable = False
+
+    @override
+    def on_external(self, now_ns: int) -> None:
+        """Hold the move as the command does [chapter 6, External Input]."""
+        before = self.holding
+        self._hold(now_ns)
+        self.by_external = self.by_external or self.holding != before
+
+    def _hold(self, now_ns: int) -> None:
+        axis, profile = self.axis, self.profile
+        if self.holding or axis.ramp < 0:
+            return  # it is stopping already
+        left = abs(self.target - axis.position)
+        if axis.steps_to_stop(now_ns, profile.deceleration_spmss, profile.shape) >= left:
+            return  # the ramp ends at the target: the move completes as it is
+        self.holding = self.resumable = True
+        axis.stop(now_ns, profile.deceleration_spmss, profile.shape)
+
+    @override
+    def on_end(self, now_ns: int) -> None:
+        """Show MOVE_COMPLETE, or HOLD_STATE with the rest of the way kept for Resume."""
+        if self.holding and (self.single_step or self.axis.position != self.target):
+            self.host.finish(now_ns, HOLD_STATE, "held")
+            held = Held(self.target, self.name) if self.resumable else None
+            self.state.hold(held, by_external=self.by_external)
+        else:
+            self.host.complete(now_ns)

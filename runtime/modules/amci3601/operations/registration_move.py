@@ -1,0 +1,110 @@
+"""Registration moves: a manual move that ends an exact number of steps after its input [chapter 4].
+
+steps made   0 ...... minimum distance ...................... end
+input        ignored                  | its level counts
+motion       up to speed, constant    | constant    | down
+|<- target words ---->|
+^ bit released, or external input active
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import ClassVar
+
+from typing_extensions import override
+
+from ..capabilities import Feature
+from ..command_words import CommandWords
+from ..operation import Host
+from ..refusals import speed_or_rates_out_of_range
+from .manual_move import MANUAL_BIT, ManualMove
+
+
+class RegistrationMove(ManualMove):
+    """A manual move with a positive target; the registration input ends it."""
+
+    name: ClassVar[str] = "registration"
+
+    def __init__(self, host: Host, now_ns: int, direction: int, command: CommandWords) -> None:
+        super().__init__(host, now_ns, direction, command)
+        distance = command.parameters.target
+        assert distance is not None
+        self.distance = distance
+        self.rates = command.words[6:8]
+        self.registered = False
+
+    @override
+    def start(self, now_ns: int) -> None:
+        """Start the axis, and watch for the end of the minimum distance."""
+        self.axis.run(now_ns, self.direction, self.profile, self.distance)
+        self.axis.watch_steps(self.state.minimum_registration + 1)
+
+    @override
+    def on_words(self, now_ns: int, command: CommandWords) -> None:
+        """Compare the words; a changed target counts even in the image that releases the bit.
+
+        Below the minimum distance the released bit is ignored, so that changes of speed go on to count.
+        """
+        if self.stopping or self.state.locked:
+            return
+        if command.target_words != self.target_words:
+            self._fault(now_ns, "CMD-26")
+        elif command.speed_words != self.speed_words and not self.registered:
+            self.speed_words = command.speed_words
+            if command.msw & MANUAL_BIT[self.direction] or self._below_minimum:
+                self._change_speed(now_ns, command)
+
+    @override
+    def _change_speed(self, now_ns: int, command: CommandWords) -> None:
+        """Allow a lower speed at unchanged rates only [chapter 6, Command Errors 27 and 28]."""
+        speed = command.parameters.speed
+        if speed is not None and speed > self.profile.speed_sps:
+            self._fault(now_ns, "CMD-27")
+        elif command.words[6:8] != self.rates:
+            self._fault(now_ns, "CMD-28")
+        elif self.constant or speed_or_rates_out_of_range(self.host, command):
+            super()._change_speed(now_ns, command)
+        elif self.host.unable(now_ns, Feature.SPEED_CHANGE, command):
+            self._stop(now_ns)
+        else:
+            assert speed is not None
+            self.profile = replace(self.profile, speed_sps=speed)  # shape and rates stay
+            self.axis.change_speed(now_ns, self.profile)
+
+    @override
+    def on_tick(self, now_ns: int, command: CommandWords) -> None:
+        """Check the level of the registration input, once the minimum distance is exceeded."""
+        released = command.configures or not command.msw & MANUAL_BIT[self.direction]
+        if released or self.state.external_active:
+            self._register(now_ns)
+
+    def _register(self, now_ns: int) -> None:
+        if self.stopping or self.registered or self._below_minimum:
+            return
+        self.registered = True
+        profile = self.profile
+        self.axis.register(now_ns, self.distance, max(1, profile.deceleration_spmss), profile.shape)
+
+    @property
+    def _below_minimum(self) -> bool:
+        """Whether the registration input is still ignored."""
+        made, least = abs(self.axis.position - self.started_at), self.state.minimum_registration
+        return least > 0 and made <= least
+
+    @override
+    def on_hold(self, now_ns: int) -> None:
+        """Show an error; before the registration input, stop, too (reading A-54)."""
+        if self.registered:
+            self.host.fire(now_ns, "CMD-07")
+        else:
+            self.host.fire(now_ns, "CMD-21")
+            self._stop(now_ns)
+
+    @override
+    def on_external(self, now_ns: int) -> None:
+        """Do nothing: the external input is the registration input, which `on_tick` checks."""
+
+    @override
+    def on_release(self, now_ns: int) -> None:
+        """Do nothing: the bit counts as reset, which `on_tick` checks."""

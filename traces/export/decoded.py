@@ -1,0 +1,127 @@
+"""Decoded values of 3601s as one more field of /scan: `/scan.decoded.slot1.speed`, `.in.position`.
+
+They are not recorded, since they follow from the words; a copy has them, see `export.write_mcap`. Values
+are float64, NaN in configuration mode; bits are bool. The names are those of the signals, in small letters:
+
+    Decoded0123456789ab decoded
+    ====...
+    MSG: scanrack/Decoded0123456789ab
+    Decoded3601 slot1
+    ====...
+    MSG: scanrack/Decoded3601
+    float64 speed
+    Decoded3601In in
+    Decoded3601Out out
+    ====...
+    MSG: scanrack/Decoded3601In
+    float64 position
+    ...
+    bool module_ok
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..format.cdr import leaves
+from ..format.layout import SlotInfo
+from ..signals import (
+    Block,
+    Catalog,
+    Kind,
+    Signal,
+)
+
+FIELD = "decoded"
+"""Name of the field of /scan."""
+
+_STEM = "Decoded3601"
+_HASH_DIGITS = 12
+_ROS = {Kind.BIT: "bool", Kind.VALUE: "float64", Kind.MEASURED: "float64"}
+
+Message = tuple[str, list[str]]
+"""Name and lines of a message."""
+
+
+class Placed(NamedTuple):
+    """A decoded column.
+
+    Attributes:
+        signal: what it is.
+        name: its field in `Decoded.dtype`.
+    """
+
+    signal: Signal
+    name: str
+
+
+class Decoded:
+    """The decoded values of a trace's 3601s, and how they lie after the other fields of a scan.
+
+    Args:
+        slots: the slots of the trace.
+        offset: bytes of the payload before them, less the CDR prefix.
+
+    Attributes:
+        messages: the messages of the schema; the first one is the type of the field.
+        dtype: a row, with the bytes that alignment leaves out before it.
+
+    Raises:
+        ValueError: no slot has a 3601's words.
+    """
+
+    def __init__(self, slots: Sequence[SlotInfo], offset: int) -> None:
+        steppers = [slot for slot in slots if slot.is_stepper]
+        if not steppers:
+            held = ", ".join(f"slot {slot.number}: {slot.module or '-'}" for slot in slots)
+            raise ValueError(f"there is no 3601 in the trace to decode ({held})")
+        catalog = Catalog(steppers)
+        signals = [signal for signal in catalog.values() if signal.kind in _ROS]
+        self.messages = _messages(steppers, signals)
+        placed = list(leaves(self.messages[0][1], dict(self.messages), offset))
+        by_path = {_path(signal): signal for signal in signals}
+        self._columns = [Placed(by_path[leaf.path], ".".join(leaf.path)) for leaf in placed]
+        self.dtype: np.dtype[np.void] = np.dtype(
+            {
+                "names": [column.name for column in self._columns],
+                "formats": [f"<{leaf.letter}" for leaf in placed],
+                "offsets": [leaf.offset - offset for leaf in placed],
+                "itemsize": placed[-1].end - offset,
+            }
+        )
+
+    def rows(self, block: Block) -> NDArray[Any]:
+        """Return the values in every scan of a block, a row each."""
+        rows = np.zeros(len(block), self.dtype)
+        for signal, name in self._columns:
+            rows[name] = signal.read(block)
+        return rows
+
+
+def _path(signal: Signal) -> tuple[str, ...]:
+    return tuple(part.lower() for part in signal.path)
+
+
+def _messages(slots: Sequence[SlotInfo], signals: Sequence[Signal]) -> list[Message]:
+    """Return the messages; all 3601s have the same signals, so those of the first one tell."""
+    stem = f"slot{slots[0].number}"
+    fields: dict[str, list[str]] = {"": [], "in": [], "out": []}
+    widest_first = sorted(signals, key=lambda signal: signal.kind is Kind.BIT)
+    for signal in widest_first:
+        slot, *direction, name = _path(signal)
+        if slot == stem:
+            fields[direction[0] if direction else ""].append(f"{_ROS[signal.kind]} {name}")
+    parts = [
+        (_STEM, [*fields[""], f"{_STEM}In in", f"{_STEM}Out out"]),
+        (f"{_STEM}In", fields["in"]),
+        (f"{_STEM}Out", fields["out"]),
+    ]
+    own = [f"{_STEM} slot{slot.number}" for slot in slots]
+    text = "\n".join([*own, *(line for _, lines in parts for line in lines)])
+    name = f"Decoded{hashlib.sha256(text.encode()).hexdigest()[:_HASH_DIGITS]}"
+    return [(name, own), *parts]

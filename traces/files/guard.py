@@ -1,0 +1,117 @@
+"""The guard of every output: what may be replaced by it.
+
+    not there, or empty              written
+    a device or a pipe               written
+    in use: read, imported, named    refused, whatever it is
+    of the kind to be written        replaced
+    anything else                    refused
+    being recorded                   refused
+
+A link is followed: what counts, and what is replaced, is the file that it leads to.
+"""
+
+from __future__ import annotations
+
+import os
+import stat
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from os.path import realpath
+from pathlib import Path
+from types import MappingProxyType
+
+from ..format.records import MAGIC
+from .locking import is_being_recorded
+
+Used = Mapping[Path, str]
+"""Files in use, and what they are: "the program", "the trace itself"."""
+
+NOTHING: Used = MappingProxyType({})
+
+LOOK_BYTES = 1024
+"""How much of a file shows its kind."""
+
+
+class OwnedError(ValueError):
+    """An output would replace a file that is something else; the message names it and says how to go on."""
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """A kind of file that commands write.
+
+    Attributes:
+        name: with its article.
+        fits: whether a file that begins so is of the kind.
+    """
+
+    name: str
+    fits: Callable[[bytes], bool]
+
+
+def beginning(name: str, *begins: bytes) -> Kind:
+    """Return a kind by what its files begin with, upper and lower case alike, blanks before it left out."""
+    wanted = tuple(each.lower() for each in begins)
+    return Kind(name, lambda content: content.lstrip().lower().startswith(wanted))
+
+
+TRACE = Kind("an MCAP recording", lambda content: content.startswith(MAGIC))
+CSV = beginning("a table of scans", b"scan,time_ns")
+PARQUET = beginning("a Parquet file", b"PAR1")
+VCD = beginning("a value change dump", b"$version", b"$date", b"$comment", b"$timescale")
+PAGE = beginning("an HTML page", b"<!doctype html", b"<html")
+PNG = beginning("a PNG picture", b"\x89PNG")
+SVG = Kind("an SVG picture", lambda content: b"<svg" in content)
+TAGS = beginning("a file of retained tags", b'{"format": "scanrack tags')
+
+
+def check_output(path: Path | str, kind: Kind, used: Used = NOTHING) -> Path:
+    """Refuse to replace a file that somebody owns; return the file that is to be written.
+
+    Args:
+        path: the output.
+        kind: what is to be written.
+        used: files that were read, imported or named.
+
+    Returns:
+        The path without links.
+
+    Raises:
+        OwnedError: it is one of those files, or not of that kind, or being recorded.
+        OSError: it can't be looked at.
+    """
+    target = Path(realpath(path))
+    found = _status(target)
+    for other, role in used.items():
+        if _is_same(target, found, other):
+            raise OwnedError(f"{path} is {role}: choose another file to write to")
+    if found is not None and stat.S_ISREG(found.st_mode):
+        _check_kind(path, target, kind)
+    return target
+
+
+def _check_kind(path: Path | str, target: Path, kind: Kind) -> None:
+    with target.open("rb") as file:
+        content = file.read(LOOK_BYTES)
+    if content and not kind.fits(content):
+        raise OwnedError(
+            f"{path} is not {kind.name}, and would be lost: choose another file to write to, or move it away"
+        )
+    if is_being_recorded(target):
+        raise OwnedError(f"{path} is being recorded: choose another file to write to, or wait for its end")
+
+
+def _status(path: Path) -> os.stat_result | None:
+    """Return the status of a file, None if there is none."""
+    try:
+        return path.stat()
+    except FileNotFoundError:
+        return None
+
+
+def _is_same(target: Path, found: os.stat_result | None, other: Path) -> bool:
+    """Return whether two paths are one file: by name, or by another name of it."""
+    if target == Path(realpath(other)):
+        return True
+    status = None if found is None else _status(other)
+    return found is not None and status is not None and os.path.samestat(found, status)

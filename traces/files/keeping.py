@@ -1,0 +1,147 @@
+"""Recordings that a new one would replace: they are kept under numbers, the latest as 1.
+
+    run.mcap  run.1.mcap  run.2.mcap  run.3.mcap             before, with 3 kept at most
+       `---------, `---------, `---------, `----------,
+    (new)     run.1.mcap  run.2.mcap  run.3.mcap  run.4.mcap      while it is recorded
+    run.mcap  run.1.mcap  run.2.mcap  run.3.mcap                  at its end: the oldest goes
+
+If the new one has the same bytes as the one before, everything is as it was. A killed process leaves one too
+many, which goes at the end of the next recording.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import suppress
+from itertools import count, takewhile
+from os.path import realpath
+from pathlib import Path
+
+from .guard import (
+    NOTHING,
+    TRACE,
+    Used,
+    check_output,
+)
+
+_COMPARED_BYTES = 1 << 20
+
+
+def numbered(path: Path, number: int, stem: str | None = None) -> Path:
+    """Return the name under which an earlier recording is kept.
+
+    >>> numbered(Path("out/run.mcap"), 2).name, numbered(Path("run.line.mcap"), 2, "run").name
+    ('run.2.mcap', 'run.2.line.mcap')
+
+    Args:
+        path: of the recording.
+        number: 1 for the one before; 0 is the recording itself.
+        stem: what the number follows; None = the name without its suffix.
+    """
+    stem = path.stem if stem is None else stem
+    return path.with_name(f"{stem}.{number}{path.name.removeprefix(stem)}") if number else path
+
+
+class Keeping:
+    """Keeps what is there when a new recording begins.
+
+    Args:
+        path: of the new recording.
+        most: how many earlier ones are kept, 1 or more.
+        beside: files that belong to it and are kept with it; their names begin as its own does.
+    """
+
+    def __init__(self, path: Path, most: int, beside: Sequence[Path] = ()) -> None:
+        self._stem = Path(realpath(path)).stem
+        self._paths = [Path(realpath(each)) for each in (path, *beside)]
+        self._most = most
+        self._moved: list[int] = []
+
+    def names(self) -> list[Path]:
+        """Return all names that may be moved, the new recording's among them."""
+        return [self._name(path, number) for number in range(self._most + 2) for path in self._paths]
+
+    def begin(self) -> None:
+        """Move what is there aside, one number up.
+
+        Raises:
+            OSError: that can't be; all is as it was.
+        """
+        if not any(path.is_file() and path.stat().st_size for path in self._paths):
+            return
+        try:
+            for number in reversed([0, *takewhile(self._is_taken, count(1))]):
+                self._moved.append(number)
+                self._move(number, number + 1)
+        except OSError:
+            self.undo()
+            raise
+
+    def undo(self) -> None:
+        """Move everything back: there is no new recording."""
+        while self._moved:
+            number = self._moved.pop()
+            self._move(number + 1, number)
+
+    def end(self) -> None:
+        """Remove the oldest beyond the limit; or put all back, if the new recording is as the one before.
+
+        Raises:
+            OSError: that can't be.
+        """
+        if not self._moved:
+            return
+        if all(_alike(path, self._name(path, 1)) for path in self._paths):
+            for path in self._paths:
+                self._name(path, 1).unlink(missing_ok=True)
+            self._moved.pop()
+            self.undo()
+        else:
+            for number in takewhile(self._is_taken, count(self._most + 1)):
+                for path in self._paths:
+                    self._name(path, number).unlink(missing_ok=True)
+        self._moved.clear()
+
+    def _name(self, path: Path, number: int) -> Path:
+        own = path.name.startswith(f"{self._stem}.")  # behind a link the names may differ
+        return numbered(path, number, self._stem if own else None)
+
+    def _is_taken(self, number: int) -> bool:
+        return any(self._name(path, number).exists() for path in self._paths)
+
+    def _move(self, number: int, to: int) -> None:
+        for path in self._paths:
+            with suppress(FileNotFoundError):
+                self._name(path, number).rename(self._name(path, to))
+
+
+def check_recordings(paths: Sequence[Path], keeping: Keeping | None, used: Used = NOTHING) -> None:
+    """Refuse new recordings that would replace what somebody owns, or move what is in use.
+
+    Args:
+        paths: of the new ones.
+        keeping: keeps what is there; None = that is replaced.
+        used: files in use.
+
+    Raises:
+        OwnedError: see `check_output`.
+        OSError: one can't be looked at.
+    """
+    for path in (*paths, *(keeping.names() if keeping else ())):
+        check_output(path, TRACE, used)
+
+
+def _alike(one: Path, other: Path) -> bool:
+    """Return whether two files have the same bytes, or neither is there."""
+    sizes = [path.stat().st_size if path.is_file() else None for path in (one, other)]
+    return sizes[0] == sizes[1] and (sizes[0] is None or begin_alike(one, other, sizes[0]))
+
+
+def begin_alike(one: Path, other: Path, size: int) -> bool:
+    """Return whether the first bytes of two files are the same."""
+    with one.open("rb") as a, other.open("rb") as b:
+        for start in range(0, size, _COMPARED_BYTES):
+            length = min(_COMPARED_BYTES, size - start)
+            if a.read(length) != b.read(length):
+                return False
+    return True

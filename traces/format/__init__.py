@@ -1,0 +1,1 @@
+"""The format of a recording: records, schemas, layouts, topics."""

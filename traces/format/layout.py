@@ -1,0 +1,81 @@
+"""What sits where in a scan: slots, their images, and the names of the words.
+
+The rack's memory block is the payload of a scan, unchanged: per slot, in
+slot order, the output image, then the input image, eight little-endian words
+each.
+
+    byte  0        16       32       48
+          slot 1   slot 1   slot 2   slot 2
+          outputs  inputs   outputs  inputs   ...
+
+Word names are the public names of a trace: `/scan.slot1.in.position_msw`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from ...io_images.amci3601.words import WORDS_3601, is_stepper
+from ...io_images.card_members import DATA_BITS, MEMBERS
+from ...io_images.image import IMAGE_BYTES
+from ...io_images.module_words import PLAIN_WORDS, ModuleWords
+
+SLOT_BYTES = 2 * IMAGE_BYTES
+"""Bytes of a slot in the memory block: output image, input image."""
+
+
+_BY_NAME = ModuleWords("", (), ())
+"""Stands for the words that go with the module's name."""
+
+
+@dataclass(frozen=True, slots=True)
+class SlotInfo:
+    """One slot of the recorded rack.
+
+    Attributes:
+        number: the slot's number in the rack, 0 or more.
+        module: catalog name of what sits in it, e.g. "amci3601".
+        firmware: its firmware as text, e.g. "4.1"; empty where the module has none.
+        words: what its words and bits are called, as the rack hands it over or the trace has it; left
+            out: a 3601's for an "amci3601", `word0` to `word7` for any other module.
+    """
+
+    number: int
+    module: str
+    firmware: str = ""
+    words: ModuleWords = _BY_NAME
+
+    def __post_init__(self) -> None:
+        if self.words is _BY_NAME:
+            words = WORDS_3601 if self.module == "amci3601" else PLAIN_WORDS
+            object.__setattr__(self, "words", words)
+        if self.module in DATA_BITS or self.module in MEMBERS:
+            known = replace(self.words, card=self.module, data_bits=DATA_BITS.get(self.module, 0))
+            object.__setattr__(self, "words", known)
+
+    @property
+    def is_stepper(self) -> bool:
+        """Whether its words are those of a 3601: the module itself, or one that answers as one.
+
+        >>> SlotInfo(1, "amci3601").is_stepper, SlotInfo(2, "my own").words.inputs[2]
+        (True, 'word2')
+        """
+        return is_stepper(self.words)
+
+
+def check_slots(slots: Sequence[SlotInfo]) -> tuple[SlotInfo, ...]:
+    """Check that the slots are recordable; return them.
+
+    Raises:
+        ValueError: no slot at all, a negative number, or a number used twice.
+    """
+    numbers = [slot.number for slot in slots]
+    if not numbers:
+        raise ValueError("a trace needs at least one slot")
+    if min(numbers) < 0:
+        raise ValueError(f"slot {min(numbers)}: slot numbers are 0 or more")
+    twice = sorted({number for number in numbers if numbers.count(number) > 1})
+    if twice:
+        raise ValueError(f"slot {twice[0]} is given twice")
+    return tuple(slots)

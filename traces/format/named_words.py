@@ -1,0 +1,84 @@
+"""Names of the words and bits of a recorded module, read from the trace, without a list of modules.
+
+    schema of /scan            message type and word names of every slot
+    metadata slot.N.names      bits with names of their own: group -> name -> [image, word, bit]
+
+A 3601's bits are in its manual, so their names are not repeated in a trace.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+
+from ...io_images.amci3601.words import WORDS_3601
+from ...io_images.image import WORDS
+from ...io_images.module_words import BitPlace, Groups, ModuleWords
+
+SEPARATOR = 80 * "="
+BITS = 16
+
+
+def names_key(slot: int) -> str:
+    """Return the key of a slot's names in the metadata."""
+    return f"slot.{slot}.names"
+
+
+def names_text(words: ModuleWords) -> str:
+    """Return the named bits of a module in the form of the metadata.
+
+    >>> names_text(ModuleWords("Card", (), (), {"input": {"start": BitPlace("I", 0, 3)}}))
+    '{"input":{"start":["I",0,3]}}'
+    """
+    return json.dumps(words.groups, separators=(",", ":"))
+
+
+def recorded_words(schema: str, metadata: Mapping[str, str]) -> dict[int, ModuleWords]:
+    """Return the words of the slots of a trace; a slot whose words the schema does not give is left out.
+
+    Args:
+        schema: text of the schema of /scan.
+        metadata: the metadata record.
+
+    Raises:
+        ValueError: names of bits that can't be.
+    """
+    head, *messages = schema.split(f"{SEPARATOR}\n")
+    fields = dict(_message(each) for each in messages)
+    found: dict[int, ModuleWords] = {}
+    for line in head.splitlines()[2:]:
+        stem, _, slot = line.partition(" slot")
+        outputs, inputs = fields.get(f"{stem}Out", ()), fields.get(f"{stem}In", ())
+        if not (slot.isdecimal() and _are_words(outputs) and _are_words(inputs)):
+            continue
+        words = ModuleWords(stem, outputs, inputs, _groups(metadata.get(names_key(int(slot)), "{}")))
+        found[int(slot)] = WORDS_3601 if words == WORDS_3601 else words
+    return found
+
+
+def _message(text: str) -> tuple[str, tuple[str, ...]]:
+    """Return name and fields of a message type."""
+    first, *lines = text.splitlines() or [""]
+    return first.removeprefix("MSG: scanrack/"), tuple(line.partition(" ")[2] for line in lines)
+
+
+def _are_words(names: Sequence[str]) -> bool:
+    return len(set(names)) == len(names) == WORDS and all(name.isidentifier() for name in names)
+
+
+def _groups(text: str) -> Groups:
+    try:
+        given = json.loads(text)
+        return {
+            group: {name: _place(name, at) for name, at in names.items()} for group, names in given.items()
+        }
+    except (AttributeError, TypeError, RecursionError) as error:
+        raise ValueError(f"names of bits: {error}") from None
+
+
+def _place(name: str, at: Sequence[object]) -> BitPlace:
+    image, word, bit = at if len(at) == 3 else (None, None, None)
+    sound = image in ("I", "O") and type(word) is int and type(bit) is int and name.isidentifier()
+    if not (sound and 0 <= word < WORDS and 0 <= bit < BITS):  # type: ignore[operator]
+        raise ValueError(f"bit {name!r} at {at} is none of an image")
+    return BitPlace(str(image), int(str(word)), int(str(bit)))

@@ -1,0 +1,340 @@
+r"""The tags that a trace records beside the images: their fields, their bytes and their schema.
+
+A row of tags follows the memory block in the payload of a scan, widest fields first. So no field of it
+needs padding, whatever alignment a decoder keeps:
+
+    byte  0            4     8      12                  12 + 32 × slots
+          00 01 00 00  scan  flags  outputs, inputs ... tags
+
+The schema holds all that a reader needs; the full name of a tag is a comment in it:
+
+    Tags0123456789ab tags
+    ====...
+    MSG: scanrack/Tags0123456789ab
+    int32 fill_acc  # Fill.ACC
+    Names01234567 main_step  # \Main.Step
+    ====...
+    MSG: scanrack/Names01234567
+    uint16 IDLE=0
+    uint16 FILL=1
+    uint16 value
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+import unicodedata
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+
+from ...io_images.tag_names import element_of, without_ranges
+from .named_words import SEPARATOR
+
+VALUES_MAX = 10_000
+"""Most values in a row; each element of an array counts."""
+
+ROW_BYTES_MAX = 64 * 1024
+"""Most bytes of a row."""
+
+CHEAP_VALUES = 1_000
+"""Values in a row beyond which a run warns of their cost."""
+
+VALUE_NS = 20
+"""Approximate cost of a value, ns a scan: 14 with a thousand, 21 with ten thousand."""
+
+FIELD = "tags"
+"""Name of the field of /scan, and what the names of its signals begin with."""
+
+LAST_CODE = 0xFFFF
+"""Code of every text from the 65,535th on."""
+
+
+class Format(NamedTuple):
+    """How a value is stored.
+
+    Attributes:
+        ros: its type in ros2msg.
+        letter: its letter in the `struct` module.
+        size: its bytes.
+    """
+
+    ros: str
+    letter: str
+    size: int
+
+
+FORMATS: Mapping[str, Format] = {
+    "LINT": Format("int64", "q", 8),
+    "ULINT": Format("uint64", "Q", 8),
+    "LREAL": Format("float64", "d", 8),
+    "DINT": Format("int32", "i", 4),
+    "UDINT": Format("uint32", "I", 4),
+    "REAL": Format("float32", "f", 4),
+    "INT": Format("int16", "h", 2),
+    "UINT": Format("uint16", "H", 2),
+    "ENUM": Format("", "H", 2),  # a message of its own
+    "TEXT": Format("uint16", "H", 2),
+    "SINT": Format("int8", "b", 1),
+    "USINT": Format("uint8", "B", 1),
+    "BOOL": Format("bool", "?", 1),
+}
+"""By type of tag, widest first."""
+
+_TYPES = {each.ros: name for name, each in FORMATS.items() if name != "TEXT"}
+_HASH_DIGITS = 12
+_NAMES_DIGITS = 8
+_FIELD = re.compile(
+    r"(?P<type>\w+?)(?:\[(?P<length>[1-9]\d*)\])? (?P<field>[a-z][a-z0-9_]*)"
+    r"  # (?P<name>.+?)(?P<text>, text)?"
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Tag:
+    r"""A tag that is recorded.
+
+    Attributes:
+        name: its full name: `Fill.ACC`, `\Main.Step`, `line.step`; of an array see `io_images.tag_names`.
+        type: a key of `FORMATS`.
+        length: elements of an array; 0 for a single value.
+        names: of an ENUM: names of the codes 0, 1, ...
+    """
+
+    name: str
+    type: str
+    length: int = 0
+    names: tuple[str, ...] = ()
+
+    @property
+    def count(self) -> int:
+        """How many values it has."""
+        return self.length or 1
+
+    @property
+    def addresses(self) -> tuple[str, ...]:
+        """The program's own name of each of its values."""
+        if not self.length:
+            return (self.name,)
+        return tuple(element_of(self.name, place) for place in range(self.length))
+
+
+@dataclass(frozen=True, slots=True)
+class TagField:
+    """A field of the row.
+
+    Attributes:
+        tag: the tag it holds.
+        name: its name in the schema.
+        constants: of an ENUM: names of its codes in the schema.
+    """
+
+    tag: Tag
+    name: str
+    constants: tuple[str, ...] = ()
+
+    @property
+    def letters(self) -> str:
+        """Its format in the `struct` module."""
+        return f"{self.tag.length or ''}{FORMATS[self.tag.type].letter}"
+
+    def columns(self, rows: np.ndarray[Any, Any]) -> Iterator[tuple[str, Any]]:
+        """Yield the program's own name of each value, and its column in some rows."""
+        values = rows[self.name]
+        for place, address in enumerate(self.tag.addresses):
+            yield address, values[:, place] if self.tag.length else values
+
+    @property
+    def enum_message(self) -> str:
+        """Name of the message that an ENUM is."""
+        return f"Names{_hash(_constant_lines(self.constants), _NAMES_DIGITS)}"
+
+    @property
+    def line(self) -> str:
+        """Its line in the schema."""
+        kind = FORMATS[self.tag.type].ros or self.enum_message
+        length = f"[{self.tag.length}]" if self.tag.length else ""
+        mark = ", text" if self.tag.type == "TEXT" else ""
+        return f"{kind}{length} {self.name}  # {self.tag.name}{mark}"
+
+
+@dataclass(frozen=True)
+class TagPlan:
+    """All fields of a row, in the order of their bytes."""
+
+    fields: tuple[TagField, ...]
+
+    @property
+    def letters(self) -> str:
+        """The row's format in the `struct` module, less the byte order."""
+        return "".join(field.letters for field in self.fields)
+
+    @cached_property
+    def dtype(self) -> np.dtype[np.void]:
+        """The row as a numpy type; its fields are called as in the schema."""
+        layout: list[Any] = []
+        for field in self.fields:
+            kind = f"<{FORMATS[field.tag.type].letter}"
+            layout.append((field.name, kind, (field.tag.length,)) if field.tag.length else (field.name, kind))
+        return np.dtype(layout)
+
+    @property
+    def values(self) -> int:
+        """How many values a row has; each element of an array counts."""
+        return sum(field.tag.count for field in self.fields)
+
+    @property
+    def cost(self) -> str | None:
+        """The cost of recording the row, in words; None for a row that costs little."""
+        if self.values <= CHEAP_VALUES:
+            return None
+        about = round(self.values * VALUE_NS / 1000)
+        return (
+            f"{self.values:,} values of tags are recorded in every scan: about {about} µs, "
+            f"and {self.dtype.itemsize:,} bytes before compression"
+        )
+
+    @property
+    def has_texts(self) -> bool:
+        """Whether any tag is a text."""
+        return any(field.tag.type == "TEXT" for field in self.fields)
+
+    @property
+    def message(self) -> str:
+        """Name of the row's message."""
+        return f"Tags{_hash([field.line for field in self.fields], _HASH_DIGITS)}"
+
+    def messages(self) -> Iterator[tuple[str, list[str]]]:
+        """Yield the messages of the schema, each with its name and lines."""
+        yield self.message, [field.line for field in self.fields]
+        enums = {field.enum_message: field.constants for field in self.fields if field.constants}
+        for name, constants in enums.items():
+            yield name, [*_constant_lines(constants), "uint16 value"]
+
+    def to_json(self) -> str:
+        """Return the table that is attached as tags.json."""
+        rows = [
+            {"name": tag.name, "field": f"{FIELD}.{field.name}", "type": tag.type}
+            | ({"length": tag.length} if tag.length else {})
+            | ({"elements": tag.addresses} if ".." in tag.name else {})
+            | ({"names": tag.names} if tag.names else {})
+            for field in self.fields
+            for tag in [field.tag]
+        ]
+        return json.dumps({"tags": rows}, ensure_ascii=False, separators=(",", ":")) + "\n"
+
+
+class TagSource(Protocol):
+    """Where the recorder gets the tags of a scan from.
+
+    Attributes:
+        plan: what they are.
+        take: returns the rack's present memory block, followed by the row of tags.
+        pending: messages of the last row: topic and fields. The recorder writes and
+            clears them.
+    """
+
+    @property
+    def plan(self) -> TagPlan: ...  # noqa: D102 - see the class
+    @property
+    def take(self) -> Callable[[], bytes]: ...  # noqa: D102
+    @property
+    def pending(self) -> list[tuple[str, Mapping[str, str | int]]]: ...  # noqa: D102
+
+
+def plan_of(tags: Sequence[Tag]) -> TagPlan:
+    r"""Lay out tags: widest first, then in the order given.
+
+    >>> plan = plan_of([Tag("Run", "BOOL"), Tag(r"\Main.Step", "ENUM", 0, ("idle", "fill"))])
+    >>> [(field.name, field.constants) for field in plan.fields], plan.letters
+    ([('main_step', ('IDLE', 'FILL')), ('run', ())], 'H?')
+
+    Raises:
+        ValueError: no tag, a tag given twice, or more values or bytes than a row may have.
+    """
+    if not tags:
+        raise ValueError("there is no tag to record")
+    names = [tag.name for tag in tags]
+    if len(set(names)) < len(names):
+        twice = next(name for name in names if names.count(name) > 1)
+        raise ValueError(f"tag {twice} is given twice")
+    values, size = sum(tag.count for tag in tags), sum(tag.count * FORMATS[tag.type].size for tag in tags)
+    if values > VALUES_MAX or size > ROW_BYTES_MAX:
+        raise ValueError(
+            f"the tags have {values:,} values in {size:,} bytes; "
+            f"allowed are {VALUES_MAX:,} values and {ROW_BYTES_MAX:,} bytes a scan: name fewer of them"
+        )
+    taken: set[str] = set()
+    fields = [TagField(tag, field_name(tag.name, taken), _constants(tag.names)) for tag in tags]
+    return TagPlan(tuple(sorted(fields, key=lambda field: -FORMATS[field.tag.type].size)))
+
+
+def read_plan(schema: str) -> TagPlan | None:
+    """Read the plan off the schema of /scan; None if it has no tags.
+
+    Raises:
+        ValueError: the schema has invalid tags.
+    """
+    head, *messages = schema.split(f"{SEPARATOR}\n")
+    row = next((line.split(" ")[0] for line in head.splitlines() if line.endswith(f" {FIELD}")), None)
+    if row is None:
+        return None
+    bodies = {name.removeprefix("MSG: scanrack/"): lines for name, *lines in map(str.splitlines, messages)}
+    if row not in bodies:
+        raise ValueError(f"there is no message {row}")
+    return TagPlan(tuple(_read_field(line, bodies) for line in bodies[row]))
+
+
+def _read_field(line: str, bodies: Mapping[str, Sequence[str]]) -> TagField:
+    match = _FIELD.fullmatch(line)
+    if match is None:
+        raise ValueError(f"{line!r} is not a tag")
+    kind, length, name = match["type"], int(match["length"] or 0), match["name"]
+    if match["text"] and kind == FORMATS["TEXT"].ros:
+        return TagField(Tag(name, "TEXT", length), match["field"])
+    if kind in _TYPES:
+        return TagField(Tag(name, _TYPES[kind], length), match["field"])
+    if kind not in bodies:
+        raise ValueError(f"{line!r} is of no type that a tag has")
+    constants = tuple(each.split(" ")[1].partition("=")[0] for each in bodies[kind][:-1])
+    return TagField(Tag(name, "ENUM", length, constants), match["field"], constants)
+
+
+def field_name(name: str, taken: set[str]) -> str:
+    r"""Return a name that ROS 2 allows, `[a-z][a-z0-9]*(_[a-z0-9]+)*`, and add it to those taken.
+
+    >>> taken = set()
+    >>> [field_name(each, taken) for each in (r"\Main.Step", "Fill.ACC", "MaxSpeed", "max_speed")]
+    ['main_step', 'fill_acc', 'max_speed', 'max_speed_2']
+    >>> [field_name(each, taken) for each in ("Recipe[3].T", "_x", "7up", "Größe", "\u6b65")]
+    ['recipe_3_t', 'x', 't_7up', 'grosse', 'tag']
+    """
+    text = unicodedata.normalize("NFKD", without_ranges(name).removeprefix("Program:").replace("ß", "ss"))
+    text = text.encode("ascii", "ignore").decode()
+    text = re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", text)
+    stem = re.sub(r"[^a-z0-9]+", "_", text.lower()).strip("_") or "tag"
+    stem = f"t_{stem}" if stem[0].isdigit() else stem
+    found, number = stem, 1
+    while found in taken:
+        number += 1
+        found = f"{stem}_{number}"
+    taken.add(found)
+    return found
+
+
+def _constants(names: Sequence[str]) -> tuple[str, ...]:
+    taken: set[str] = set()
+    return tuple(field_name(name, taken).upper() for name in names)
+
+
+def _constant_lines(constants: Sequence[str]) -> list[str]:
+    return [f"uint16 {name}={code}" for code, name in enumerate(constants)]
+
+
+def _hash(lines: Sequence[str], digits: int) -> str:
+    return hashlib.sha256("\n".join(lines).encode()).hexdigest()[:digits]

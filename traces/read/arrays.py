@@ -1,0 +1,147 @@
+"""A trace as numpy arrays: whole, by slices of scans or of time, or one scan at random.
+
+    with open_trace(path) as trace:
+        columns = read_columns(trace)                       # all scans
+        named = by_name(columns.words, trace.head.slots)
+        named["slot1"]["in"]["position_msw"]                # a word in every scan, int16
+
+A chunk of ours is messages of one size, so it is looked at as one array; what
+others wrote is read message by message where it must be. Slices read only the
+chunks they need. `column_chunks` keeps memory flat however long the trace is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from ..format.tagplan import FIELD
+from .columns import (
+    ALL,
+    Columns,
+    Selection,
+    by_name,
+    join,
+    no_columns,
+)
+from .reader import Scan, Trace
+from .sections import ScanRows, Section
+
+__all__ = [
+    "ALL",
+    "Columns",
+    "Selection",
+    "by_name",
+    "column_chunks",
+    "extent",
+    "read_columns",
+    "scan_at",
+    "scan_count",
+]
+
+
+def read_columns(trace: Trace, selection: Selection = ALL, *, tags: bool = False) -> Columns:
+    """Read the wanted scans of a trace into memory: 20 bytes per scan and 32 per scan and slot.
+
+    Scans of a damaged chunk are missing; `trace.notes` lists them.
+
+    Args:
+        trace: the open trace.
+        selection: which scans; columns of no row where the trace has none of them.
+        tags: whether recorded tags are wanted, too: `read_columns(trace, tags=True).tags["fill_acc"]`.
+    """
+    parts = []
+    for columns in column_chunks(trace, selection, tags=tags):
+        start, stop = selection.rows(columns)
+        parts.append(columns.rows(start, max(start, stop)))
+    plan = trace.head.tags if tags else None
+    return join(parts) if parts else no_columns(len(trace.head.slots), None if plan is None else plan.dtype)
+
+
+def column_chunks(
+    trace: Trace, selection: Selection = ALL, *, margin: int = 0, tags: bool = False
+) -> Iterator[Columns]:
+    """Iterate over a trace chunk by chunk, in the order of the file, without those that are not wanted.
+
+    Args:
+        trace: the open trace.
+        selection: which scans; the first and the last chunk may hold others as well.
+        margin: how many scans before and after them are to come as well, if the trace has them.
+        tags: whether recorded tags are wanted, too.
+    """
+    for section in _needed(trace, selection, margin):
+        parts = trace.scan_rows(section)
+        if parts:
+            yield _columns(parts[0] if len(parts) == 1 else np.concatenate(parts), tags=tags)
+
+
+def scan_count(trace: Trace, selection: Selection = ALL, *, margin: int = 0) -> int:
+    """Return how many scans `column_chunks` goes through, as far as the indexes show. Nothing is read."""
+    return sum(map(trace.shape.expected, _needed(trace, selection, margin)))
+
+
+def scan_at(trace: Trace, number: int) -> Scan:
+    """Return one scan, reading no more of the trace than it takes to find it.
+
+    Raises:
+        ValueError: the trace has no scan of this number; the message says which it has.
+    """
+    for section in _needed(trace, Selection(number, number), 0):
+        for rows in trace.scan_rows(section):
+            place = int(np.searchsorted(rows["scan"], number))
+            if place < len(rows) and rows["scan"][place] == number:
+                return next(trace.as_scans(rows[place : place + 1]))
+    ends = extent(trace)
+    held = f"it holds {ends.scan[0]} to {ends.scan[1]}" if len(ends.scan) else "it has none at all"
+    raise ValueError(f"the trace has no scan {number}; {held}")
+
+
+def extent(trace: Trace) -> Columns:
+    """Return two rows, the first scan of a trace and its last; none for a trace without scans."""
+    ends = [trace.edge(last=last) for last in (False, True)]
+    parts = [_columns(rows) for rows in ends if rows is not None]
+    return join(parts) if parts else no_columns(len(trace.head.slots))
+
+
+def _needed(trace: Trace, selection: Selection, margin: int) -> Sequence[Section]:
+    """Return the sections with the wanted scans and the margins."""
+    sections, end_ns = trace.sections, selection.end_ns
+    low, high = 0, len(sections)
+    while low < high and sections[low].end_ns < selection.start_ns:
+        low += 1
+    while low < high and end_ns is not None and sections[high - 1].start_ns > end_ns:
+        high -= 1
+    if selection.first:
+        low = max(low, trace.place_of(selection.first))
+    if selection.last is not None:
+        high = min(high, trace.place_of(selection.last) + 1)
+    return sections[_back(trace, low, margin) : _ahead(trace, high, margin)]
+
+
+def _back(trace: Trace, place: int, margin: int) -> int:
+    """Go back by so many scans."""
+    while place > 0 and margin > 0:
+        place -= 1
+        margin -= trace.shape.expected(trace.sections[place])
+    return place
+
+
+def _ahead(trace: Trace, place: int, margin: int) -> int:
+    """Go ahead by so many scans."""
+    while place < len(trace.sections) and margin > 0:
+        margin -= trace.shape.expected(trace.sections[place])
+        place += 1
+    return place
+
+
+def _columns(rows: ScanRows, *, tags: bool = False) -> Columns:
+    words = np.ascontiguousarray(rows["images"]).view("<i2").reshape(len(rows), -1)
+    wanted = tags and FIELD in (rows.dtype.names or ())
+    return Columns(
+        rows["scan"].astype(np.int64),
+        rows["log_time"].astype(np.int64),
+        rows["flags"].copy(),
+        words,
+        np.ascontiguousarray(rows[FIELD]) if wanted else None,
+    )

@@ -1,0 +1,230 @@
+"""Changes from scan to scan by name: the rows of a table for people.
+
+A row shows one direction of one slot in one scan, in the order of the scan:
+the input image, which the logic saw, before the output image, which it wrote.
+Scans in which nothing changed have no row. Scans in which only positions and
+counts of 3601s changed are counted, and one row states how many they were. Tags
+that are numbers, as the ACC of a timer, are shown with `every` only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from struct import Struct
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...io_images.image import IMAGE_BYTES
+from ...io_images.thousands import join_reported
+from ..format.layout import SLOT_BYTES, SlotInfo
+from ..format.tagplan import FIELD
+from .image_text import (
+    Words,
+    in_configuration_mode,
+    module_text,
+    risen_and_fallen,
+)
+from .reader import Scan
+from .sections import ScanRows
+from .tag_text import TagText
+
+_IMAGE = Struct("<8h")
+_POSITION = slice(4, 8)
+_ENCODER = slice(8, 12)
+"""Bytes of a 3601's input image."""
+
+_REPORTS = {"position": _POSITION, "encoder count": _ENCODER}
+
+_MODE_CONFIG_HIGH = 0x80
+"""Bit 15 of input word 0, in the high byte."""
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One direction of one slot in one scan.
+
+    Attributes:
+        scan: number of the scan; None for a row that stands for several scans.
+        now_ns: virtual time of the scan; None likewise.
+        slot: number of the slot; None where the row is about the CPU.
+        direction: "in", "out", "cpu" or "tags"; empty for several scans.
+        position: reported position, steps; None where the image has none.
+        encoder: reported count; None likewise.
+        text: what changed.
+    """
+
+    scan: int | None
+    now_ns: int | None
+    slot: int | None
+    direction: str
+    position: int | None
+    encoder: int | None
+    text: str
+
+
+class Changes:
+    """Turns scans into rows.
+
+    Args:
+        slots: the slots of the trace.
+        flag_names: names of the CPU's flags that are set in a scan.
+        every: a row for every change, positions and counts included.
+        tags: tells tags; None for a trace without any.
+    """
+
+    def __init__(
+        self,
+        slots: Sequence[SlotInfo],
+        flag_names: Callable[[int], Sequence[str]],
+        *,
+        every: bool = False,
+        tags: TagText | None = None,
+    ) -> None:
+        self._tags = tags
+        self._tag_row = b""
+        self._slots = [(slot, SLOT_BYTES * place) for place, slot in enumerate(slots)]
+        self._reporting = [place + IMAGE_BYTES for slot, place in self._slots if slot.is_stepper]
+        self._flag_names = flag_names
+        self._every = every
+        self._memory = bytes(SLOT_BYTES * len(slots))
+        self._flags: int | None = None
+        self._folded = 0
+        self._folded_what = dict.fromkeys(_REPORTS, False)
+
+    def rows(self, scan: Scan) -> Iterator[Row]:
+        """Return what changed since the scan before; everything that is not 0 in the first scan."""
+        tags = "" if self._tags is None else self._tags.changes(self._tag_row, scan.tags)
+        if not tags and scan.memory == self._memory and scan.flags == self._flags:
+            self._tag_row = scan.tags
+            return
+        same = scan.flags == self._flags and not tags
+        if not self._every and same and self._only_reports_differ(scan.memory):
+            self._fold(scan.memory)
+        else:
+            yield from self.rest()
+            yield from self._found(scan)
+            if tags:
+                yield Row(scan.scan, scan.now_ns, None, "tags", None, None, tags)
+        self.skip(scan)
+
+    def rows_of(
+        self,
+        scans: ScanRows,
+        inside: NDArray[np.bool_],
+        as_scans: Callable[[ScanRows], Iterator[Scan]],
+    ) -> Iterator[Row]:
+        """Return what changed in scans that follow one another; as `rows`, but fast where little does.
+
+        Args:
+            scans: the scans, 1 or more.
+            inside: which of them become rows.
+            as_scans: makes scans of an array, `Trace.as_scans`.
+        """
+        changed, folded, moved = self._compared(scans)
+        told, folded = np.flatnonzero(inside & changed & ~folded), folded & inside
+        befores = as_scans(scans[np.maximum(told - 1, 0)])
+        start = 0
+        for place, before, scan in zip(told.tolist(), befores, as_scans(scans[told]), strict=True):
+            self._fold_all(folded, moved, slice(start, place))
+            if place:
+                self.skip(before)
+            yield from self.rows(scan)
+            start = place
+        self._fold_all(folded, moved, slice(start, len(scans)))
+        self.skip(next(as_scans(scans[-1:])))
+
+    def _compared(
+        self, scans: ScanRows
+    ) -> tuple[NDArray[np.bool_], NDArray[np.bool_], Mapping[str, NDArray[np.bool_]]]:
+        """Compare scans with those before them; the first one, of which that is not known, counts as changed.
+
+        Returns:
+            Which have changed, which of those are only counted, and in which of the words that are
+            counted they differ, by name.
+        """
+        words = np.ascontiguousarray(scans["images"]).view(np.int16).reshape(len(scans), -1)
+        differs = np.zeros(words.shape, bool)
+        differs[1:] = words[1:] != words[:-1]
+        flags = np.ones(len(scans), bool)
+        flags[1:] = scans["flags"][1:] != scans["flags"][:-1]
+        tags = np.zeros(len(scans), bool) if self._tags is None else self._tags.changed(scans[FIELD])
+        changed = differs.any(axis=1) | flags | tags
+        counted = {name: np.zeros(words.shape[1], bool) for name in self._folded_what}
+        configured = np.zeros(len(scans), bool)
+        for place in self._reporting:
+            configured |= words[:, place // 2] < 0  # MODE_CONFIG is bit 15
+            for name, span in _REPORTS.items():
+                counted[name][(place + span.start) // 2 : (place + span.stop) // 2] = True
+        told = differs[:, ~np.logical_or.reduce(list(counted.values()))].any(axis=1)
+        folded = changed & ~(told | flags | configured | tags)
+        if self._every:
+            folded[:] = False
+        return changed, folded, {name: np.any(differs[:, each], axis=1) for name, each in counted.items()}
+
+    def _fold_all(
+        self, folded: NDArray[np.bool_], moved: Mapping[str, NDArray[np.bool_]], span: slice
+    ) -> None:
+        """Count the scans of a stretch that are only counted."""
+        count = int(np.count_nonzero(folded[span]))
+        if count:
+            self._folded += count
+            for name, differs in moved.items():
+                self._folded_what[name] |= bool((folded[span] & differs[span]).any())
+
+    def skip(self, scan: Scan) -> None:
+        """Take notice of a scan that is not shown."""
+        self._memory, self._flags, self._tag_row = scan.memory, scan.flags, scan.tags
+
+    def rest(self) -> Iterator[Row]:
+        """Return how many scans were folded since the last row."""
+        if self._folded:
+            scans = "scan" if self._folded == 1 else "scans"
+            what = " and ".join(name for name, changed in self._folded_what.items() if changed)
+            text = f"... {self._folded:,} {scans} in which only the {what} changed"
+            yield Row(None, None, None, "", None, None, text)
+            self._folded = 0
+            self._folded_what = dict.fromkeys(self._folded_what, False)
+
+    def _only_reports_differ(self, memory: bytes) -> bool:
+        """Return whether nothing but words that report a position or count has changed."""
+        start = 0
+        for place in self._reporting:
+            if memory[place + 1] & _MODE_CONFIG_HIGH:
+                return False  # there these words echo the configuration
+            if memory[start : place + _POSITION.start] != self._memory[start : place + _POSITION.start]:
+                return False
+            start = place + _ENCODER.stop
+        return memory[start:] == self._memory[start:]
+
+    def _fold(self, memory: bytes) -> None:
+        self._folded += 1
+        for name, words in _REPORTS.items():
+            for place in self._reporting:
+                span = slice(place + words.start, place + words.stop)
+                if memory[span] != self._memory[span]:
+                    self._folded_what[name] = True
+
+    def _found(self, scan: Scan) -> Iterator[Row]:
+        if scan.flags != self._flags:
+            old: Sequence[str] = () if self._flags is None else self._flag_names(self._flags)
+            text = risen_and_fallen(old, self._flag_names(scan.flags))
+            yield Row(scan.scan, scan.now_ns, None, "cpu", None, None, text)
+        for slot, place in self._slots:
+            for direction, offset in (("in", place + IMAGE_BYTES), ("out", place)):
+                if scan.memory[offset : offset + IMAGE_BYTES] != self._memory[offset : offset + IMAGE_BYTES]:
+                    yield self._row(scan, slot, direction, offset)
+
+    def _row(self, scan: Scan, slot: SlotInfo, direction: str, offset: int) -> Row:
+        before, after = _IMAGE.unpack_from(self._memory, offset), _IMAGE.unpack_from(scan.memory, offset)
+        position, encoder = _reported(slot, direction, after)
+        text = module_text(slot, direction, before, after)
+        return Row(scan.scan, scan.now_ns, slot.number, direction, position, encoder, text)
+
+
+def _reported(slot: SlotInfo, direction: str, words: Words) -> tuple[int | None, int | None]:
+    """Return position and count of an image, None where it has none."""
+    if not slot.is_stepper or direction != "in" or in_configuration_mode(words):
+        return None, None
+    return join_reported(words[2], words[3]), join_reported(words[4], words[5])

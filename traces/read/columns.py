@@ -1,0 +1,154 @@
+"""Scans as columns, which of them are wanted, and their words by name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..format.layout import SLOT_BYTES, SlotInfo
+
+SLOT_WORDS = SLOT_BYTES // 2
+"""Columns of a slot: eight output words, then eight input words."""
+
+
+class Columns(NamedTuple):
+    """Columns of scans, a row per scan.
+
+    Attributes:
+        scan: number of the scan, int64.
+        time_ns: virtual time of its input latch, int64.
+        flags: what the CPU was doing, uint32.
+        words: the memory block as int16: per slot eight output words, then eight input words.
+        tags: recorded tags by field, each of its own type; None if they are not wanted, or there are none.
+    """
+
+    scan: NDArray[np.int64]
+    time_ns: NDArray[np.int64]
+    flags: NDArray[np.uint32]
+    words: NDArray[np.int16]
+    tags: NDArray[np.void] | None = None
+
+    def rows(self, start: int, stop: int) -> Columns:
+        """Return some of the rows."""
+        return self.each(lambda column: column[start:stop])
+
+    def at(self, rows: NDArray[np.intp]) -> Columns:
+        """Return some of the rows, by number."""
+        return self.each(lambda column: column[rows])
+
+    def images(self) -> tuple[NDArray[Any], ...]:
+        """Return the columns of the images: all but the tags."""
+        return self[:4]
+
+    def each(self, change: Callable[[NDArray[Any]], NDArray[Any]]) -> Columns:
+        """Return the columns changed, all in the same way."""
+        return Columns._make(None if column is None else change(column) for column in self)
+
+    def followed_by(self, other: Columns) -> Columns:
+        """Return these rows and then those of another."""
+        return join((self, other))
+
+
+def join(parts: Sequence[Columns]) -> Columns:
+    """Return the rows of several columns, one after the other; at least one."""
+    return Columns._make(
+        None if columns[0] is None else np.concatenate(columns) for columns in zip(*parts, strict=True)
+    )
+
+
+def no_columns(slots: int, tags: np.dtype[np.void] | None = None) -> Columns:
+    """Return columns without scans, for a number of slots and such tags."""
+    return Columns(
+        np.zeros(0, np.int64),
+        np.zeros(0, np.int64),
+        np.zeros(0, np.uint32),
+        np.zeros((0, SLOT_WORDS * slots), np.int16),
+        None if tags is None else np.zeros(0, tags),
+    )
+
+
+def by_name(words: NDArray[np.int16], slots: Sequence[SlotInfo]) -> NDArray[np.void]:
+    """Return the words of scans as an array with named fields; no word is copied.
+
+    >>> slots = [SlotInfo(1, "amci3601"), SlotInfo(2, "a toy")]
+    >>> named = by_name(np.arange(2 * 32, dtype=np.int16).reshape(2, 32), slots)
+    >>> named["slot1"]["in"]["position_lsw"].tolist(), named["slot2"]["out"]["word0"].tolist()
+    ([11, 43], [16, 48])
+
+    Args:
+        words: `words` of `Columns`, rows one after the other in memory.
+        slots: the slots of the trace, `head.slots`.
+    """
+    return words.view(np.dtype([(f"slot{slot.number}", _slot_layout(slot)) for slot in slots]))[:, 0]
+
+
+def _slot_layout(slot: SlotInfo) -> np.dtype[np.void]:
+    names = slot.words
+    images = (("out", names.outputs), ("in", names.inputs))
+    return np.dtype([(direction, [(word, "<i2") for word in words]) for direction, words in images])
+
+
+@dataclass(frozen=True, slots=True)
+class Selection:
+    """Which scans are wanted: those within both ranges, ends included.
+
+    Attributes:
+        first: lowest scan number.
+        last: highest scan number; None = to the end.
+        start_ns: earliest virtual time.
+        end_ns: latest virtual time; None = to the end.
+    """
+
+    first: int = 0
+    last: int | None = None
+    start_ns: int = 0
+    end_ns: int | None = None
+
+    def rows(self, columns: Columns) -> tuple[int, int]:
+        """Return first row and end of the wanted rows."""
+        return (
+            max(_at_least(columns.scan, self.first), _at_least(columns.time_ns, self.start_ns)),
+            min(_beyond(columns.scan, self.last), _beyond(columns.time_ns, self.end_ns)),
+        )
+
+    def has(self, scan: Any, time_ns: Any) -> Any:
+        """Return whether it has a scan; of columns, a column of answers."""
+        after = (scan >= self.first) & (time_ns >= self.start_ns)
+        before = (self.last is None or scan <= self.last) & (self.end_ns is None or time_ns <= self.end_ns)
+        return after & before
+
+    def says(self) -> str:
+        """Return it in words, for a message.
+
+        >>> Selection(first=5, end_ns=2_500_000_000).says()
+        'scans from 5, time up to 2.5 s'
+        """
+        parts = [
+            _range("scans", self.first, self.last, 1, ""),
+            _range("time", self.start_ns, self.end_ns, 1e9, " s"),
+        ]
+        return ", ".join(part for part in parts if part) or "all scans"
+
+
+ALL = Selection()
+
+
+def _at_least(column: NDArray[np.int64], value: int) -> int:
+    return int(np.searchsorted(column, value, "left"))
+
+
+def _beyond(column: NDArray[np.int64], value: int | None) -> int:
+    return len(column) if value is None else int(np.searchsorted(column, value, "right"))
+
+
+def _range(what: str, low: int, high: int | None, unit: float, suffix: str) -> str:
+    if not low and high is None:
+        return ""
+    since, until = (f"{value / unit:.12g}{suffix}" for value in (low, high or 0))
+    if high is None:
+        return f"{what} from {since}"
+    return f"{what} {since} to {until}" if low else f"{what} up to {until}"

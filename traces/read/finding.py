@@ -1,0 +1,280 @@
+"""Finds the records of a file, also where a length or an opcode is damaged.
+
+    head | chunk | index | chunk | index | data end | summary | footer | magic
+
+Reading does not lean on the summary, which a killed process did not get to write. A chunk states its
+length twice, in its head and by the length of its data, so either may be damaged:
+
+    06 | length | times, size, CRC | "zstd" | length of the data | data
+         ^^^^^^                               ^^^^^^^^^^^^^^^^^^
+"""
+
+from __future__ import annotations
+
+import re
+import struct
+import zlib
+from collections.abc import Sequence
+from typing import BinaryIO
+
+from mcap.opcode import Opcode
+from mcap.records import DataEnd, Footer
+
+from ..format.records import (
+    DAMAGED,
+    DRAFT,
+    MAGIC,
+    RECORD_HEAD,
+    Span,
+    TraceError,
+    check_count,
+    read_record,
+)
+
+_COMPRESSION = re.compile(rb"\x04\x00\x00\x00zstd|\x03\x00\x00\x00lz4")
+_COMPRESSION_BYTES_MAX = 8
+_CHUNK_NAME = 37
+"""Where in a chunk the name of its compression is, after opcode, length, two times, size and CRC."""
+
+_CRC = struct.Struct("<I")
+_LENGTH = struct.Struct("<Q")
+_CHUNK_HEAD_BYTES = _CHUNK_NAME + _COMPRESSION_BYTES_MAX + _LENGTH.size
+_SEARCH_BYTES = 1 << 20
+_FOOTER_HEAD = RECORD_HEAD.pack(Opcode.FOOTER, 20)
+_FOOTER_BYTES = RECORD_HEAD.size + 20
+_DATA_END_HEAD = RECORD_HEAD.pack(Opcode.DATA_END, _CRC.size)
+_FIRST_PRIVATE_OPCODE = 0x80
+_OPCODES = frozenset(opcode.value for opcode in Opcode)
+
+
+UNDER_WAY = "it is being recorded; what follows its last whole chunk is left out"
+
+
+def find_records(
+    file: BinaryIO, size: int, known: Sequence[Span] = (), *, drafts: bool = True
+) -> tuple[list[Span], list[str]]:
+    """Hop over the records of a file. After a damaged length, continue at the next chunk, or the end.
+
+    Args:
+        file: the file.
+        size: its size in bytes.
+        known: its first records; those after them are looked for.
+        drafts: whether a chunk that was not finished is taken; if not, the file ends before it.
+
+    Returns:
+        The whole records in order, and what is wrong with the file; the last note says how it ends, if it
+        does not end whole.
+
+    Raises:
+        TraceLimitError: there are more records than the limits allow.
+    """
+    spans = list(known)
+    notes: list[str] = []
+    offset = _last(spans)[1]
+    while (trouble := _hop(file, size, offset, spans, notes, drafts=drafts)) is not None:
+        if trouble == UNDER_WAY:
+            return spans, [*notes, trouble]
+        last_start, last_end = _last(spans)
+        what, found = "next chunk", _next_chunk(file, size, last_start + 1)
+        if found is None:
+            what, found = "end of its data", _end_of_data(file, size, last_start + 1)
+        if found is None:
+            return spans, [*notes, trouble]
+        if found > last_end:
+            notes.append(f"{DAMAGED}at byte {last_end:,}; the {what} is at byte {found:,}")
+        offset = found
+    return spans, notes
+
+
+def _hop(
+    file: BinaryIO, size: int, offset: int, spans: list[Span], notes: list[str], *, drafts: bool
+) -> str | None:
+    """Add the records from `offset` on; return what ended them before the footer."""
+    while offset + RECORD_HEAD.size <= size:
+        span = _record_at(file, size, offset, notes)
+        if span.opcode == DRAFT and not drafts:
+            return UNDER_WAY
+        if not _is_known(span.opcode):
+            return f"{DAMAGED}at byte {offset:,}: no record begins with {span.opcode:#04x}"
+        if span.end > size:
+            break
+        spans.append(span)
+        offset = span.end
+        check_count(len(spans), offset)
+        if ends_whole(file, spans):
+            _note_what_follows(size - offset - len(MAGIC), offset, notes)
+            return None
+    if _footer_at_the_end(file, size) or _contradicts_itself(file, size, offset):
+        return f"{DAMAGED}at byte {offset:,}: the record there is longer than the file"
+    return f"it has no end: the last whole record ends at byte {offset:,} of {size:,}"
+
+
+def _note_what_follows(rest: int, offset: int, notes: list[str]) -> None:
+    if rest:
+        notes.append(f"{DAMAGED}at byte {offset + len(MAGIC):,}: {rest:,} bytes follow its end")
+
+
+def _record_at(file: BinaryIO, size: int, offset: int, notes: list[str]) -> Span:
+    """Return the record at `offset`. That of a chunk is right though its opcode or length is damaged."""
+    file.seek(offset)
+    head = file.read(_CHUNK_HEAD_BYTES)
+    opcode, length = RECORD_HEAD.unpack_from(head)
+    told = Span(opcode, offset, length)
+    content = _chunk_content_bytes(head)
+    if content is None or (opcode, length) == (Opcode.CHUNK, content):
+        return told
+    chunk = Span(Opcode.CHUNK, offset, content)
+    wrong_length = opcode == Opcode.CHUNK and not _begins_record(file, size, told.end)
+    if (length == content or wrong_length) and _begins_record(file, size, chunk.end):
+        notes.append(f"the head of the chunk at byte {offset:,} is damaged; the chunk is whole")
+        return chunk
+    return told
+
+
+def _chunk_content_bytes(head: bytes) -> int | None:
+    """Return the length of a chunk's content by the length of its data; None if this is not a chunk."""
+    match = _COMPRESSION.match(head, _CHUNK_NAME)
+    if match is None or len(head) < match.end() + _LENGTH.size:
+        return None
+    (data_length,) = _LENGTH.unpack_from(head, match.end())
+    return int(match.end() + _LENGTH.size - RECORD_HEAD.size + data_length)
+
+
+def _contradicts_itself(file: BinaryIO, size: int, offset: int) -> bool:
+    """Return whether a chunk at `offset` states two lengths: it is damaged, not cut off."""
+    if offset + RECORD_HEAD.size > size:
+        return False
+    file.seek(offset)
+    head = file.read(_CHUNK_HEAD_BYTES)
+    return _chunk_content_bytes(head) not in (None, RECORD_HEAD.unpack_from(head)[1])
+
+
+def _is_known(opcode: int) -> bool:
+    return opcode in _OPCODES or opcode >= _FIRST_PRIVATE_OPCODE
+
+
+def _begins_record(file: BinaryIO, size: int, offset: int) -> bool:
+    """Return whether a whole record seems to begin at `offset`, or the file ends there."""
+    if offset + RECORD_HEAD.size > size:
+        return offset == size
+    file.seek(offset)
+    opcode, length = RECORD_HEAD.unpack(file.read(RECORD_HEAD.size))
+    return _is_known(opcode) and offset + RECORD_HEAD.size + length <= size
+
+
+def ends_whole(file: BinaryIO, spans: Sequence[Span]) -> bool:
+    """Return whether the last of the records is the footer, and the magic follows it."""
+    if not spans or spans[-1].opcode != Opcode.FOOTER:
+        return False
+    file.seek(spans[-1].end)
+    return file.read(len(MAGIC)) == MAGIC
+
+
+def sound_summary(file: BinaryIO, spans: Sequence[Span]) -> int | None:
+    """Return where the summary of a file begins; None if it has none, or one whose CRC does not fit."""
+    footer = _footer(file, spans)
+    if footer is None or not footer.summary_start or not footer.summary_crc:
+        return None
+    size = spans[-1].end - _CRC.size - footer.summary_start
+    if size < 0:
+        return None
+    file.seek(footer.summary_start)
+    return footer.summary_start if zlib.crc32(file.read(size)) == footer.summary_crc else None
+
+
+def summary_damage(file: BinaryIO, spans: Sequence[Span]) -> str | None:
+    """Return a note if the CRC of the summary does not fit; None if it fits, or there is none."""
+    footer = _footer(file, spans)
+    if footer is None or not footer.summary_start or not footer.summary_crc:
+        return None
+    return None if sound_summary(file, spans) is not None else "its summary is damaged: its CRC does not fit"
+
+
+def _footer(file: BinaryIO, spans: Sequence[Span]) -> Footer | None:
+    return read_record(file, spans[-1], Footer.read) if ends_whole(file, spans) else None
+
+
+def data_crc(file: BinaryIO, spans: Sequence[Span]) -> int | None:
+    """Return the CRC of all data that a file states; 0 = it states none, None = its data have no end."""
+    ends = [span for span in spans if span.opcode == Opcode.DATA_END]
+    try:
+        return read_record(file, ends[-1], DataEnd.read).data_section_crc if ends else None
+    except TraceError:
+        return None
+
+
+def data_damage(file: BinaryIO, spans: Sequence[Span]) -> str | None:
+    """Return a note if the CRC of all data does not fit; None if it fits, or the file states none."""
+    told = data_crc(file, spans)
+    if not told:
+        return None
+    file.seek(0)
+    rest = next(span.offset for span in reversed(spans) if span.opcode == Opcode.DATA_END)
+    crc = 0
+    while rest and (data := file.read(min(rest, _SEARCH_BYTES))):
+        crc = zlib.crc32(data, crc)
+        rest -= len(data)
+    return None if crc == told else DATA_DAMAGE
+
+
+DATA_DAMAGE = (
+    f"{DAMAGED}data: their CRC does not fit, though the messages are whole; the metadata may be wrong"
+)
+
+
+def _last(spans: Sequence[Span]) -> tuple[int, int]:
+    """Return where the last record begins and ends."""
+    return (spans[-1].offset, spans[-1].end) if spans else (0, len(MAGIC))
+
+
+def _next_chunk(file: BinaryIO, size: int, start: int) -> int | None:
+    """Search for a chunk that begins at `start` or later by the name of its compression and by its sizes."""
+    before = b""
+    file.seek(start + _CHUNK_NAME)
+    place = start + _CHUNK_NAME
+    while data := before + file.read(_SEARCH_BYTES):
+        for match in _COMPRESSION.finditer(data):
+            offset = place + match.start() - _CHUNK_NAME
+            if _is_chunk(file, size, offset):
+                return offset
+        if len(data) == len(before):
+            break
+        before = data[-_COMPRESSION_BYTES_MAX:]
+        place += len(data) - len(before)
+        file.seek(place + len(before))
+    return None
+
+
+def _is_chunk(file: BinaryIO, size: int, offset: int) -> bool:
+    """Return whether a chunk that the file holds whole begins at `offset`."""
+    span = _record_at(file, size, offset, [])
+    file.seek(offset)
+    return (
+        span.opcode == Opcode.CHUNK
+        and span.end <= size
+        and _chunk_content_bytes(file.read(_CHUNK_HEAD_BYTES)) == span.length
+    )
+
+
+def _footer_at_the_end(file: BinaryIO, size: int) -> int | None:
+    """Return where the footer is if the file ends with one, None if not."""
+    offset = size - len(MAGIC) - _FOOTER_BYTES
+    if offset < 0:
+        return None
+    file.seek(offset)
+    end = file.read(_FOOTER_BYTES + len(MAGIC))
+    return offset if end.startswith(_FOOTER_HEAD) and end.endswith(MAGIC) else None
+
+
+def _end_of_data(file: BinaryIO, size: int, start: int) -> int | None:
+    """Return where the data end, by the footer at the end of the file; None if not after `start`."""
+    footer = _footer_at_the_end(file, size)
+    if footer is None:
+        return None
+    file.seek(footer + RECORD_HEAD.size)
+    (summary,) = _LENGTH.unpack(file.read(_LENGTH.size))
+    offset = summary - len(_DATA_END_HEAD) - _CRC.size
+    if not start <= offset < size:
+        return None
+    file.seek(offset)
+    return offset if file.read(len(_DATA_END_HEAD)) == _DATA_END_HEAD else None

@@ -1,0 +1,170 @@
+"""The head of a trace: everything needed to read its scans, checked first."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import BinaryIO
+
+from mcap.opcode import Opcode
+from mcap.records import Channel, Header, Metadata, Schema
+
+from ...io_images.module_words import PLAIN_WORDS
+from ..format.layout import SlotInfo
+from ..format.named_words import recorded_words
+from ..format.records import (
+    Span,
+    TraceError,
+    read_chunk,
+    read_record,
+)
+from ..format.schema import (
+    FORMAT,
+    FORMAT_WITH_TAGS,
+    MESSAGE_ENCODING,
+    METADATA,
+    NAME_STEM,
+    SCHEMA_ENCODING,
+    layout_of,
+    rest_bytes,
+    scan_schema,
+)
+from ..format.tagplan import TagPlan, read_plan
+from ..format.topics import SCAN_TOPIC
+from .finding import sound_summary
+
+
+@dataclass(frozen=True, slots=True)
+class TraceHead:
+    """The contents of a trace: rack, metadata and layout.
+
+    Attributes:
+        profile: the MCAP profile.
+        library: the software that wrote the file.
+        metadata: the metadata record "scanrack".
+        slots: what sat in the rack, in the order of the memory block.
+        channels: topic -> channel.
+        tags: the tags that are recorded, None without any.
+        rest_bytes: bytes of a scan after the tags, which are ignored.
+    """
+
+    profile: str
+    library: str
+    metadata: Mapping[str, str]
+    slots: tuple[SlotInfo, ...]
+    channels: Mapping[str, Channel]
+    tags: TagPlan | None = None
+    rest_bytes: int = 0
+
+
+def read_head(file: BinaryIO, spans: Sequence[Span]) -> TraceHead:
+    """Read the head of a trace from its records.
+
+    Raises:
+        TraceError: there is no /scan, or its layout is none that this version knows.
+    """
+    headers = [read_record(file, span, Header.read) for span in spans if span.opcode == Opcode.HEADER]
+    if not headers:
+        raise TraceError("it has no header")
+    channels, schemas = _channels(file, spans)
+    if SCAN_TOPIC not in channels:
+        raise TraceError(f"it has no channel {SCAN_TOPIC}; its topics are: {', '.join(channels) or 'none'}")
+    metadata = _metadata(file, spans)
+    schema = schemas.get(channels[SCAN_TOPIC].schema_id)
+    slots = _slots(metadata, schema)
+    tags = _tags(metadata, schema)
+    rest = _rest_bytes(channels[SCAN_TOPIC], schema, slots, tags)
+    if metadata["format"] == str(FORMAT_WITH_TAGS) and tags is None and not rest:
+        raise TraceError("its schema does not tell its tags: it has none")
+    return TraceHead(headers[0].profile, headers[0].library, metadata, slots, channels, tags, rest)
+
+
+def _channels(file: BinaryIO, spans: Sequence[Span]) -> tuple[dict[str, Channel], dict[int, Schema]]:
+    """Return channels by topic and schemas by id: those of the summary if its CRC fits, or the first."""
+    channels: dict[str, Channel] = {}
+    schemas: dict[int, Schema] = {}
+    summary = sound_summary(file, spans) or 0
+    for record in _registered(file, [span for span in spans if span.offset >= summary]):
+        if isinstance(record, Schema):
+            schemas.setdefault(record.id, record)
+        else:
+            channels.setdefault(record.topic, record)
+    return channels, schemas
+
+
+def _registered(file: BinaryIO, spans: Sequence[Span]) -> Iterator[Schema | Channel]:
+    """Find schemas and channels; other tools leave them in the first chunk only."""
+    for span in spans:
+        if span.opcode == Opcode.SCHEMA:
+            yield read_record(file, span, Schema.read)
+        elif span.opcode == Opcode.CHANNEL:
+            yield read_record(file, span, Channel.read)
+    if not any(span.opcode == Opcode.CHANNEL for span in spans):
+        for span in [span for span in spans if span.opcode == Opcode.CHUNK][:1]:
+            yield from (record for record in read_chunk(file, span) if isinstance(record, Schema | Channel))
+
+
+def _metadata(file: BinaryIO, spans: Sequence[Span]) -> Mapping[str, str]:
+    for span in spans:
+        if span.opcode == Opcode.METADATA:
+            record = read_record(file, span, Metadata.read)
+            if record.name == METADATA:
+                return dict(record.metadata)
+    raise TraceError(f"it has no metadata record {METADATA!r}, so its layout is not known")
+
+
+def _slots(metadata: Mapping[str, str], schema: Schema | None) -> tuple[SlotInfo, ...]:
+    version = metadata.get("format", "")
+    if version not in _FORMATS:
+        known = " and ".join(_FORMATS)
+        raise TraceError(f"its layout has format {version or 'none'}; this version reads formats {known}")
+    try:
+        numbers = [int(number) for number in metadata["slots"].split()]
+        words = {} if schema is None else recorded_words(schema.data.decode("utf-8", "replace"), metadata)
+        return tuple(
+            SlotInfo(
+                number,
+                metadata[f"slot.{number}.module"],
+                metadata[f"slot.{number}.firmware"],
+                words.get(number, PLAIN_WORDS),
+            )
+            for number in numbers
+        )
+    except (KeyError, ValueError) as error:
+        raise TraceError(f"its metadata record {METADATA!r} does not tell its slots: {error}") from error
+
+
+_FORMATS = (str(FORMAT), str(FORMAT_WITH_TAGS))
+
+
+def _tags(metadata: Mapping[str, str], schema: Schema | None) -> TagPlan | None:
+    """Read the plan of the tags off the schema of /scan."""
+    if schema is None or metadata["format"] != str(FORMAT_WITH_TAGS):
+        return None
+    try:
+        return read_plan(schema.data.decode("utf-8", "replace"))
+    except (IndexError, ValueError) as error:
+        raise TraceError(f"its schema does not tell its tags: {error}") from error
+
+
+def _rest_bytes(
+    channel: Channel, schema: Schema | None, slots: Sequence[SlotInfo], tags: TagPlan | None
+) -> int:
+    """Return how many bytes a scan has after the tags; TraceError if what is before them is not known."""
+    known = scan_schema(slots, tags)
+    found = (channel.message_encoding, schema.encoding, schema.name) if schema is not None else ()
+    wanted = (MESSAGE_ENCODING, SCHEMA_ENCODING, known.name)
+    if found == wanted:
+        return 0
+    text = "" if schema is None else schema.data.decode("utf-8", "replace")
+    if found == (*wanted[:2], NAME_STEM + layout_of(text)):
+        try:
+            rest = rest_bytes(text, known)
+        except ValueError as error:
+            raise TraceError(f"its scans have fields after the tags: {error}") from error
+        if rest is not None:
+            return rest
+    raise TraceError(
+        f"its scans are laid out in a way this version does not know: "
+        f"{' '.join(found) or 'no schema'}, expected {' '.join(wanted)}"
+    )

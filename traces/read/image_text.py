@@ -1,0 +1,183 @@
+"""Images in words: which bits rose and fell, the command by name, values decoded."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from enum import IntFlag
+
+from ...io_images.amci3601.bits import (
+    CommandLsw,
+    CommandMsw,
+    ConfigMsw,
+    InputBit,
+    StatusMsw,
+    status_names,
+)
+from ...io_images.image import WORDS
+from ...io_images.thousands import is_legal_pair, join_reported, join_thousands
+from ..format.layout import SlotInfo
+
+Words = Sequence[int]
+"""Eight signed words."""
+
+_MODE_CONFIG = StatusMsw.MODE_CONFIG.value
+_OTHER_USE = (CommandLsw.BLEND_PROGRAM | CommandLsw.ENC_FOLLOWER).value
+
+
+def output_wording(before: Words, after: Words) -> str:
+    """Return a changed output image of a 3601 as text: command, and parameters that changed or belong to it.
+
+    >>> output_wording((0,) * 8, (2, 0, 12, 345, 5, 0, 20, 10))
+    'RELATIVE_MOVE, target 12,345, speed 5,000, acceleration 20, deceleration 10'
+    >>> output_wording((2, 0, 12, 345, 5, 0, 20, 10), (0, 0, 12, 345, 6, 0, 20, 10))
+    'no command, speed 6,000'
+    """
+    if after[0] & _MODE_CONFIG:
+        return _configuration(after)
+    names = bit_names(CommandMsw, after[0]) + bit_names(CommandLsw, after[1])
+    parts = [" ".join(names) or "no command"]
+    if after[1] & _OTHER_USE:
+        parts.append("words 2 to 7: " + " ".join(map(str, after[2:])))
+        return ", ".join(parts)
+    if before[0] & _MODE_CONFIG:
+        before = (0,) * WORDS  # a configuration is nothing to compare with
+    given = bool(after[0] & ~before[0])
+    for name, words in _PARAMETERS.items():
+        values = [after[word] for word in words]
+        if values != [before[word] for word in words] or (given and any(values)):
+            parts.append(f"{name} {_value(values)}")
+    return ", ".join(parts)
+
+
+_PARAMETERS: Mapping[str, tuple[int, ...]] = {
+    "target": (2, 3),
+    "speed": (4, 5),
+    "acceleration": (6,),
+    "deceleration": (7,),
+}
+
+
+def input_wording(before: Words, after: Words) -> str:
+    """Return a changed input image of a 3601 as text: bits that rose and fell, and a captured value.
+
+    Position and counts have columns of their own.
+
+    >>> input_wording((0x4008, 0, 0, 0, 0, 0, 0, 0), (0x4021, 0, 0, 3, 0, 0, 0, 0))
+    '+MOVING_CW +ACCELERATING -STOPPED'
+    """
+    changed = risen_and_fallen(*(status_names(words[0], words[1]) for words in (before, after)))
+    parts = [changed] if changed else []
+    was, now = (in_configuration_mode(words) for words in (before, after))
+    if now and not was:
+        parts.append(f"firmware {after[6]}.{after[7]}")
+    elif now and list(before[:6]) != list(after[:6]) and not parts:
+        parts.append("another configuration echoed")
+    elif not now and not was and tuple(before[6:]) != tuple(after[6:]):
+        parts.append(f"captured {join_reported(after[6], after[7]):,}")
+    if not parts and list(before[:2]) != list(after[:2]):
+        parts.append(f"reserved bits: status words {after[0] & 0xFFFF:04X}h {after[1] & 0xFFFF:04X}h")
+    return " ".join(parts)
+
+
+def in_configuration_mode(inputs: Words) -> bool:
+    """Return whether an input image of a 3601 is one of configuration mode: an echo, without positions."""
+    return bool(inputs[0] & _MODE_CONFIG)
+
+
+def plain_wording(names: Sequence[str], before: Words, after: Words) -> str:
+    """Return changed words of any other module as text.
+
+    >>> plain_wording(["a", "b"], (1, 2), (1, -3))
+    'b 2 -> -3'
+    """
+    return ", ".join(
+        f"{name} {old} -> {new}" for name, old, new in zip(names, before, after, strict=True) if old != new
+    )
+
+
+def risen_and_fallen(before: Sequence[str], after: Sequence[str]) -> str:
+    """Return the difference of two lists of names as text.
+
+    >>> risen_and_fallen(["A", "B"], ["B", "C"])
+    '+C -A'
+    """
+    risen = [f"+{name}" for name in after if name not in before]
+    fallen = [f"-{name}" for name in before if name not in after]
+    return " ".join(risen + fallen)
+
+
+def bit_names(bits: type[IntFlag], word: int) -> list[str]:
+    """Return the names of the bits that are set in a word, `bit6` for one that has no name.
+
+    >>> bit_names(CommandLsw, 0x0041)
+    ['S_CURVE', 'bit6']
+    """
+    return [_bit_name(bits, bit) for bit in range(16) if word >> bit & 1]
+
+
+def seconds(time_ns: int) -> str:
+    """Return a time in seconds, exact, with three decimals or as many as it needs.
+
+    >>> seconds(12_000_000), seconds(1_000_250_000)
+    ('0.012', '1.00025')
+    """
+    whole, rest = divmod(time_ns, 1_000_000_000)
+    digits = f"{rest:09d}"
+    return f"{whole}.{digits[:3]}{digits[3:].rstrip('0')}"
+
+
+def short_seconds(time_ns: int) -> str:
+    """Return a time in seconds, exact, with as many decimals as it needs.
+
+    >>> short_seconds(1_498_174_000_000), short_seconds(100_000_000), short_seconds(0)
+    ('1498.174', '0.1', '0')
+    """
+    return seconds(time_ns).rstrip("0").rstrip(".")
+
+
+def module_text(slot: SlotInfo, direction: str, before: Words, after: Words) -> str:
+    """Return what changed in an image of a slot as text; `direction` is "out" or "in"."""
+    if slot.is_stepper:
+        return (output_wording if direction == "out" else input_wording)(before, after)
+    image, names = ("O", slot.words.outputs) if direction == "out" else ("I", slot.words.inputs)
+    named = {word: bits for word in range(WORDS) if (bits := dict(slot.words.bits(image, word)))}
+    changed = [
+        risen_and_fallen(*(_names_on(names[word], bits, words[word]) for words in (before, after)))
+        for word, bits in named.items()
+        if before[word] != after[word]
+    ]
+    rest = [word for word in range(WORDS) if word not in named]
+    plain = plain_wording(
+        [names[word] for word in rest], [before[word] for word in rest], [after[word] for word in rest]
+    )
+    return ", ".join([*changed, *([plain] if plain else [])])
+
+
+def _names_on(word: str, bits: Mapping[str, int], value: int) -> list[str]:
+    """Return the names of the bits that are on; one without a name of its own as `data.5`."""
+    by_number = {number: name for name, number in bits.items()}
+    return [by_number.get(number, f"{word}.{number}") for number in range(16) if value >> number & 1]
+
+
+def _configuration(words: Words) -> str:
+    """Tell an output image in configuration mode [chapter 3]."""
+    active = " ".join(bit_names(InputBit, words[1])) or "none"
+    parts = [
+        " ".join(bit_names(ConfigMsw, words[0])),
+        f"active high {active}",
+        f"starting speed {_value(words[2:4])}",
+    ]
+    if any(words[4:]):
+        parts.append("words 4 to 7: " + " ".join(map(str, words[4:])))
+    return ", ".join(parts)
+
+
+def _value(words: Words) -> str:
+    """Return a parameter of one or two words as text; an illegal pair as the pair."""
+    if len(words) == 1:
+        return f"{words[0]:,}"
+    return f"{join_thousands(*words):,}" if is_legal_pair(*words) else f"({words[0]}, {words[1]})"
+
+
+def _bit_name(bits: type[IntFlag], bit: int) -> str:
+    return str(bits(1 << bit).name) if 1 << bit in bits.__members__.values() else f"bit{bit}"

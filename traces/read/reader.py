@@ -1,0 +1,534 @@
+"""Reads a trace: its head, its scans and its events.
+
+    with open_trace(path) as trace:
+        for scan in trace.scans():
+            scan.inputs(1)[2]              # slot 1, input word 2
+
+A trace whose process was killed has no end; everything up to its last whole
+chunk is given, and `notes` says so. A damaged chunk is left out, and noted.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from bisect import bisect_right
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import BinaryIO, NamedTuple, Self, TypeVar
+
+from mcap.opcode import Opcode
+from mcap.records import Attachment, Channel, Schema
+from typing_extensions import override
+
+from ...io_images.image import IMAGE_BYTES, Image
+from ..files.locking import is_being_recorded
+from ..format.layout import SLOT_BYTES
+from ..format.records import (
+    DAMAGED,
+    DRAFT,
+    MAGIC,
+    Message,
+    Span,
+    TraceError,
+    TraceLimitError,
+    attachment_name,
+    read_attachment,
+)
+from ..format.schema import LIBRARY, SCAN_HEAD
+from ..format.tagplan import FIELD
+from ..format.topics import ALL_TOPICS, SCAN_TOPIC, TEXTS
+from .finding import (
+    UNDER_WAY,
+    data_damage,
+    ends_whole,
+    find_records,
+    summary_damage,
+)
+from .head import read_head
+from .image_text import seconds
+from .sections import (
+    Part,
+    ScanRows,
+    ScanShape,
+    Section,
+    find_sections,
+    held,
+    take_apart,
+    torn_chunk,
+)
+
+ENDED = "its recording was ended from outside, or by os._exit; scanrack repair completes it"
+
+
+class Scan(NamedTuple):
+    """One scan.
+
+    Attributes:
+        scan: its number (modulo 2**32).
+        now_ns: virtual time of its input latch.
+        flags: what the CPU was doing.
+        memory: the rack's memory block: per slot the output image, then the input image.
+        places: slot number -> offset of the slot in the memory block.
+        tags: the row of tags; nothing without any.
+    """
+
+    scan: int
+    now_ns: int
+    flags: int
+    memory: bytes
+    places: Mapping[int, int]
+    tags: bytes = b""
+
+    def outputs(self, slot: int) -> Image:
+        """Return a copy of a slot's output image (logic to module); KeyError for no such slot."""
+        return self._image(self.places[slot])
+
+    def inputs(self, slot: int) -> Image:
+        """Return a copy of a slot's input image (module to logic); KeyError for no such slot."""
+        return self._image(self.places[slot] + IMAGE_BYTES)
+
+    def _image(self, offset: int) -> Image:
+        return Image(buffer=bytearray(self.memory[offset : offset + IMAGE_BYTES]))
+
+
+@dataclass(frozen=True, slots=True)
+class TraceEvent:
+    """Something that is not an image.
+
+    Attributes:
+        scan: number of the scan in which it became known.
+        now_ns: when it happened.
+        topic: "/events", "/stimuli", "/indicators", "/forces", "/cpu", "/faults", "/texts",
+            "/orders" or "/sequences".
+        fields: its values by name, less the scan.
+    """
+
+    scan: int
+    now_ns: int
+    topic: str
+    fields: Mapping[str, object]
+
+
+class Records:
+    """A file of records that is open for reading, whatever its topics are.
+
+    Args:
+        file: the file, open for reading. It is closed with the records.
+        size: its size in bytes.
+        grows: whether it is being recorded: the draft at its end, which may go at any time, is left out.
+
+    Attributes:
+        size: its size in bytes.
+        notes: what is wrong with the file; a damaged chunk is noted once reading has met it.
+        file: the file.
+        spans: its whole records, in order.
+        sections: where the messages are, in the order of the file.
+        shape: how scans lie in them; here there are none.
+
+    Raises:
+        TraceError: it is not an MCAP file.
+        TraceLimitError: it has more records than the limits allow.
+    """
+
+    def __init__(self, file: BinaryIO, size: int, *, grows: bool = False) -> None:
+        self.file = file
+        if file.read(len(MAGIC)) != MAGIC:
+            raise TraceError("it is not an MCAP file")
+        self._grows = grows
+        self.size, self.spans, self.notes = self._found(size)
+        if any(span.opcode == DRAFT for span in self.spans):
+            self.notes.insert(0, ENDED)
+        self._of_the_end = [] if ends_whole(file, self.spans) else self.notes[-1:]
+        self.sections = find_sections(file, self.spans)
+        self.shape = ScanShape(None, 0)
+        if damage := summary_damage(file, self.spans):
+            self.notes.append(f"{damage}; what it tells is not used")
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close the file."""
+        self.file.close()
+
+    @property
+    def may_grow(self) -> bool:
+        """Whether the file has no end yet."""
+        return bool(self._of_the_end)
+
+    def follow(self) -> bool:
+        """Take what was written since to a file that has no end yet; return whether there is any.
+
+        Raises:
+            TraceLimitError: it has more records than the limits allow.
+        """
+        size = os.fstat(self.file.fileno()).st_size
+        if size <= self.size or not self._of_the_end:
+            return False
+        before = self.spans[-1].end if self.spans else 0
+        chunks = [place for place, span in enumerate(self.spans) if span.opcode == Opcode.CHUNK]
+        again = chunks[-1] if chunks else 0  # what is new may belong to the last chunk
+        size, self.spans, notes = self._found(size, self.spans[:again])
+        self.notes = [each for each in self.notes if each not in self._of_the_end]
+        self.notes += [each for each in notes if each not in self.notes]
+        self.size, self._of_the_end = size, [] if ends_whole(self.file, self.spans) else notes[-1:]
+        first = self.spans[again].offset if again < len(self.spans) else size
+        self.sections = [each for each in self.sections if each.span.offset < first]
+        self.sections += find_sections(self.file, self.spans[again:])
+        return bool(self.spans) and self.spans[-1].end > before
+
+    def _found(self, size: int, known: Sequence[Span] = ()) -> tuple[int, list[Span], list[str]]:
+        """Return the size of the file without a draft that may go, its records, and what is wrong with it."""
+        if self._grows:
+            self.file.seek(0, os.SEEK_END)  # drops what is buffered: a chunk may stand there by now
+        spans, notes = find_records(self.file, size, known, drafts=not self._grows)
+        cut = bool(notes) and notes[-1] == UNDER_WAY
+        return (spans[-1].end if cut and spans else size), spans, notes
+
+    def parts(self, section: Section) -> list[Part] | None:
+        """Take a section apart; note a damaged one and return None.
+
+        Raises:
+            TraceLimitError: it unpacks to more, or has more records, than the limits allow.
+        """
+        try:
+            return take_apart(self.file, section, self.shape)
+        except TraceLimitError:
+            raise
+        except TraceError as error:
+            self.note(f"{error}; {held(self.shape, section)} are left out")
+            return None
+
+    def check_data(self) -> None:
+        """Note a CRC of all data that does not fit, though no part read was damaged.
+
+        It guards what has no CRC of its own: the metadata.
+
+        The whole file is read, a GB in about a second.
+        """
+        if any(note.startswith(DAMAGED) for note in self.notes):
+            return
+        if damage := data_damage(self.file, self.spans):
+            self.note(damage)
+
+    def raw(self, span: Span) -> bytes:
+        """Return the bytes of a record."""
+        self.file.seek(span.offset)
+        return self.file.read(span.end - span.offset)
+
+    def note(self, note: str) -> None:
+        """Add a note, once."""
+        if note not in self.notes:
+            self.notes.append(note)
+
+
+class Trace(Records):
+    """A trace of scans that is open for reading. Each iteration starts at its beginning.
+
+    Args:
+        file: the file, open for reading. It is closed with the trace.
+        size: its size in bytes.
+        grows: see `Records`.
+
+    Attributes:
+        head: what it is a trace of.
+        shape: how the scans lie in its sections.
+
+    Raises:
+        TraceError: the file is not a trace, or not of a version that is known.
+    """
+
+    def __init__(self, file: BinaryIO, size: int, *, grows: bool = False) -> None:
+        super().__init__(file, size, grows=grows)
+        try:
+            self.head = read_head(file, self.spans)
+        except TraceLimitError:
+            raise
+        except TraceError as error:
+            raise TraceError("; ".join([str(error), *self.notes])) from error
+        self._topics = {channel.id: topic for topic, channel in self.head.channels.items()}
+        self._places = {slot.number: SLOT_BYTES * place for place, slot in enumerate(self.head.slots)}
+        self._firsts: dict[int, int] = {}
+        tags = None if self.head.tags is None else self.head.tags.dtype
+        memory_bytes = SLOT_BYTES * len(self.head.slots)
+        rest_bytes = self.head.rest_bytes
+        self._scan_bytes = SCAN_HEAD.size + memory_bytes + (0 if tags is None else tags.itemsize) + rest_bytes
+        self.shape = ScanShape(self.head.channels[SCAN_TOPIC].id, memory_bytes, tags, rest_bytes)
+        self._note_where_it_ends()
+
+    @override
+    def follow(self) -> bool:
+        size, grown = self.size, super().follow()
+        if self.size > size:
+            last = len(self.sections)
+            self._firsts = {
+                place: first for place, first in self._firsts.items() if first < _NO_SCAN and place < last
+            }
+            self._note_where_it_ends()
+        return grown
+
+    def __iter__(self) -> Iterator[Scan | TraceEvent]:
+        """Iterate over scans and events in the order of the file; leave out and note damaged parts."""
+        for section in self.sections:
+            for entry in self.entries(section):
+                if isinstance(entry, TraceEvent):
+                    yield entry
+                else:
+                    yield from self.as_scans(entry)
+
+    def entries(self, section: Section) -> Iterator[ScanRows | TraceEvent]:
+        """Iterate over a section: scans that follow one another as an array, and events."""
+        for message in self._messages(section):
+            if isinstance(message, Message):
+                yield from self._events(message, section)
+            else:
+                yield message
+
+    def scans(self) -> Iterator[Scan]:
+        """Iterate over the scans."""
+        return (entry for entry in self if isinstance(entry, Scan))
+
+    def events(
+        self, start_ns: int = 0, end_ns: int | None = None, topics: Collection[str] | None = None
+    ) -> Iterator[TraceEvent]:
+        """Iterate over the events. Chunks that hold none of those that are wanted are not read.
+
+        Args:
+            start_ns: chunks that end before that time are left out.
+            end_ns: those that begin after it, too; None = none.
+            topics: only events of these; None = of all.
+        """
+        for section in self.sections:
+            late = end_ns is not None and section.start_ns > end_ns
+            if not (late or section.end_ns < start_ns) and self.may_tell(section, topics):
+                yield from self.events_in(section, topics)
+
+    def events_in(self, section: Section, topics: Collection[str] | None = None) -> Iterator[TraceEvent]:
+        """Iterate over the events of a section.
+
+        Args:
+            section: the section, which is read.
+            topics: only events of these; None = of all.
+        """
+        for part in self._messages(section):
+            if isinstance(part, Message):
+                yield from (
+                    event for event in self._events(part, section) if topics is None or event.topic in topics
+                )
+
+    def may_tell(self, section: Section, topics: Collection[str] | None = None) -> bool:
+        """Return whether a section may hold events of some topics, or any for None; it is not read.
+
+        Its indexes say so; not believed are those of a damaged file, and those at which a file ends.
+        """
+        if self.shape.only_scans(section):
+            return False
+        whole = self.spans[-1].opcode != Opcode.MESSAGE_INDEX or section is not self.sections[-1]
+        if topics is None or not whole or any(note.startswith(DAMAGED) for note in self.notes):
+            return True
+        told = section.counts
+        return not told or any(told.get(number) for number, name in self._topics.items() if name in topics)
+
+    def texts(self) -> dict[int, str]:
+        """Return what the codes of recorded texts stand for."""
+        if TEXTS.name not in self.head.channels:
+            return {}
+        found = {}
+        for event in self.events(topics={TEXTS.name}):
+            code = event.fields.get("code")
+            if isinstance(code, int):
+                found[code] = str(event.fields.get("text", ""))
+        return found
+
+    def scan_rows(self, section: Section) -> list[ScanRows]:
+        """Return the scans of a section as arrays; none for a damaged one, which is noted."""
+        return [part for part in self._messages(section) if not isinstance(part, Message)]
+
+    def as_scans(self, rows: ScanRows) -> Iterator[Scan]:
+        """Iterate over the scans of an array."""
+        size = rows.dtype["images"].itemsize
+        memory = rows["images"].tobytes()
+        tags = [row.tobytes() for row in rows[FIELD]] if FIELD in (rows.dtype.names or ()) else None
+        columns = (rows[name].tolist() for name in ("scan", "log_time", "flags"))
+        for place, (scan, now_ns, flags) in enumerate(zip(*columns, strict=True)):
+            image = memory[place * size : place * size + size]
+            yield Scan(scan, now_ns, flags, image, self._places, tags[place] if tags else b"")
+
+    def edge(self, *, last: bool) -> ScanRows | None:
+        """Return the first scan, or the last one, as an array of one; None for a trace without scans."""
+        for section in reversed(self.sections) if last else self.sections:
+            if parts := self.scan_rows(section):
+                return parts[-1][-1:] if last else parts[0][:1]
+        return None
+
+    def first_scan(self, place: int) -> int:
+        """Return the first scan in a section or after it, 2**32 if there is none any more."""
+        if place not in self._firsts:
+            found = (rows for section in self.sections[place:] for rows in self.scan_rows(section)[:1])
+            rows = next(found, None)
+            self._firsts[place] = _NO_SCAN if rows is None else int(rows["scan"][0])
+        return self._firsts[place]
+
+    def place_of(self, scan: int) -> int:
+        """Return the last section that begins with a scan up to this one; -1 if there is none.
+
+        Sections are read at a place that is guessed by time, and around it: a few, however many there are.
+        """
+        low, high = -1, len(self.sections)  # the first scan of low is up to it, that of high is not
+        place, step = self._guess(scan), 1
+        while high - low > 1:
+            if self.first_scan(place) <= scan:
+                low, place = place, place + step
+            else:
+                high, place = place, place - step
+            if not low < place < high:
+                place = (low + high) // 2
+            step *= 2
+        return low
+
+    def _guess(self, scan: int) -> int:
+        """Return where a scan would be if all scans took the same time."""
+        last = len(self.sections) - 1
+        if last < 1:
+            return 0
+        first_scan, first_ns = self.first_scan(0), self.sections[0].start_ns
+        per_scan = (self.sections[last].start_ns - first_ns) / max(1, self.first_scan(last) - first_scan)
+        at_ns = first_ns + (scan - first_scan) * per_scan
+        found = bisect_right(self.sections, at_ns, key=lambda section: section.start_ns)
+        return min(max(found - 1, 0), last)
+
+    def attachments(self) -> list[Attachment]:
+        """Return the attachments: program, rack file, word map."""
+        found = []
+        for span in self.spans:
+            if span.opcode == Opcode.ATTACHMENT:
+                try:
+                    found.append(read_attachment(self.file, span))
+                except TraceError as error:
+                    self.note(f"{error}; the attachment is left out")
+        return found
+
+    def attachment_names(self) -> list[tuple[Span, str]]:
+        """Return where the attachments are, with their names; their data are not read."""
+        spans = [span for span in self.spans if span.opcode == Opcode.ATTACHMENT]
+        return [(span, attachment_name(self.file, span)) for span in spans]
+
+    def _messages(self, section: Section) -> list[ScanRows | Message]:
+        """Return scans and messages of a section; none for a damaged one, which is noted."""
+        parts = self.parts(section) or ()
+        messages = [part.what for part in parts if not isinstance(part.what, Channel | Schema)]
+        return [message for message in messages if self._is_sound(message, section)]
+
+    def _is_sound(self, part: ScanRows | Message, section: Section) -> bool:
+        """Return whether a message is not a malformed scan; note one that is."""
+        if not isinstance(part, Message) or part.channel != self.shape.channel:
+            return True
+        self.note(
+            f"the chunk at byte {section.span.offset:,} has a scan of {len(part.data)} bytes "
+            f"that is not laid out as its {self._scan_bytes} bytes should be; it is left out"
+        )
+        return False
+
+    def _events(self, message: Message, section: Section) -> Iterator[TraceEvent]:
+        """Yield the event that a message is, if it is one."""
+        topic = self._topics.get(message.channel)
+        if topic not in _EVENT_TOPICS:
+            self._note_stranger(message.channel, topic)
+        else:
+            try:
+                yield _event(message, topic)
+            except ValueError as error:
+                where = f"the chunk at byte {section.span.offset:,}"
+                self.note(f"{where} has a bad message on {topic}: {error}; it is left out")
+
+    def _note_stranger(self, channel: int, topic: str | None) -> None:
+        """Note messages that a trace of ours can't have: the record of their channel is damaged."""
+        if topic is None:
+            self.note(f"no record tells what channel {channel} is; its messages are left out")
+        elif self.head.library.startswith(LIBRARY):
+            self.note(f"the topic {topic!r} is not known; its messages are left out")
+
+    def _note_where_it_ends(self) -> None:
+        """Note how a trace without an end ends."""
+        if self._of_the_end:
+            ends = list(self._where_it_ends())
+            self.notes += ends
+            self._of_the_end = [*self._of_the_end[:1], *ends]
+
+    def _where_it_ends(self) -> Iterator[str]:
+        """Yield as notes the last scan of a trace without an end, and what was begun after it."""
+        row = self.edge(last=True)
+        if row is None:
+            yield "there is no whole chunk with scans"
+        else:
+            yield f"the last scan is {row['scan'][0]:,}, at {seconds(int(row['log_time'][0]))} s"
+        torn = torn_chunk(self.file, self.spans, self.size)
+        if torn is not None:
+            lost = held(self.shape, torn)
+            yield f"the chunk at byte {torn.span.offset:,} is not whole; {lost} are left out"
+
+
+def open_records(path: Path | str) -> Records:
+    """Open any MCAP file for reading, such as the trace of a serial line.
+
+    Raises:
+        TraceError: it can't be read, or is not an MCAP file. The message names the path.
+        TraceLimitError: it has more records than the limits allow.
+    """
+    return _opened(Path(path), Records)
+
+
+def open_trace(path: Path | str) -> Trace:
+    """Open a trace of scans for reading.
+
+    Raises:
+        TraceError: it can't be read, is not an MCAP file, holds no scans of ours, or scans laid out in
+            a way this version does not know. The message names the path.
+        TraceLimitError: it has more records than the limits allow; reading may raise it, too.
+    """
+    return _opened(Path(path), Trace)
+
+
+R = TypeVar("R", bound=Records)
+
+
+def _opened(path: Path, kind: Callable[..., R]) -> R:
+    try:
+        if path.exists() and not path.is_file() and not path.is_dir():
+            raise TraceError(f"{path}: it is not a file")
+        file = path.open("rb")
+    except OSError as error:
+        raise TraceError(f"{path}: {error.strerror}") from error
+    try:
+        return kind(file, path.stat().st_size, grows=is_being_recorded(path))
+    except TraceLimitError as error:
+        file.close()
+        raise TraceLimitError(f"{path}: {error}", error.limit) from error
+    except TraceError as error:
+        file.close()
+        raise TraceError(f"{path}: {error}") from error
+
+
+_NO_SCAN = 1 << 32
+"""More than any number of a scan."""
+
+_EVENT_TOPICS = frozenset(topic.name for topic in ALL_TOPICS)
+
+
+def _event(message: Message, topic: str) -> TraceEvent:
+    """Read an event; ValueError if it is none."""
+    try:
+        fields = json.loads(message.data)
+    except RecursionError as error:
+        raise ValueError("it is nested too deep") from error
+    if not isinstance(fields, dict) or not isinstance(fields.get("scan"), int):
+        raise ValueError("it does not tell its scan")
+    return TraceEvent(fields.pop("scan"), message.log_time, topic, fields)

@@ -1,0 +1,272 @@
+"""Where the messages of a trace are: its sections, what they hold, and how to take one apart.
+
+A section is a chunk, or, in files that others wrote without chunks, a stretch of
+messages that are in the file unpacked. What a section holds is known
+before it is read, from the head of the chunk and the message indexes after it:
+
+    | chunk: times, sizes, ... | index: channel 1, n entries | index: channel 3, n entries |
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import BinaryIO, NamedTuple
+
+import numpy as np
+from mcap.opcode import Opcode
+from mcap.records import Channel, Schema
+from numpy.typing import NDArray
+
+from ..format.batch import message_layout
+from ..format.records import (
+    BROKEN,
+    DAMAGED,
+    RECORD_HEAD,
+    Message,
+    Span,
+    TraceError,
+    TraceLimitError,
+    check_count,
+    chunk_data,
+    split,
+)
+from ..format.schema import CDR_PREFIX
+from .image_text import seconds
+
+_CHUNK_HEAD = struct.Struct("<QQQ")
+_INDEX_HEAD = struct.Struct("<HI")
+_INDEX_ENTRY_BYTES = 16
+_LOOSE_BYTES = 1 << 20
+_EVER = 1 << 64
+_SAME_HEAD = struct.Struct("<BQH")
+"""The common first bytes of all messages of one size on one channel."""
+
+_PREFIX = CDR_PREFIX.to_bytes(4, "little")
+_PREFIX_AT = 31
+"""Where in the record of a scan the prefix of its payload is."""
+
+ScanRows = NDArray[np.void]
+"""Scans that follow one another, laid out as `batch.message_layout` says."""
+
+
+class Part(NamedTuple):
+    """What is in a section.
+
+    Attributes:
+        offset: where in the section it begins.
+        what: scans that follow one another, or another message, or a channel or schema registered there.
+    """
+
+    offset: int
+    what: ScanRows | Message | Channel | Schema
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """A stretch of messages.
+
+    Attributes:
+        span: the chunk; for messages outside of chunks, all of them from the first one's opcode on.
+        start_ns: earliest time of a message in it; 0 if that is not known.
+        end_ns: latest; 2**64 if that is not known.
+        size: bytes of its messages, before compression.
+        counts: messages by channel, as its indexes say; empty if it has none.
+    """
+
+    span: Span
+    start_ns: int
+    end_ns: int
+    size: int
+    counts: Mapping[int, int] = field(default_factory=dict)
+
+    @property
+    def is_chunk(self) -> bool:
+        """Whether it is a chunk."""
+        return self.span.opcode == Opcode.CHUNK
+
+
+def find_sections(file: BinaryIO, spans: Sequence[Span]) -> list[Section]:
+    """Find the sections of a file among its records, in order."""
+    sections: list[Section] = []
+    loose: list[Span] = []
+    counts: dict[int, int] = {}
+    for span in spans:
+        if span.opcode == Opcode.MESSAGE:
+            loose.append(span)
+        elif span.opcode == Opcode.CHUNK:
+            counts = {}
+            sections.extend(_stretches(loose))
+            loose.clear()
+            sections.append(_chunk(file, span, counts))
+        elif span.opcode == Opcode.MESSAGE_INDEX and span.length >= _INDEX_HEAD.size:
+            file.seek(span.offset + RECORD_HEAD.size)
+            channel, size = _INDEX_HEAD.unpack(file.read(_INDEX_HEAD.size))
+            counts[channel] = size // _INDEX_ENTRY_BYTES
+    return [*sections, *_stretches(loose)]
+
+
+def _chunk(file: BinaryIO, span: Span, counts: Mapping[int, int]) -> Section:
+    """Read the head of a chunk; `counts` may be filled later."""
+    file.seek(span.offset + RECORD_HEAD.size)
+    head = file.read(min(span.length, _CHUNK_HEAD.size))
+    start_ns, end_ns, size = _CHUNK_HEAD.unpack(head) if len(head) == _CHUNK_HEAD.size else (0, _EVER, 0)
+    return Section(span, start_ns, end_ns, size, counts)
+
+
+def torn_chunk(file: BinaryIO, spans: Sequence[Span], size: int) -> Section | None:
+    """Return the chunk that the file ends in the midst of, if there is enough of it to tell its times."""
+    offset = spans[-1].end
+    file.seek(offset)
+    head = file.read(RECORD_HEAD.size)
+    if offset + RECORD_HEAD.size + _CHUNK_HEAD.size > size or head[0] != Opcode.CHUNK:
+        return None
+    return _chunk(file, Span(Opcode.CHUNK, offset, size - offset - RECORD_HEAD.size), {})
+
+
+def _stretches(messages: Sequence[Span]) -> Iterator[Section]:
+    """Yield messages outside of chunks, those that touch one another together, up to a MiB."""
+    begin = 0
+    for place, (one, other) in enumerate(pairwise(messages), start=1):
+        touching = one.end == other.offset
+        if not touching or other.end - messages[begin].offset > _LOOSE_BYTES:
+            yield _stretch(messages[begin:place])
+            begin = place
+    if messages:
+        yield _stretch(messages[begin:])
+
+
+def _stretch(messages: Sequence[Span]) -> Section:
+    size = messages[-1].end - messages[0].offset
+    span = Span(Opcode.MESSAGE, messages[0].offset, size - RECORD_HEAD.size)
+    return Section(span, 0, _EVER, size)
+
+
+class ScanShape:
+    """How the scans of a trace lie in its sections.
+
+    Args:
+        channel: id of the scans' channel; None for a trace without scans.
+        memory_bytes: size of the rack's memory block.
+        tags: the row of tags after it, None without any.
+        rest_bytes: bytes after the tags.
+    """
+
+    def __init__(
+        self,
+        channel: int | None,
+        memory_bytes: int,
+        tags: np.dtype[np.void] | None = None,
+        rest_bytes: int = 0,
+    ) -> None:
+        self.channel = channel
+        rest: np.dtype[np.void] | None = np.dtype(f"V{rest_bytes}") if rest_bytes else None
+        self.layout = message_layout(memory_bytes, tags, rest)
+        self.stride = self.layout.itemsize
+        self._length = self.stride - RECORD_HEAD.size
+        self._begin = b"" if channel is None else _SAME_HEAD.pack(Opcode.MESSAGE, self._length, channel)
+
+    def only_scans(self, section: Section) -> bool:
+        """Return whether a section surely holds scans and nothing else, without reading it.
+
+        Size and index must agree, so an index that is damaged, or cut off, is not believed.
+        """
+        count = 0 if self.channel is None else section.counts.get(self.channel, 0)
+        return section.is_chunk and count * self.stride == section.size
+
+    def expected(self, section: Section) -> int:
+        """Return how many scans a section should hold: by its index, by its size if it has none."""
+        if self.channel is None:
+            return 0
+        return section.counts.get(self.channel, 0 if section.counts else section.size // self.stride)
+
+    def take_apart(self, data: bytes) -> Iterator[Part]:
+        """Yield what is in a section: scans that follow one another together, other records one by one.
+
+        A message on the scans' channel that is laid out in another way comes as a `Message`.
+
+        Raises:
+            ValueError: they are not whole records.
+            TraceLimitError: they are too many; the message is the end of a sentence.
+        """
+        offset = singles = single_bytes = 0
+        while offset < len(data):
+            count = self._scans_from(data, offset)
+            if count:
+                yield Part(offset, np.frombuffer(data, self.layout, count, offset))
+                offset += count * self.stride
+            else:
+                record, end = split(data, offset)
+                singles, single_bytes = singles + 1, single_bytes + end - offset
+                check_count(singles, single_bytes)
+                if record is not None:
+                    yield Part(offset, record)
+                offset = end
+
+    def _scans_from(self, data: bytes, offset: int) -> int:
+        """Return how many scans follow one another from `offset` on."""
+        if self.channel is None or not self._is_scan(data, offset):
+            return 0
+        if not self._is_scan(data, offset + self.stride):
+            return 1
+        rows = np.frombuffer(data, self.layout, (len(data) - offset) // self.stride, offset)
+        checked, reach = 2, 16
+        while checked < len(rows):
+            fits = self._fits(rows[checked : checked + reach])
+            if not fits.all():
+                return checked + int(np.argmin(fits))
+            checked, reach = checked + len(fits), 4 * reach
+        return len(rows)
+
+    def _is_scan(self, data: bytes, offset: int) -> bool:
+        """Return whether a whole scan begins at `offset`: the same as `_fits`, for one."""
+        whole = offset + self.stride <= len(data)
+        return (
+            whole and data.startswith(self._begin, offset) and data.startswith(_PREFIX, offset + _PREFIX_AT)
+        )
+
+    def _fits(self, rows: ScanRows) -> NDArray[np.bool_]:
+        fits: NDArray[np.bool_] = rows["opcode"] == Opcode.MESSAGE
+        fits &= rows["length"] == self._length
+        fits &= rows["channel"] == self.channel
+        fits &= rows["prefix"] == CDR_PREFIX
+        return fits
+
+
+def held(shape: ScanShape, section: Section) -> str:
+    """State how many scans a section should hold, and of what time, as far as that is known."""
+    count = shape.expected(section)
+    if not count or section.end_ns >= _EVER:
+        return "its scans"
+    about = "its" if section.counts else "about"
+    return f"{about} {count:,} scans from {seconds(section.start_ns)} s to {seconds(section.end_ns)} s"
+
+
+def read_section(file: BinaryIO, section: Section) -> bytes:
+    """Return the messages of a section, one after the other.
+
+    Raises:
+        TraceError: it is damaged, its CRC included; the message names its offset.
+    """
+    if section.is_chunk:
+        return chunk_data(file, section.span)
+    file.seek(section.span.offset)
+    return file.read(section.size)
+
+
+def take_apart(file: BinaryIO, section: Section, shape: ScanShape) -> list[Part]:
+    """Read a section and take it apart.
+
+    Raises:
+        TraceError: as `read_section`, or its messages are not whole records.
+        TraceLimitError: it unpacks to more, or has more records, than the limits allow.
+    """
+    data = read_section(file, section)
+    try:
+        return list(shape.take_apart(data))
+    except TraceLimitError as error:
+        raise TraceLimitError(f"the chunk at byte {section.span.offset:,} {error}", error.limit) from error
+    except BROKEN as error:
+        raise TraceError(f"{DAMAGED}chunk at byte {section.span.offset:,}: {error}") from error

@@ -1,0 +1,80 @@
+"""Where the sequences of a program wait: the messages of /sequences.
+
+A message says where a sequence waits from its scan on, until the next message of the same sequence. Most
+scans have none.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from ..format.topics import SEQUENCES
+from .image_text import short_seconds
+from .reader import Trace, TraceEvent
+
+OVER = "over"
+"""Wait of a sequence that has ended or has not begun."""
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """The wait of a sequence from a scan on.
+
+    Attributes:
+        scan: number of that scan.
+        now_ns: its time.
+        sequence: the name of the sequence.
+        file: name of the file; empty once it is over.
+        line: the line that it waits at; 0 once it is over.
+        wait: what it waits for; empty once it is over.
+    """
+
+    scan: int
+    now_ns: int
+    sequence: str
+    file: str
+    line: int
+    wait: str
+
+    @property
+    def label(self) -> str:
+        """Where it waits and for what, in short.
+
+        >>> Step(602, 1_204_000_000, "cycle", "line.py", 14, "axis.move_to(4000)").label
+        'line 14: axis.move_to(4000)'
+        """
+        return f"line {self.line}: {self.wait}" if self.line else OVER
+
+    def __str__(self) -> str:
+        """Return where it waits, for what and since when.
+
+        >>> str(Step(602, 1_204_000_000, "cycle", "line.py", 14, "axis.move_to(4000)"))
+        'cycle waits at line 14 of line.py for axis.move_to(4000) since 1.204 s'
+        """
+        since = f"since {short_seconds(self.now_ns)} s"
+        if not self.line:
+            return f"{self.sequence} is over {since}"
+        return f"{self.sequence} waits at line {self.line} of {self.file} for {self.wait} {since}"
+
+
+def step_of(event: TraceEvent) -> Step:
+    """Return the step in a message of /sequences; missing fields are empty."""
+    line = event.fields.get("line")
+    texts = [str(event.fields.get(name) or "") for name in ("sequence", "file", "wait")]
+    return Step(event.scan, event.now_ns, texts[0], texts[1], line if isinstance(line, int) else 0, texts[2])
+
+
+def steps_of(events: Iterable[TraceEvent]) -> dict[str, list[Step]]:
+    """Return the steps of each sequence in order; the sequences in the order of their first steps."""
+    found: dict[str, list[Step]] = {}
+    for event in events:
+        if event.topic == SEQUENCES.name:
+            step = step_of(event)
+            found.setdefault(step.sequence, []).append(step)
+    return found
+
+
+def sequence_steps(trace: Trace) -> dict[str, list[Step]]:
+    """Return the steps of the sequences of a trace; none where none is recorded."""
+    return steps_of(trace.events()) if SEQUENCES.name in trace.head.channels else {}

@@ -1,0 +1,78 @@
+"""Changes of recorded tags in words: `+Run`, `-Lamp`, `Step IDLE -> FILL`, `Counts[2] 7 -> 9`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...io_images.tag_names import element_of
+from ..format.tagplan import TagField, TagPlan
+
+DISCRETE = ("BOOL", "ENUM", "TEXT")
+"""Types whose every change is shown; numbers may change in every scan."""
+
+
+class TagText:
+    """Describes what changed from row to row.
+
+    Args:
+        plan: the tags.
+        texts: what the codes of texts stand for.
+        every: numbers as well.
+    """
+
+    def __init__(self, plan: TagPlan, texts: Mapping[int, str], *, every: bool = False) -> None:
+        self._dtype = plan.dtype
+        self._texts = texts
+        self._fields = [field for field in plan.fields if every or field.tag.type in DISCRETE]
+
+    def changed(self, rows: NDArray[np.void]) -> NDArray[np.bool_]:
+        """Return which rows differ from the one before in a shown value; the first one counts as changed."""
+        changed = np.zeros(len(rows), bool)
+        changed[:1] = True
+        for field in self._fields:
+            differs = _differs(rows[field.name][1:], rows[field.name][:-1])
+            changed[1:] |= differs if differs.ndim == 1 else differs.any(axis=1)
+        return changed
+
+    def changes(self, before: bytes, after: bytes) -> str:
+        """Return what changed in words; what is not 0 where there is no row before."""
+        if before == after:
+            return ""
+        new = np.frombuffer(after, self._dtype)
+        old = np.frombuffer(before, self._dtype) if before else None
+        return " ".join(text for field in self._fields for text in self._field(field, old, new))
+
+    def _field(self, field: TagField, old: NDArray[np.void] | None, new: NDArray[np.void]) -> Iterator[str]:
+        values = np.atleast_1d(new[field.name][0])
+        zeros = np.zeros_like(values)
+        known = zeros if old is None else np.atleast_1d(old[field.name][0])
+        codes = old is None and field.tag.type in ("ENUM", "TEXT")  # code 0 is a name, too
+        for place in np.flatnonzero(
+            np.ones(len(values), bool) if codes else _differs(values, known)
+        ).tolist():
+            name = element_of(field.tag.name, place) if field.tag.length else field.tag.name
+            if field.tag.type == "BOOL":
+                yield f"{'+' if values[place] else '-'}{name}"
+            elif old is None:
+                yield f"{name} {self._value(field, values[place])}"
+            else:
+                yield f"{name} {self._value(field, known[place])} -> {self._value(field, values[place])}"
+
+    def _value(self, field: TagField, value: Any) -> str:
+        if field.tag.type == "TEXT":
+            return repr(self._texts.get(int(value), f"text {value}"))
+        if field.tag.type == "ENUM" and int(value) < len(field.constants):
+            return field.constants[int(value)]
+        return str(value)
+
+
+def _differs(one: NDArray[Any], other: NDArray[Any]) -> NDArray[np.bool_]:
+    """Return where two arrays differ; NaN is equal to NaN."""
+    differs: NDArray[np.bool_] = one != other
+    if one.dtype.kind == "f":
+        differs &= ~(np.isnan(one) & np.isnan(other))
+    return differs

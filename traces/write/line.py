@@ -1,0 +1,136 @@
+"""Records a serial line and the values of its units as an MCAP file.
+
+    /line       bytes as they came and went, as hex and as text
+    /unit1      registers, inputs and outputs of the unit at address 1, by name; on change only
+    /unit2      ...
+
+`log_time` is virtual ns since power-up. Every value of a unit is a number of its own, so Foxglove
+and Lichtblick plot `/unit1.position` as it stands.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+from ..files.keeping import Keeping
+from ..format.schema import LIBRARY
+from .chunks import ChunkWriter
+from .output import SUMMARY_ROOM, open_trace_file
+
+PROFILE = "scanrack-line"
+METADATA = "scanrack.line"
+CHUNK_BYTES = 256 * 1024
+"""A killed process loses at most the last chunk."""
+
+LINE_SCHEMA = {
+    "title": "scanrack.Line",
+    "description": "Bytes on the line.",
+    "type": "object",
+    "properties": {
+        "direction": {"type": "string", "description": "received or sent, as the units see it"},
+        "hex": {"type": "string", "description": "the bytes"},
+        "text": {"type": "string", "description": "the same bytes; what is not printable as a dot"},
+    },
+}
+
+
+@dataclass(frozen=True, slots=True)
+class UnitColumns:
+    """One unit on the line.
+
+    Attributes:
+        address: its address, which names its topic.
+        names: of its values.
+    """
+
+    address: int
+    names: Sequence[str]
+
+
+class LineRecorder:
+    """Records a line and its units.
+
+    Args:
+        target: path of the file, replaced if it exists.
+        units: those on the line.
+        metadata: what is worth knowing about the recording.
+        keeping: keeps the recordings before this one; without, `target` is replaced.
+
+    Raises:
+        OSError: the target can't be written.
+    """
+
+    def __init__(
+        self,
+        target: Path | str,
+        units: Sequence[UnitColumns],
+        metadata: Mapping[str, str],
+        keeping: Keeping | None = None,
+    ) -> None:
+        self._file = open_trace_file(Path(target), 2 * CHUNK_BYTES + SUMMARY_ROOM, keeping)
+        self._writer = ChunkWriter(
+            self._file, profile=PROFILE, library=LIBRARY + _version(), chunk_bytes=CHUNK_BYTES
+        )
+        self._line = self._channel("/line", LINE_SCHEMA)
+        self._units = {unit.address: self._channel(f"/unit{unit.address}", _schema(unit)) for unit in units}
+        self._latest: dict[int, Mapping[str, int]] = {}
+        self._sequence = 0
+        self._writer.add_metadata(METADATA, dict(metadata))
+
+    def heard(self, now_ns: int, data: bytes) -> None:
+        """Record bytes that the units have received."""
+        self._bytes(now_ns, "received", data)
+
+    def said(self, now_ns: int, data: bytes) -> None:
+        """Record bytes that a unit has sent."""
+        self._bytes(now_ns, "sent", data)
+
+    def unit(self, now_ns: int, address: int, values: Mapping[str, int]) -> None:
+        """Record the values of a unit, unless they are unchanged."""
+        if self._latest.get(address) != values:
+            self._latest[address] = dict(values)
+            self._message(self._units[address], now_ns, values)
+
+    def draft(self) -> None:
+        """Write the open chunk as it is: a process that is killed leaves it."""
+        self._writer.draft(self._file)
+
+    def close(self) -> None:
+        """Write the open chunk and the summary, and close the file."""
+        try:
+            self._writer.finish()
+        finally:
+            self._file.close()
+
+    def _bytes(self, now_ns: int, direction: str, data: bytes) -> None:
+        text = "".join(chr(byte) if 32 <= byte < 127 else "." for byte in data)
+        self._message(self._line, now_ns, {"direction": direction, "hex": data.hex(" "), "text": text})
+
+    def _message(self, channel: int, now_ns: int, fields: Mapping[str, str | int]) -> None:
+        content = json.dumps(fields, separators=(",", ":")).encode()
+        self._writer.add_message(channel, now_ns, content, now_ns, self._sequence)
+        self._sequence += 1
+
+    def _channel(self, topic: str, schema: Mapping[str, object]) -> int:
+        text = json.dumps(schema, separators=(",", ":"))
+        return self._writer.channel(topic, "json", str(schema["title"]), "jsonschema", text)
+
+
+def _schema(unit: UnitColumns) -> Mapping[str, object]:
+    return {
+        "title": f"scanrack.Unit{unit.address}",
+        "description": f"What the unit at address {unit.address} holds.",
+        "type": "object",
+        "properties": {name: {"type": "integer"} for name in unit.names},
+    }
+
+
+def _version() -> str:
+    try:
+        return version("scanrack")
+    except PackageNotFoundError:
+        return "unknown"

@@ -1,0 +1,353 @@
+"""The flight recorder: writes every scan to an MCAP file, and events on topics of their own.
+
+    /scan      one message per scan: its number, flags and the rack's memory block
+    /events /stimuli /indicators /forces /cpu /faults      JSON, on change only
+
+`sequence` is the scan number (modulo 2**32), `log_time` and `publish_time` are
+virtual ns. Nothing in the file depends on when, where or in which process it
+was written, so equal runs give equal bytes.
+
+The calls must not be interrupted half-way: a caller handles Ctrl-C between
+scans, with a signal handler that takes a note.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Never
+
+from ..files.keeping import Keeping
+from ..format.batch import ScanBatch, TagBatch, message_layout
+from ..format.layout import SLOT_BYTES, SlotInfo, check_slots
+from ..format.named_words import names_key, names_text
+from ..format.schema import (
+    FORMAT,
+    FORMAT_WITH_TAGS,
+    LIBRARY,
+    MESSAGE_ENCODING,
+    METADATA,
+    PROFILE,
+    SCHEMA_ENCODING,
+    scan_schema,
+)
+from ..format.tagplan import TagSource
+from ..format.topics import MESSAGE_ENCODING as JSON_ENCODING
+from ..format.topics import (
+    ORDERS,
+    SCAN_TOPIC,
+    SEQUENCES,
+    TEXTS,
+    TOPICS,
+    Topic,
+)
+from ..format.topics import SCHEMA_ENCODING as JSON_SCHEMA_ENCODING
+from ..format.wordmap import word_map
+from .chunks import ChunkWriter
+from .output import (
+    SUMMARY_ROOM,
+    TraceFile,
+    TraceFull,
+    open_trace_file,
+)
+from .writer import TraceWriter
+
+CHUNK_BYTES_MAX = 1024 * 1024
+CHUNK_SCANS = 4096
+"""Most scans in a chunk; a killed process loses those since the last draft, or all of them."""
+
+_SEQUENCE_MASK = 0xFFFF_FFFF
+
+Value = str | int | float | bool | None | list[int] | list[str] | Mapping[str, str | int | float | bool]
+
+
+@dataclass(frozen=True, slots=True)
+class Attachment:
+    """A file that travels with the trace.
+
+    Attributes:
+        name: its name, without a path of this machine.
+        data: its content.
+        media_type: what kind of content that is.
+    """
+
+    name: str
+    data: bytes
+    media_type: str = "text/plain"
+
+
+class ScanRecorder:
+    """Records the scans of a rack; a listener of the scan loop.
+
+    Args:
+        target: path of the trace, replaced if it exists, or an open file of traces.output.
+        memory: the rack's memory block, read at every scan: per slot the output image, then the
+            input image, 32 bytes in all.
+        slots: what sits in them, in the order of the memory block.
+        scan_period_ns: nominal time from scan to scan.
+        seed: what anything random in the run was seeded with.
+        program: source of the logic. It is attached, and its SHA-256 goes into the metadata.
+        rack_file: the rack file, likewise.
+        metadata: further entries of the metadata record.
+        attachments: further files.
+        chunk_scans: most scans in a chunk; fewer lose less when the process is killed.
+        tags: where the values of recorded tags come from; None = no tags.
+        orders: whether the rack can be operated while it runs: the trace has /orders then.
+        sequences: whether events of /sequences will come.
+        keeping: keeps the recordings before this one; without, `target` is replaced.
+
+    Raises:
+        ValueError: slots and memory block do not fit, or a slot is given twice.
+        OSError: the target can't be written; TraceFull if it is the disk that is full.
+    """
+
+    def __init__(
+        self,
+        target: Path | str | TraceFile,
+        memory: bytearray,
+        slots: Sequence[SlotInfo],
+        *,
+        scan_period_ns: int,
+        seed: int = 0,
+        program: Attachment | None = None,
+        rack_file: Attachment | None = None,
+        metadata: Mapping[str, str] | None = None,
+        attachments: Sequence[Attachment] = (),
+        chunk_scans: int = CHUNK_SCANS,
+        tags: TagSource | None = None,
+        orders: bool = False,
+        sequences: bool = False,
+        keeping: Keeping | None = None,
+    ) -> None:
+        self._sequences = sequences
+        self._slots = check_slots(slots)
+        if len(memory) != SLOT_BYTES * len(slots):
+            wanted = SLOT_BYTES * len(slots)
+            raise ValueError(f"{len(slots)} slots need a memory block of {wanted} bytes, got {len(memory)}")
+        self._memory = memory
+        self._tags = tags
+        self._orders = orders
+        plan = None if tags is None else tags.plan
+        self._schema = scan_schema(self._slots, plan)
+        self._states: dict[str, Mapping[str, Value]] = {}
+        self._closed = False
+        head = {
+            **self._facts(scan_period_ns, seed),
+            **_hashes(program=program, rack=rack_file),
+            **(metadata or {}),
+        }
+        files = [file for file in (program, rack_file, *attachments) if file is not None]
+        files.append(Attachment("words.json", word_map(self._slots).encode(), "application/json"))
+        if plan is not None:
+            files.append(Attachment("tags.json", plan.to_json().encode(), "application/json"))
+        message = message_layout(len(memory), None if plan is None else plan.dtype).itemsize
+        self._batch_scans = max(1, min(chunk_scans, CHUNK_BYTES_MAX // message))
+        self._chunk_bytes = chunk_bytes = self._batch_scans * message
+        if not isinstance(target, TraceFile):
+            ballast = 2 * chunk_bytes + sum(len(file.data) for file in files) + SUMMARY_ROOM
+            target = open_trace_file(Path(target), ballast, keeping)
+        self._file = target
+        self._begin(chunk_bytes, head, files)
+
+    def _begin(self, chunk_bytes: int, head: dict[str, str], files: Sequence[Attachment]) -> None:
+        """Write all that comes before the first chunk."""
+        try:
+            self._writer: TraceWriter = ChunkWriter(
+                self._file, profile=PROFILE, library=LIBRARY + head["scanrack"], chunk_bytes=chunk_bytes
+            )
+            self._channel = self._writer.channel(
+                SCAN_TOPIC, MESSAGE_ENCODING, self._schema.name, SCHEMA_ENCODING, self._schema.text
+            )
+            self._channels = {
+                topic.name: self._writer.channel(
+                    topic.name, JSON_ENCODING, topic.schema, JSON_SCHEMA_ENCODING, topic.schema_text
+                )
+                for topic in self._topics()
+            }
+            self._writer.add_metadata(METADATA, head)
+            for file in files:
+                self._writer.add_attachment(file.name, file.media_type, file.data)
+        except OSError:
+            self._file.close()
+            raise
+        batch = self._channel, self._memory, self._batch_scans
+        self._batch = ScanBatch(*batch) if self._tags is None else TagBatch(*batch, self._tags)
+        self._refusal: str | None = None
+        self._draft_wanted = self._drafts = False
+        if self._file.full:
+            self.close()
+            self._refuse("before the first scan")
+
+    def scan(self, scan: int, now_ns: int, flags: int) -> None:
+        """Record a finished scan: the present memory block.
+
+        Args:
+            scan: its number, 0 or more.
+            now_ns: virtual time of its input latch.
+            flags: what the CPU was doing, 0 to 2**32 - 1.
+
+        Raises:
+            TraceFull: the disk is full. This scan is in the trace, later ones are not; `close`
+                still writes the summary.
+        """
+        if self._batch.add(scan, now_ns, flags):
+            self._hand_over(scan)
+            if self._draft_wanted:
+                self._draft(scan)
+            if self._tags is not None and self._tags.pending:
+                self._write_pending(scan, now_ns)
+
+    def draft_soon(self) -> None:
+        """Write the open chunk as it is with the next scan: a process that is killed leaves it.
+
+        The bytes of the finished trace do not depend on it.
+        """
+        if self._refusal is None:
+            self._draft_wanted = self._drafts = True
+            self._batch.room = 1
+
+    def _draft(self, scan: int) -> None:
+        self._draft_wanted = False
+        self._writer.draft(self._file)
+        self._after_writing(scan)
+
+    def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, Value]) -> None:
+        """Record an event. An unchanged state is not written again.
+
+        Args:
+            scan: number of the scan in which it became known.
+            now_ns: when it happened.
+            topic: one of traces.topics.TOPICS; "/sequences", if the recorder was made with them.
+            fields: its values by name.
+
+        Raises:
+            ValueError: there is no such topic.
+            TraceFull: as in `scan`.
+        """
+        if topic not in self._channels:
+            raise ValueError(f"topic {topic!r} is not recorded: allowed are {', '.join(self._channels)}")
+        if topic in _STATES:
+            if self._states.get(topic) == fields:
+                return
+            self._states[topic] = dict(fields)
+        self._hand_over(scan)  # the scans before it
+        self._write(scan, now_ns, topic, fields)
+
+    def _topics(self) -> tuple[Topic, ...]:
+        """Return the topics beside /scan."""
+        texts = self._tags is not None and self._tags.plan.has_texts
+        return (*TOPICS, *(TEXTS,) * texts, *(ORDERS,) * self._orders, *(SEQUENCES,) * self._sequences)
+
+    def _write_pending(self, scan: int, now_ns: int) -> None:
+        """Write the events of the tags of a scan: new texts, values that do not fit."""
+        assert self._tags is not None
+        for topic, fields in self._tags.pending:
+            self._write(scan, now_ns, topic, fields)
+        self._tags.pending.clear()
+
+    def _write(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, Value]) -> None:
+        text = json.dumps(
+            {"scan": scan, **fields}, ensure_ascii=False, allow_nan=False, separators=(",", ":")
+        )
+        number = scan & _SEQUENCE_MASK
+        self._writer.add_message(self._channels[topic], now_ns, text.encode(), now_ns, number)
+        self._after_writing(scan)
+
+    def _hand_over(self, scan: int) -> None:
+        """Give the writer the scans collected so far."""
+        if self._refusal is not None:
+            raise TraceFull(self._refusal, complete=True)
+        if len(self._batch):
+            times, block = self._batch.take()
+            self._writer.add_block(self._channel, times, block)
+            self._after_writing(scan)
+
+    def _after_writing(self, scan: int) -> None:
+        """Check the disk, and set the batch's room to the rest of the chunk."""
+        if self._file.full:
+            self._refuse(f"at scan {scan}")
+        if self._draft_wanted:
+            self._batch.room = 1
+            return
+        self._batch.room = max(1, -(-(self._chunk_bytes - self._writer.open_bytes) // self._batch.stride))
+
+    def attach(self, scan: int, files: Sequence[Attachment]) -> None:
+        """Write further files that travel with the trace.
+
+        Args:
+            scan: number of the scan before which they are needed.
+            files: the files.
+
+        Raises:
+            TraceFull: the disk has no room for them; none is in the trace.
+        """
+        if self._refusal is None and not self._file.reserve(sum(len(each.data) for each in files)):
+            self._refuse(f"before scan {scan}")
+        if self._refusal is not None:
+            raise TraceFull(self._refusal, complete=True)
+        for each in files:
+            self._writer.add_attachment(each.name, each.media_type, each.data)
+        if self._drafts:
+            self._writer.draft(self._file)  # in place of the one that has gone
+
+    def close(self) -> None:
+        """Write the open chunk and the summary, and close the file.
+
+        Raises:
+            TraceFull: not even the room held for it was enough.
+        """
+        if self._closed:
+            return
+        self._closed = True
+        try:
+            if self._file.failure is None:
+                if self._refusal is None and len(self._batch):
+                    self._writer.add_block(self._channel, *self._batch.take())
+                self._writer.finish()
+        finally:
+            self._file.close()
+
+    def _refuse(self, when: str) -> Never:
+        """Refuse further scans, and raise `TraceFull`."""
+        self._refusal = f"{self._file.name}: the disk is full; it is complete and ends {when}"
+        self._batch.room = 1  # so that every further scan is refused at once
+        raise TraceFull(self._refusal, complete=True)
+
+    def _facts(self, scan_period_ns: int, seed: int) -> dict[str, str]:
+        """Return the metadata that every trace has."""
+        facts = {
+            "format": str(FORMAT if self._tags is None else FORMAT_WITH_TAGS),
+            "layout": self._schema.layout,
+            "scan_period_ns": str(scan_period_ns),
+            "seed": str(seed),
+            "slots": " ".join(str(slot.number) for slot in self._slots),
+        }
+        for slot in self._slots:
+            facts[f"slot.{slot.number}.module"] = slot.module
+            facts[f"slot.{slot.number}.firmware"] = slot.firmware
+            if slot.words.groups and not slot.is_stepper:
+                facts[names_key(slot.number)] = names_text(slot.words)
+        return facts | {name: _version(name) for name in ("scanrack", "mcap")}
+
+
+_STATES = frozenset(topic.name for topic in TOPICS if topic.state)
+
+
+def _hashes(**files: Attachment | None) -> dict[str, str]:
+    return {
+        f"{name}_sha256": hashlib.sha256(file.data).hexdigest()
+        for name, file in files.items()
+        if file is not None
+    }
+
+
+def _version(distribution: str) -> str:
+    """Return the version of a distribution; "unknown" where it runs without being installed."""
+    try:
+        return version(distribution)
+    except PackageNotFoundError:
+        return "unknown"
