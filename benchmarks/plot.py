@@ -29,14 +29,7 @@ from time import process_time
 
 from scanrack.traces.export import write_vcd
 from scanrack.traces.format.layout import SLOT_BYTES, SlotInfo
-from scanrack.traces.plot import (
-    Chart,
-    Curve,
-    Envelope,
-    read_chart,
-    save_figure,
-    save_page,
-)
+from scanrack.traces.plot import Chart, Curve, Envelope, read_chart, save_figure, save_page
 from scanrack.traces.query import query
 from scanrack.traces.read.reader import Trace, open_trace
 from scanrack.traces.signals import blocks

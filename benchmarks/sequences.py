@@ -24,18 +24,7 @@ from math import inf
 from pathlib import Path
 from time import process_time
 
-from scanrack import (
-    Axis3601,
-    Configuration,
-    Cpu,
-    Input,
-    InputBit,
-    Logic,
-    Output,
-    Rack,
-    Scan,
-    sequence,
-)
+from scanrack import Axis3601, Configuration, Cpu, Input, InputBit, Logic, Output, Rack, Scan, sequence
 from scanrack.io_images import Image
 from scanrack.io_images.amci3601.words import WORDS_3601
 from scanrack.jobs.load.program import load_program

@@ -35,13 +35,7 @@ if TYPE_CHECKING:
     from .jobs.fuzz import always, never
     from .jobs.fuzz.laws.limits import within
     from .ladder import Program, read_program
-    from .ladder.python.axis3601 import (
-        Axis3601,
-        AxisError,
-        CommandAborted,
-        ErrorId,
-        State,
-    )
+    from .ladder.python.axis3601 import Axis3601, AxisError, CommandAborted, ErrorId, State
     from .ladder.python.sequences import (
         Abort,
         Counter,

@@ -19,12 +19,7 @@ of an AMCI 3601 mean.
 
 from __future__ import annotations
 
-from .image import (
-    IMAGE_BYTES,
-    WORDS,
-    Image,
-    signed_word,
-)
+from .image import IMAGE_BYTES, WORDS, Image, signed_word
 from .thousands import (
     PARAMETER_MAX,
     PARAMETER_MIN,

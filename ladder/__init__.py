@@ -56,13 +56,7 @@ from .build.program import Program
 from .build.runnable import LadderLogic
 from .files.rungfile import read_program, write_program
 from .instructions import *  # noqa: F403
-from .model.errors import (
-    BuildError,
-    LadderError,
-    LadderFault,
-    MinorFault,
-    RungTextError,
-)
+from .model.errors import BuildError, LadderError, LadderFault, MinorFault, RungTextError
 from .model.types import (
     BOOL,
     CONTROL,

@@ -43,18 +43,8 @@ from .format.records import (
 )
 from .format.schema import LIBRARY
 from .format.summary import Entries, Summary, encoded
-from .read.finding import (
-    DATA_DAMAGE,
-    data_crc,
-    ends_whole,
-    sound_summary,
-)
-from .read.reader import (
-    Records,
-    Trace,
-    open_records,
-    open_trace,
-)
+from .read.finding import DATA_DAMAGE, data_crc, ends_whole, sound_summary
+from .read.reader import Records, Trace, open_records, open_trace
 from .read.sections import Part, Section
 from .write.chunks import chunk_of
 from .write.line import PROFILE as LINE_PROFILE

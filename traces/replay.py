@@ -15,12 +15,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from ..io_images.image import IMAGE_BYTES
-from .compare import (
-    EXACT,
-    Comparison,
-    Tolerance,
-    compare_parts,
-)
+from .compare import EXACT, Comparison, Tolerance, compare_parts
 from .format.layout import SLOT_BYTES, SlotInfo
 from .read.arrays import column_chunks, extent
 from .read.columns import Columns

@@ -5,16 +5,7 @@ as in the tutorial. `logic` is called once per scan; what it has to remember
 between scans is in `line`.
 """
 
-from scanrack import (
-    Configuration,
-    Idle,
-    InputBit,
-    Move,
-    MoveKind,
-    PresetPosition,
-    Scan,
-    StatusView,
-)
+from scanrack import Configuration, Idle, InputBit, Move, MoveKind, PresetPosition, Scan, StatusView
 
 STATIONS = (0, 4000, 8000)
 

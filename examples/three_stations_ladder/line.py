@@ -3,27 +3,8 @@
 The same line as examples/three_stations, and the same images in every scan.
 """
 
-from scanrack import (
-    Configuration,
-    InputBit,
-    Move,
-    MoveKind,
-    PresetPosition,
-)
-from scanrack.ladder import (
-    ADD,
-    BOOL,
-    CLR,
-    COP,
-    DINT,
-    FLL,
-    INT,
-    MOD,
-    MUL,
-    ONS,
-    OTE,
-    Program,
-)
+from scanrack import Configuration, InputBit, Move, MoveKind, PresetPosition
+from scanrack.ladder import ADD, BOOL, CLR, COP, DINT, FLL, INT, MOD, MUL, ONS, OTE, Program
 from scanrack.ladder.build.front import RungMaker
 
 CONFIGURATION = Configuration(

@@ -19,13 +19,7 @@ from typer.core import TyperGroup
 from ..runtime.loop.pace import ending_as_interrupt, interrupted_by
 from ..terminal.ending import end_in_time
 from ..terminal.limiting import limit_traces
-from ..terminal.status import (
-    BAD_INPUT,
-    INTERRUPTED,
-    PIPE_CLOSED,
-    complain,
-    reason,
-)
+from ..terminal.status import BAD_INPUT, INTERRUPTED, PIPE_CLOSED, complain, reason
 from ..terminal.streams import OutputLost, closed_streams_plugged, guarded_output
 from ..terminal.terminal import say
 

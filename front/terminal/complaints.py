@@ -8,12 +8,7 @@ from contextlib import contextmanager
 import typer
 
 from ..traces.format.records import TraceLimitError
-from .status import (
-    BAD_INPUT,
-    CANNOT_WRITE,
-    complain,
-    reason,
-)
+from .status import BAD_INPUT, CANNOT_WRITE, complain, reason
 
 RAISED_BY = {"chunk_bytes": "--max-chunk", "records": "--max-records"}
 """The option that raises each of the limits for reading traces, see traces.limits."""

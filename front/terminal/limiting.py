@@ -7,12 +7,7 @@ from typing import Annotated
 
 import typer
 
-from ..traces.format.limits import (
-    CHUNK_BYTES,
-    RECORDS,
-    Limits,
-    limited,
-)
+from ..traces.format.limits import CHUNK_BYTES, RECORDS, Limits, limited
 from .terminal import say
 
 MIB = 1024 * 1024

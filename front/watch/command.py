@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
-from ..commands.programs.run import check_ports
 from ..jobs.load.loading import RACK_FORMS, load_job, scans_to_run
+from ..jobs.run.build import check_ports
 from ..jobs.trust.owned import check_recording
 from ..runtime.live.orders import MAX, SPEED_LEAST, SPEED_MOST
 from ..terminal.complaints import reported_mistakes

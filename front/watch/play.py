@@ -18,7 +18,6 @@ from contextlib import ExitStack
 from importlib.metadata import version
 from pathlib import Path
 
-from ..commands.programs.run import complain_of_fault, run_to_end
 from ..jobs.load.loading import Job
 from ..jobs.record.editions import Editions, edition_of
 from ..jobs.record.repeating import RecordedOrder
@@ -31,13 +30,8 @@ from ..runtime.live.tap import Notes, PipeInbox, Tap
 from ..runtime.loop.faults import CpuFault
 from ..runtime.loop.pace import Paced
 from ..runtime.loop.realtime import frozen_collector, real_time
-from ..terminal.status import (
-    BAD_INPUT,
-    CANNOT_WRITE,
-    DONE,
-    complain,
-    reason,
-)
+from ..terminal.run_end import complain_of_fault, run_to_end
+from ..terminal.status import BAD_INPUT, CANNOT_WRITE, DONE, complain, reason
 from ..terminal.terminal import say
 from .announcing import Announcer, programs_of
 from .editor import Editor, Takeover

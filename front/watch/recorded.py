@@ -15,12 +15,7 @@ from typing import NamedTuple
 from urllib.parse import parse_qs, quote
 
 from ..jobs.load.loading import Job
-from ..jobs.record.editions import (
-    Editions,
-    edition_of,
-    editions_of,
-    edits_of,
-)
+from ..jobs.record.editions import Editions, edition_of, editions_of, edits_of
 from ..jobs.record.repeating import is_session, orders_of
 from ..jobs.replay.replaying import lost_edits
 from ..jobs.trust.attachments import job_of, spec_of
@@ -30,12 +25,7 @@ from ..runtime.live.hands import GivenOrder
 from ..runtime.live.orders import Edit
 from ..runtime.loop.pace import interrupted_by
 from ..runtime.loop.scan import ScanFlag
-from ..terminal.status import (
-    BAD_INPUT,
-    INTERRUPTED,
-    complain,
-    reason,
-)
+from ..terminal.status import BAD_INPUT, INTERRUPTED, complain, reason
 from ..terminal.terminal import say
 from ..traces.format.topics import ORDERS
 from ..traces.read.arrays import extent, read_columns
@@ -44,12 +34,7 @@ from ..traces.read.reader import Trace, open_trace
 from .gate import Gate
 from .monitors.monitor import About
 from .monitors.trace_monitor import Source, TraceMonitor
-from .play import (
-    HOST,
-    KEY_BYTES,
-    Play,
-    listen,
-)
+from .play import HOST, KEY_BYTES, Play, listen
 from .prepared import Wanted
 
 Prepare = Callable[[int, Iterable[GivenOrder], Editions, Path], None]

@@ -16,12 +16,7 @@ from ..runtime.live.session import Session
 from ..runtime.loop.events import JsonValue
 from ..runtime.loop.pace import Paced
 from ..runtime.loop.rack import Rack, Slot
-from ..runtime.loop.scan import (
-    MODE_MASK,
-    CpuMode,
-    ScanFlag,
-    mode_name,
-)
+from ..runtime.loop.scan import MODE_MASK, CpuMode, ScanFlag, mode_name
 from ..terminal.terminal import on_a_line
 
 HZ = 4

@@ -62,28 +62,9 @@ from .command import (
 )
 from .configuration import Configuration, HomingKind, check
 from .firmware import KNOWN, Firmware
-from .moves import (
-    Direction,
-    FindHome,
-    Follower,
-    Manual,
-    Move,
-    MoveKind,
-    Resume,
-    RunBlend,
-)
-from .parameters import (
-    Parameters,
-    rate_in_range,
-    speed_in_range,
-    target_in_range,
-)
-from .rules import (
-    RULES,
-    Rule,
-    StatusBits,
-    bit_names,
-)
+from .moves import Direction, FindHome, Follower, Manual, Move, MoveKind, Resume, RunBlend
+from .parameters import Parameters, rate_in_range, speed_in_range, target_in_range
+from .rules import RULES, Rule, StatusBits, bit_names
 from .status import ConfigurationStatus, Status, StatusView
 
 __all__ = [

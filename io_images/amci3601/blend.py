@@ -26,13 +26,7 @@ from enum import Enum
 from ..image import Image
 from ..thousands import join_thousands, split_thousands
 from .bits import CommandLsw
-from .parameters import (
-    DISTANCE_MAX,
-    RATE_MAX,
-    SPEED_MAX,
-    require,
-    require_member,
-)
+from .parameters import DISTANCE_MAX, RATE_MAX, SPEED_MAX, require, require_member
 
 SEGMENTS_MIN = 2
 SEGMENTS_MAX = 16

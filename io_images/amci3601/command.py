@@ -20,32 +20,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from ..image import Image
-from ..thousands import (
-    PARAMETER_MAX,
-    PARAMETER_MIN,
-    join_thousands,
-    split_thousands,
-)
+from ..thousands import PARAMETER_MAX, PARAMETER_MIN, join_thousands, split_thousands
 from .bits import CommandLsw, CommandMsw
-from .moves import (
-    Direction,
-    FindHome,
-    Follower,
-    Manual,
-    Move,
-    MoveKind,
-    Resume,
-    RunBlend,
-    require_words,
-)
-from .parameters import (
-    DISTANCE_MAX,
-    Parameters,
-    rate_in_range,
-    require,
-    speed_in_range,
-    target_in_range,
-)
+from .moves import Direction, FindHome, Follower, Manual, Move, MoveKind, Resume, RunBlend, require_words
+from .parameters import DISTANCE_MAX, Parameters, rate_in_range, require, speed_in_range, target_in_range
 
 __all__ = [
     "Command",

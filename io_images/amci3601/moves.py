@@ -7,21 +7,10 @@ from dataclasses import dataclass
 from enum import Enum, IntEnum
 
 from ..image import WORD_MAX, WORD_MIN, Image
-from ..thousands import (
-    PARAMETER_MAX,
-    PARAMETER_MIN,
-    join_thousands,
-    split_thousands,
-)
+from ..thousands import PARAMETER_MAX, PARAMETER_MIN, join_thousands, split_thousands
 from .bits import CommandLsw, CommandMsw
 from .blend import Acceleration, acceleration_of
-from .parameters import (
-    DISTANCE_MAX,
-    RATE_MAX,
-    SPEED_MAX,
-    require,
-    require_member,
-)
+from .parameters import DISTANCE_MAX, RATE_MAX, SPEED_MAX, require, require_member
 
 _SHAPE = (CommandLsw.S_CURVE | CommandLsw.TRAPEZOIDAL).value
 _ENCODER_MOVE = CommandLsw.ENCODER_MOVE.value

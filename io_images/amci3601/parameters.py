@@ -10,12 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 
-from ..thousands import (
-    PARAMETER_MAX,
-    PARAMETER_MIN,
-    is_legal_pair,
-    join_thousands,
-)
+from ..thousands import PARAMETER_MAX, PARAMETER_MIN, is_legal_pair, join_thousands
 
 SPEED_MAX = 1_000_000
 """Greatest programmed or starting speed, steps/s; the least is 1, or 0 for a one-shot manual move."""

@@ -20,12 +20,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ..image import Image
-from ..thousands import (
-    LSW_MAX,
-    REPORTED_MAX,
-    join_reported,
-    split_reported,
-)
+from ..thousands import LSW_MAX, REPORTED_MAX, join_reported, split_reported
 from .bits import LIVE_BITS, StatusLsw, StatusMsw
 from .firmware import Firmware
 from .parameters import require

@@ -3,13 +3,7 @@
 from __future__ import annotations
 
 from ..module_words import PLAIN_WORDS, ModuleWords, flag_places
-from .bits import (
-    PROFILE_BITS,
-    CommandLsw,
-    CommandMsw,
-    StatusLsw,
-    StatusMsw,
-)
+from .bits import PROFILE_BITS, CommandLsw, CommandMsw, StatusLsw, StatusMsw
 
 # fmt: off
 WORDS_3601 = ModuleWords(

@@ -4,18 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from .instructions import (
-    INSTRUCTIONS,
-    Instruction,
-    Keeping,
-    Kind,
-)
-from .program import (
-    CMP_OPTIONS,
-    USER_OPS,
-    WAIT_OPTIONS,
-    UserOp,
-)
+from .instructions import INSTRUCTIONS, Instruction, Keeping, Kind
+from .program import CMP_OPTIONS, USER_OPS, WAIT_OPTIONS, UserOp
 
 _KEPT = {Keeping.SAVED: "`t`", Keeping.EEPROM: "at once", Keeping.VOLATILE: ""}
 

@@ -22,14 +22,7 @@ Image([2, 0, 1, 0, 5, 0, 100, 50])
 
 from __future__ import annotations
 
-from .blends import (
-    BLEND_FAULTS,
-    BlendProfile,
-    FaultyBlend,
-    blend_profiles,
-    faulty_blends,
-    handshake,
-)
+from .blends import BLEND_FAULTS, BlendProfile, FaultyBlend, blend_profiles, faulty_blends, handshake
 from .commands import (
     commands,
     find_homes,
@@ -50,15 +43,7 @@ from .images import (
     parameter_words,
     plausible_images,
 )
-from .sequences import (
-    Act,
-    Showing,
-    acting,
-    acts,
-    configuring,
-    sequences,
-    waiting,
-)
+from .sequences import Act, Showing, acting, acts, configuring, sequences, waiting
 from .values import (
     DISTANCES,
     FAULTY_RATES,
@@ -72,15 +57,7 @@ from .values import (
     starting_speeds,
     targets,
 )
-from .wires import (
-    Piece,
-    damaged,
-    line_traffic,
-    modbus_frame,
-    modbus_requests,
-    noise,
-    pmc006_requests,
-)
+from .wires import Piece, damaged, line_traffic, modbus_frame, modbus_requests, noise, pmc006_requests
 
 __all__ = [
     "BLEND_FAULTS",

@@ -14,12 +14,7 @@ from typing import Any, NamedTuple
 
 from hypothesis import strategies as st
 
-from ..amci3601 import (
-    Acceleration,
-    BlendHeader,
-    BlendSegment,
-    CommandLsw,
-)
+from ..amci3601 import Acceleration, BlendHeader, BlendSegment, CommandLsw
 from ..amci3601.blend import SEGMENTS_MAX, SEGMENTS_MIN
 from ..amci3601.parameters import require
 from ..image import Image, signed_word

@@ -29,12 +29,7 @@ from ..amci3601 import (
 )
 from ..amci3601.parameters import DISTANCE_MAX
 from ..image import WORD_MAX
-from .values import (
-    rates,
-    shapes,
-    speeds,
-    targets,
-)
+from .values import rates, shapes, speeds, targets
 
 directions = st.sampled_from(Direction)
 RELATIVE_FIRST = (MoveKind.RELATIVE, MoveKind.ABSOLUTE)

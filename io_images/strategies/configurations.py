@@ -8,15 +8,7 @@ from typing import NamedTuple
 
 from hypothesis import strategies as st
 
-from ..amci3601 import (
-    ALL_INPUTS,
-    KNOWN,
-    ConfigMsw,
-    Configuration,
-    Firmware,
-    HomingKind,
-    check,
-)
+from ..amci3601 import ALL_INPUTS, KNOWN, ConfigMsw, Configuration, Firmware, HomingKind, check
 from ..amci3601.bits import InputBit
 from ..amci3601.configuration import INVALID_CONFIGURATIONS
 from ..image import Image, signed_word

@@ -15,13 +15,7 @@ from typing import TypeAlias
 from hypothesis import strategies as st
 
 from ..amci3601 import KNOWN, Firmware
-from ..image import (
-    WORD_MAX,
-    WORD_MIN,
-    WORDS,
-    Image,
-    signed_word,
-)
+from ..image import WORD_MAX, WORD_MIN, WORDS, Image, signed_word
 from ..thousands import split_thousands
 from .commands import commands
 from .values import pick

@@ -7,12 +7,7 @@ from dataclasses import dataclass
 from hypothesis import strategies as st
 from pymodbus.framer import FramerRTU
 
-from ..pcl601.registers import (
-    MAP,
-    WORD_COUNT,
-    Row,
-    word_of,
-)
+from ..pcl601.registers import MAP, WORD_COUNT, Row, word_of
 from ..pcl601.terminals import INPUT_COUNT, OUTPUT_COUNT
 from ..pmc006.frame import FACTORY_ADDRESS, command
 from ..pmc006.instructions import INSTRUCTIONS, Instruction, Kind

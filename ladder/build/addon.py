@@ -59,13 +59,7 @@ from ..model.tree import (
     number,
     too_deep,
 )
-from ..model.types import (
-    BOOL,
-    DataType,
-    Member,
-    Structure,
-    count_of,
-)
+from ..model.types import BOOL, DataType, Member, Structure, count_of
 
 LOGIC, OTHERWISE, PRESCAN = "Logic", "EnableInFalse", "Prescan"
 ROUTINES = (LOGIC, OTHERWISE, PRESCAN)

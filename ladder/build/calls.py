@@ -6,22 +6,10 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from ..model.operand_checks import OperandError, described
-from ..model.operands import (
-    Constant,
-    Group,
-    Place,
-    first_leaf,
-)
+from ..model.operands import Constant, Group, Place, first_leaf
 from ..model.resolver import AddressError, Resolver
 from ..model.tags import OPEN, Tag
-from ..model.tree import (
-    Address,
-    Instruction,
-    Number,
-    Operand,
-    Series,
-    SubscriptStep,
-)
+from ..model.tree import Address, Instruction, Number, Operand, Series, SubscriptStep
 from ..model.types import Elementary, Structure
 from .addon import AddOn
 

@@ -7,32 +7,12 @@ from collections.abc import Iterator
 from ...io_images.image import WORDS
 from ..instructions.motion.motion_3601 import ANSWERS
 from ..model.errors import Problem
-from ..model.operands import (
-    Constant,
-    Group,
-    Place,
-    first_leaf,
-)
+from ..model.operands import Constant, Group, Place, first_leaf
 from ..model.schedule import TaskKind
 from ..model.spec import Use
-from ..model.stubs import (
-    ALL_MESSAGES,
-    Ending,
-    InPython,
-    Power,
-    stub_of,
-)
+from ..model.stubs import ALL_MESSAGES, Ending, InPython, Power, stub_of
 from ..model.tags import Leaf
-from ..state.lowered import (
-    ADD_ON,
-    AddOnCall,
-    Call,
-    Line,
-    Lowered,
-    LoweredRoutine,
-    Step,
-    steps_of,
-)
+from ..state.lowered import ADD_ON, AddOnCall, Call, Line, Lowered, LoweredRoutine, Step, steps_of
 from ..state.regions import Region, region_of
 
 REPEATED_COILS = "repeated coils"

@@ -22,15 +22,7 @@ from ..instructions import BY_NAME
 from ..model.errors import LadderError
 from ..model.spec import Spec
 from ..model.tagref import Expression, TagRef, operand_of
-from ..model.tree import (
-    Branch,
-    Element,
-    Instruction,
-    Origin,
-    Rung,
-    Series,
-    too_deep,
-)
+from ..model.tree import Branch, Element, Instruction, Origin, Rung, Series, too_deep
 from .text import parse_rung
 
 

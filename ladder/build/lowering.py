@@ -13,38 +13,13 @@ from ..instructions.addons import ADD_ON_CALL
 from ..instructions.statements import CONDITION
 from ..instructions.stubbed import specs_of_stubs
 from ..model.errors import LadderError, Problem, Site
-from ..model.operand_checks import (
-    OPERAND_CHECKS,
-    WRITTEN,
-    OperandError,
-    described,
-    is_string,
-)
-from ..model.operands import (
-    Constant,
-    Group,
-    Place,
-    Resolved,
-    as_number,
-    constant,
-    first_leaf,
-    leaves_in,
-)
+from ..model.operand_checks import OPERAND_CHECKS, WRITTEN, OperandError, described, is_string
+from ..model.operands import Constant, Group, Place, Resolved, as_number, constant, first_leaf, leaves_in
 from ..model.predefined.words import KEYWORDS, plain
 from ..model.resolver import AddressError, Resolver
-from ..model.spec import (
-    WITH_PRESETS,
-    Kind,
-    Spec,
-    Use,
-)
+from ..model.spec import WITH_PRESETS, Kind, Spec, Use
 from ..model.stubs import Stub
-from ..model.tags import (
-    OWN,
-    FrameLayout,
-    Layout,
-    scoped,
-)
+from ..model.tags import OWN, FrameLayout, Layout, scoped
 from ..model.tree import (
     Address,
     Branch,
@@ -60,30 +35,9 @@ from ..model.tree import (
     addresses_in,
     too_deep,
 )
-from ..model.types import (
-    DINT,
-    HIDDEN,
-    LINT,
-    Structure,
-)
-from ..state.lowered import (
-    AddOnCall,
-    Frame,
-    Line,
-    Lowered,
-    LoweredRoutine,
-    Node,
-    Parallel,
-    Step,
-    steps_of,
-)
-from .addon import (
-    LOGIC,
-    OTHERWISE,
-    PRESCAN,
-    AddOn,
-    copies_of,
-)
+from ..model.types import DINT, HIDDEN, LINT, Structure
+from ..state.lowered import AddOnCall, Frame, Line, Lowered, LoweredRoutine, Node, Parallel, Step, steps_of
+from .addon import LOGIC, OTHERWISE, PRESCAN, AddOn, copies_of
 from .calls import handed_over, held_subscripts
 from .lowering_statements import StatementLowering
 

@@ -9,30 +9,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
-from ..instructions.statements import (
-    CASE,
-    CONDITION,
-    EXIT,
-    RETURN,
-    assignment,
-)
-from ..model.operand_checks import (
-    OperandError,
-    described,
-    is_arithmetic,
-    is_logical,
-    is_string,
-)
-from ..model.operands import (
-    Calculation,
-    Constant,
-    Group,
-    Place,
-    Resolved,
-    as_number,
-    constant,
-    width_of,
-)
+from ..instructions.statements import CASE, CONDITION, EXIT, RETURN, assignment
+from ..model.operand_checks import OperandError, described, is_arithmetic, is_logical, is_string
+from ..model.operands import Calculation, Constant, Group, Place, Resolved, as_number, constant, width_of
 from ..model.resolver import AddressError, Resolver
 from ..model.spec import Kind, Spec
 from ..model.statements import (
@@ -50,26 +29,8 @@ from ..model.statements import (
     While,
     too_deep,
 )
-from ..model.tree import (
-    Address,
-    Block,
-    Instruction,
-    Operand,
-    Operation,
-    Origin,
-    Statement,
-    number,
-)
-from ..state.lowered import (
-    Act,
-    Arms,
-    Body,
-    Line,
-    Loop,
-    LoweredRoutine,
-    Selection,
-    Step,
-)
+from ..model.tree import Address, Block, Instruction, Operand, Operation, Origin, Statement, number
+from ..state.lowered import Act, Arms, Body, Line, Loop, LoweredRoutine, Selection, Step
 
 INSTEAD: Mapping[str, str] = {
     "OTE": "write bit := condition;",

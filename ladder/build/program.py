@@ -22,12 +22,7 @@ from typing import Any
 from typing_extensions import override
 
 from ..model.errors import BuildError, LadderError, Problem
-from ..model.schedule import (
-    ProgramRoutines,
-    Task,
-    TaskKind,
-    schedule_of,
-)
+from ..model.schedule import ProgramRoutines, Task, TaskKind, schedule_of
 from ..model.tags import Layout, scoped
 from ..model.tree import Routine
 from ..state.lowered import Lowered

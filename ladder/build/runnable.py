@@ -14,30 +14,11 @@ from ..model.errors import LadderError, MinorFault, Problem
 from ..model.expressions import TAG_NAME, parse_address
 from ..model.resolver import is_image
 from ..model.spec import Spec
-from ..model.stubs import (
-    NO_STUBS,
-    InPython,
-    Stub,
-    Stubs,
-    check_stubbed,
-    parse_stub,
-)
+from ..model.stubs import NO_STUBS, InPython, Stub, Stubs, check_stubbed, parse_stub
 from ..model.tagref import TagRef
-from ..model.tags import (
-    STATUS_FLAGS,
-    Alias,
-    Declaration,
-    SlotAlias,
-    Tag,
-)
+from ..model.tags import STATUS_FLAGS, Alias, Declaration, SlotAlias, Tag
 from ..model.tree import Address, Routine, Step
-from ..model.types import (
-    MAX_DIMENSIONS,
-    DataType,
-    Structure,
-    count_of,
-    size_of,
-)
+from ..model.types import MAX_DIMENSIONS, DataType, Structure, count_of, size_of
 from ..run.edit import Edit, carry_over
 from ..run.engine import STEP_MS, Engine
 from ..run.view import Tags
@@ -46,12 +27,7 @@ from ..state.memory import Memory
 from .addon import AddOn, specs_of
 from .bound_axes import Axes, prescan_axes, run_axes
 from .checks import ALLOWANCES, uses_of_stubs
-from .dialects import (
-    DIALECTS,
-    HOOKS,
-    LOGIX,
-    SLC,
-)
+from .dialects import DIALECTS, HOOKS, LOGIX, SLC
 from .inferred import Guesses
 
 MOST_BYTES = 1 << 25

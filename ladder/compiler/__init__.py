@@ -20,12 +20,7 @@ from ..model.errors import LadderError
 from ..run.engine import Engine
 from ..state.lowered import Lowered
 from ..state.memory import NOTHING
-from .observed import (
-    UNOBSERVED,
-    Holding,
-    Observation,
-    Reading,
-)
+from .observed import UNOBSERVED, Holding, Observation, Reading
 from .positions import relocated
 from .program import text_of
 from .services import interpreted_of, regions_of, services

@@ -13,12 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ..model.operands import (
-    Constant,
-    Group,
-    Place,
-    first_leaf,
-)
+from ..model.operands import Constant, Group, Place, first_leaf
 from ..model.stretches import row_strides
 from ..model.tags import OWN, Leaf
 from ..model.types import count_of

@@ -30,12 +30,7 @@ from itertools import takewhile
 from typing import TYPE_CHECKING
 
 from ..model.spec import Kind
-from ..state.lowered import (
-    Line,
-    Node,
-    Parallel,
-    Step,
-)
+from ..state.lowered import Line, Node, Parallel, Step
 from .observed import NOTES, Notes
 from .writer import both, either_of
 

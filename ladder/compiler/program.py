@@ -10,14 +10,7 @@ from functools import partial
 
 from ..state.lowered import Line, Lowered, LoweredRoutine
 from .calls import function_name, parameters_of
-from .observed import (
-    NOTED,
-    NOTES,
-    UNOBSERVED,
-    NoteList,
-    Notes,
-    Observation,
-)
+from .observed import NOTED, NOTES, UNOBSERVED, NoteList, Notes, Observation
 from .rungs import RungWriter
 from .statements import StatementWriter
 from .writer import INDENT, Writer

@@ -11,12 +11,7 @@ from itertools import takewhile
 from ..model.operands import can_fault
 from ..model.spec import Kind
 from ..model.tags import OVERRIDE
-from ..state.lowered import (
-    Line,
-    Node,
-    Parallel,
-    Step,
-)
+from ..state.lowered import Line, Node, Parallel, Step
 from .noted import NotedRung
 from .observed import Notes
 from .values import Values, calculates

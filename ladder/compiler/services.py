@@ -11,26 +11,9 @@ from ..model.errors import LadderFault
 from ..model.operators import ARITHMETIC, CALLED
 from ..model.spec import Use
 from ..model.types import TYPES, Elementary
-from ..state.lowered import (
-    BROKEN,
-    Lowered,
-    Step,
-    steps_of,
-)
-from ..state.memory import (
-    NOTHING,
-    Listed,
-    Store,
-    Value,
-    set_text_in,
-    text_in,
-)
-from ..state.regions import (
-    Region,
-    copy,
-    fill,
-    region_of,
-)
+from ..state.lowered import BROKEN, Lowered, Step, steps_of
+from ..state.memory import NOTHING, Listed, Store, Value, set_text_in, text_in
+from ..state.regions import Region, copy, fill, region_of
 
 if TYPE_CHECKING:
     from ..run.engine import Engine

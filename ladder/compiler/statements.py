@@ -9,15 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ..model.operands import Constant
-from ..state.lowered import (
-    Act,
-    Arms,
-    Body,
-    Line,
-    Loop,
-    Selection,
-    Step,
-)
+from ..state.lowered import Act, Arms, Body, Line, Loop, Selection, Step
 from .rungs import RungWriter
 from .values import is_plain
 

@@ -23,13 +23,7 @@ from ..model.operands import (
 from ..model.operators import BITWISE, FUNCTIONS, RELATIONS
 from ..model.stretches import row_strides
 from ..model.tags import OWN, FrameLayout, Leaf
-from ..model.types import (
-    DINT,
-    LINT,
-    LREAL,
-    REAL,
-    Elementary,
-)
+from ..model.types import DINT, LINT, LREAL, REAL, Elementary
 from .writer import Writer
 
 _REAL_HOLDS = 1 << 127

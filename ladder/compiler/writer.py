@@ -7,14 +7,7 @@ from contextlib import contextmanager
 
 from ..model.errors import TooLongError
 from ..model.stretches import Spot
-from ..model.tags import (
-    BASE,
-    FRAME,
-    OWN,
-    FrameLayout,
-    Layout,
-    Leaf,
-)
+from ..model.tags import BASE, FRAME, OWN, FrameLayout, Layout, Leaf
 from ..state.lowered import Lowered
 
 INDENT = "    "

@@ -8,27 +8,11 @@ from functools import cached_property
 
 from ..model.errors import Site
 from ..model.operand_checks import WRITTEN
-from ..model.operands import (
-    Calculation,
-    Constant,
-    Group,
-    Place,
-    Resolved,
-    constant,
-    first_leaf,
-)
+from ..model.operands import Calculation, Constant, Group, Place, Resolved, constant, first_leaf
 from ..model.resolver import Resolver
 from ..model.spec import Use
 from ..model.tags import HELD, OWN
-from ..state.lowered import (
-    ADD_ON,
-    AddOnCall,
-    Call,
-    Lowered,
-    LoweredRoutine,
-    Step,
-    steps_of,
-)
+from ..state.lowered import ADD_ON, AddOnCall, Call, Lowered, LoweredRoutine, Step, steps_of
 
 BOTH_WAYS = frozenset(
     {

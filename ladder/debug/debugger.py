@@ -20,12 +20,7 @@ from ..state.memory import Value, checked
 from .crossref import CrossReference
 from .forces import Forces
 from .inquiry import Inquiry
-from .journal import (
-    MOST,
-    Entry,
-    Journal,
-    Write,
-)
+from .journal import MOST, Entry, Journal, Write
 from .values import with_values
 from .watched import Change, shown
 from .watching import WatchedEngine

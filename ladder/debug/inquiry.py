@@ -10,15 +10,7 @@ from ..model.resolver import Resolver
 from .crossref import CrossReference
 from .watched import Change, shown
 from .watching import WatchedEngine
-from .why import (
-    bits_of,
-    changes_of,
-    is_counted,
-    state_of,
-    telling,
-    told,
-    untouched,
-)
+from .why import bits_of, changes_of, is_counted, state_of, telling, told, untouched
 
 
 class Past(Protocol):

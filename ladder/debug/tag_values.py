@@ -25,13 +25,7 @@ from ..model.operands import Constant, Group, Place
 from ..model.resolver import AmbiguousTagError, Resolver
 from ..model.tags import Alias, Layout, Leaf
 from ..model.tree import Address, BitStep
-from ..model.types import (
-    DataType,
-    Elementary,
-    Member,
-    Structure,
-    count_of,
-)
+from ..model.types import DataType, Elementary, Member, Structure, count_of
 
 TEXT = "TEXT"
 _PACKED = re.compile(r"(?P<host>\w+)\.(?P<bit>\d+)")

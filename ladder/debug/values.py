@@ -6,17 +6,7 @@ from dataclasses import replace
 
 from ..instructions import BY_NAME
 from ..model.spec import WITH_PRESETS, Use
-from ..model.tree import (
-    Address,
-    Branch,
-    Element,
-    Instruction,
-    MemberStep,
-    Operand,
-    Routine,
-    Series,
-    number,
-)
+from ..model.tree import Address, Branch, Element, Instruction, MemberStep, Operand, Routine, Series, number
 from ..run.view import Tags
 
 

@@ -13,29 +13,9 @@ from ..model.errors import LadderFault, Site
 from ..model.operands import Calculation, Place
 from ..model.spec import Kind
 from ..model.tags import OWN, Leaf
-from ..state.lowered import (
-    Body,
-    Line,
-    LoweredRoutine,
-    Node,
-    Parallel,
-    Step,
-)
-from ..state.memory import (
-    NOTHING,
-    Memory,
-    Named,
-    Value,
-    same,
-)
-from .forces import (
-    Forces,
-    Held,
-    HeldList,
-    held_values,
-    in_lists,
-    in_variables,
-)
+from ..state.lowered import Body, Line, LoweredRoutine, Node, Parallel, Step
+from ..state.memory import NOTHING, Memory, Named, Value, same
+from .forces import Forces, Held, HeldList, held_values, in_lists, in_variables
 
 
 def shown(value: object) -> str:

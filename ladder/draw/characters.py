@@ -14,13 +14,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from ..model.statements import numbered_lines
 from ..model.tree import NumberedLine, Routine, Rung
 from .layout import NO_CAPTIONS, lay_out
-from .marks import (
-    Box,
-    BoxLine,
-    Corner,
-    Symbol,
-    Wire,
-)
+from .marks import Box, BoxLine, Corner, Symbol, Wire
 from .ruler import caption_width
 
 WIDTH = 96

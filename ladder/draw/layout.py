@@ -14,31 +14,10 @@ from types import MappingProxyType
 
 from ..instructions import BY_NAME
 from ..model.spec import Kind
-from ..model.tree import (
-    Branch,
-    Element,
-    Instruction,
-    Rung,
-    Series,
-    instructions_of,
-)
-from .marks import (
-    Box,
-    Corner,
-    Picture,
-    Symbol,
-    Wire,
-)
+from ..model.tree import Branch, Element, Instruction, Rung, Series, instructions_of
+from .marks import Box, Corner, Picture, Symbol, Wire
 from .power import Numbering, power
-from .ruler import (
-    GAP,
-    JOIN,
-    SYMBOLS,
-    Block,
-    Line,
-    Ruler,
-    is_symbol,
-)
+from .ruler import GAP, JOIN, SYMBOLS, Block, Line, Ruler, is_symbol
 
 NO_CAPTIONS: Mapping[str, Sequence[str]] = MappingProxyType({})
 """Captions where no add-on instruction is known."""

@@ -14,34 +14,12 @@ from dataclasses import dataclass
 
 from typing_extensions import override
 
-from ..model.tree import (
-    Address,
-    Instruction,
-    MemberStep,
-    Operand,
-    Rung,
-    addresses_in,
-    instructions_of,
-)
+from ..model.tree import Address, Instruction, MemberStep, Operand, Rung, addresses_in, instructions_of
 from .layout import NO_CAPTIONS, place
 from .marks import BoxLine, Picture
-from .markup import (
-    CELL,
-    Pen,
-    attribute,
-    plain,
-    units,
-)
+from .markup import CELL, Pen, attribute, plain, units
 from .ruler import Ruler
-from .shapes import (
-    Curve,
-    Letters,
-    Line,
-    Shape,
-    Value,
-    shape_bottom,
-    shapes_of,
-)
+from .shapes import Curve, Letters, Line, Shape, Value, shape_bottom, shapes_of
 
 ROW = 22
 """Units of a row: beneath a wire there is room for the value of a contact."""

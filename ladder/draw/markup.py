@@ -6,13 +6,7 @@ import re
 from dataclasses import dataclass
 from xml.sax.saxutils import escape, quoteattr
 
-from .shapes import (
-    Curve,
-    Form,
-    Frame,
-    Letters,
-    Line,
-)
+from .shapes import Curve, Form, Frame, Letters, Line
 
 CELL = 8
 """Units of a column."""

@@ -10,12 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import count
 
-from ..model.tree import (
-    Branch,
-    Rung,
-    Series,
-    instructions_of,
-)
+from ..model.tree import Branch, Rung, Series, instructions_of
 
 
 class Numbering:

@@ -11,12 +11,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from ..build.addon import AddOn
-from ..model.tree import (
-    Branch,
-    Element,
-    Instruction,
-    Series,
-)
+from ..model.tree import Branch, Element, Instruction, Series
 from .marks import BoxLine
 
 SYMBOLS = {

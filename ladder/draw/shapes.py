@@ -6,13 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from .marks import (
-    Box,
-    Corner,
-    Mark,
-    Symbol,
-    Wire,
-)
+from .marks import Box, Corner, Mark, Symbol, Wire
 from .ruler import caption_width
 
 HEADING = 0.92

@@ -9,12 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from ..model.tree import Routine
-from .characters import (
-    WIDTH,
-    comment_lines,
-    lines_of,
-    ran,
-)
+from .characters import WIDTH, comment_lines, lines_of, ran
 from .layout import NO_CAPTIONS, lay_out
 from .marks import Picture
 from .markup import CELL, Pen, plain

@@ -14,13 +14,7 @@ from importlib.resources import files
 from itertools import accumulate
 from typing import NoReturn
 
-from ..build.addon import (
-    ROUTINES,
-    AddOn,
-    Parameter,
-    Way,
-    specs_of,
-)
+from ..build.addon import ROUTINES, AddOn, Parameter, Way, specs_of
 from ..build.controller import Controller
 from ..build.dialects import DIALECTS, LOGIX
 from ..build.program import Program
@@ -32,12 +26,7 @@ from ..model.schedule import Task, TaskKind
 from ..model.stubs import NO_STUBS, Stubs
 from ..model.tags import Alias, SlotAlias, Tag
 from ..model.tree import Block, Routine, Rung
-from ..model.types import (
-    DataType,
-    Elementary,
-    Member,
-    Structure,
-)
+from ..model.types import DataType, Elementary, Member, Structure
 
 LIBRARIES = ("axis3601",)
 """Libraries of add-on instructions that come with scanrack; `USE name` makes them known to a program."""

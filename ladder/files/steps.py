@@ -26,19 +26,8 @@ from dataclasses import dataclass
 from decimal import Decimal
 from typing import Protocol
 
-from ...io_images.amci3601 import (
-    CommandLsw,
-    CommandMsw,
-    StatusLsw,
-    StatusMsw,
-    status_names,
-)
-from ...io_images.image import (
-    UNSIGNED_MAX,
-    WORD_MIN,
-    WORDS,
-    Image,
-)
+from ...io_images.amci3601 import CommandLsw, CommandMsw, StatusLsw, StatusMsw, status_names
+from ...io_images.image import UNSIGNED_MAX, WORD_MIN, WORDS, Image
 from ...io_images.text_limits import Text, TextLimitError, check_text
 from ...io_images.thousands import split_thousands
 

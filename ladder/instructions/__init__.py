@@ -40,12 +40,7 @@ from .files import *  # noqa: F403
 from .motion import motion
 from .motion.motion import *  # noqa: F403
 from .move import *  # noqa: F403
-from .process import (
-    alarms,
-    process,
-    regulation,
-    safety,
-)
+from .process import alarms, process, regulation, safety
 from .process.alarms import *  # noqa: F403
 from .process.process import *  # noqa: F403
 from .process.regulation import *  # noqa: F403
@@ -53,13 +48,7 @@ from .process.safety import *  # noqa: F403
 from .sequencers import *  # noqa: F403
 from .shifts import *  # noqa: F403
 from .strings import *  # noqa: F403
-from .system import (
-    immediate,
-    messages,
-    phases,
-    ports,
-    system,
-)
+from .system import immediate, messages, phases, ports, system
 from .system.immediate import *  # noqa: F403
 from .system.messages import *  # noqa: F403
 from .system.phases import *  # noqa: F403

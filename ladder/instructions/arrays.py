@@ -19,20 +19,8 @@ from ..interpreter import Interpreter
 from ..interpreter.files import Control, Elements
 from ..model import arithmetic as math
 from ..model.operand_checks import OperandError, array_of
-from ..model.operands import (
-    Constant,
-    Group,
-    Place,
-    Resolved,
-)
-from ..model.spec import (
-    WITH_CONTROL,
-    Spec,
-    Use,
-    action,
-    always,
-    on_control,
-)
+from ..model.operands import Constant, Group, Place, Resolved
+from ..model.spec import WITH_CONTROL, Spec, Use, action, always, on_control
 from ..model.types import Elementary, count_of
 from ..state.regions import converted
 from .compute import store_expression

@@ -6,12 +6,7 @@ from ..compiler.rungs import RungWriter
 from ..compiler.writer import both
 from ..interpreter import Interpreter
 from ..model.operands import Place
-from ..model.spec import (
-    Use,
-    action,
-    always,
-    condition,
-)
+from ..model.spec import Use, action, always, condition
 
 __all__ = ["XIC", "XIO", "OTE", "OTL", "OTU", "ONS", "OSR", "OSF"]  # noqa: RUF022 - the manual's order
 

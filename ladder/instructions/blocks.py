@@ -14,13 +14,7 @@ from ..model import arithmetic as math
 from ..model.operand_checks import OperandError, described
 from ..model.operands import Group
 from ..model.spec import Spec, Use, action
-from ..model.types import (
-    DINT,
-    FBD_COUNTER,
-    FBD_ONESHOT,
-    FBD_TIMER,
-    Structure,
-)
+from ..model.types import DINT, FBD_COUNTER, FBD_ONESHOT, FBD_TIMER, Structure
 from . import timing
 
 __all__ = ["TONR", "TOFR", "RTOR", "CTUD", "OSRI", "OSFI"]  # noqa: RUF022 - the manual's order

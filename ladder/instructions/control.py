@@ -9,18 +9,8 @@ from ..compiler.rungs import RungWriter
 from ..interpreter import Interpreter
 from ..model.arithmetic import wrap
 from ..model.operand_checks import OperandError, described
-from ..model.operands import (
-    DOUBLE,
-    Place,
-    Resolved,
-    is_integer,
-)
-from ..model.spec import (
-    Use,
-    action,
-    always,
-    condition,
-)
+from ..model.operands import DOUBLE, Place, Resolved, is_integer
+from ..model.spec import Use, action, always, condition
 from ..model.tags import OVERRIDE
 from ..model.tree import Address, Number, Operand
 from ..model.types import DINT

@@ -8,13 +8,7 @@ from ..model.operands import Constant, Resolved, width_moved
 from ..model.spec import Use, action
 from ..model.tags import Leaf
 from ..model.types import LINT
-from ..state.regions import (
-    Region,
-    copy,
-    fill,
-    plain,
-    region_of,
-)
+from ..state.regions import Region, copy, fill, plain, region_of
 
 __all__ = ["COP", "CPS", "FLL"]
 

@@ -8,13 +8,7 @@ from ..compiler.rungs import RungWriter
 from ..interpreter import Interpreter
 from ..model import arithmetic as math
 from ..model.operand_checks import OperandError, described, is_string
-from ..model.operands import (
-    Constant,
-    Group,
-    Place,
-    Resolved,
-    width_moved,
-)
+from ..model.operands import Constant, Group, Place, Resolved, width_moved
 from ..model.spec import Spec, Use, action
 from ..model.types import LINT
 from .statements import set_text, write_set_text

@@ -8,12 +8,7 @@ from __future__ import annotations
 from ..interpreter import Interpreter
 from ..interpreter.files import Control, Elements
 from ..model.operands import Group, Place, Resolved
-from ..model.spec import (
-    WITH_CONTROL,
-    Use,
-    condition,
-    on_control,
-)
+from ..model.spec import WITH_CONTROL, Use, condition, on_control
 from ..model.types import DINT
 from ..state.regions import converted
 from .shifts import check_dints, set_enable

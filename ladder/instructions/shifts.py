@@ -12,18 +12,8 @@ from ..interpreter import Interpreter
 from ..interpreter.files import Control, Elements
 from ..model.arithmetic import wrap
 from ..model.operand_checks import OperandError, described
-from ..model.operands import (
-    Group,
-    Place,
-    Resolved,
-    width_moved,
-)
-from ..model.spec import (
-    Spec,
-    Use,
-    always,
-    on_control,
-)
+from ..model.operands import Group, Place, Resolved, width_moved
+from ..model.spec import Spec, Use, always, on_control
 from ..model.types import DINT, Elementary
 from ..state.regions import converted
 

@@ -7,18 +7,8 @@ from __future__ import annotations
 
 from ..compiler.rungs import RungWriter
 from ..interpreter import Interpreter
-from ..model.operands import (
-    Group,
-    Place,
-    Resolved,
-    width_of,
-)
-from ..model.spec import (
-    Spec,
-    Use,
-    action,
-    condition,
-)
+from ..model.operands import Group, Place, Resolved, width_of
+from ..model.spec import Spec, Use, action, condition
 from .compute import CPT
 
 __all__ = ["CASE", "CONDITION", "EXIT", "RETURN", "assignment"]

@@ -18,19 +18,8 @@ from decimal import Decimal
 
 from ..interpreter import Interpreter
 from ..model import arithmetic as math
-from ..model.errors import (
-    SHORT_STRING_CODE,
-    STRING_CODE,
-    STRING_NUMBER_CODE,
-    STRING_PLACE_CODE,
-)
-from ..model.operands import (
-    Group,
-    Place,
-    Quoted,
-    Resolved,
-    width_of,
-)
+from ..model.errors import SHORT_STRING_CODE, STRING_CODE, STRING_NUMBER_CODE, STRING_PLACE_CODE
+from ..model.operands import Group, Place, Quoted, Resolved, width_of
 from ..model.spec import Spec, Use, action
 from ..state.regions import converted
 

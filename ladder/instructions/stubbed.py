@@ -15,21 +15,9 @@ from ..interpreter import Interpreter
 from ..model.arithmetic import wrap
 from ..model.errors import LadderError
 from ..model.operand_checks import OperandError
-from ..model.operands import (
-    Constant,
-    Group,
-    Place,
-    Quoted,
-    Resolved,
-    width_of,
-)
+from ..model.operands import Constant, Group, Place, Quoted, Resolved, width_of
 from ..model.spec import Kind, Spec, Use
-from ..model.stubs import (
-    Ending,
-    Power,
-    Stub,
-    replaces,
-)
+from ..model.stubs import Ending, Power, Stub, replaces
 from ..model.tree import Operand
 from ..model.types import DINT, Structure
 from ..state.lowered import OperandResolver

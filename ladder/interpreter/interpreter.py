@@ -12,14 +12,7 @@ from contextlib import contextmanager
 from typing import NoReturn
 
 from ..model.errors import LadderFault, OutOfLinesError
-from ..model.operands import (
-    Constant,
-    Group,
-    Place,
-    Resolved,
-    first_leaf,
-    place_of,
-)
+from ..model.operands import Constant, Group, Place, Resolved, first_leaf, place_of
 from ..model.spec import Kind
 from ..model.tags import OVERRIDE, OWN
 from ..model.types import count_of

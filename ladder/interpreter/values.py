@@ -23,13 +23,7 @@ from ..model.tags import Leaf
 from ..model.types import DINT
 from ..state.fault_log import FaultLog
 from ..state.lowered import Lowered
-from ..state.memory import (
-    Memory,
-    Store,
-    Value,
-    set_text_in,
-    text_in,
-)
+from ..state.memory import Memory, Store, Value, set_text_in, text_in
 from ..state.regions import End, region_of
 
 

@@ -20,19 +20,9 @@ from .operands import (
 )
 from .operators import BITWISE, RELATIONS
 from .predefined.block_types import BLOCK_TYPES
-from .predefined.motion_types import (
-    COORDINATE_SYSTEM,
-    MOTION_GROUP,
-    MOTION_INSTRUCTION,
-    is_axis,
-)
+from .predefined.motion_types import COORDINATE_SYSTEM, MOTION_GROUP, MOTION_INSTRUCTION, is_axis
 from .predefined.safety_types import SAFETY
-from .predefined.slc_types import (
-    SLC_CONTROL,
-    SLC_COUNTER,
-    SLC_TIMER,
-    SLC_TYPES,
-)
+from .predefined.slc_types import SLC_CONTROL, SLC_COUNTER, SLC_TIMER, SLC_TYPES
 from .predefined.structures import HMIBC, SERIAL_PORT_CONTROL
 from .spec import Use
 from .types import (

@@ -6,18 +6,7 @@ from dataclasses import dataclass
 
 from .operators import BITWISE, FUNCTIONS, RELATIONS
 from .tags import Layout, Leaf
-from .types import (
-    BOOL,
-    DINT,
-    LINT,
-    LREAL,
-    REAL,
-    UDINT,
-    ULINT,
-    DataType,
-    Elementary,
-    fields_of,
-)
+from .types import BOOL, DINT, LINT, LREAL, REAL, UDINT, ULINT, DataType, Elementary, fields_of
 
 SINGLE = 0
 """Width of a computation in REAL."""

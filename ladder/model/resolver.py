@@ -17,40 +17,14 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
-from ...io_images.amci3601.bits import (
-    PROFILE_BITS,
-    CommandLsw,
-    CommandMsw,
-    ConfigMsw,
-    StatusLsw,
-    StatusMsw,
-)
+from ...io_images.amci3601.bits import PROFILE_BITS, CommandLsw, CommandMsw, ConfigMsw, StatusLsw, StatusMsw
 from ...io_images.card_members import MemberPlace, member_of
 from ...io_images.image import WORDS
 from ...io_images.tag_names import AmbiguousNameError, in_scope, normal
 from .errors import LadderError
 from .expressions import parse_address
-from .operands import (
-    Calculation,
-    Constant,
-    Group,
-    Place,
-    Quoted,
-    Resolved,
-    as_number,
-    constant,
-    is_integer,
-)
-from .tags import (
-    HELD,
-    STATUS_FLAGS,
-    TRUTHS,
-    Alias,
-    Layout,
-    SlotAlias,
-    Tag,
-    program_of,
-)
+from .operands import Calculation, Constant, Group, Place, Quoted, Resolved, as_number, constant, is_integer
+from .tags import HELD, STATUS_FLAGS, TRUTHS, Alias, Layout, SlotAlias, Tag, program_of
 from .tree import (
     Address,
     BitStep,
@@ -66,13 +40,7 @@ from .tree import (
     WordStep,
     number,
 )
-from .types import (
-    DINT,
-    INT,
-    Elementary,
-    Member,
-    Structure,
-)
+from .types import DINT, INT, Elementary, Member, Structure
 
 _NAMES_LISTED = 12
 """Tags that a message lists at most."""

@@ -18,12 +18,7 @@ from enum import Enum
 
 from .errors import LadderError
 from .tags import Layout, Leaf
-from .types import (
-    BOOL,
-    DINT,
-    INT,
-    LINT,
-)
+from .types import BOOL, DINT, INT, LINT
 
 PRIORITIES = range(1, 16)
 """Priorities of a task; 1 runs first [1756-PM005, tasks]."""

@@ -10,17 +10,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from .tree import (
-    Address,
-    Block,
-    Instruction,
-    Number,
-    NumberedLine,
-    Operand,
-    Origin,
-    Statement,
-    comment_lines,
-)
+from .tree import Address, Block, Instruction, Number, NumberedLine, Operand, Origin, Statement, comment_lines
 
 INDENT = "    "
 

@@ -10,12 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import lru_cache
 
-from .types import (
-    HIDDEN,
-    DataType,
-    Elementary,
-    count_of,
-)
+from .types import HIDDEN, DataType, Elementary, count_of
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,16 +6,7 @@ from typing import NoReturn
 
 from .errors import LadderError
 from .expressions import parse_expression
-from .tree import (
-    Address,
-    BitStep,
-    Instruction,
-    MemberStep,
-    Operand,
-    Operation,
-    SubscriptStep,
-    number,
-)
+from .tree import Address, BitStep, Instruction, MemberStep, Operand, Operation, SubscriptStep, number
 
 _COMPARE = {"=": "EQU", "<>": "NEQ", "<": "LES", "<=": "LEQ", ">": "GRT", ">=": "GEQ"}
 

@@ -19,18 +19,7 @@ from .expressions import parse_address
 from .operators import ARITHMETIC, CALLED
 from .stretches import Spot, spot_of, stretch_of
 from .tree import Address
-from .types import (
-    BOOL,
-    DINT,
-    HIDDEN,
-    INT,
-    DataType,
-    Elementary,
-    Member,
-    Structure,
-    count_of,
-    leaves_of,
-)
+from .types import BOOL, DINT, HIDDEN, INT, DataType, Elementary, Member, Structure, count_of, leaves_of
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,13 +12,7 @@ from functools import partial
 from typing import Any
 
 from ..interpreter import Interpreter
-from ..model.errors import (
-    STACK_CODE,
-    LadderFault,
-    MinorFault,
-    ScanEndedError,
-    Site,
-)
+from ..model.errors import STACK_CODE, LadderFault, MinorFault, ScanEndedError, Site
 from ..model.tags import program_of, scoped
 from ..state.fault_log import FaultLog
 from ..state.lowered import Lowered

@@ -5,14 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from ..model.operands import (
-    Calculation,
-    Constant,
-    Group,
-    Place,
-    Resolved,
-    leaves_in,
-)
+from ..model.operands import Calculation, Constant, Group, Place, Resolved, leaves_in
 from ..model.resolver import Resolver
 from ..state.lowered import Lowered
 from ..state.memory import Memory, checked, mask_of

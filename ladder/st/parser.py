@@ -58,14 +58,7 @@ from ..model.tree import (
     SubscriptStep,
     levels_of,
 )
-from .grammar import (
-    GRAMMAR,
-    OPERANDS,
-    OPERATORS,
-    PARTS,
-    STATEMENTS,
-    TERMS,
-)
+from .grammar import GRAMMAR, OPERANDS, OPERATORS, PARTS, STATEMENTS, TERMS
 
 _SKIPPED = re.compile(
     r"'(?:[^'$\n]|\$[^\n])*'?|(?P<region>#(?:end)?region\b[^\n]*)"

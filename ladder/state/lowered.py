@@ -7,21 +7,11 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from ..model.errors import Site
-from ..model.operands import (
-    Constant,
-    Group,
-    Place,
-    Resolved,
-)
+from ..model.operands import Constant, Group, Place, Resolved
 from ..model.schedule import Schedule
 from ..model.spec import Kind, Spec, Use
 from ..model.stubs import Stub
-from ..model.tags import (
-    FrameLayout,
-    Layout,
-    Presets,
-    program_of,
-)
+from ..model.tags import FrameLayout, Layout, Presets, program_of
 from ..model.tree import Address, Operand, Origin
 
 

@@ -18,22 +18,8 @@ from ..model.arithmetic import real
 from ..model.expressions import parse_address
 from ..model.stretches import Spot
 from ..model.tags import Layout, Leaf, Presets
-from ..model.tree import (
-    BitStep,
-    MemberStep,
-    Number,
-    Operand,
-    Step,
-    SubscriptStep,
-)
-from ..model.types import (
-    BOOL,
-    DataType,
-    Elementary,
-    Member,
-    Structure,
-    count_of,
-)
+from ..model.tree import BitStep, MemberStep, Number, Operand, Step, SubscriptStep
+from ..model.types import BOOL, DataType, Elementary, Member, Structure, count_of
 
 Value = bool | int | float
 

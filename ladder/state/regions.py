@@ -12,21 +12,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from ..model.arithmetic import real, whole, wrap
-from ..model.operands import (
-    Constant,
-    Group,
-    Place,
-    Resolved,
-)
+from ..model.operands import Constant, Group, Place, Resolved
 from ..model.tags import OWN, Leaf
-from ..model.types import (
-    DataType,
-    Elementary,
-    Field,
-    count_of,
-    fields_of,
-    size_of,
-)
+from ..model.types import DataType, Elementary, Field, count_of, fields_of, size_of
 from .memory import Column, Store, Value
 
 

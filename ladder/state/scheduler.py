@@ -15,12 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from ..model.errors import LadderFault
-from ..model.schedule import (
-    Schedule,
-    ScheduledProgram,
-    ScheduledTask,
-    TaskKind,
-)
+from ..model.schedule import Schedule, ScheduledProgram, ScheduledTask, TaskKind
 from ..model.tags import OVERRIDE, STATUS_FLAGS
 from .fault_log import FaultLog
 from .lowered import Lowered

@@ -6,14 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
-from ...ladder.build.addon import (
-    ENABLES,
-    LOGIC,
-    ROUTINES,
-    AddOn,
-    Parameter,
-    Way,
-)
+from ...ladder.build.addon import ENABLES, LOGIC, ROUTINES, AddOn, Parameter, Way
 from ...ladder.instructions import BY_NAME
 from ...ladder.instructions.addons import ADD_ON_CALL
 from ...ladder.model.errors import LadderError

@@ -11,12 +11,7 @@ from ...ladder.build.controller import Controller
 from ...ladder.model.errors import LadderError
 from ...ladder.model.schedule import Task, TaskKind
 from ...ladder.model.stubs import Stub, Stubs
-from ...ladder.model.tags import (
-    OPEN,
-    Alias,
-    Declaration,
-    Tag,
-)
+from ...ladder.model.tags import OPEN, Alias, Declaration, Tag
 from ...ladder.model.tree import (
     Address,
     BitStep,
@@ -27,14 +22,7 @@ from ...ladder.model.tree import (
     SubscriptStep,
     number,
 )
-from ...ladder.model.types import (
-    DINT,
-    INT,
-    DataType,
-    Elementary,
-    Structure,
-    count_of,
-)
+from ...ladder.model.types import DINT, INT, DataType, Elementary, Structure, count_of
 from .report import Report
 
 CALLS = "scanrack_calls"

@@ -16,13 +16,7 @@ from typing import Any, TypeVar
 
 from lxml import etree
 
-from .xml.records import (
-    AddOnRecord,
-    Document,
-    ProgramRecord,
-    RoutineRecord,
-    TagRecord,
-)
+from .xml.records import AddOnRecord, Document, ProgramRecord, RoutineRecord, TagRecord
 
 ADDED, REMOVED, CHANGED = "added", "removed", "changed"
 

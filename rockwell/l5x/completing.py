@@ -10,38 +10,13 @@ from functools import cached_property
 from ...ladder.build.inferred import Guess, Guesses
 from ...ladder.model.expressions import TAG_NAME
 from ...ladder.model.schedule import Task, TaskKind
-from ...ladder.model.tags import (
-    STATUS_FLAGS,
-    TRUTHS,
-    Alias,
-    Declaration,
-    Tag,
-    program_of,
-)
-from ...ladder.model.tree import (
-    Address,
-    Instruction,
-    Routine,
-    Rung,
-    Step,
-)
-from .assembly import (
-    CALLS,
-    Parts,
-    ProgramPart,
-    call_of,
-    does_nothing,
-    implicit_task,
-)
+from ...ladder.model.tags import STATUS_FLAGS, TRUTHS, Alias, Declaration, Tag, program_of
+from ...ladder.model.tree import Address, Instruction, Routine, Rung, Step
+from .assembly import CALLS, Parts, ProgramPart, call_of, does_nothing, implicit_task
 from .modules import is_bound
 from .report import Report
 from .routines import RoutineReader
-from .uses import (
-    called_routines,
-    jumps,
-    labels,
-    triggered_tasks,
-)
+from .uses import called_routines, jumps, labels, triggered_tasks
 from .values.datatypes import NAME
 
 

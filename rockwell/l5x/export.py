@@ -11,32 +11,15 @@ from typing import Any
 
 from lxml import etree
 
-from ...ladder.build.addon import (
-    ENABLES,
-    OTHERWISE,
-    PRESCAN,
-    AddOn,
-    Parameter,
-    Way,
-)
+from ...ladder.build.addon import ENABLES, OTHERWISE, PRESCAN, AddOn, Parameter, Way
 from ...ladder.build.controller import Controller
 from ...ladder.build.program import Program
 from ...ladder.model.errors import LadderError
 from ...ladder.model.predefined.structures import PREDEFINED_TYPES
 from ...ladder.model.statements import block_lines
-from ...ladder.model.tags import (
-    Alias,
-    Declaration,
-    SlotAlias,
-    Tag,
-)
+from ...ladder.model.tags import Alias, Declaration, SlotAlias, Tag
 from ...ladder.model.tree import Routine
-from ...ladder.model.types import (
-    DataType,
-    Elementary,
-    Member,
-    Structure,
-)
+from ...ladder.model.types import DataType, Elementary, Member, Structure
 
 REVISION = "32.02"
 """The software revision that is written; later ones import it."""

@@ -10,22 +10,11 @@ from ...ladder.build.controller import Controller
 from ...ladder.instructions.stubbed import specs_of_stubs
 from ...ladder.model.collector import collector_paused
 from ...ladder.model.spec import Spec
-from ...ladder.model.stubs import (
-    ALL_MESSAGES,
-    NO_STUBS,
-    Power,
-    Stubs,
-    parse_stub,
-)
+from ...ladder.model.stubs import ALL_MESSAGES, NO_STUBS, Power, Stubs, parse_stub
 from ...ladder.model.tree import Routine
 from ...ladder.model.types import Structure
 from .addons import AddOns
-from .assembly import (
-    Parts,
-    ProgramPart,
-    does_nothing,
-    harness_of,
-)
+from .assembly import Parts, ProgramPart, does_nothing, harness_of
 from .building import Builder
 from .completing import Completion
 from .mnemonics import MNEMONICS

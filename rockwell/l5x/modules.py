@@ -18,23 +18,12 @@ from ...ladder.model.errors import LadderError
 from ...ladder.model.expressions import parse_address
 from ...ladder.model.resolver import slot_of_image
 from ...ladder.model.tags import Alias, Declaration, Tag
-from ...ladder.model.types import (
-    DINT,
-    INT,
-    DataType,
-    Member,
-    Structure,
-)
+from ...ladder.model.types import DINT, INT, DataType, Member, Structure
 from .report import Report
 from .values.datatypes import NAME, Types
 from .values.value_texts import ValueTextError
 from .values.values import initial_of
-from .xml.records import (
-    Document,
-    ModuleRecord,
-    ModuleTagRecord,
-    number_of,
-)
+from .xml.records import Document, ModuleRecord, ModuleTagRecord, number_of
 
 NETWORKS = ("ETHERNET", "CONTROLNET", "DEVICENET", "RHINOBP", "SERCOS", "USB", "RIO", "DH")
 """Types of ports whose addresses are not slots."""

@@ -13,21 +13,11 @@ from ...ladder.instructions import BY_NAME
 from ...ladder.model.errors import RungTextError
 from ...ladder.model.spec import Spec
 from ...ladder.model.statements import Empty, Region, statements_in
-from ...ladder.model.tree import (
-    Block,
-    Origin,
-    Routine,
-    Rung,
-)
+from ...ladder.model.tree import Block, Origin, Routine, Rung
 from .presets import Presets
 from .report import Refusal, Report, StructuredRoutine
 from .xml.limits import MOST_IN_RUNG, instructions_in
-from .xml.records import (
-    Document,
-    EncodedRecord,
-    RoutineRecord,
-    RungRecord,
-)
+from .xml.records import Document, EncodedRecord, RoutineRecord, RungRecord
 
 DIAGRAMS = {"FBD": "a function block diagram", "SFC": "a sequential function chart"}
 """Kinds of routines that do not run here."""

@@ -16,24 +16,12 @@ from typing import Any
 
 from ...ladder.build.controller import Controller
 from ...ladder.build.runnable import LadderLogic
-from ...ladder.model.errors import (
-    WATCHDOG_TYPE,
-    BuildError,
-    LadderFault,
-    OutOfLinesError,
-    TooLongError,
-)
+from ...ladder.model.errors import WATCHDOG_TYPE, BuildError, LadderFault, OutOfLinesError, TooLongError
 from ...ladder.model.schedule import Task
 from ...ladder.model.tree import Routine
 from ...ladder.run.engine import Engine
 from ...ladder.state.memory import same
-from .assembly import (
-    Parts,
-    does_nothing,
-    harness_of,
-    implicit_task,
-    trial_tasks,
-)
+from .assembly import Parts, does_nothing, harness_of, implicit_task, trial_tasks
 from .importer import Imported
 
 SCANS = 100

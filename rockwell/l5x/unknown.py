@@ -29,12 +29,7 @@ from ...ladder.model.tree import (
     SubscriptStep,
     instructions_of,
 )
-from ...ladder.model.types import (
-    DINT,
-    DataType,
-    Member,
-    Structure,
-)
+from ...ladder.model.types import DINT, DataType, Member, Structure
 from .addons import arguments_of
 from .scopes import type_of
 from .values.datatypes import Types, UnknownTypeError

@@ -5,12 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from ...ladder.model.statements import Invocation, statements_in
-from ...ladder.model.tree import (
-    Address,
-    Instruction,
-    Routine,
-    instructions_of,
-)
+from ...ladder.model.tree import Address, Instruction, Routine, instructions_of
 
 
 def called_routines(routines: Iterable[Routine]) -> Iterator[str]:

@@ -29,17 +29,7 @@ from ...ladder.model.tree import (
     addresses_in,
     instructions_of,
 )
-from ...ladder.model.types import (
-    BOOL,
-    DINT,
-    INT,
-    MESSAGE,
-    REAL,
-    STRING,
-    DataType,
-    Member,
-    Structure,
-)
+from ...ladder.model.types import BOOL, DINT, INT, MESSAGE, REAL, STRING, DataType, Member, Structure
 from .addresses import IMAGES, STRUCTURED
 from .datavalues import joined, value_of
 from .records import DataRecord

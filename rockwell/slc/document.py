@@ -39,15 +39,7 @@ from pathlib import Path
 from ...io_images.input_files import open_input
 from ...ladder.model.errors import LadderError
 from .lines import WORD, Line, lines_of
-from .records import (
-    DataRecord,
-    DataRow,
-    Document,
-    LadderRecord,
-    Other,
-    RungRecord,
-    SlotRecord,
-)
+from .records import DataRecord, DataRow, Document, LadderRecord, Other, RungRecord, SlotRecord
 
 MOST_BYTES = 4 * 1024 * 1024
 """Bytes of a file; an SLC 500 has 64 K words for its program."""

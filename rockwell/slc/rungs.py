@@ -25,12 +25,7 @@ from ...ladder.model.tree import (
     Unknown,
     number,
 )
-from .addresses import (
-    AddressTextError,
-    is_address,
-    parse,
-    text_of,
-)
+from .addresses import AddressTextError, is_address, parse, text_of
 
 BEGIN, NEXT, END = "BST", "NXB", "BND"
 """Words of a branch."""

@@ -20,21 +20,10 @@ from pydantic_core import ErrorDetails
 from ...io_images.addresses import allowed
 from ...io_images.input_files import read_input_text
 from ...io_images.text_limits import Text, TextLimitError, check_text
-from ..machine import (
-    EncoderSpec,
-    Jam,
-    Slip,
-    Switch,
-)
+from ..machine import EncoderSpec, Jam, Slip, Switch
 from .axis_tables import AxisTable
 from .machine_tables import MachineTable, StationTable, TimelineTable
-from .rackspec import (
-    ForceSpec,
-    IncidentSpec,
-    MisplacedError,
-    RackSpec,
-    SlotSpec,
-)
+from .rackspec import ForceSpec, IncidentSpec, MisplacedError, RackSpec, SlotSpec
 from .serial_units import UnitSpec
 from .tomllines import KeyLines, KeyPath
 

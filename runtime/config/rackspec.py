@@ -29,21 +29,10 @@ from ..loop.module import Module
 from ..machine import MachineSpec
 from ..machine.spec import INPUT_NAMES
 from ..modules.record import LiveModule, Trait
-from ..modules.registry import (
-    MODULES,
-    has,
-    live_port,
-    words_of,
-)
+from ..modules.registry import MODULES, has, live_port, words_of
 from .axis_tables import AxisTable
 from .machine_tables import MachineTable, Table
-from .quantities import (
-    Milliseconds,
-    Number,
-    Seconds,
-    between,
-    exact_ns,
-)
+from .quantities import Milliseconds, Number, Seconds, between, exact_ns
 from .serial_units import UnitSpec
 from .tomllines import KeyPath
 

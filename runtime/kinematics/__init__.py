@@ -13,34 +13,10 @@ are whole ones.
 from .blend import BlendLeg, blend, check_blend
 from .course import Course, Phase
 from .motion import Motion
-from .plans import (
-    change_speed,
-    creep,
-    go_on,
-    move,
-    register,
-    run,
-    single_step,
-    stop,
-    takeover,
-)
+from .plans import change_speed, creep, go_on, move, register, run, single_step, stop, takeover
 from .profile import Profile
-from .segment import (
-    FOREVER,
-    Cruise,
-    Quadratic,
-    Segment,
-)
-from .shape import (
-    MILLI,
-    NANO,
-    PICO,
-    Rate,
-    Shape,
-    ramp_distance,
-    ramp_time_ns,
-    stopping_distance,
-)
+from .segment import FOREVER, Cruise, Quadratic, Segment
+from .shape import MILLI, NANO, PICO, Rate, Shape, ramp_distance, ramp_time_ns, stopping_distance
 
 __all__ = [
     "FOREVER",

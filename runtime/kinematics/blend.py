@@ -12,13 +12,7 @@ from collections.abc import Sequence
 
 from .course import Course
 from .motion import Motion
-from .shape import (
-    MILLI,
-    NANO,
-    PICO,
-    Shape,
-    ramp_distance,
-)
+from .shape import MILLI, NANO, PICO, Shape, ramp_distance
 
 BlendLeg = tuple[int, int, int, Shape]
 """Length in steps, speed in steps/s, rate in steps/ms/s, shape of the ramp."""

@@ -37,19 +37,8 @@ from fractions import Fraction
 from math import gcd
 
 from .motion import Motion
-from .segment import (
-    FOREVER,
-    Polynomial,
-    Segment,
-    segment,
-)
-from .shape import (
-    FINE,
-    MILLI,
-    PICO,
-    Rate,
-    Shape,
-)
+from .segment import FOREVER, Polynomial, Segment, segment
+from .shape import FINE, MILLI, PICO, Rate, Shape
 
 Phase = tuple[int, int, int, int, int, int]
 """Part of the ramp's time gone at its begin and at its end, made, speed, rate, jerk: in 72nds."""

@@ -25,14 +25,7 @@ from math import isqrt
 from .course import Course
 from .motion import Motion
 from .profile import Profile
-from .shape import (
-    FINE,
-    NANO,
-    PICO,
-    Rate,
-    Shape,
-    stopping_distance,
-)
+from .shape import FINE, NANO, PICO, Rate, Shape, stopping_distance
 
 FINEST = 10**6
 """Greatest denominator of the travel, in 1e-18 step, with which a change takes over.

@@ -18,12 +18,7 @@ from typing import TypeVar
 from typing_extensions import override
 
 from .adapter_line import Line
-from .clients.link import (
-    Link,
-    LinkError,
-    SerialLink,
-    TcpLink,
-)
+from .clients.link import Link, LinkError, SerialLink, TcpLink
 from .hosts import split_address
 from .wire import LineFormat
 

@@ -4,15 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
-from ...io_images.pmc006.frame import (
-    BAUD,
-    FRAME_BYTES,
-    REPLY,
-    STATE_ERROR,
-    UNKNOWN_ERROR,
-    command,
-    decode,
-)
+from ...io_images.pmc006.frame import BAUD, FRAME_BYTES, REPLY, STATE_ERROR, UNKNOWN_ERROR, command, decode
 from ...io_images.pmc006.instructions import BY_NAME, Kind
 from .master import Reply, Request, Verdict
 from .wire import LineFormat

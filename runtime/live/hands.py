@@ -26,13 +26,7 @@ from ..loop.scan import CpuMode
 from ..machine.spec import INPUT_NAMES
 from ..modules.record import NamedInputs, Operable
 from . import orders
-from .orders import (
-    ALL,
-    NAMES,
-    Order,
-    Value,
-    text_of,
-)
+from .orders import ALL, NAMES, Order, Value, text_of
 
 
 class GivenOrder(NamedTuple):

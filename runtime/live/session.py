@@ -19,13 +19,7 @@ from ..loop.pace import Paced, stopping_on_interrupt
 from ..loop.phases import ScanPhases
 from . import orders
 from .hands import GivenOrder, Hands
-from .orders import (
-    ALL,
-    MAX,
-    Order,
-    order_of,
-    parsed,
-)
+from .orders import ALL, MAX, Order, order_of, parsed
 
 WAIT_S = 0.02
 """How long a pause waits for orders at a time; requests to the tap wait as long."""

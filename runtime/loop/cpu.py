@@ -14,37 +14,12 @@ from typing import NoReturn, Self
 
 from .events import Event, JsonValue
 from .exchange import EndOfScan, Exchange
-from .faults import (
-    Cause,
-    CpuFault,
-    Fault,
-    ends_the_run,
-    place_of,
-    words_of,
-)
+from .faults import Cause, CpuFault, Fault, ends_the_run, place_of, words_of
 from .listeners import ScanListener
-from .pace import (
-    FreeRun,
-    Pacer,
-    Watchdog,
-    WatchdogExpired,
-    stopping_on_interrupt,
-)
-from .phases import (
-    IDLE_PHASES,
-    PHASES,
-    Phase,
-    ScanPhases,
-)
+from .pace import FreeRun, Pacer, Watchdog, WatchdogExpired, stopping_on_interrupt
+from .phases import IDLE_PHASES, PHASES, Phase, ScanPhases
 from .rack import Rack
-from .scan import (
-    AttachedLogic,
-    CpuMode,
-    Logic,
-    Scan,
-    ScanFlag,
-    mode_name,
-)
+from .scan import AttachedLogic, CpuMode, Logic, Scan, ScanFlag, mode_name
 from .scans_ahead import ScansAhead
 
 __all__ = ["PHASES", "Cpu", "CpuFault", "CpuMode", "Fault", "Logic", "Scan", "ScanFlag"]

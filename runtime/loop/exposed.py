@@ -10,13 +10,7 @@ from typing_extensions import override
 from ...io_images.image import Image
 from .events import Event, JsonValue
 from .exchange import RPI_NS
-from .incidents import (
-    LASTING,
-    ON_THE_LINE,
-    TROUBLES,
-    FaultKind,
-    Incident,
-)
+from .incidents import LASTING, ON_THE_LINE, TROUBLES, FaultKind, Incident
 from .module import Foreseeing, Module, unnoticed
 from .module_fault import ModuleFault
 

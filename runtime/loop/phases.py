@@ -25,12 +25,7 @@ from .forces import Forces
 from .listeners import Listeners, ScanListener
 from .pace import Pacer, Watchdog
 from .rack import Rack
-from .scan import (
-    CpuMode,
-    Logic,
-    Scan,
-    ScanFlag,
-)
+from .scan import CpuMode, Logic, Scan, ScanFlag
 
 PHASES = (
     "input_latch",

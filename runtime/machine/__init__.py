@@ -10,16 +10,7 @@ This room knows events of the loop and the names of a 3601's inputs, and no modu
 from __future__ import annotations
 
 from .machine import Machine
-from .spec import (
-    EncoderSpec,
-    Jam,
-    MachineSpec,
-    Slip,
-    Station,
-    Switch,
-    TimelineEntry,
-    press,
-)
+from .spec import EncoderSpec, Jam, MachineSpec, Slip, Station, Switch, TimelineEntry, press
 
 __all__ = [
     "EncoderSpec",

@@ -11,12 +11,7 @@ from .adapters.pcl601.record import RECORD as PCL601_ADAPTER
 from .adapters.pmc006.record import RECORD as PMC006_ADAPTER
 from .amci3601.record import RECORD as AMCI3601
 from .cards.record import RECORDS as CARDS
-from .record import (
-    LivePort,
-    ModuleRecord,
-    Options,
-    Trait,
-)
+from .record import LivePort, ModuleRecord, Options, Trait
 
 MODULES: dict[str, ModuleRecord] = {
     record.name: record

@@ -8,20 +8,8 @@ import pytest
 from axis_hand import Geared, Hand, OneAxis
 from bench3601 import ENCODER, configuration
 from blocks3601 import ERROR_STOP, STANDSTILL, BlocksBench
-from scanrack import (
-    AxisError,
-    Direction,
-    ErrorId,
-    State,
-    sequence,
-)
-from scanrack.io_images.amci3601 import (
-    BlendSegment,
-    InputBit,
-    Move,
-    MoveKind,
-    PresetPosition,
-)
+from scanrack import AxisError, Direction, ErrorId, State, sequence
+from scanrack.io_images.amci3601 import BlendSegment, InputBit, Move, MoveKind, PresetPosition
 from scanrack.io_images.image import Image
 from scanrack.ladder.python.axis3601 import Command
 from scanrack.ladder.python.axis3601.drive import Drive

@@ -4,12 +4,7 @@ from __future__ import annotations
 
 import pytest
 from bench006 import Bench006
-from scanrack.io_images.pmc006.frame import (
-    Framer,
-    command,
-    decode,
-    encode,
-)
+from scanrack.io_images.pmc006.frame import Framer, command, decode, encode
 from scanrack.runtime.controllers.pmc006.pins import Pin
 
 STEP = "a5 01 73 1f 01 00 00 39", "a5 7a 01 03 00 00 00 23"

@@ -4,12 +4,7 @@ from __future__ import annotations
 
 import pytest
 from bench006 import Bench006
-from scanrack.io_images.pmc006.instructions import (
-    INSTRUCTIONS,
-    PARAMETERS,
-    Keeping,
-    Kind,
-)
+from scanrack.io_images.pmc006.instructions import INSTRUCTIONS, PARAMETERS, Keeping, Kind
 from scanrack.io_images.pmc006.status import Level, Status1, Status2
 
 # character: (values taken, values refused with 6, read by, kept by t and power cycle), transcribed from 4.2

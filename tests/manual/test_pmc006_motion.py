@@ -9,12 +9,7 @@ from bench006 import MS, Bench006
 from scanrack.io_images.pmc006.status import Status1, Status2
 from scanrack.runtime.controllers.pmc006.line import Pmc006
 from scanrack.runtime.controllers.pmc006.pins import Pin, Switch
-from scanrack.runtime.controllers.pmc006.ramps import (
-    Speeds,
-    plan_move,
-    plan_run,
-    plan_slowing,
-)
+from scanrack.runtime.controllers.pmc006.ramps import Speeds, plan_move, plan_run, plan_slowing
 
 # 4.3.3's table, transcribed
 ACCELERATIONS = {1: 77440, 2: 48410, 3: 27170, 4: 21510, 5: 14080, 6: 10460, 7: 6915, 8: 5210}

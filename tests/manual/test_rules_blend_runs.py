@@ -20,19 +20,7 @@ from bench3601 import (
     Bench,
     configuration,
 )
-from blends3601 import (
-    PROGRAM,
-    TWO,
-    TWO_MS,
-    TWO_STEPS,
-    C,
-    T,
-    Z,
-    header,
-    legs,
-    program,
-    transmit,
-)
+from blends3601 import PROGRAM, TWO, TWO_MS, TWO_STEPS, C, T, Z, header, legs, program, transmit
 
 BOTH_PERIODS = pytest.mark.parametrize("scan_ms", [0.25, 2])
 EITHER_WAY = pytest.mark.parametrize("direction", [pytest.param(1, id="cw"), pytest.param(-1, id="ccw")])

@@ -3,15 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from bench3601 import (
-    ABSOLUTE,
-    HOME_CCW,
-    HOME_CW,
-    IMMEDIATE_STOP,
-    RELATIVE,
-    RESUME,
-    Bench,
-)
+from bench3601 import ABSOLUTE, HOME_CCW, HOME_CW, IMMEDIATE_STOP, RELATIVE, RESUME, Bench
 from motions3601 import MOTIONS, held
 
 EVERY_SCAN = pytest.mark.parametrize("scan_ms", [0.25, 2])

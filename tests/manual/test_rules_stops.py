@@ -7,16 +7,7 @@ a motion it comes, what it needs to go on, and what happens together.
 from __future__ import annotations
 
 import pytest
-from bench3601 import (
-    HOLD,
-    HOME_CW,
-    IMMEDIATE_STOP,
-    PRESET,
-    RELATIVE,
-    RESUME,
-    Bench,
-    configuration,
-)
+from bench3601 import HOLD, HOME_CW, IMMEDIATE_STOP, PRESET, RELATIVE, RESUME, Bench, configuration
 
 EVERY_SCAN = pytest.mark.parametrize("scan_ms", [0.25, 2])
 CUT = {"MODULE_OK", "STOPPED", "POSITION_INVALID"}

@@ -14,14 +14,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from plain_compare import plainly
-from scanrack.traces.compare import (
-    SAME_CLOCK,
-    Clock,
-    Tolerance,
-    before,
-    blocks,
-    compare_parts,
-)
+from scanrack.traces.compare import SAME_CLOCK, Clock, Tolerance, before, blocks, compare_parts
 from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.read.columns import Columns
 

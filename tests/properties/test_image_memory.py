@@ -3,12 +3,7 @@
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scanrack.io_images.image import (
-    IMAGE_BYTES,
-    WORDS,
-    Image,
-    signed_word,
-)
+from scanrack.io_images.image import IMAGE_BYTES, WORDS, Image, signed_word
 
 SIGNED = st.integers(-32_768, 32_767)
 EIGHT = st.lists(SIGNED, min_size=WORDS, max_size=WORDS)

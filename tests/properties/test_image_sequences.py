@@ -14,13 +14,7 @@ from hypothesis.database import InMemoryExampleDatabase
 from hypothesis.stateful import run_state_machine_as_test
 from scanrack.io_images import Image
 from scanrack.io_images import strategies as images
-from scanrack.io_images.amci3601 import (
-    KNOWN,
-    CommandLsw,
-    Firmware,
-    StatusLsw,
-    StatusMsw,
-)
+from scanrack.io_images.amci3601 import KNOWN, CommandLsw, Firmware, StatusLsw, StatusMsw
 
 PAGE = (Path(__file__).parents[2] / "docs" / "strategies.md").read_text(encoding="utf-8")
 SLOW = [HealthCheck.too_slow, HealthCheck.data_too_large]

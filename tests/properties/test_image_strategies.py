@@ -8,14 +8,7 @@ from hypothesis import find, given, settings
 from hypothesis import strategies as st
 from scanrack.io_images import Image
 from scanrack.io_images import strategies as images
-from scanrack.io_images.amci3601 import (
-    KNOWN,
-    RULES,
-    Configuration,
-    Firmware,
-    check,
-    decode,
-)
+from scanrack.io_images.amci3601 import KNOWN, RULES, Configuration, Firmware, check, decode
 from scanrack.io_images.amci3601.configuration import INVALID_CONFIGURATIONS
 
 OLDEST = Firmware(2, 0)

@@ -14,14 +14,7 @@ from scanrack.io_images.pcl601.program import (
     format_program,
     parse_program,
 )
-from scanrack.io_images.pcl601.program.operands import (
-    Choice,
-    Digits,
-    Label,
-    Number,
-    Operand,
-    Text,
-)
+from scanrack.io_images.pcl601.program.operands import Choice, Digits, Label, Number, Operand, Text
 
 PRINTABLE = st.characters(min_codepoint=32, max_codepoint=126)
 TEXT = st.text(st.one_of(PRINTABLE, st.sampled_from("\r\n")), max_size=20)

@@ -8,29 +8,13 @@ from typing import Any
 from bench006 import MS
 from hypothesis import given
 from hypothesis import strategies as st
-from scanrack.io_images.pmc006.frame import (
-    Frame,
-    Framer,
-    command,
-    decode,
-    encode,
-)
+from scanrack.io_images.pmc006.frame import Frame, Framer, command, decode, encode
 from scanrack.io_images.pmc006.instructions import INSTRUCTIONS
-from scanrack.io_images.pmc006.program import (
-    USER_OPS,
-    UserInstruction,
-    assemble,
-    disassemble,
-)
+from scanrack.io_images.pmc006.program import USER_OPS, UserInstruction, assemble, disassemble
 from scanrack.runtime.controllers.pmc006.controller import Controller
 from scanrack.runtime.controllers.pmc006.line import Pmc006
 from scanrack.runtime.controllers.pmc006.pins import Pin, Switch
-from scanrack.runtime.controllers.pmc006.ramps import (
-    Speeds,
-    plan_move,
-    plan_run,
-    plan_slowing,
-)
+from scanrack.runtime.controllers.pmc006.ramps import Speeds, plan_move, plan_run, plan_slowing
 from scanrack.runtime.kinematics import FOREVER
 
 int32 = st.integers(-(1 << 31), (1 << 31) - 1)

@@ -14,12 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import oracle_bits as bits
-from scanrack.io_images.amci3601 import (
-    Direction,
-    Idle,
-    InputBit,
-    Manual,
-)
+from scanrack.io_images.amci3601 import Direction, Idle, InputBit, Manual
 from scanrack.io_images.image import Image
 from scanrack.runtime.loop.cpu import Cpu, CpuMode
 from scanrack.runtime.loop.exchange import EndOfScan, EveryRpi, Exchange
@@ -28,14 +23,7 @@ from scanrack.runtime.loop.incidents import FaultKind, Incident
 from scanrack.runtime.loop.key_switch import KeySwitch
 from scanrack.runtime.loop.listeners import ScanListener
 from scanrack.runtime.loop.rack import Card, Rack
-from scanrack.runtime.machine import (
-    EncoderSpec,
-    Jam,
-    Machine,
-    MachineSpec,
-    Slip,
-    Switch,
-)
+from scanrack.runtime.machine import EncoderSpec, Jam, Machine, MachineSpec, Slip, Switch
 from scanrack.runtime.modules.amci3601 import Amci3601
 from scanrack.runtime.modules.cards.module import GenericCard
 from scanrack.runtime.modules.cards.options import Cam, CardOptions, Press

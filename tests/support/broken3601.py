@@ -22,13 +22,7 @@ from scanrack.io_images.image import Image
 from scanrack.io_images.thousands import split_reported
 from scanrack.runtime.kinematics import Shape
 from scanrack.runtime.modules.amci3601 import command_words as order
-from scanrack.runtime.modules.amci3601 import (
-    commands,
-    configuring,
-    module,
-    refusals,
-    report,
-)
+from scanrack.runtime.modules.amci3601 import commands, configuring, module, refusals, report
 from scanrack.runtime.modules.amci3601.blend_session import BlendSession
 from scanrack.runtime.modules.amci3601.command_layer import CommandLayer
 from scanrack.runtime.modules.amci3601.command_words import CommandWords

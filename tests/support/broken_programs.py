@@ -21,14 +21,7 @@ from scanrack.io_images.amci3601 import (
     ResetErrors,
     StatusView,
 )
-from scanrack.jobs.fuzz import (
-    STANDARD,
-    Bench,
-    Invariant,
-    never,
-    search,
-    within,
-)
+from scanrack.jobs.fuzz import STANDARD, Bench, Invariant, never, search, within
 from scanrack.jobs.fuzz.drawing import Kind, scenarios
 from scanrack.jobs.fuzz.run import NO_FAULT
 from scanrack.runtime.config.rackspec import RackSpec

@@ -10,12 +10,7 @@ from dice3601 import drawn
 from oracle_bits import CCW_LIMIT, CW_LIMIT, EXTERNAL
 from scanrack.io_images import split_thousands
 from scanrack.io_images import strategies as images
-from scanrack.io_images.amci3601 import (
-    Acceleration,
-    BlendHeader,
-    BlendSegment,
-    Firmware,
-)
+from scanrack.io_images.amci3601 import Acceleration, BlendHeader, BlendSegment, Firmware
 from scanrack.io_images.amci3601.configuration import INVALID_CONFIGURATIONS
 from steps3601 import NOTHING, Alter, Input, Out, ToRest
 

@@ -9,15 +9,7 @@ assert search.course(5_000) == ["ahead up", "ahead", "ahead down", "back up", ..
 
 from __future__ import annotations
 
-from bench3601 import (
-    BACKPLANE_PROXIMITY,
-    ENCODER,
-    HOME_CCW,
-    HOME_CW,
-    MARKER,
-    Bench,
-    configuration,
-)
+from bench3601 import BACKPLANE_PROXIMITY, ENCODER, HOME_CCW, HOME_CW, MARKER, Bench, configuration
 
 PROXIMITY = 0x1000
 """Command LSW bit 12, the backplane home proximity bit."""

@@ -24,12 +24,7 @@ from scanrack.io_images.amci3601 import InputBit, status_names
 from scanrack.io_images.amci3601.bits import CommandLsw, CommandMsw
 from scanrack.io_images.image import Image
 from scanrack.io_images.thousands import join_reported
-from scanrack.runtime.machine import (
-    EncoderSpec,
-    Machine,
-    MachineSpec,
-    Switch,
-)
+from scanrack.runtime.machine import EncoderSpec, Machine, MachineSpec, Switch
 from scanrack.runtime.modules.amci3601 import Amci3601
 
 SOFT_MSW = (

@@ -34,12 +34,7 @@ from oracle_world import World
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.io_images.image import Image
 from scanrack.io_images.thousands import join_reported
-from scanrack.runtime.machine import (
-    EncoderSpec,
-    Machine,
-    MachineSpec,
-    Switch,
-)
+from scanrack.runtime.machine import EncoderSpec, Machine, MachineSpec, Switch
 from scanrack.runtime.modules.adapters.module import SimulatedAdapter
 from scanrack.runtime.modules.adapters.pcl601.module import Pcl601Adapter
 from scanrack.runtime.modules.adapters.pmc006.module import Pmc006Adapter

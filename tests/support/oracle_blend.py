@@ -4,13 +4,7 @@ from __future__ import annotations
 
 import oracle_commands as commands
 import oracle_motion as motion
-from oracle_bits import (
-    COMMAND_ERROR,
-    ESTOP,
-    LIMITS,
-    PROGRAM,
-    TRANSMIT,
-)
+from oracle_bits import COMMAND_ERROR, ESTOP, LIMITS, PROGRAM, TRANSMIT
 
 SHAPES = {0b00: motion.CONSTANT, 0b01: motion.TRIANGULAR, 0b11: motion.TRAPEZOIDAL, 0b10: motion.CONSTANT}
 

@@ -5,15 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 
 import oracle_commands as commands
-from oracle_bits import (
-    ESTOP,
-    FOLLOW,
-    LIMITS,
-    MANUAL_CCW,
-    MANUAL_CW,
-    RESET_ERRORS,
-    S_CURVE,
-)
+from oracle_bits import ESTOP, FOLLOW, LIMITS, MANUAL_CCW, MANUAL_CW, RESET_ERRORS, S_CURVE
 
 STEPS_PER_TICK = 250
 """Maximum output frequency: 1 MHz [chapter 1, Stepper Outputs]."""

@@ -19,14 +19,7 @@ from __future__ import annotations
 
 import oracle_commands as commands
 import oracle_motion as motion
-from oracle_bits import (
-    CCW_LIMIT,
-    CW_LIMIT,
-    ESTOP,
-    HOME,
-    PROXIMITY,
-    S_CURVE,
-)
+from oracle_bits import CCW_LIMIT, CW_LIMIT, ESTOP, HOME, PROXIMITY, S_CURVE
 
 DWELL_NS = 2_000_000_000
 

@@ -4,12 +4,7 @@ from __future__ import annotations
 
 import oracle_commands as commands
 import oracle_motion as motion
-from oracle_bits import (
-    ESTOP,
-    EXTERNAL,
-    MANUAL_CCW,
-    MANUAL_CW,
-)
+from oracle_bits import ESTOP, EXTERNAL, MANUAL_CCW, MANUAL_CW
 
 
 def begin(m, direction, refused):

@@ -6,15 +6,7 @@ import re
 import sys
 from pathlib import Path
 
-from scanrack.io_images.pcl601 import (
-    CAUSES,
-    COMMANDS,
-    FIRMWARE,
-    MAP,
-    NEEDS_IDLE,
-    Code,
-    Register,
-)
+from scanrack.io_images.pcl601 import CAUSES, COMMANDS, FIRMWARE, MAP, NEEDS_IDLE, Code, Register
 
 PAGE = Path(__file__).parents[2] / "docs" / "pcl601.md"
 BLOCK = re.compile(r"(<!-- (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)

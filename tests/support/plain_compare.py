@@ -9,21 +9,10 @@ from bisect import bisect_right
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from scanrack.traces.compare import (
-    Clock,
-    Comparison,
-    Extent,
-    First,
-    Tolerance,
-)
+from scanrack.traces.compare import Clock, Comparison, Extent, First, Tolerance
 from scanrack.traces.compare.before import changes_before
 from scanrack.traces.compare.differing import Differing, Side
-from scanrack.traces.compare.fields import (
-    TIME,
-    Field,
-    Kind,
-    all_fields,
-)
+from scanrack.traces.compare.fields import TIME, Field, Kind, all_fields
 from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.read.columns import Columns
 

@@ -12,13 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from scanrack.io_images import Image
-from scanrack.io_images.amci3601 import (
-    Configuration,
-    Idle,
-    InputBit,
-    PresetPosition,
-    status_names,
-)
+from scanrack.io_images.amci3601 import Configuration, Idle, InputBit, PresetPosition, status_names
 from scanrack.io_images.thousands import join_reported
 from scanrack.runtime.config.rackspec import SlotSpec
 from scanrack.runtime.loop.events import JsonValue

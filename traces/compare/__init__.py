@@ -10,18 +10,8 @@ for recordings of real hardware, they are paired by time, and what one trace
 shows has to be shown by the other within the tolerance; see `bytime.tolerantly`.
 """
 
-from .alignment import (
-    SAME_CLOCK,
-    Clock,
-    align,
-    realign,
-)
-from .comparison import (
-    Comparison,
-    compare,
-    compare_columns,
-    compare_parts,
-)
+from .alignment import SAME_CLOCK, Clock, align, realign
+from .comparison import Comparison, compare, compare_columns, compare_parts
 from .differing import Detail, Extent, First
 from .report import report
 from .tolerance import EXACT, Tolerance

@@ -16,13 +16,7 @@ import numpy as np
 
 from .before import LOOKED_AT
 from .differing import Side
-from .pairing import (
-    Ends,
-    Pairs,
-    Windows,
-    by_number,
-    by_time,
-)
+from .pairing import Ends, Pairs, Windows, by_number, by_time
 from .streaming import Keys, Stream
 
 BLOCK_SCANS = 1 << 14

@@ -11,12 +11,7 @@ from numpy.typing import NDArray
 from .blocks import TimedBlock
 from .differing import Differing, by_image
 from .fields import TIME, Field, Kind
-from .pairing import (
-    Rows,
-    Windows,
-    occurs,
-    over_windows,
-)
+from .pairing import Rows, Windows, occurs, over_windows
 from .tolerance import Tolerance
 
 Array = NDArray[Any]

@@ -16,13 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...io_images.amci3601 import (
-    LIVE_BITS,
-    CommandLsw,
-    CommandMsw,
-    StatusLsw,
-    StatusMsw,
-)
+from ...io_images.amci3601 import LIVE_BITS, CommandLsw, CommandMsw, StatusLsw, StatusMsw
 from ...io_images.image import WORDS
 from ..format.flags import FLAGS as CPU_FLAGS
 from ..format.flags import OVERRUN

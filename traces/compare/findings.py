@@ -9,12 +9,7 @@ import numpy as np
 
 from ..format.layout import SlotInfo
 from .before import changes_before
-from .differing import (
-    Differing,
-    Extent,
-    First,
-    Side,
-)
+from .differing import Differing, Extent, First, Side
 
 
 class Findings:

@@ -17,12 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..format.layout import SlotInfo
-from ..read.columns import (
-    SLOT_WORDS,
-    Columns,
-    join,
-    no_columns,
-)
+from ..read.columns import SLOT_WORDS, Columns, join, no_columns
 from .alignment import Clock
 from .differing import Side
 

@@ -30,12 +30,7 @@ from numpy.typing import NDArray
 
 from ..format.cdr import leaves
 from ..format.layout import SlotInfo
-from ..signals import (
-    Block,
-    Catalog,
-    Kind,
-    Signal,
-)
+from ..signals import Block, Catalog, Kind, Signal
 
 FIELD = "decoded"
 """Name of the field of /scan."""

@@ -32,12 +32,7 @@ from ..format.schema import (
     ScanSchema,
     scan_schema,
 )
-from ..format.topics import (
-    ALL_TOPICS,
-    SCAN_TOPIC,
-    SEQUENCES,
-    TEXTS,
-)
+from ..format.topics import ALL_TOPICS, SCAN_TOPIC, SEQUENCES, TEXTS
 from ..format.topics import MESSAGE_ENCODING as JSON_ENCODING
 from ..format.topics import SCHEMA_ENCODING as JSON_SCHEMA_ENCODING
 from ..read.reader import Trace, TraceEvent

@@ -10,15 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..read.reader import Trace
-from ..signals import (
-    ALL,
-    Block,
-    Catalog,
-    Kind,
-    Selection,
-    Signal,
-    blocks,
-)
+from ..signals import ALL, Block, Catalog, Kind, Selection, Signal, blocks
 from ..signals.signal import named, whole_numbers
 
 Array = NDArray[Any]

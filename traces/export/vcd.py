@@ -25,15 +25,7 @@ from numpy.typing import NDArray
 from ..files.guard import VCD
 from ..files.newfile import Target, new_file
 from ..read.reader import Trace
-from ..signals import (
-    ALL,
-    Block,
-    Catalog,
-    Kind,
-    Selection,
-    Signal,
-    blocks,
-)
+from ..signals import ALL, Block, Catalog, Kind, Selection, Signal, blocks
 from ..signals.signal import named, whole_numbers
 
 Array = NDArray[Any]

@@ -17,12 +17,7 @@ from itertools import count, takewhile
 from os.path import realpath
 from pathlib import Path
 
-from .guard import (
-    NOTHING,
-    TRACE,
-    Used,
-    check_output,
-)
+from .guard import NOTHING, TRACE, Used, check_output
 
 _COMPARED_BYTES = 1 << 20
 

@@ -21,12 +21,7 @@ from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 from typing import IO, Any
 
-from .guard import (
-    NOTHING,
-    Kind,
-    Used,
-    check_output,
-)
+from .guard import NOTHING, Kind, Used, check_output
 from .locking import NO_LINK, beside, held
 
 Target = Path | str | IO[Any]

@@ -6,14 +6,7 @@ import json
 from collections.abc import Iterable, Mapping
 from enum import IntFlag
 
-from ...io_images.amci3601.bits import (
-    CommandLsw,
-    CommandMsw,
-    ConfigMsw,
-    InputBit,
-    StatusLsw,
-    StatusMsw,
-)
+from ...io_images.amci3601.bits import CommandLsw, CommandMsw, ConfigMsw, InputBit, StatusLsw, StatusMsw
 from .layout import SlotInfo
 
 Bits = Mapping[int, type[IntFlag]]

@@ -1,11 +1,6 @@
 """A trace as a timing chart: position, speed, ramp, bits that change, recorded tags. See docs/plot.md."""
 
-from .chart import (
-    Chart,
-    NothingToPlotError,
-    Panel,
-    read_chart,
-)
+from .chart import Chart, NothingToPlotError, Panel, read_chart
 from .envelope import Curve, Envelope
 from .figure import save_figure
 from .marks import Mark

@@ -11,31 +11,13 @@ import numpy as np
 
 from ..format.layout import SlotInfo
 from ..read.reader import Trace
-from ..signals import (
-    ALL,
-    Block,
-    Catalog,
-    Selection,
-    blocks,
-)
+from ..signals import ALL, Block, Catalog, Selection, blocks
 from ..signals.sequences import FIELD as SEQUENCES
 from .changes import ChangeFinder
 from .curves import CurveMaker
-from .lanes import (
-    GROUPS,
-    Band,
-    Lane,
-    bit_lanes,
-    card_lanes,
-    ramp_lane,
-)
+from .lanes import GROUPS, Band, Lane, bit_lanes, card_lanes, ramp_lane
 from .marks import Mark, marks
-from .tagged import (
-    FROM_OUTSIDE,
-    Choice,
-    TagTracks,
-    choose,
-)
+from .tagged import FROM_OUTSIDE, Choice, TagTracks, choose
 
 C = TypeVar("C")
 

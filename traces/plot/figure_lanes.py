@@ -11,24 +11,8 @@ from . import colours
 from .chart import Chart, Panel
 from .envelope import Curve
 from .labels import listed, shortened
-from .lanes import (
-    GROUPS,
-    RAMP_STATES,
-    REST,
-    Band,
-    Lane,
-    at_pixels,
-)
-from .sizes import (
-    LABEL_SIZE,
-    LEFT,
-    LETTER,
-    NAME_LETTERS,
-    NAME_SIZE,
-    PIXELS,
-    RIGHT,
-    WIDTH,
-)
+from .lanes import GROUPS, RAMP_STATES, REST, Band, Lane, at_pixels
+from .sizes import LABEL_SIZE, LEFT, LETTER, NAME_LETTERS, NAME_SIZE, PIXELS, RIGHT, WIDTH
 
 CROWDED = PIXELS // 3
 """Changes of a bit beyond which its line is drawn thin."""

@@ -14,13 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...io_images.amci3601 import (
-    ERROR_BITS,
-    CommandLsw,
-    CommandMsw,
-    StatusLsw,
-    StatusMsw,
-)
+from ...io_images.amci3601 import ERROR_BITS, CommandLsw, CommandMsw, StatusLsw, StatusMsw
 from ...io_images.module_words import ModuleWords
 from ..signals import decode
 from .changes import Changes

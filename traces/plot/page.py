@@ -22,12 +22,7 @@ from ..files.newfile import new_file
 from ..read.reader import Trace
 from ..signals import ALL, Block, Selection
 from . import axis, colours
-from .chart import (
-    Chart,
-    Panel,
-    groups_of,
-    read_chart,
-)
+from .chart import Chart, Panel, groups_of, read_chart
 from .lanes import RAMP_STATES, Band, Lane
 from .marks import Mark
 from .pack import Packer, whole

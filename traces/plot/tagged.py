@@ -16,14 +16,7 @@ from numpy.typing import NDArray
 
 from ..format.flags import FLAGS
 from ..read.reader import Trace
-from ..signals import (
-    Block,
-    Catalog,
-    Kind,
-    Selection,
-    Signal,
-    blocks,
-)
+from ..signals import Block, Catalog, Kind, Selection, Signal, blocks
 from ..signals.names import RECORDED
 from .changes import StepFinder, Steps
 from .curves import CurveMaker

@@ -40,13 +40,7 @@ from .expression import (
     want,
 )
 from .grammar import GRAMMAR, TERMS
-from .patterns import (
-    Found,
-    Pattern,
-    response,
-    runs,
-    silence,
-)
+from .patterns import Found, Pattern, response, runs, silence
 
 
 class QueryError(ValueError):

@@ -17,14 +17,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from ..format.tagplan import FIELD
-from .columns import (
-    ALL,
-    Columns,
-    Selection,
-    by_name,
-    join,
-    no_columns,
-)
+from .columns import ALL, Columns, Selection, by_name, join, no_columns
 from .reader import Scan, Trace
 from .sections import ScanRows, Section
 

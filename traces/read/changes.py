@@ -20,12 +20,7 @@ from ...io_images.image import IMAGE_BYTES
 from ...io_images.thousands import join_reported
 from ..format.layout import SLOT_BYTES, SlotInfo
 from ..format.tagplan import FIELD
-from .image_text import (
-    Words,
-    in_configuration_mode,
-    module_text,
-    risen_and_fallen,
-)
+from .image_text import Words, in_configuration_mode, module_text, risen_and_fallen
 from .reader import Scan
 from .sections import ScanRows
 from .tag_text import TagText

@@ -20,16 +20,7 @@ from typing import BinaryIO
 from mcap.opcode import Opcode
 from mcap.records import DataEnd, Footer
 
-from ..format.records import (
-    DAMAGED,
-    DRAFT,
-    MAGIC,
-    RECORD_HEAD,
-    Span,
-    TraceError,
-    check_count,
-    read_record,
-)
+from ..format.records import DAMAGED, DRAFT, MAGIC, RECORD_HEAD, Span, TraceError, check_count, read_record
 
 _COMPRESSION = re.compile(rb"\x04\x00\x00\x00zstd|\x03\x00\x00\x00lz4")
 _COMPRESSION_BYTES_MAX = 8

@@ -12,12 +12,7 @@ from mcap.records import Channel, Header, Metadata, Schema
 from ...io_images.module_words import PLAIN_WORDS
 from ..format.layout import SlotInfo
 from ..format.named_words import recorded_words
-from ..format.records import (
-    Span,
-    TraceError,
-    read_chunk,
-    read_record,
-)
+from ..format.records import Span, TraceError, read_chunk, read_record
 from ..format.schema import (
     FORMAT,
     FORMAT_WITH_TAGS,

@@ -5,14 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from enum import IntFlag
 
-from ...io_images.amci3601.bits import (
-    CommandLsw,
-    CommandMsw,
-    ConfigMsw,
-    InputBit,
-    StatusMsw,
-    status_names,
-)
+from ...io_images.amci3601.bits import CommandLsw, CommandMsw, ConfigMsw, InputBit, StatusMsw, status_names
 from ...io_images.image import WORDS
 from ...io_images.thousands import is_legal_pair, join_reported, join_thousands
 from ..format.layout import SlotInfo

@@ -40,25 +40,10 @@ from ..format.records import (
 from ..format.schema import LIBRARY, SCAN_HEAD
 from ..format.tagplan import FIELD
 from ..format.topics import ALL_TOPICS, SCAN_TOPIC, TEXTS
-from .finding import (
-    UNDER_WAY,
-    data_damage,
-    ends_whole,
-    find_records,
-    summary_damage,
-)
+from .finding import UNDER_WAY, data_damage, ends_whole, find_records, summary_damage
 from .head import read_head
 from .image_text import seconds
-from .sections import (
-    Part,
-    ScanRows,
-    ScanShape,
-    Section,
-    find_sections,
-    held,
-    take_apart,
-    torn_chunk,
-)
+from .sections import Part, ScanRows, ScanShape, Section, find_sections, held, take_apart, torn_chunk
 
 ENDED = "its recording was ended from outside, or by os._exit; scanrack repair completes it"
 

@@ -10,12 +10,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from ...io_images.amci3601 import (
-    CommandLsw,
-    CommandMsw,
-    StatusLsw,
-    StatusMsw,
-)
+from ...io_images.amci3601 import CommandLsw, CommandMsw, StatusLsw, StatusMsw
 from ...io_images.tag_names import AmbiguousNameError, normal
 from ..format.layout import SlotInfo
 from ..format.tagplan import TagPlan

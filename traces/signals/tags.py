@@ -7,12 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from ..format.tagplan import (
-    FIELD,
-    FORMATS,
-    TagField,
-    TagPlan,
-)
+from ..format.tagplan import FIELD, FORMATS, TagField, TagPlan
 from .signal import Array, Kind, Signal
 from .stream import Block
 

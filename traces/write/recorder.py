@@ -37,23 +37,11 @@ from ..format.schema import (
 )
 from ..format.tagplan import TagSource
 from ..format.topics import MESSAGE_ENCODING as JSON_ENCODING
-from ..format.topics import (
-    ORDERS,
-    SCAN_TOPIC,
-    SEQUENCES,
-    TEXTS,
-    TOPICS,
-    Topic,
-)
+from ..format.topics import ORDERS, SCAN_TOPIC, SEQUENCES, TEXTS, TOPICS, Topic
 from ..format.topics import SCHEMA_ENCODING as JSON_SCHEMA_ENCODING
 from ..format.wordmap import word_map
 from .chunks import ChunkWriter
-from .output import (
-    SUMMARY_ROOM,
-    TraceFile,
-    TraceFull,
-    open_trace_file,
-)
+from .output import SUMMARY_ROOM, TraceFile, TraceFull, open_trace_file
 from .writer import TraceWriter
 
 CHUNK_BYTES_MAX = 1024 * 1024

@@ -20,12 +20,7 @@ from ...jobs.fuzz import Found, Scenario, undisturbed
 from ...jobs.fuzz.campaign.campaign import campaign
 from ...jobs.fuzz.campaign.confirming import Confirmation
 from ...jobs.fuzz.campaign.executors import executor_of
-from ...jobs.fuzz.campaign.state import (
-    RECORDING,
-    State,
-    read_state,
-    write_state,
-)
+from ...jobs.fuzz.campaign.state import RECORDING, State, read_state, write_state
 from ...jobs.fuzz.campaign.working import Apart, Work
 from ...jobs.fuzz.folder_lock import STATE_NAME
 from ...jobs.fuzz.job import Setup, bench_of, hand_over
@@ -37,20 +32,9 @@ from ...runtime.loop.pace import interrupted_by, wall_ns
 from ...runtime.modules.record import Trait
 from ...runtime.modules.registry import has
 from ...terminal.as_json import say_json
-from ...terminal.status import (
-    DONE,
-    INTERRUPTED,
-    NO,
-    complain,
-)
+from ...terminal.status import DONE, INTERRUPTED, NO, complain
 from ...terminal.terminal import on_a_line, say
-from .fuzz_summary import (
-    failure,
-    failure_row,
-    held,
-    summary,
-    summary_row,
-)
+from .fuzz_summary import failure, failure_row, held, summary, summary_row
 
 MOST_RUNS, LEAST_RUNS, SCANS, LINKED_SCANS = 50, 10, 150_000, 15_000
 """Scenarios per task: as many as this number of scans, a few seconds' work, but within these limits.

@@ -26,13 +26,7 @@ from ...rockwell.l5x.xml.document import read_document
 from ...rockwell.slc import import_slc
 from ...rockwell.slc.trial import run_trial as run_slc_trial
 from ...terminal.as_json import JsonOption, say_json
-from ...terminal.status import (
-    BAD_INPUT,
-    DONE,
-    NO,
-    complain,
-    reason,
-)
+from ...terminal.status import BAD_INPUT, DONE, NO, complain, reason
 from ...terminal.terminal import say
 
 

@@ -19,12 +19,7 @@ from ...ladder.draw import captions_of, routine_text, routines_svg
 from ...ladder.draw.characters import WIDTH
 from ...ladder.model.tree import Routine
 from ...runtime.config.quantities import parse_time
-from ...terminal.status import (
-    BAD_INPUT,
-    CANNOT_WRITE,
-    complain,
-    reason,
-)
+from ...terminal.status import BAD_INPUT, CANNOT_WRITE, complain, reason
 from ...terminal.terminal import say
 from ...traces.files.guard import SVG, Used
 from ...traces.files.newfile import new_file

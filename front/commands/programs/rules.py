@@ -10,13 +10,7 @@ from typing import Annotated
 
 import typer
 
-from ...io_images.amci3601 import (
-    RULES,
-    Firmware,
-    StatusLsw,
-    StatusMsw,
-    bit_names,
-)
+from ...io_images.amci3601 import RULES, Firmware, StatusLsw, StatusMsw, bit_names
 from ...io_images.amci3601.rules import Rule
 from ...terminal.as_json import JsonOption, say_json
 from ...terminal.complaints import reported_mistakes

@@ -11,39 +11,18 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ...jobs.load.loading import (
-    DEFAULT_RUN,
-    Job,
-    load_job,
-    scans_to_run,
-    with_tags,
-)
+from ...jobs.load.loading import DEFAULT_RUN, Job, load_job, scans_to_run, with_tags
 from ...jobs.record.recording import NOTHING
+from ...jobs.run.build import check_ports
 from ...jobs.run.retained import Retained
 from ...jobs.run.running import JobRun
 from ...jobs.trust.owned import check_recording
-from ...runtime.config.rackspec import RackSpec
-from ...runtime.loop.cpu import Cpu
-from ...runtime.loop.faults import Cause, CpuFault
-from ...runtime.loop.pace import (
-    FreeRun,
-    Pacer,
-    RealTime,
-    interrupted_by,
-    wall_ns,
-)
+from ...runtime.loop.pace import FreeRun, Pacer, RealTime, wall_ns
 from ...runtime.loop.realtime import Outcome, real_time
 from ...terminal.as_json import JsonOption, say_json
 from ...terminal.progress import shown_progress
-from ...terminal.status import (
-    BAD_INPUT,
-    CANNOT_WRITE,
-    DONE,
-    INTERRUPTED,
-    NO,
-    complain,
-    reason,
-)
+from ...terminal.run_end import run_to_end
+from ...terminal.status import BAD_INPUT, CANNOT_WRITE, DONE, INTERRUPTED, NO, complain, reason
 from ...terminal.terminal import say
 from ...terminal.trace_options import ReplaceOption
 from .summary import Tally, summary, summary_row
@@ -51,12 +30,6 @@ from .summary import Tally, summary, summary_row
 if TYPE_CHECKING:  # imported late: a run without a session does not need it
     from ...jobs.record.editions import Editions
     from ...jobs.record.repeating import RecordedOrder
-
-NO_SAFETY_SYSTEM = (
-    "this is not a safety system: the controller has no watchdog, and if scanrack dies in a manual move "
-    "the axis goes on until a limit stops it; wire end limits and emergency stop so that they act "
-    "without any software"
-)
 
 
 def run_job(
@@ -165,25 +138,6 @@ def _summary(run: JobRun, tally: Tally, took_ns: int, pacer: Pacer, trace: Path 
     )
 
 
-def check_ports(spec: RackSpec, *, realtime: bool, live: bool) -> None:
-    """Refuse real ports in virtual time, and real ports without --live.
-
-    Raises:
-        ValueError: such a port.
-    """
-    for slot in spec.slot:
-        if slot.is_live and not realtime:
-            raise ValueError(
-                f"slot {slot.number}: port {slot.port} is a real one, and a real controller does not "
-                "wait for virtual time: give --realtime"
-            )
-        if slot.is_live and not live:
-            raise ValueError(
-                f"slot {slot.number}: port {slot.port} moves a real motor; {NO_SAFETY_SYSTEM}. "
-                "If that is done, give --live"
-            )
-
-
 def trace_path(job: Job, record: Path | None, no_record: bool, keep: int | None = None) -> Path | None:
     """Return where the recording goes: the command line's path, the rack file's, or one named after it.
 
@@ -204,36 +158,6 @@ def _own_path(job: Job) -> Path:
     if job.spec.trace is not None:
         return job.folder / job.spec.trace
     return Path(f"{job.rack_file.stem}.mcap")
-
-
-def run_to_end(cpu: Cpu, run: Callable[[], object], stopped: Callable[[], bool]) -> int:
-    """Run scans until they end, say why they ended, and return the exit status.
-
-    Args:
-        cpu: runs the scans.
-        run: runs them.
-        stopped: returns afterwards whether a signal has stopped them.
-    """
-    try:
-        run()
-    except CpuFault as error:
-        return complain_of_fault(error)
-    except OSError as error:
-        return complain(f"the trace can't be finished: {reason(error)}", CANNOT_WRITE)
-    except KeyboardInterrupt:
-        return complain(f"stopped by {interrupted_by()} in scan {cpu.scan}", INTERRUPTED)
-    if stopped():
-        return complain(f"stopped by {interrupted_by()} after {cpu.scan} scans", INTERRUPTED)
-    return DONE
-
-
-def complain_of_fault(error: CpuFault) -> int:
-    """Say why the CPU has faulted; return the exit status."""
-    cause = error.__cause__
-    if error.fault.cause is Cause.LISTENER and isinstance(cause, OSError):
-        return complain(f"scan {error.fault.scan}: the trace can't be written: {reason(cause)}", CANNOT_WRITE)
-    notes = getattr(error, "__notes__", [])
-    return complain("\n".join([f"the CPU has faulted in {error}", *notes]), NO)
 
 
 def _run_command(

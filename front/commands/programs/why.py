@@ -21,12 +21,7 @@ from ...ladder.debug.crossref import Mention
 from ...ladder.model.resolver import AddressError
 from ...runtime.loop.faults import CpuFault
 from ...terminal.as_json import JsonOption, say_json
-from ...terminal.status import (
-    BAD_INPUT,
-    NO,
-    complain,
-    reason,
-)
+from ...terminal.status import BAD_INPUT, NO, complain, reason
 from ...terminal.terminal import say
 from ...terminal.trace_options import tell_notes
 from ...traces.read.image_text import short_seconds

@@ -14,16 +14,7 @@ from ...terminal.complaints import reported_mistakes
 from ...terminal.status import DONE, NO
 from ...terminal.terminal import on_a_line, say
 from ...terminal.trace_options import QuietOption, reading, tell_notes
-from ...traces.compare import (
-    SAME_CLOCK,
-    Clock,
-    Comparison,
-    Tolerance,
-    align,
-    compare,
-    realign,
-    report,
-)
+from ...traces.compare import SAME_CLOCK, Clock, Comparison, Tolerance, align, compare, realign, report
 from ...traces.read.reader import Trace, open_trace
 
 ToleranceTimeOption = Annotated[

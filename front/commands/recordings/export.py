@@ -20,19 +20,8 @@ from ...terminal.trace_options import (
     selection,
     tell_notes,
 )
-from ...traces.export import (
-    write_csv,
-    write_mcap,
-    write_parquet,
-    write_vcd,
-)
-from ...traces.files.guard import (
-    CSV,
-    PARQUET,
-    TRACE,
-    VCD,
-    check_output,
-)
+from ...traces.export import write_csv, write_mcap, write_parquet, write_vcd
+from ...traces.files.guard import CSV, PARQUET, TRACE, VCD, check_output
 from ...traces.files.newfile import Target
 from ...traces.read.reader import Trace, open_trace
 from ...traces.signals import Selection

@@ -19,18 +19,8 @@ from ...terminal.trace_options import (
     selection,
     tell_notes,
 )
-from ...traces.files.guard import (
-    PAGE,
-    PNG,
-    SVG,
-    check_output,
-)
-from ...traces.plot import (
-    Envelope,
-    read_chart,
-    save_figure,
-    save_page,
-)
+from ...traces.files.guard import PAGE, PNG, SVG, check_output
+from ...traces.plot import Envelope, read_chart, save_figure, save_page
 from ...traces.read.reader import Trace, open_trace
 from ...traces.signals import Selection
 

@@ -10,13 +10,7 @@ from typing import Annotated
 import typer
 
 from ...jobs.load.loading import load_job, load_spec
-from ...jobs.replay.replaying import (
-    Into,
-    Replay,
-    Stimuli,
-    check_slots,
-    with_stimuli,
-)
+from ...jobs.replay.replaying import Into, Replay, Stimuli, check_slots, with_stimuli
 from ...jobs.trust.attachments import job_of, spec_of
 from ...runtime.config.rackspec import RackSpec
 from ...runtime.loop.scan import Logic
@@ -27,12 +21,7 @@ from ...terminal.terminal import say
 from ...terminal.trace_options import QuietOption, tell_notes
 from ...traces.read.reader import Trace, open_trace
 from ...traces.replay import Recording
-from .compare import (
-    ToleranceCountsOption,
-    ToleranceTimeOption,
-    tell,
-    tolerance,
-)
+from .compare import ToleranceCountsOption, ToleranceTimeOption, tell, tolerance
 
 REPLAY = "replay"
 """What the second of the two is called in the report."""

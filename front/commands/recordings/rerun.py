@@ -18,13 +18,7 @@ from ...terminal.as_json import JsonOption
 from ...terminal.complaints import reported_mistakes
 from ...terminal.status import DONE, NO
 from ...terminal.terminal import say
-from ...terminal.trace_options import (
-    QuietOption,
-    ReplaceOption,
-    itself,
-    reading,
-    tell_notes,
-)
+from ...terminal.trace_options import QuietOption, ReplaceOption, itself, reading, tell_notes
 from ...traces.compare import compare
 from ...traces.read.arrays import extent
 from ...traces.read.reader import Trace, open_trace

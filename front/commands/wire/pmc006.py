@@ -15,12 +15,7 @@ from ...io_images.pmc006.program import UserProgram, assemble
 from ...io_images.pmc006.status import Level
 from ...io_images.text_limits import Text
 from ...runtime.line.clients.link import Link
-from ...runtime.line.clients.pmc006 import (
-    BY_ZERO,
-    READABLE,
-    SETTABLE,
-    Pmc006Client,
-)
+from ...runtime.line.clients.pmc006 import BY_ZERO, READABLE, SETTABLE, Pmc006Client
 from ...runtime.line.pmc006_frames import LINE_FORMAT
 from ...terminal.status import complain
 from ...terminal.terminal import say

@@ -19,30 +19,10 @@ from ...ladder.debug.crossref import Mention
 from ...ladder.model.operands import Constant, Group, first_leaf
 from ...ladder.model.operands import Place as Operand
 from ...ladder.model.tags import tag_in
-from ...ladder.state.lowered import (
-    AddOnCall,
-    Line,
-    Lowered,
-    Step,
-    steps_of,
-)
+from ...ladder.state.lowered import AddOnCall, Line, Lowered, Step, steps_of
 from ...runtime.config.rackspec import RackSpec
-from .facts import (
-    Facts,
-    Place,
-    Remark,
-    Sent,
-    UsesBit,
-)
-from .output_writes import (
-    MODE_CONFIG,
-    Write,
-    WriteReader,
-    computed,
-    held,
-    path_of,
-    words_out_of_range,
-)
+from .facts import Facts, Place, Remark, Sent, UsesBit
+from .output_writes import MODE_CONFIG, Write, WriteReader, computed, held, path_of, words_out_of_range
 
 _SEARCHES = (CommandMsw.FIND_HOME_CW | CommandMsw.FIND_HOME_CCW).value
 _MOVES = (CommandMsw.ABSOLUTE_MOVE | CommandMsw.RELATIVE_MOVE).value

@@ -31,13 +31,7 @@ from ...ladder.debug.crossref import TARGETS, Mention
 from ...ladder.model.operands import Constant, Group, first_leaf
 from ...ladder.model.operands import Place as Operand
 from ...ladder.model.types import count_of
-from ...ladder.state.lowered import (
-    AddOnCall,
-    Line,
-    Lowered,
-    Step,
-    steps_of,
-)
+from ...ladder.state.lowered import AddOnCall, Line, Lowered, Step, steps_of
 from .facts import Place, Remark
 
 MODE_CONFIG = CommandMsw.MODE_CONFIG.value

@@ -20,21 +20,8 @@ from types import MappingProxyType
 from typing import Any
 
 from ...io_images import amci3601
-from ...io_images.amci3601 import (
-    Acceleration,
-    Configuration,
-    Direction,
-    FindHome,
-    Move,
-    MoveKind,
-)
-from .facts import (
-    Facts,
-    Place,
-    Remark,
-    Sent,
-    UsesBit,
-)
+from ...io_images.amci3601 import Acceleration, Configuration, Direction, FindHome, Move, MoveKind
+from .facts import Facts, Place, Remark, Sent, UsesBit
 
 NEUTRAL: Mapping[str, object] = {
     "kind": MoveKind.ABSOLUTE,

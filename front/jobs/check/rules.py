@@ -19,12 +19,7 @@ from ..load.loading import Job, rack_form
 from ..load.program import Form
 from ..record.tag_source import tags_of
 from ..run.hints import not_configured, wired_inputs
-from .facts import (
-    Facts,
-    Place,
-    Remark,
-    Sent,
-)
+from .facts import Facts, Place, Remark, Sent
 from .ladder_facts import ladder_facts
 from .python_facts import python_facts
 from .sequence_facts import sequence_facts

@@ -19,23 +19,11 @@ from pathlib import Path
 from typing import Any
 
 from ...ladder.python.axis3601 import Axis3601
-from ...ladder.python.sequences import (
-    Input,
-    InputWord,
-    Logic,
-    fresh,
-    parts_of,
-)
+from ...ladder.python.sequences import Input, InputWord, Logic, fresh, parts_of
 from ...ladder.python.sequences.signals import Signal
 from ...runtime.config.rackspec import RackSpec
 from ..load.bare_slots import bare_slots
-from .facts import (
-    Facts,
-    Place,
-    Remark,
-    Sent,
-    UsesBit,
-)
+from .facts import Facts, Place, Remark, Sent, UsesBit
 from .loops import endless
 from .python_facts import Reader
 from .sequence_calls import Calls

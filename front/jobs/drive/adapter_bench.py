@@ -8,13 +8,7 @@ from pydantic import Field, model_validator
 
 from ...runtime.modules.adapters.module import SimulatedAdapter
 from .image_bench import ImageBench
-from .requests import (
-    TABLES,
-    Request,
-    Strict,
-    Tables,
-    read,
-)
+from .requests import TABLES, Request, Strict, Tables, read
 
 Count = Annotated[int, Field(ge=1, le=1_000_000, strict=True)]
 

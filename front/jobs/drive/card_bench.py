@@ -12,15 +12,7 @@ from ...runtime.loop.module import Module
 from ...runtime.machine import MachineSpec
 from ...runtime.modules.record import ModuleRecord, NamedInputs
 from .image_bench import NS_PER_MS, time_ms
-from .requests import (
-    Level,
-    Milliseconds,
-    RequestError,
-    Strict,
-    Tables,
-    Word,
-    read,
-)
+from .requests import Level, Milliseconds, RequestError, Strict, Tables, Word, read
 
 
 class CardOptions(Strict):

@@ -10,25 +10,14 @@ from collections.abc import Callable
 from decimal import Decimal
 from typing import Any, Protocol
 
-from ...io_images.amci3601 import (
-    ERROR_BITS,
-    InputBit,
-    StatusMsw,
-    status_names,
-)
+from ...io_images.amci3601 import ERROR_BITS, InputBit, StatusMsw, status_names
 from ...io_images.image import Image
 from ...io_images.thousands import join_reported
 from ...runtime.loop.events import Event, JsonValue
 from ...runtime.loop.module import Module
 from ...runtime.machine import Machine, MachineSpec, Switch
 from ...runtime.modules.record import ModuleRecord, Trait
-from .requests import (
-    Bench,
-    Encoder,
-    Request,
-    RequestError,
-    Until,
-)
+from .requests import Bench, Encoder, Request, RequestError, Until
 
 NS_PER_MS = 1_000_000
 ERROR_NAMES = frozenset(str(bit.name) for bit in StatusMsw if bit & ERROR_BITS)

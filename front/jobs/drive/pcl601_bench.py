@@ -15,12 +15,7 @@ from ...io_images.pcl601.program import parse_program
 from ...io_images.pcl601.terminals import INPUTS, OUTPUT_COUNT
 from ...runtime.controllers.pcl601.line import Pcl601
 from ...runtime.controllers.pcl601.motor import EncoderKind, EncoderModel
-from ...runtime.controllers.pcl601.pins import (
-    FULL_SCALE_VOLTS,
-    GROUND,
-    OPEN,
-    Contact,
-)
+from ...runtime.controllers.pcl601.pins import FULL_SCALE_VOLTS, GROUND, OPEN, Contact
 from ...runtime.controllers.pcl601.program import load
 from ...runtime.controllers.pcl601.wiring import Wiring
 from ...runtime.loop.events import JsonValue

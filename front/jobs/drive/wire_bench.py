@@ -21,13 +21,7 @@ from pydantic import BaseModel, Field, model_validator
 from ...runtime.line.wire import Device, LineFormat, SerialBus
 from ...runtime.loop.events import JsonValue
 from .image_bench import NS_PER_MS, time_ms
-from .requests import (
-    Milliseconds,
-    RequestError,
-    Strict,
-    Tables,
-    read,
-)
+from .requests import Milliseconds, RequestError, Strict, Tables, read
 
 New = TypeVar("New", bound=BaseModel)
 Env = TypeVar("Env", bound=BaseModel)

@@ -16,25 +16,12 @@ Random surroundings (`scenario`) are tried one after the other (`trial`), each w
 and the rack is built again; what breaks an invariant is shrunk by Hypothesis (`search`).
 """
 
-from .laws.invariants import (
-    Invariant,
-    InvariantError,
-    always,
-    load_invariants,
-    never,
-    within,
-)
+from .laws.invariants import Invariant, InvariantError, always, load_invariants, never, within
 from .laws.scan_view import Moment, SlotMoment
 from .laws.standard import STANDARD
 from .run import Bench, Broken, Verdict
 from .scenarios.scenario import Press, Scenario
-from .search import (
-    Found,
-    Report,
-    UnsteadyError,
-    search,
-    undisturbed,
-)
+from .search import Found, Report, UnsteadyError, search, undisturbed
 
 __all__ = [
     "STANDARD",

@@ -17,14 +17,7 @@ from ...runtime.loop.incidents import FaultKind, Incident
 from ...runtime.machine import MachineSpec
 from ...runtime.modules.record import Trait
 from ...runtime.modules.registry import MODULES, has
-from .scenarios.scenario import (
-    Lost,
-    Press,
-    Push,
-    Scenario,
-    Shift,
-    Signal,
-)
+from .scenarios.scenario import Lost, Press, Push, Scenario, Shift, Signal
 
 T = TypeVar("T")
 Timed = TypeVar("Timed", Press, Push, Signal, Incident)

@@ -7,12 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from ...traces.files.guard import (
-    NOTHING,
-    Kind,
-    OwnedError,
-    Used,
-)
+from ...traces.files.guard import NOTHING, Kind, OwnedError, Used
 from ...traces.files.locking import could_lock
 from ...traces.files.newfile import naming, new_file
 

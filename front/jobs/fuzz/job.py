@@ -30,15 +30,7 @@ from ..record.recording import recorder_for
 from ..record.sequence_watch import watching
 from ..trust.attachments import forget_imported
 from ..trust.owned import in_use
-from . import (
-    STANDARD,
-    Bench,
-    Found,
-    Invariant,
-    InvariantError,
-    Scenario,
-    load_invariants,
-)
+from . import STANDARD, Bench, Found, Invariant, InvariantError, Scenario, load_invariants
 from .drawing import Kind
 from .folder_lock import write_text
 from .report import report

@@ -19,16 +19,7 @@ from hypothesis.errors import Flaky
 
 from ...runtime.loop.pace import wall_ns
 from .drawing import buttons, sensors
-from .run import (
-    ASKING,
-    BUILDING,
-    HANGS,
-    PROGRAM,
-    RUNNING,
-    Bench,
-    Broken,
-    Verdict,
-)
+from .run import ASKING, BUILDING, HANGS, PROGRAM, RUNNING, Bench, Broken, Verdict
 from .scenarios.scenario import Scenario
 from .scenarios.words import told
 from .shrink import smallest

@@ -24,14 +24,7 @@ from ...io_images.amci3601.bits import InputBit
 from ...io_images.amci3601.firmware import KNOWN
 from ...runtime.loop.incidents import Incident
 from .run import Broken
-from .scenarios.scenario import (
-    Lost,
-    Press,
-    Push,
-    Scenario,
-    Shift,
-    Signal,
-)
+from .scenarios.scenario import Lost, Press, Push, Scenario, Shift, Signal
 
 Inputs = Mapping[int, Sequence[InputBit]]
 """By slot number: inputs, those that are simpler to press before the others."""

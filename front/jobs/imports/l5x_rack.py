@@ -15,19 +15,8 @@ from ...rockwell.l5x import Imported
 from ...rockwell.l5x.modules import GENERIC, prefix_of, slot_of
 from ...rockwell.l5x.report import Refusal
 from ...rockwell.l5x.xml.records import ModuleRecord
-from ...runtime.config.rackspec import (
-    DECLARE,
-    EMPTY,
-    MISSING_TAGS,
-    REFUSED,
-)
-from .export_slots import (
-    STEPPER,
-    ExportSlot,
-    simulated,
-    slot_tables,
-    with_steppers,
-)
+from ...runtime.config.rackspec import DECLARE, EMPTY, MISSING_TAGS, REFUSED
+from .export_slots import STEPPER, ExportSlot, simulated, slot_tables, with_steppers
 from .toml_text import comment, key, text
 
 BYTES_OUT, BYTES_IN = 16, (16, 20)

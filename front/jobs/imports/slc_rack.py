@@ -7,13 +7,7 @@ from pathlib import Path
 
 from ...rockwell.slc import Imported
 from ...rockwell.slc.records import SlotRecord
-from .export_slots import (
-    STEPPER,
-    ExportSlot,
-    simulated,
-    slot_tables,
-    with_steppers,
-)
+from .export_slots import STEPPER, ExportSlot, simulated, slot_tables, with_steppers
 from .toml_text import comment, text
 
 

@@ -14,18 +14,8 @@ from ...ladder.instructions.motion.axes import AxisSettings
 from ...ladder.model.errors import LadderError
 from ...ladder.model.stubs import Stub, Stubs
 from ...runtime.config.quantities import parse_duration
-from ...runtime.config.rackfile import (
-    RackFile,
-    RackFileError,
-    explain,
-    load_rack_file,
-)
-from ...runtime.config.rackspec import (
-    MISSING_TAGS,
-    REFUSED,
-    STUB_SETTINGS,
-    RackSpec,
-)
+from ...runtime.config.rackfile import RackFile, RackFileError, explain, load_rack_file
+from ...runtime.config.rackspec import MISSING_TAGS, REFUSED, STUB_SETTINGS, RackSpec
 from ...runtime.loop.scan import Logic
 from .program import (
     EXPORT_SUFFIXES,

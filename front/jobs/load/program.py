@@ -25,25 +25,13 @@ from ...io_images.input_files import read_input
 from ...io_images.text_limits import LIMITS, Text, shortened
 from ...ladder.build.bound_axes import Axes
 from ...ladder.build.runnable import REFUSALS_SHOWN, LadderLogic
-from ...ladder.files.rungfile import (
-    STRUCTURED_SUFFIX,
-    SUFFIX,
-    parse_program,
-    parse_structured,
-)
+from ...ladder.files.rungfile import STRUCTURED_SUFFIX, SUFFIX, parse_program, parse_structured
 from ...ladder.files.rungreader import load_library
 from ...ladder.files.steps import SUFFIX as STEPS_SUFFIX
 from ...ladder.files.steps import StepsError, parse_steps
 from ...ladder.instructions.motion.axes import AxisSettings
 from ...ladder.model.errors import LadderError
-from ...ladder.model.stubs import (
-    NO_STUBS,
-    InPython,
-    Stub,
-    Stubs,
-    check_stubbed,
-    parse_stub,
-)
+from ...ladder.model.stubs import NO_STUBS, InPython, Stub, Stubs, check_stubbed, parse_stub
 from ...ladder.model.types import Structure
 from ...ladder.python.sequences.logic import Logic
 from .modules_beside import find_beside, shadowed

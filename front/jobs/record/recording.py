@@ -11,13 +11,7 @@ from ...runtime.loop.scan import Logic
 from ...traces.format.layout import SlotInfo
 from ...traces.write.recorder import ScanRecorder
 from ..load.loading import Job
-from ..trust.attachments import (
-    attachment,
-    files_beside,
-    made_by,
-    program_name,
-    retained_tags,
-)
+from ..trust.attachments import attachment, files_beside, made_by, program_name, retained_tags
 from ..trust.owned import check_recording, keeping_of
 from .sequence_watch import sequences_in
 

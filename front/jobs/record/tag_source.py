@@ -22,12 +22,7 @@ from ...ladder.debug.tag_values import TEXT, tag_values
 from ...ladder.model.errors import LadderError
 from ...ladder.run.engine import Engine
 from ...runtime.loop.scan import Logic
-from ...traces.format.tagplan import (
-    LAST_CODE,
-    Tag,
-    TagPlan,
-    plan_of,
-)
+from ...traces.format.tagplan import LAST_CODE, Tag, TagPlan, plan_of
 from .tag_names import named_values, namespace_of
 
 Pending = list[tuple[str, Mapping[str, str | int]]]

@@ -18,13 +18,7 @@ from ...traces.read.reader import TraceEvent
 from ...traces.replay import Follower, Image, Recording
 from ..record.links import link_changes
 from ..run.build import build_playback, build_rack, round_trip_ms
-from ..run.playback import (
-    RecordedInputs,
-    Score,
-    Stimulus,
-    recorded_outputs,
-    stimulated,
-)
+from ..run.playback import RecordedInputs, Score, Stimulus, recorded_outputs, stimulated
 from ..run.running import Observer, unobserved
 from .levels import recorded_levels
 from .tag_orders import TagOrders, first_few

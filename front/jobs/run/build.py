@@ -8,12 +8,7 @@ from contextlib import ExitStack, closing
 from ...runtime.config.quantities import exact_ns
 from ...runtime.config.rackspec import RackSpec, SlotSpec
 from ...runtime.loop.cpu import Cpu
-from ...runtime.loop.exchange import (
-    EndOfScan,
-    EveryRpi,
-    Exchange,
-    RecordedAtRpi,
-)
+from ...runtime.loop.exchange import EndOfScan, EveryRpi, Exchange, RecordedAtRpi
 from ...runtime.loop.exposed import Exposed
 from ...runtime.loop.incidents import FaultKind
 from ...runtime.loop.key_switch import KeySwitch
@@ -163,3 +158,29 @@ def _recorded_exchange(spec: RackSpec) -> Exchange:
 
 def _exchange(spec: RackSpec) -> Exchange:
     return EveryRpi(spec.rpi_ns) if spec.controller == "compactlogix" else EndOfScan()
+
+
+NO_SAFETY_SYSTEM = (
+    "this is not a safety system: the controller has no watchdog, and if scanrack dies in a manual move "
+    "the axis goes on until a limit stops it; wire end limits and emergency stop so that they act "
+    "without any software"
+)
+
+
+def check_ports(spec: RackSpec, *, realtime: bool, live: bool) -> None:
+    """Refuse real ports in virtual time, and real ports without --live.
+
+    Raises:
+        ValueError: such a port.
+    """
+    for slot in spec.slot:
+        if slot.is_live and not realtime:
+            raise ValueError(
+                f"slot {slot.number}: port {slot.port} is a real one, and a real controller does not "
+                "wait for virtual time: give --realtime"
+            )
+        if slot.is_live and not live:
+            raise ValueError(
+                f"slot {slot.number}: port {slot.port} moves a real motor; {NO_SAFETY_SYSTEM}. "
+                "If that is done, give --live"
+            )

@@ -12,13 +12,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from ...io_images.amci3601 import (
-    ALL_INPUTS,
-    CommandLsw,
-    CommandMsw,
-    InputBit,
-    StatusMsw,
-)
+from ...io_images.amci3601 import ALL_INPUTS, CommandLsw, CommandMsw, InputBit, StatusMsw
 from ...io_images.amci3601.words import is_stepper
 from ...runtime.config.rackspec import RackSpec
 from ...runtime.loop.events import JsonValue

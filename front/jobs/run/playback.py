@@ -22,13 +22,7 @@ from ...runtime.loop.listeners import ScanListener
 from ...runtime.loop.pace import Watchdog
 from ...runtime.loop.phases import IDLE_PHASES
 from ...runtime.loop.rack import SLOT_BYTES, Rack
-from ...runtime.loop.scan import (
-    MODE_MASK,
-    CpuMode,
-    Logic,
-    Scan,
-    ScanFlag,
-)
+from ...runtime.loop.scan import MODE_MASK, CpuMode, Logic, Scan, ScanFlag
 from ...runtime.machine import MachineSpec, TimelineEntry
 from ..record.links import LinkChange
 

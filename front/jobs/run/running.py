@@ -23,12 +23,7 @@ from ...runtime.loop.scan import Logic
 from ...traces.write.recorder import ScanRecorder
 from ..load.loading import Job
 from ..record.recording import NOTHING, recorder_for
-from ..record.sequence_watch import (
-    WatchesSequences,
-    declared_axes,
-    sequences_in,
-    standing,
-)
+from ..record.sequence_watch import WatchesSequences, declared_axes, sequences_in, standing
 from .build import build_cpu, build_rack
 from .hints import Hints
 from .outside import tell_cpu

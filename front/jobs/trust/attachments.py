@@ -25,12 +25,7 @@ from ...ladder import LadderLogic
 from ...runtime.config.rackspec import RackSpec
 from ...traces.read.reader import Trace
 from ...traces.write.recorder import Attachment
-from ..load.loading import (
-    Job,
-    load_job,
-    load_spec,
-    rack_form,
-)
+from ..load.loading import Job, load_job, load_spec, rack_form
 from ..load.program import Form
 from ..load.retaining import retaining
 from .extracting import attached_files, extract

@@ -17,14 +17,7 @@ from ...traces.read.event_text import describe
 from ...traces.read.image_text import module_text
 from ...traces.replay import Recording
 from ..record.tag_names import named_values, namespace_of
-from .again import (
-    Again,
-    Changed,
-    Load,
-    Watched,
-    fresh,
-    run_again,
-)
+from .again import Again, Changed, Load, Watched, fresh, run_again
 from .past import ALL_BITS, Past, SlotPast
 from .source.conditions import source_line
 from .source.named import Names

@@ -19,21 +19,11 @@ from ...runtime.live.orders import ALL, Order
 from ...runtime.live.ring import Rows
 from ...runtime.loop.phases import IDLE_PHASES
 from ...runtime.loop.rack import SLOT_BYTES, Card, Rack
-from ...runtime.loop.scan import (
-    MODE_MASK,
-    CpuMode,
-    Scan,
-    ScanFlag,
-)
+from ...runtime.loop.scan import MODE_MASK, CpuMode, Scan, ScanFlag
 from .event_log import LAST_SCAN
 from .recorded_events import RecordedEvents
 from .stretch import Stretch
-from .watched_program import (
-    Inputs,
-    Values,
-    inputs_of,
-    values_of,
-)
+from .watched_program import Inputs, Values, inputs_of, values_of
 
 EVERY = 4096
 """Scans between values."""

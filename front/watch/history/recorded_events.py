@@ -16,12 +16,7 @@ from ...jobs.record.repeating import RecordedOrder, orders_of
 from ...jobs.replay.replaying import is_edit
 from ...traces.format.topics import ORDERS
 from ...traces.read.reader import Trace, TraceEvent
-from .event_log import (
-    FIRST,
-    FORCES,
-    LAST_SCAN,
-    EventLog,
-)
+from .event_log import FIRST, FORCES, LAST_SCAN, EventLog
 
 Json = dict[str, Any]
 

@@ -8,12 +8,7 @@ from ...io_images.amci3601.words import is_stepper
 from ...io_images.image import WORDS
 from ...io_images.module_words import ModuleWords
 from ...runtime.config.rackspec import RackSpec, SlotSpec
-from ...runtime.loop.incidents import (
-    LASTING,
-    ON_THE_LINE,
-    TROUBLES,
-    FaultKind,
-)
+from ...runtime.loop.incidents import LASTING, ON_THE_LINE, TROUBLES, FaultKind
 from ...runtime.machine.spec import INPUT_NAMES, MachineSpec, input_name
 from ...runtime.modules.record import Trait
 from ...runtime.modules.registry import MODULES, has

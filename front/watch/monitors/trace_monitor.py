@@ -11,12 +11,7 @@ from typing_extensions import override
 from ...jobs.replay.replaying import lost_notes
 from ...ladder import LadderLogic
 from ...runtime.config.rackspec import RackSpec
-from ...runtime.live.orders import (
-    NAMES,
-    ORDERS,
-    Branch,
-    order_of,
-)
+from ...runtime.live.orders import NAMES, ORDERS, Branch, order_of
 from ...runtime.live.ring import row_type
 from ...runtime.loop.rack import SLOT_BYTES
 from ...runtime.loop.scan import Logic

@@ -2,14 +2,7 @@
 
 from __future__ import annotations
 
-from .rule import (
-    COMMAND_ERROR,
-    CONFIG_ERROR,
-    MODE_CONFIG,
-    MODULE_OK,
-    NONE,
-    Rule,
-)
+from .rule import COMMAND_ERROR, CONFIG_ERROR, MODE_CONFIG, MODULE_OK, NONE, Rule
 
 # One row of the manual is one row here; the formatter would spread each over ten lines.
 # fmt: off

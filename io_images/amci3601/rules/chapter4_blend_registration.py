@@ -3,14 +3,7 @@
 from __future__ import annotations
 
 from ..firmware import FW_3_1
-from .rule import (
-    COMMAND_ERROR,
-    INVALID_PROFILE,
-    MIN_REG_NONZERO,
-    NONE,
-    STOPPED,
-    Rule,
-)
+from .rule import COMMAND_ERROR, INVALID_PROFILE, MIN_REG_NONZERO, NONE, STOPPED, Rule
 
 # One row of the manual is one row here; the formatter would spread each over ten lines.
 # fmt: off

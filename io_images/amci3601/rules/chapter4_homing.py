@@ -2,16 +2,7 @@
 
 from __future__ import annotations
 
-from .rule import (
-    AT_HOME,
-    COMMAND_ERROR,
-    HOME_INVALID,
-    MOVING_CCW,
-    MOVING_CW,
-    NONE,
-    POSITION_INVALID,
-    Rule,
-)
+from .rule import AT_HOME, COMMAND_ERROR, HOME_INVALID, MOVING_CCW, MOVING_CW, NONE, POSITION_INVALID, Rule
 
 # One row of the manual is one row here; the formatter would spread each over ten lines.
 # fmt: off

@@ -3,15 +3,7 @@
 from __future__ import annotations
 
 from ..firmware import FW_3_1, FW_4_1
-from .rule import (
-    BLEND_ACK,
-    COMMAND_ERROR,
-    DECELERATING,
-    INVALID_PROFILE,
-    NONE,
-    POSITION_INVALID,
-    Rule,
-)
+from .rule import BLEND_ACK, COMMAND_ERROR, DECELERATING, INVALID_PROFILE, NONE, POSITION_INVALID, Rule
 
 # One row of the manual is one row here; the formatter would spread each over ten lines.
 # fmt: off

@@ -20,12 +20,7 @@ END
 
 from __future__ import annotations
 
-from .instructions import (
-    BY_NAME,
-    CAPACITY_BYTES,
-    INSTRUCTIONS,
-    Instruction,
-)
+from .instructions import BY_NAME, CAPACITY_BYTES, INSTRUCTIONS, Instruction
 from .model import Program, ProgramError, Step
 from .operands import TEXT_MAX
 from .structure import check_structure

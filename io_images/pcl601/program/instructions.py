@@ -14,14 +14,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from .operands import (
-    Choice,
-    Digits,
-    Label,
-    Number,
-    Operand,
-    Text,
-)
+from .operands import Choice, Digits, Label, Number, Operand, Text
 
 CAPACITY_BYTES = 2046
 """Program memory, bytes [section 3]."""

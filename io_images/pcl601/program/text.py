@@ -17,20 +17,10 @@ from typing import Any, NamedTuple
 from lark import Lark, Token, Tree
 from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken
 
-from .grammar import (
-    grammar,
-    keywords,
-    row_rule,
-    spoken,
-)
+from .grammar import grammar, keywords, row_rule, spoken
 from .instructions import INSTRUCTIONS
 from .model import Program, ProgramError, Step
-from .operands import (
-    Number,
-    OperandError,
-    quoted,
-    unquoted,
-)
+from .operands import Number, OperandError, quoted, unquoted
 from .structure import check_structure
 
 _ROWS = {row_rule(index): row for index, row in enumerate(INSTRUCTIONS)}

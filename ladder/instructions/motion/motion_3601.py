@@ -24,21 +24,9 @@ from dataclasses import dataclass, replace
 from ...interpreter import Interpreter
 from ...interpreter.files import Members
 from ...model.arithmetic import wrap
-from ...model.operands import (
-    Constant,
-    Group,
-    Place,
-    Resolved,
-    constant,
-)
+from ...model.operands import Constant, Group, Place, Resolved, constant
 from ...model.predefined.motion_types import AXIS_MEMBERS
-from ...model.predefined.motion_words import (
-    CHANGED_MOTION,
-    NO_YES,
-    RATE_UNITS,
-    REDEFINITIONS,
-    SPEED_UNITS,
-)
+from ...model.predefined.motion_words import CHANGED_MOTION, NO_YES, RATE_UNITS, REDEFINITIONS, SPEED_UNITS
 from ...model.predefined.words import plain
 from ...model.types import DINT
 from .axes import AxisSettings

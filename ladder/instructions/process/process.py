@@ -19,12 +19,7 @@ from dataclasses import replace
 from ...interpreter import Interpreter
 from ...interpreter.files import Members
 from ...model.errors import PID_SETPOINT_CODE, PID_TIME_CODE
-from ...model.operands import (
-    Constant,
-    Group,
-    Place,
-    Resolved,
-)
+from ...model.operands import Constant, Group, Place, Resolved
 from ...model.spec import Use, always
 from ...model.types import DINT, PID_BITS
 

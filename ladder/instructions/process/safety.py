@@ -40,13 +40,7 @@ from ...interpreter import Interpreter
 from ...interpreter.files import Members
 from ...model.operand_checks import OperandError, described
 from ...model.operands import Constant, Group, Resolved
-from ...model.predefined.safety_types import (
-    FEEDBACKS,
-    FUNCTIONS,
-    INPUT_TYPES,
-    SAFETY,
-    STARTS,
-)
+from ...model.predefined.safety_types import FEEDBACKS, FUNCTIONS, INPUT_TYPES, SAFETY, STARTS
 from ...model.predefined.words import plain
 from ...model.spec import Use, always
 

@@ -13,12 +13,7 @@ from collections.abc import Callable
 from ...interpreter import Interpreter
 from ...interpreter.files import Elements
 from ...model.arithmetic import real, wrap
-from ...model.operands import (
-    DOUBLE,
-    Place,
-    Resolved,
-    is_integer,
-)
+from ...model.operands import DOUBLE, Place, Resolved, is_integer
 from ...model.types import LINT
 from .status import Status
 

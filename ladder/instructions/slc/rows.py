@@ -14,25 +14,11 @@ from ...interpreter import Interpreter
 from ...model.errors import ScanEndedError
 from ...model.operand_checks import OperandError
 from ...model.operands import Constant, Place, Resolved
-from ...model.spec import (
-    Kind,
-    Spec,
-    Use,
-    action,
-    always,
-    condition,
-)
+from ...model.spec import Kind, Spec, Use, action, always, condition
 from ...model.tree import Operand
 from ...model.types import REAL
 from ...state.lowered import OperandResolver
-from .. import (
-    bits,
-    compare,
-    control,
-    files,
-    move,
-    shifts,
-)
+from .. import bits, compare, control, files, move, shifts
 from . import files as words
 from . import messages, numbers, timing
 

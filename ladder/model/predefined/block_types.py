@@ -4,16 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ..types import (
-    BOOL,
-    DINT,
-    LINT,
-    LREAL,
-    REAL,
-    Elementary,
-    Member,
-    Structure,
-)
+from ..types import BOOL, DINT, LINT, LREAL, REAL, Elementary, Member, Structure
 
 
 def _block(name: str, parameters: Mapping[Elementary, str], hidden: tuple[Member, ...] = ()) -> Structure:

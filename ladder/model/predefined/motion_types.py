@@ -9,18 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ..types import (
-    BOOL,
-    DINT,
-    INT,
-    LINT,
-    LREAL,
-    REAL,
-    SINT,
-    DataType,
-    Member,
-    Structure,
-)
+from ..types import BOOL, DINT, INT, LINT, LREAL, REAL, SINT, DataType, Member, Structure
 
 
 def _members(kind: DataType, names: str, *dims: int) -> tuple[Member, ...]:

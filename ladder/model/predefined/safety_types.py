@@ -4,14 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ..types import (
-    BOOL,
-    DINT,
-    LINT,
-    DataType,
-    Member,
-    Structure,
-)
+from ..types import BOOL, DINT, LINT, DataType, Member, Structure
 
 
 def _members(kind: DataType, names: str) -> tuple[Member, ...]:

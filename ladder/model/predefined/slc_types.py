@@ -9,13 +9,7 @@
 
 from __future__ import annotations
 
-from ..types import (
-    BOOL,
-    INT,
-    LINT,
-    Member,
-    Structure,
-)
+from ..types import BOOL, INT, LINT, Member, Structure
 
 
 def _words(name: str, bits: str, *words: str, hidden: tuple[Member, ...] = ()) -> Structure:

@@ -7,15 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ..types import (
-    BOOL,
-    DINT,
-    SINT,
-    TYPES,
-    DataType,
-    Member,
-    Structure,
-)
+from ..types import BOOL, DINT, SINT, TYPES, DataType, Member, Structure
 from .block_types import BLOCK_TYPES
 from .motion_types import MOTION_TYPES
 from .safety_types import SAFETY

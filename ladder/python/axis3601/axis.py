@@ -18,26 +18,12 @@ from ....io_images.amci3601.bits import StatusMsw
 from ....io_images.amci3601.blend import Acceleration, BlendHeader, BlendSegment
 from ....io_images.amci3601.command import PresetPosition, ResetErrors, StoreMinimumRegistration
 from ....io_images.amci3601.configuration import Configuration
-from ....io_images.amci3601.moves import (
-    Direction,
-    FindHome,
-    Follower,
-    Manual,
-    Move,
-    MoveKind,
-    RunBlend,
-)
+from ....io_images.amci3601.moves import Direction, FindHome, Follower, Manual, Move, MoveKind, RunBlend
 from ....io_images.amci3601.parameters import SPEED_MAX, require
 from ....io_images.amci3601.status import StatusView
 from ....io_images.amci3601.words import may_be_stepper
 from ....io_images.image import Image
-from ..sequences.parts import (
-    Clock,
-    Device,
-    Slots,
-    Turn,
-    words_of,
-)
+from ..sequences.parts import Clock, Device, Slots, Turn, words_of
 from .blending import BlendProgramming
 from .command import Command, Outcome
 from .drive import Drive
@@ -56,12 +42,7 @@ from .kinds import (
     State,
 )
 from .link import Link
-from .motions import (
-    Gear,
-    Homing,
-    Registration,
-    Velocity,
-)
+from .motions import Gear, Homing, Registration, Velocity
 from .probe import Captured
 from .stop import Stop
 

@@ -9,12 +9,7 @@ from typing import TYPE_CHECKING
 from typing_extensions import override
 
 from ....io_images.image import Image
-from .errors import (
-    AxisError,
-    CommandAborted,
-    ErrorId,
-    reasons,
-)
+from .errors import AxisError, CommandAborted, ErrorId, reasons
 from .kinds import Kind
 from .link import LinkedWait
 

@@ -25,27 +25,13 @@ from collections.abc import Sequence
 from enum import IntEnum
 from typing import NoReturn
 
-from ....io_images.amci3601.bits import (
-    CommandLsw,
-    CommandMsw,
-    StatusMsw,
-    status_names,
-)
+from ....io_images.amci3601.bits import CommandLsw, CommandMsw, StatusMsw, status_names
 from ....io_images.image import WORDS, Image
 from ..sequences.parts import Clock
 from .command import Command, Outcome
 from .errors import ErrorId
 from .evidence import Evidence
-from .kinds import (
-    ABSOLUTE,
-    CONFIGURE,
-    NOTHING_TO_SEND,
-    RESET,
-    VELOCITY,
-    Kind,
-    State,
-    Way,
-)
+from .kinds import ABSOLUTE, CONFIGURE, NOTHING_TO_SEND, RESET, VELOCITY, Kind, State, Way
 from .link import Link
 from .stop import Stop
 

@@ -10,15 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ....io_images.amci3601.bits import StatusLsw, StatusMsw
-from .kinds import (
-    ABSOLUTE,
-    GEAR,
-    HOME,
-    PRESET,
-    RELATIVE,
-    RUN_BLEND,
-    Kind,
-)
+from .kinds import ABSOLUTE, GEAR, HOME, PRESET, RELATIVE, RUN_BLEND, Kind
 
 HOME_REST_NS = 3_000_000_000
 """How long a search for home may rest: two seconds on an end limit [3601 manual, chapter 4, Find Home]."""

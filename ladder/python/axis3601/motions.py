@@ -9,12 +9,7 @@ from typing_extensions import override
 
 from ....io_images.amci3601.bits import CommandLsw, StatusLsw
 from .command import Command
-from .kinds import (
-    GEAR,
-    HOME,
-    REGISTRATION,
-    VELOCITY,
-)
+from .kinds import GEAR, HOME, REGISTRATION, VELOCITY
 
 if TYPE_CHECKING:
     from .drive import Drive

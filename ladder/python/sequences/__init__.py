@@ -14,43 +14,14 @@ There is no event loop, no thread and no clock: the scan asks each wait, and res
 wait holds.
 """
 
-from .blocks import (
-    Counter,
-    DownCounter,
-    Fall,
-    OffDelay,
-    OnDelay,
-    Pulse,
-    Rise,
-)
-from .branches import (
-    WaitTimeout,
-    all_of,
-    first_of,
-    within,
-)
+from .blocks import Counter, DownCounter, Fall, OffDelay, OnDelay, Pulse, Rise
+from .branches import WaitTimeout, all_of, first_of, within
 from .coroutine import Abort, Sequence
 from .declaring import sequence
 from .locks import Lock
-from .logic import (
-    Logic,
-    fields_of,
-    fresh,
-    parts_of,
-    sequences_of,
-)
-from .signals import (
-    Input,
-    InputWord,
-    Output,
-    OutputWord,
-)
-from .waits import (
-    Wait,
-    dwell,
-    steady,
-    until,
-)
+from .logic import Logic, fields_of, fresh, parts_of, sequences_of
+from .signals import Input, InputWord, Output, OutputWord
+from .waits import Wait, dwell, steady, until
 
 __all__ = [
     "Abort",

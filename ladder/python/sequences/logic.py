@@ -28,14 +28,7 @@ from typing import Any, Self, TypeVar
 from .coroutine import Sequence
 from .declaring import SequenceMethod, check_class, declarations
 from .mistakes import check_statements
-from .parts import (
-    Clock,
-    Device,
-    Part,
-    Scan,
-    Slots,
-    Turn,
-)
+from .parts import Clock, Device, Part, Scan, Slots, Turn
 from .signals import Place, Signal, place_of
 
 Field = bool | int | float | str

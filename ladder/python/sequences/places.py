@@ -5,12 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 
-from ....io_images.addresses import (
-    BITS,
-    Address,
-    allowed,
-    parse_address,
-)
+from ....io_images.addresses import BITS, Address, allowed, parse_address
 from ....io_images.module_words import ModuleWords
 
 Rack = Mapping[int, ModuleWords]

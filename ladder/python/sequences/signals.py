@@ -23,13 +23,7 @@ from ....io_images.addresses import Address
 from ....io_images.amci3601.bits import LIVE_BITS
 from ....io_images.amci3601.words import is_stepper
 from ....io_images.image import WORD_MAX, WORD_MIN
-from .parts import (
-    Clock,
-    Level,
-    Part,
-    Slots,
-    words_of,
-)
+from .parts import Clock, Level, Part, Slots, words_of
 from .places import find_bit, find_word
 from .waits import Edge, Wait, until
 

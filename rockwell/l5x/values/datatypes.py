@@ -22,12 +22,7 @@ from ....ladder.model.types import (
     Structure,
     count_of,
 )
-from ..xml.records import (
-    Data,
-    DataTypeRecord,
-    MemberRecord,
-    number_of,
-)
+from ..xml.records import Data, DataTypeRecord, MemberRecord, number_of
 from .raw import has_known_bytes
 
 MOST_VALUES = 100_000

@@ -9,14 +9,7 @@ import re
 from collections.abc import Sequence
 from typing import Any
 
-from ....ladder.model.types import (
-    DINT,
-    DataType,
-    Elementary,
-    Member,
-    Structure,
-    count_of,
-)
+from ....ladder.model.types import DINT, DataType, Elementary, Member, Structure, count_of
 from ..xml.records import number_of
 from .initials import How, nested, scalar
 from .value_texts import ValueTextError, unquoted_or_raise

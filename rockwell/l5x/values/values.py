@@ -25,31 +25,14 @@ from functools import lru_cache
 from typing import Any
 
 from ....ladder.model.quoting import unquoted
-from ....ladder.model.types import (
-    BOOL,
-    DataType,
-    Elementary,
-    Member,
-    Structure,
-    count_of,
-)
+from ....ladder.model.types import BOOL, DataType, Elementary, Member, Structure, count_of
 from ....ladder.state.memory import meant_by
 from ..xml.records import Data
 from .datatypes import Types, has_initials
 from .initials import How, nested, scalar
 from .l5k import from_l5k
-from .raw import (
-    bytes_in,
-    fits,
-    from_bytes,
-    is_certain,
-)
-from .value_texts import (
-    TRUTH,
-    ValueTextError,
-    unsaid,
-    value_of,
-)
+from .raw import bytes_in, fits, from_bytes, is_certain
+from .value_texts import TRUTH, ValueTextError, unsaid, value_of
 
 _INDEX = re.compile(r"\d{1,9}")
 

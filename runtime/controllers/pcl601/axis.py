@@ -12,12 +12,7 @@ from collections.abc import Callable
 
 from ....io_images.pcl601 import Error, Register
 from ....io_images.pcl601.terminals import HARD_LIMITS, SOFT_LIMITS
-from ...kinematics import (
-    Motion,
-    go_on,
-    move,
-    run,
-)
+from ...kinematics import Motion, go_on, move, run
 from .activities import HOMING, SLOWED_ONCE, AxisActivity
 from .autocorrect import Autocorrect
 from .fly import OutputOnFly

@@ -9,15 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from enum import Enum, auto
 
-from ....io_images.pcl601 import (
-    NEEDS_IDLE,
-    NO_ERROR,
-    POSITION_LIMIT,
-    ROWS,
-    Code,
-    Error,
-    Register,
-)
+from ....io_images.pcl601 import NEEDS_IDLE, NO_ERROR, POSITION_LIMIT, ROWS, Code, Error, Register
 from ....io_images.pcl601.terminals import ON_FLY_OUTPUT, RETRIES_OUTPUT
 from .activities import AxisActivity
 from .axis import Pcl601Axis

@@ -19,14 +19,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from struct import pack, unpack
 
-from ....io_images.pcl601 import (
-    FIRMWARE,
-    WORD_COUNT,
-    WORDS,
-    Code,
-    Error,
-    Register,
-)
+from ....io_images.pcl601 import FIRMWARE, WORD_COUNT, WORDS, Code, Error, Register
 from ....io_images.pcl601.terminals import INPUT_COUNT, OUTPUT_BITS, OUTPUT_COUNT
 from .controller import Controller
 

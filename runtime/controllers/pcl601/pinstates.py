@@ -10,14 +10,7 @@ from __future__ import annotations
 from fractions import Fraction
 
 from ....io_images.pcl601.terminals import INPUTS
-from .pins import (
-    FAR,
-    FULL_SCALE_VOLTS,
-    GROUND,
-    OPEN,
-    Contact,
-    Pins,
-)
+from .pins import FAR, FULL_SCALE_VOLTS, GROUND, OPEN, Contact, Pins
 
 LEVELS = {"ground": GROUND, "open": OPEN, "high": OPEN}
 

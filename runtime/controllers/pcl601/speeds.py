@@ -5,14 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 
 from ....io_images.pcl601 import Register
-from ...kinematics import (
-    Motion,
-    Profile,
-    Shape,
-    change_speed,
-    creep,
-    stop,
-)
+from ...kinematics import Motion, Profile, Shape, change_speed, creep, stop
 from .values import Values
 
 

@@ -19,12 +19,7 @@ from ....io_images.pmc006.status import Status1
 from ...kinematics import FOREVER, Motion
 from .memory import Memory
 from .pins import Pin, Pins
-from .ramps import (
-    Speeds,
-    plan_move,
-    plan_run,
-    plan_slowing,
-)
+from .ramps import Speeds, plan_move, plan_run, plan_slowing
 
 RETREAT_PART = 16
 """The retreat from the switch is the stroke divided by this [4.3.13]."""

@@ -14,13 +14,7 @@ from typing import Protocol
 
 from typing_extensions import override
 
-from ..pcl601_pdus import (
-    COUNTED,
-    EXCEPTION,
-    EXCEPTION_BYTES,
-    answer_bytes,
-    answer_head,
-)
+from ..pcl601_pdus import COUNTED, EXCEPTION, EXCEPTION_BYTES, answer_bytes, answer_head
 from ..rtu import crc, frame
 from .link import (
     ANSWER_S,

@@ -8,27 +8,11 @@ from struct import unpack
 
 from typing_extensions import override
 
-from ....io_images.pcl601 import (
-    CAUSES,
-    NEEDS_IDLE,
-    POSITION_LIMIT,
-    ROWS,
-    WORDS,
-    Code,
-    Error,
-    Register,
-)
+from ....io_images.pcl601 import CAUSES, NEEDS_IDLE, POSITION_LIMIT, ROWS, WORDS, Code, Error, Register
 from ....io_images.pcl601.registers import Row, firmware_text, word_of
 from ....io_images.pcl601.terminals import HARD_LIMIT_BIT, OUTPUT_COUNT
 from .. import pcl601_pdus as pdus
-from .link import (
-    BadAnswerError,
-    NoAnswerError,
-    Progress,
-    RefusedError,
-    StoppedError,
-    until_answered,
-)
+from .link import BadAnswerError, NoAnswerError, Progress, RefusedError, StoppedError, until_answered
 from .modbus import ModbusLine
 from .names import known, settable
 from .watching import MotionClient, Seen, stopped_when_lost

@@ -13,15 +13,7 @@ from .pty import PtyPort
 from .rawtcp import RawTcpPort
 from .segment import Segment
 from .serialdevice import SerialPort
-from .server import (
-    LONGEST_S,
-    LineListener,
-    LineServer,
-    PduServer,
-    Server,
-    Stop,
-    serve_until_interrupted,
-)
+from .server import LONGEST_S, LineListener, LineServer, PduServer, Server, Stop, serve_until_interrupted
 
 __all__ = [
     "LONGEST_S",

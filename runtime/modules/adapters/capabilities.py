@@ -16,12 +16,7 @@ from typing import Generic, TypeVar
 from typing_extensions import override
 
 from ....io_images.amci3601 import Configuration, StatusMsw
-from ..amci3601 import (
-    Capabilities,
-    Feature,
-    Refusal,
-    Request,
-)
+from ..amci3601 import Capabilities, Feature, Refusal, Request
 
 CONFIG_ERROR = StatusMsw.CONFIG_ERROR.value
 FUNCTION = StatusMsw.COMMAND_ERROR.value

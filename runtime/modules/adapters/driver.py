@@ -13,23 +13,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator
 
-from ...line.master import (
-    PUBLISH,
-    LineTiming,
-    Pause,
-    Reply,
-    Request,
-    Script,
-    Step,
-)
-from .exchanges import (
-    BIAS,
-    Exchanges,
-    LinkLost,
-    PowerLost,
-    State,
-    Talk,
-)
+from ...line.master import PUBLISH, LineTiming, Pause, Reply, Request, Script, Step
+from .exchanges import BIAS, Exchanges, LinkLost, PowerLost, State, Talk
 from .findings import FindingKind
 from .task import Drive, Task, TaskKind
 

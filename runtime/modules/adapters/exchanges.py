@@ -10,13 +10,7 @@ from collections.abc import Callable, Generator
 from enum import Enum
 from typing import Generic
 
-from ...line.master import (
-    LineTiming,
-    Master,
-    Reply,
-    Request,
-    Step,
-)
+from ...line.master import LineTiming, Master, Reply, Request, Step
 from .findings import Findings
 from .task import Drive, Task
 

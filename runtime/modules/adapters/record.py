@@ -7,12 +7,7 @@ from collections.abc import Callable
 from ....io_images.amci3601.words import WORDS_3601
 from ...loop.module import Module
 from ...machine import Machine, MachineSpec
-from ..record import (
-    LivePort,
-    ModuleRecord,
-    Options,
-    Trait,
-)
+from ..record import LivePort, ModuleRecord, Options, Trait
 
 ROUND_TRIP_MS = 400
 """Longer than the longest command takes until it is answered, which is a configuration."""

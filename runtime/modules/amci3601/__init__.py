@@ -6,13 +6,7 @@ works over any `Axis`; `StepGenerator` is the simulated one.
 
 from ...loop.module_fault import ModuleFault
 from .axis import Axis
-from .capabilities import (
-    AxisHoming,
-    Capabilities,
-    Feature,
-    Refusal,
-    Request,
-)
+from .capabilities import AxisHoming, Capabilities, Feature, Refusal, Request
 from .command_layer import CommandLayer
 from .indicators import Indicators, Light
 from .module import Amci3601

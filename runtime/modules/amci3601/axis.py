@@ -12,12 +12,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from ....io_images.amci3601 import Configuration
-from ...kinematics import (
-    BlendLeg,
-    Profile,
-    Rate,
-    Shape,
-)
+from ...kinematics import BlendLeg, Profile, Rate, Shape
 from .capabilities import Capabilities
 
 

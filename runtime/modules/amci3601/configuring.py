@@ -5,12 +5,7 @@ from __future__ import annotations
 from ....io_images.amci3601 import Configuration, StatusMsw, check
 from ....io_images.image import Image
 from .command_words import CommandWords
-from .latches import (
-    CONFIG_ERROR,
-    MODULE_OK,
-    POSITION_INVALID,
-    STOPPED,
-)
+from .latches import CONFIG_ERROR, MODULE_OK, POSITION_INVALID, STOPPED
 from .operation import Host
 
 STATUS_BELOW_LIVE_BITS = StatusMsw.CONFIG_ERROR.value - 1

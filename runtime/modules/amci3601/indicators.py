@@ -15,13 +15,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
-from .latches import (
-    COMMAND_ERROR,
-    CONFIG_ERROR,
-    HOME_INVALID,
-    INPUT_ERROR,
-    INVALID_PROFILE,
-)
+from .latches import COMMAND_ERROR, CONFIG_ERROR, HOME_INVALID, INPUT_ERROR, INVALID_PROFILE
 
 BLINKING_ERRORS = CONFIG_ERROR | COMMAND_ERROR | INPUT_ERROR | HOME_INVALID | INVALID_PROFILE
 

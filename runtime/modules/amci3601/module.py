@@ -32,12 +32,7 @@ from ...loop.module import unnoticed
 from ...loop.module_fault import ModuleFault
 from ...machine import Machine
 from .command_layer import CommandLayer
-from .indicators import (
-    ASIC_LOST,
-    DIAGNOSTICS_FAILED,
-    UNPOWERED,
-    indicators,
-)
+from .indicators import ASIC_LOST, DIAGNOSTICS_FAILED, UNPOWERED, indicators
 from .options import Amci3601Options
 from .report import report
 from .step_generator import NEVER, StepGenerator

@@ -23,13 +23,7 @@ from ....io_images.amci3601 import (
 from ...kinematics import MILLI, PICO, stopping_distance
 from .command_words import COMMAND_BITS, S_CURVE, CommandWords
 from .latches import POSITION_INVALID, Fault
-from .operation import (
-    CW_LIMIT,
-    EITHER_LIMIT,
-    Host,
-    limit_in,
-    limit_of,
-)
+from .operation import CW_LIMIT, EITHER_LIMIT, Host, limit_in, limit_of
 
 Check = Callable[[Host, CommandWords], bool]
 

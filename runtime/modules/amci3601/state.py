@@ -11,12 +11,7 @@ from ....io_images.amci3601 import CommandLsw, Configuration, InputBit
 from .axis import BlendProgram
 from .blend_session import BlendSession
 from .command_words import CommandWords
-from .latches import (
-    COMMAND_ERROR,
-    INVALID_PROFILE,
-    MODE_CONFIG,
-    Latches,
-)
+from .latches import COMMAND_ERROR, INVALID_PROFILE, MODE_CONFIG, Latches
 
 EXTERNAL = InputBit.EXTERNAL.value
 PROXIMITY = CommandLsw.HOME_PROXIMITY.value

@@ -14,16 +14,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from ....io_images.amci3601 import Configuration
-from ...kinematics import (
-    FOREVER,
-    PICO,
-    Motion,
-    Profile,
-    Rate,
-    Segment,
-    Shape,
-    stopping_distance,
-)
+from ...kinematics import FOREVER, PICO, Motion, Profile, Rate, Segment, Shape, stopping_distance
 from ...kinematics import blend as plan_blend
 from ...kinematics import change_speed as plan_speed_change
 from ...kinematics import move as plan_move

@@ -12,13 +12,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from .analog import (
-    FORMATS,
-    FORMATS_12,
-    RANGES,
-    Convert,
-    RangeBits,
-)
+from .analog import FORMATS, FORMATS_12, RANGES, Convert, RangeBits
 
 
 @dataclass(frozen=True, slots=True)

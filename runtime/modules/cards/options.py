@@ -24,12 +24,7 @@ from ....io_images.image import WORD_MAX, WORD_MIN, WORDS
 from ....io_images.module_words import BitPlace, ModuleWords
 from ...loop.options import Options
 from ...machine.spec import INPUT_NAMES
-from .analog import (
-    RANGES,
-    RAW_LANDMARKS,
-    SIGNAL_MAX,
-    Channel,
-)
+from .analog import RANGES, RAW_LANDMARKS, SIGNAL_MAX, Channel
 from .kinds import CardKind
 
 WORD_BITS = 16

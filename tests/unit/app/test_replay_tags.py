@@ -12,12 +12,7 @@ from scanrack.jobs.bench import Bench
 from scanrack.jobs.bench.opening import open_bench
 from scanrack.jobs.load.loading import load_job
 from scanrack.jobs.run.running import JobRun
-from scanrack.runtime.live.orders import (
-    Force,
-    Order,
-    Unforce,
-    Write,
-)
+from scanrack.runtime.live.orders import Force, Order, Unforce, Write
 from typer.testing import CliRunner
 
 LADDER = """

@@ -6,12 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from scanrack.io_images.amci3601 import (
-    Move,
-    MoveKind,
-    PresetPosition,
-    StoreMinimumRegistration,
-)
+from scanrack.io_images.amci3601 import Move, MoveKind, PresetPosition, StoreMinimumRegistration
 from scanrack.io_images.image import Image
 from scanrack.jobs.load.program import ProgramError, load_program
 from scanrack.ladder.files.steps import parse_steps

@@ -17,12 +17,7 @@ from pathlib import Path
 import pytest
 from mcap.reader import make_reader
 from scanrack.commands import build
-from scanrack.commands.wire.serve import (
-    answering,
-    begin,
-    line_of,
-    wire,
-)
+from scanrack.commands.wire.serve import answering, begin, line_of, wire
 from scanrack.io_images.pmc006.frame import command, reply
 from scanrack.io_images.pmc006.instructions import BY_NAME
 from scanrack.jobs.run.served_units import pcl601_units, pmc006_units

@@ -11,15 +11,7 @@ from scanrack.jobs.run.build import build_cpu, build_rack, slot_seed
 from scanrack.runtime.config.rackfile import load_rack_file
 from scanrack.runtime.config.rackspec import ForceSpec, RackSpec, SlotSpec
 from scanrack.runtime.loop.cpu import CpuFault, CpuMode
-from scanrack.runtime.machine import (
-    EncoderSpec,
-    Jam,
-    MachineSpec,
-    Slip,
-    Station,
-    Switch,
-    TimelineEntry,
-)
+from scanrack.runtime.machine import EncoderSpec, Jam, MachineSpec, Slip, Station, Switch, TimelineEntry
 from scanrack.runtime.modules.amci3601 import Amci3601
 from scanrack.runtime.modules.record import ModuleRecord
 from scanrack.runtime.modules.registry import MODULES

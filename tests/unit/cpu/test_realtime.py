@@ -18,13 +18,7 @@ from scanrack.commands import build
 from scanrack.commands.programs.summary import Tally, summary
 from scanrack.runtime.loop import realtime
 from scanrack.runtime.loop.pace import FreeRun, RealTime
-from scanrack.runtime.loop.realtime import (
-    REQUESTS,
-    Outcome,
-    Request,
-    frozen_collector,
-    real_time,
-)
+from scanrack.runtime.loop.realtime import REQUESTS, Outcome, Request, frozen_collector, real_time
 from typer.testing import CliRunner
 
 LINUX_ONLY = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="Linux's scheduler and mlockall")

@@ -8,12 +8,7 @@ from typing import Any
 
 import pytest
 from hypothesis import find
-from scanrack.jobs.fuzz.drawing import (
-    Kind,
-    card_buttons,
-    possible_kinds,
-    scenarios,
-)
+from scanrack.jobs.fuzz.drawing import Kind, card_buttons, possible_kinds, scenarios
 from scanrack.jobs.fuzz.laws.scan_view import Moment
 from scanrack.jobs.fuzz.laws.standard import STANDARD
 from scanrack.jobs.fuzz.scenarios.rackdoc import rack_text

@@ -4,23 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from scanrack.io_images.amci3601 import (
-    Configuration,
-    Idle,
-    InputBit,
-    Move,
-    MoveKind,
-    StatusView,
-)
-from scanrack.jobs.fuzz import (
-    STANDARD,
-    Bench,
-    Press,
-    Scenario,
-    never,
-    search,
-    undisturbed,
-)
+from scanrack.io_images.amci3601 import Configuration, Idle, InputBit, Move, MoveKind, StatusView
+from scanrack.jobs.fuzz import STANDARD, Bench, Press, Scenario, never, search, undisturbed
 from scanrack.jobs.fuzz.drawing import Kind, scenarios
 from scanrack.runtime.config.rackspec import RackSpec
 

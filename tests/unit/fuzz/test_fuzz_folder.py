@@ -10,19 +10,8 @@ from collections import Counter
 import pytest
 from scanrack.commands import build
 from scanrack.io_images.amci3601 import InputBit
-from scanrack.jobs.fuzz import (
-    Broken,
-    Found,
-    Press,
-    Scenario,
-    folder_lock,
-)
-from scanrack.jobs.fuzz.campaign.state import (
-    CampaignError,
-    State,
-    read_state,
-    write_state,
-)
+from scanrack.jobs.fuzz import Broken, Found, Press, Scenario, folder_lock
+from scanrack.jobs.fuzz.campaign.state import CampaignError, State, read_state, write_state
 from scanrack.jobs.fuzz.folder_lock import locked
 from scanrack.runtime.loop.incidents import FaultKind, Incident
 from typer.testing import CliRunner

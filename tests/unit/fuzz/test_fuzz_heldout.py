@@ -17,16 +17,7 @@ from scanrack.io_images.amci3601 import (
     ResetErrors,
     StatusView,
 )
-from scanrack.jobs.fuzz import (
-    STANDARD,
-    Bench,
-    Press,
-    Scenario,
-    never,
-    search,
-    undisturbed,
-    within,
-)
+from scanrack.jobs.fuzz import STANDARD, Bench, Press, Scenario, never, search, undisturbed, within
 from scanrack.jobs.fuzz.drawing import Kind, possible_kinds, scenarios
 from scanrack.jobs.fuzz.scenarios.scenario import Lost, Shift
 from scanrack.runtime.config.rackspec import RackSpec

@@ -6,13 +6,7 @@ from typing import Any
 import pytest
 from scanrack.io_images import Image
 from scanrack.io_images.amci3601 import StatusView
-from scanrack.jobs.fuzz import (
-    InvariantError,
-    always,
-    load_invariants,
-    never,
-    within,
-)
+from scanrack.jobs.fuzz import InvariantError, always, load_invariants, never, within
 from scanrack.jobs.fuzz.laws.scan_view import Slots
 
 MS = 1_000_000

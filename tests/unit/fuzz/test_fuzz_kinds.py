@@ -16,13 +16,7 @@ from scanrack.io_images.amci3601 import (
     PresetPosition,
     StatusView,
 )
-from scanrack.jobs.fuzz import (
-    STANDARD,
-    Bench,
-    Invariant,
-    never,
-    search,
-)
+from scanrack.jobs.fuzz import STANDARD, Bench, Invariant, never, search
 from scanrack.jobs.fuzz.drawing import Kind, possible_kinds, scenarios
 from scanrack.runtime.config.rackspec import RackSpec
 

@@ -3,21 +3,8 @@
 from __future__ import annotations
 
 import pytest
-from scanrack.io_images.amci3601 import (
-    Configuration,
-    Direction,
-    Idle,
-    InputBit,
-    Manual,
-    StatusView,
-)
-from scanrack.jobs.fuzz import (
-    Bench,
-    Scenario,
-    always,
-    never,
-    within,
-)
+from scanrack.io_images.amci3601 import Configuration, Direction, Idle, InputBit, Manual, StatusView
+from scanrack.jobs.fuzz import Bench, Scenario, always, never, within
 from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.runtime.loop.incidents import FaultKind, Incident
 

@@ -8,14 +8,7 @@ from typing import Any
 
 import pytest
 from scanrack.commands import build
-from scanrack.io_images.amci3601 import (
-    Configuration,
-    Idle,
-    InputBit,
-    Move,
-    MoveKind,
-    StatusView,
-)
+from scanrack.io_images.amci3601 import Configuration, Idle, InputBit, Move, MoveKind, StatusView
 from scanrack.jobs.fuzz import Bench, Press, Scenario
 from scanrack.jobs.fuzz.scenarios.drivescript import DriveScript, obstacle
 from scanrack.jobs.fuzz.scenarios.scenario import Shift

@@ -10,12 +10,7 @@ from campaign_work import DiesOnce, dies
 from scanrack.commands import build
 from scanrack.jobs.fuzz import Found, Scenario
 from scanrack.jobs.fuzz.campaign.campaign import campaign
-from scanrack.jobs.fuzz.campaign.state import (
-    CampaignError,
-    State,
-    read_state,
-    write_state,
-)
+from scanrack.jobs.fuzz.campaign.state import CampaignError, State, read_state, write_state
 from scanrack.jobs.fuzz.run import Broken
 from typer.testing import CliRunner
 

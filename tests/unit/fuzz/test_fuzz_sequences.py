@@ -4,12 +4,7 @@ from pathlib import Path
 
 import pytest
 from scanrack.io_images.amci3601 import Configuration, InputBit
-from scanrack.jobs.fuzz import (
-    Bench,
-    Press,
-    Scenario,
-    never,
-)
+from scanrack.jobs.fuzz import Bench, Press, Scenario, never
 from scanrack.jobs.fuzz.steady import Uses
 from scanrack.ladder.python.axis3601 import Axis3601
 from scanrack.ladder.python.sequences import Input, Logic, sequence

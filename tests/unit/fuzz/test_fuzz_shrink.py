@@ -4,21 +4,9 @@ from __future__ import annotations
 
 import pytest
 from scanrack.io_images.amci3601 import InputBit
-from scanrack.jobs.fuzz import (
-    Broken,
-    Found,
-    Press,
-    Scenario,
-)
+from scanrack.jobs.fuzz import Broken, Found, Press, Scenario
 from scanrack.jobs.fuzz.scenarios.scenario import Lost, Shift
-from scanrack.jobs.fuzz.shrink import (
-    digits,
-    parts_of,
-    rounder,
-    scenario_of,
-    simpler_parts,
-    smallest,
-)
+from scanrack.jobs.fuzz.shrink import digits, parts_of, rounder, scenario_of, simpler_parts, smallest
 from scanrack.runtime.loop.incidents import FaultKind, Incident
 
 MS = 1_000_000

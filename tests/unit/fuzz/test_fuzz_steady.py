@@ -8,13 +8,7 @@ import sys
 
 import pytest
 from scanrack.commands import build
-from scanrack.jobs.fuzz.steady import (
-    CHANCE,
-    CLOCK,
-    PROCESS,
-    THREADS,
-    Uses,
-)
+from scanrack.jobs.fuzz.steady import CHANCE, CLOCK, PROCESS, THREADS, Uses
 from typer.testing import CliRunner
 
 RACK = """program = "line.py"

@@ -1,13 +1,7 @@
 """What `decode` says about words that no command has."""
 
 import pytest
-from scanrack.io_images.amci3601 import (
-    Parameters,
-    decode,
-    rate_in_range,
-    speed_in_range,
-    target_in_range,
-)
+from scanrack.io_images.amci3601 import Parameters, decode, rate_in_range, speed_in_range, target_in_range
 from scanrack.io_images.image import Image
 
 

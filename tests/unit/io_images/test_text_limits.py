@@ -14,12 +14,7 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
-from scanrack.io_images.text_limits import (
-    LIMITS,
-    Text,
-    TextLimitError,
-    check_text,
-)
+from scanrack.io_images.text_limits import LIMITS, Text, TextLimitError, check_text
 from scanrack.ladder import Program
 from scanrack.ladder.files.rungfile import parse_program, parse_structured
 from scanrack.ladder.files.steps import parse_steps

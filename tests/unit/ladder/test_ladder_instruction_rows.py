@@ -7,16 +7,7 @@ from typing import Any
 
 import pytest
 import scanrack.ladder
-from scanrack.ladder import (
-    BOOL,
-    COUNTER,
-    DINT,
-    TIMER,
-    LadderError,
-    LadderFault,
-    Program,
-    instructions,
-)
+from scanrack.ladder import BOOL, COUNTER, DINT, TIMER, LadderError, LadderFault, Program, instructions
 from scanrack.ladder.build.text import parse_rung
 from scanrack.ladder.instructions import BY_NAME, FAMILIES, SPECS
 from scanrack.ladder.model.operand_checks import OPERAND_CHECKS

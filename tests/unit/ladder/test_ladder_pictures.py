@@ -8,12 +8,7 @@ from scanrack.commands import build
 from scanrack.jobs.load.program import load_program
 from scanrack.ladder import Program
 from scanrack.ladder.build.text import parse_rung
-from scanrack.ladder.draw import (
-    captions_of,
-    routine_text,
-    routines_svg,
-    rung_text,
-)
+from scanrack.ladder.draw import captions_of, routine_text, routines_svg, rung_text
 from scanrack.ladder.model.tree import Routine
 from typer.testing import CliRunner
 

@@ -26,12 +26,7 @@ from scanrack.ladder import (
     Program,
     Structure,
 )
-from scanrack.ladder.files.rungfile import (
-    parse_program,
-    program_text,
-    read_program,
-    write_program,
-)
+from scanrack.ladder.files.rungfile import parse_program, program_text, read_program, write_program
 from scanrack.ladder.model.tree import Routine
 
 

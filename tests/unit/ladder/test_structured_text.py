@@ -18,13 +18,7 @@ from scanrack.ladder import (
     write_program,
 )
 from scanrack.ladder.files.rungfile import parse_program, program_text
-from scanrack.ladder.model.statements import (
-    Assignment,
-    Case,
-    Empty,
-    If,
-    block_lines,
-)
+from scanrack.ladder.model.statements import Assignment, Case, Empty, If, block_lines
 from scanrack.ladder.model.tree import Address, Number, Operation
 from scanrack.ladder.st import parse_statements
 

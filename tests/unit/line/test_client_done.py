@@ -14,12 +14,7 @@ from scanrack.runtime.controllers.pcl601.line import Pcl601
 from scanrack.runtime.controllers.pcl601.pins import Contact
 from scanrack.runtime.controllers.pmc006.controller import Controller
 from scanrack.runtime.controllers.pmc006.line import Pmc006
-from scanrack.runtime.line.clients.link import (
-    LinkError,
-    RefusedError,
-    StoppedError,
-    UncertainError,
-)
+from scanrack.runtime.line.clients.link import LinkError, RefusedError, StoppedError, UncertainError
 from scanrack.runtime.line.clients.modbus import RtuLine
 from scanrack.runtime.line.clients.pcl601 import Pcl601Client
 from scanrack.runtime.line.clients.pmc006 import Pmc006Client

@@ -3,13 +3,7 @@
 from __future__ import annotations
 
 from scanrack.io_images.pmc006.frame import reply
-from scanrack.runtime.line.master import (
-    LATE_NS,
-    LineTiming,
-    Master,
-    Reply,
-    Script,
-)
+from scanrack.runtime.line.master import LATE_NS, LineTiming, Master, Reply, Script
 from scanrack.runtime.line.pmc006_frames import LINE_FORMAT, reading
 
 MS = 1_000_000

@@ -2,12 +2,7 @@
 
 import pytest
 from scanrack.watch.history.catalog import PythonSource
-from scanrack.watch.history.event_log import (
-    FIRST,
-    KEPT,
-    STATES,
-    EventLog,
-)
+from scanrack.watch.history.event_log import FIRST, KEPT, STATES, EventLog
 
 
 def event(scan, topic="/events", **fields):

@@ -3,12 +3,7 @@
 from scanrack.runtime.live.ring import row_type
 from scanrack.watch.history.lanes import Told
 from scanrack.watch.history.recent import Recent
-from scanrack.watch.history.shadow import (
-    MOST_INPUTS,
-    MOST_VALUES,
-    THINNED,
-    Kept,
-)
+from scanrack.watch.history.shadow import MOST_INPUTS, MOST_VALUES, THINNED, Kept
 from scanrack.watch.history.stretch import Stretches
 from scanrack.watch.history.timeline import Timeline
 from scanrack.watch.history.watched_program import Inputs, Values

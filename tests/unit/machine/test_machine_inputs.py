@@ -4,14 +4,7 @@ from __future__ import annotations
 
 import pytest
 from scanrack.io_images.amci3601.bits import InputBit
-from scanrack.runtime.machine import (
-    Machine,
-    MachineSpec,
-    Station,
-    Switch,
-    TimelineEntry,
-    press,
-)
+from scanrack.runtime.machine import Machine, MachineSpec, Station, Switch, TimelineEntry, press
 
 HOME, ESTOP, EXTERNAL, CAPTURE = InputBit.HOME, InputBit.ESTOP, InputBit.EXTERNAL, InputBit.CAPTURE
 MS = 1_000_000

@@ -7,13 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from scanrack import (
-    Configuration,
-    InputBit,
-    Move,
-    MoveKind,
-    PresetPosition,
-)
+from scanrack import Configuration, InputBit, Move, MoveKind, PresetPosition
 from scanrack.io_images.addresses import Address, parse_address
 from scanrack.io_images.image import Image
 from scanrack.jobs.drive.card_bench import CardBench

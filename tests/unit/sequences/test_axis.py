@@ -6,17 +6,7 @@ Starting speed 1000, speed 5000, rates 20 up and 10 down: 0.2 s and 600 steps up
 import pytest
 from axis_hand import Geared, Hand, OneAxis, setup
 from bench3601 import BACKPLANE_PROXIMITY
-from scanrack import (
-    Axis3601,
-    AxisError,
-    CommandAborted,
-    Direction,
-    ErrorId,
-    State,
-    dwell,
-    sequence,
-    until,
-)
+from scanrack import Axis3601, AxisError, CommandAborted, Direction, ErrorId, State, dwell, sequence, until
 from scanrack.io_images.amci3601 import Acceleration, BlendSegment, InputBit
 from scanrack.ladder.files.rungreader import load_library
 from scanrack.ladder.python.axis3601 import kinds

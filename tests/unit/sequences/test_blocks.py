@@ -1,18 +1,7 @@
 """Timers, edges and counters: the timing diagrams of IEC 61131-3, tables 44 to 46."""
 
 import pytest
-from scanrack import (
-    Counter,
-    DownCounter,
-    Fall,
-    Input,
-    Logic,
-    OffDelay,
-    OnDelay,
-    Output,
-    Pulse,
-    Rise,
-)
+from scanrack import Counter, DownCounter, Fall, Input, Logic, OffDelay, OnDelay, Output, Pulse, Rise
 from scanrack.ladder.python.sequences.parts import Clock
 from sequence_bench import SequenceBench
 

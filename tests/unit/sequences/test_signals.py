@@ -1,16 +1,7 @@
 """Inputs and outputs by address, by meaning and by name: the same bit whatever it is called."""
 
 import pytest
-from scanrack import (
-    Axis3601,
-    Input,
-    InputWord,
-    Logic,
-    Output,
-    OutputWord,
-    State,
-    sequence,
-)
+from scanrack import Axis3601, Input, InputWord, Logic, Output, OutputWord, State, sequence
 from scanrack.io_images.amci3601.words import WORDS_3601
 from scanrack.io_images.module_words import PLAIN_WORDS
 from scanrack.ladder.python.sequences.places import find_bit, find_word

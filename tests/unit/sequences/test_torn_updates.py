@@ -8,21 +8,8 @@ from dataclasses import replace
 from typing import Any
 
 from bench3601 import ENCODER, configuration
-from scanrack import (
-    Axis3601,
-    Configuration,
-    Direction,
-    Logic,
-    dwell,
-    sequence,
-    until,
-)
-from scanrack.io_images.amci3601 import (
-    Acceleration,
-    BlendSegment,
-    CommandMsw,
-    InputBit,
-)
+from scanrack import Axis3601, Configuration, Direction, Logic, dwell, sequence, until
+from scanrack.io_images.amci3601 import Acceleration, BlendSegment, CommandMsw, InputBit
 from scanrack.io_images.image import Image
 from scanrack.runtime.loop.cpu import Cpu, CpuFault
 from scanrack.runtime.loop.exchange import EveryRpi

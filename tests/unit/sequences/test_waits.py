@@ -3,15 +3,7 @@
 from typing import Any
 
 import pytest
-from scanrack import (
-    Input,
-    Logic,
-    Wait,
-    dwell,
-    sequence,
-    steady,
-    until,
-)
+from scanrack import Input, Logic, Wait, dwell, sequence, steady, until
 from scanrack.ladder.python.sequences.durations import duration_ns
 from sequence_bench import SequenceBench
 

@@ -16,12 +16,7 @@ import pytest
 from scanrack.runtime.loop import pace
 from scanrack.traces.files.locking import could_lock
 from scanrack.traces.format.layout import SlotInfo
-from scanrack.traces.read.reader import (
-    Scan,
-    Trace,
-    open_records,
-    open_trace,
-)
+from scanrack.traces.read.reader import Scan, Trace, open_records, open_trace
 from scanrack.traces.repair import repair
 from scanrack.traces.write.line import LineRecorder, UnitColumns
 from scanrack.traces.write.output import TraceFile, open_trace_file

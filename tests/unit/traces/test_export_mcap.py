@@ -16,12 +16,7 @@ from scanrack.traces.export import write_mcap
 from scanrack.traces.format.cdr import leaves
 from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.format.records import TraceError
-from scanrack.traces.format.schema import (
-    ScanSchema,
-    layout_of,
-    rest_bytes,
-    scan_schema,
-)
+from scanrack.traces.format.schema import ScanSchema, layout_of, rest_bytes, scan_schema
 from scanrack.traces.format.tagplan import Tag, plan_of
 from scanrack.traces.read.arrays import Selection, read_columns
 from scanrack.traces.read.reader import open_trace

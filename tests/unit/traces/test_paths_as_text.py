@@ -12,12 +12,7 @@ from scanrack.jobs.fuzz.laws.invariants import InvariantError, load_invariants
 from scanrack.jobs.load.program import load_program
 from scanrack.runtime.config.rackfile import load_rack_file
 from scanrack.traces.export import write_csv, write_parquet, write_vcd
-from scanrack.traces.plot import (
-    Envelope,
-    read_chart,
-    save_figure,
-    save_page,
-)
+from scanrack.traces.plot import Envelope, read_chart, save_figure, save_page
 from scanrack.traces.read.reader import open_records, open_trace
 from scanrack.traces.repair import repair
 from scanrack.traces.write.line import LineRecorder, UnitColumns

@@ -8,21 +8,10 @@ from scanrack.io_images import Image
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.jobs.replay.levels import recorded_levels
 from scanrack.jobs.run.build import build_playback, build_rack
-from scanrack.jobs.run.playback import (
-    RecordedInputs,
-    Score,
-    Stimulus,
-    recorded_outputs,
-    stimulated,
-)
+from scanrack.jobs.run.playback import RecordedInputs, Score, Stimulus, recorded_outputs, stimulated
 from scanrack.runtime.config.rackspec import RackSpec, SlotSpec
 from scanrack.runtime.loop.scan import Scan
-from scanrack.runtime.machine import (
-    MachineSpec,
-    Station,
-    Switch,
-    TimelineEntry,
-)
+from scanrack.runtime.machine import MachineSpec, Station, Switch, TimelineEntry
 from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.read import packed
 from scanrack.traces.read.columns import Columns

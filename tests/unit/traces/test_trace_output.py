@@ -16,13 +16,7 @@ from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.format.records import MAGIC
 from scanrack.traces.read.finding import find_records
 from scanrack.traces.read.reader import open_trace
-from scanrack.traces.write.output import (
-    SUMMARY_ROOM,
-    Ballast,
-    TraceFile,
-    TraceFull,
-    open_trace_file,
-)
+from scanrack.traces.write.output import SUMMARY_ROOM, Ballast, TraceFile, TraceFull, open_trace_file
 from scanrack.traces.write.recorder import Attachment, ScanRecorder
 
 SLOTS = [SlotInfo(1, "amci3601", "4.1"), SlotInfo(2, "amci3601", "2.0")]

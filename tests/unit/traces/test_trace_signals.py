@@ -18,12 +18,7 @@ from scanrack.traces.export import write_csv, write_vcd
 from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.plot import Envelope, read_chart, save_page
 from scanrack.traces.read.reader import open_trace
-from scanrack.traces.signals import (
-    Catalog,
-    Kind,
-    Selection,
-    blocks,
-)
+from scanrack.traces.signals import Catalog, Kind, Selection, blocks
 from scanrack.traces.signals.catalog import UnknownSignalError
 from scanrack.traces.signals.decode import joined
 

@@ -13,14 +13,7 @@ import pytest
 from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.format.records import TraceError
 from scanrack.traces.format.schema import scan_schema
-from scanrack.traces.format.tagplan import (
-    ROW_BYTES_MAX,
-    VALUES_MAX,
-    Tag,
-    TagPlan,
-    plan_of,
-    read_plan,
-)
+from scanrack.traces.format.tagplan import ROW_BYTES_MAX, VALUES_MAX, Tag, TagPlan, plan_of, read_plan
 from scanrack.traces.read.arrays import read_columns
 from scanrack.traces.read.reader import open_trace
 from scanrack.traces.write.recorder import ScanRecorder

@@ -5,12 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from ....io_images.amci3601 import (
-    MOTIONS,
-    CommandMsw,
-    StatusView,
-    status_names,
-)
+from ....io_images.amci3601 import MOTIONS, CommandMsw, StatusView, status_names
 from ....io_images.amci3601.words import may_be_stepper
 from ....io_images.image import UNSIGNED_MAX, Image
 from ....runtime.loop.rack import Rack, Slot

@@ -5,12 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from .busy import Rests
-from .invariants import (
-    Invariant,
-    Watch,
-    always,
-    never,
-)
+from .invariants import Invariant, Watch, always, never
 from .scan_view import Moment, SlotMoment
 
 

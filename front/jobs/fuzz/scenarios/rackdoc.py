@@ -17,13 +17,7 @@ from ....runtime.config.rackspec import RackSpec
 from ....runtime.loop.incidents import Incident
 from ....runtime.machine import TimelineEntry
 from ....runtime.machine.spec import input_name
-from .scenario import (
-    Push,
-    Scenario,
-    Signal,
-    entries_of,
-    signal_entries,
-)
+from .scenario import Push, Scenario, Signal, entries_of, signal_entries
 
 Table = dict[str, Any]
 

@@ -6,12 +6,7 @@ from collections.abc import Iterator
 
 from ....runtime.loop.incidents import FaultKind, Incident
 from ....runtime.machine.spec import input_name
-from .scenario import (
-    Press,
-    Push,
-    Scenario,
-    Signal,
-)
+from .scenario import Press, Push, Scenario, Signal
 
 HAPPENS = {
     FaultKind.POWER_CYCLE: "the power of slot {slot} goes and comes back",

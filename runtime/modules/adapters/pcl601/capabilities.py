@@ -7,12 +7,7 @@ from fractions import Fraction
 from typing_extensions import override
 
 from .....io_images.amci3601 import Configuration, HomingKind, InputBit
-from ....kinematics import (
-    MILLI,
-    PICO,
-    Shape,
-    stopping_distance,
-)
+from ....kinematics import MILLI, PICO, Shape, stopping_distance
 from ...amci3601 import AxisHoming, Feature, Request
 from ..capabilities import (
     BLOCK,
@@ -29,12 +24,7 @@ from ..capabilities import (
     speed_of,
 )
 from .options import Pcl601Options
-from .units import (
-    BASE_MAX,
-    SPEED_MAX,
-    STEPS_MAX,
-    drive_for,
-)
+from .units import BASE_MAX, SPEED_MAX, STEPS_MAX, drive_for
 
 EITHER_LIMIT = (InputBit.CW_LIMIT | InputBit.CCW_LIMIT).value
 GROUNDED = (InputBit.HOME | InputBit.ESTOP).value

@@ -11,32 +11,13 @@ from collections.abc import Callable, Generator
 
 from typing_extensions import override
 
-from .....io_images.pcl601 import (
-    CAUSES,
-    NO_ERROR,
-    Code,
-    Error,
-    Register,
-)
-from ....kinematics import (
-    Shape,
-    change_speed,
-    creep,
-    move,
-    register,
-    run,
-)
+from .....io_images.pcl601 import CAUSES, NO_ERROR, Code, Error, Register
+from ....kinematics import Shape, change_speed, creep, move, register, run
 from ....kinematics import stop as plan_stop
 from ....line import pcl601_ascii as ascii
 from ....line import pcl601_frames as frames
 from ....line import pcl601_pdus as pdus
-from ....line.master import (
-    PUBLISH,
-    LineTiming,
-    Reply,
-    Request,
-    Step,
-)
+from ....line.master import PUBLISH, LineTiming, Reply, Request, Step
 from ....line.wire import LineFormat
 from ..driver import Driver
 from ..exchanges import BIAS, LinkLost, Talk

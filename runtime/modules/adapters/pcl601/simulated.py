@@ -21,12 +21,7 @@ from typing_extensions import override
 from .....io_images.amci3601 import Configuration, InputBit
 from .....io_images.pcl601 import Register
 from ....controllers.pcl601.line import Pcl601
-from ....controllers.pcl601.pins import (
-    FAR,
-    GROUND,
-    OPEN,
-    Contact,
-)
+from ....controllers.pcl601.pins import FAR, GROUND, OPEN, Contact
 from ....machine import Machine, Switch
 from ..plant import Plant, switches_of
 from .capabilities import hears_external

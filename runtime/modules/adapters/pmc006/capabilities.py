@@ -23,13 +23,7 @@ from ..capabilities import (
     speed_of,
 )
 from .options import Pmc006Options
-from .units import (
-    RATE_MIN,
-    SPEED_MAX,
-    START_MAX,
-    START_MIN,
-    speeds_for,
-)
+from .units import RATE_MIN, SPEED_MAX, START_MAX, START_MIN, speeds_for
 
 FSET_INPUTS = (InputBit.CAPTURE, InputBit.EXTERNAL, InputBit.ESTOP)
 """Terminals of which one may be wired to FSET."""

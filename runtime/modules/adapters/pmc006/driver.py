@@ -16,19 +16,9 @@ from typing_extensions import override
 from .....io_images.amci3601 import Configuration, InputBit, StatusMsw
 from .....io_images.pmc006.frame import BAUD
 from .....io_images.pmc006.status import Level, Status1, Status2
-from ....controllers.pmc006.ramps import (
-    Speeds,
-    plan_move,
-    plan_run,
-    plan_slowing,
-)
+from ....controllers.pmc006.ramps import Speeds, plan_move, plan_run, plan_slowing
 from ....line import pmc006_frames as frames
-from ....line.master import (
-    LineTiming,
-    Reply,
-    Request,
-    Step,
-)
+from ....line.master import LineTiming, Reply, Request, Step
 from ....line.wire import LineFormat
 from ..driver import Driver
 from ..exchanges import BIAS, NEAR_ZERO, Talk

@@ -12,13 +12,7 @@ from typing import ClassVar
 
 from typing_extensions import override
 
-from .....io_images.amci3601 import (
-    CommandLsw,
-    CommandMsw,
-    StatusLsw,
-    rate_in_range,
-    speed_in_range,
-)
+from .....io_images.amci3601 import CommandLsw, CommandMsw, StatusLsw, rate_in_range, speed_in_range
 from .....io_images.thousands import is_legal_pair, join_thousands
 from ....kinematics import Shape
 from ..axis import BlendProgram

@@ -22,12 +22,7 @@ from ..capabilities import Feature
 from ..command_words import CommandWords
 from ..latches import STOPPED
 from ..operation import Host, Limits, Operation
-from ..refusals import (
-    FOLLOWER,
-    FOLLOWER_WORDS,
-    MANUAL_BITS,
-    refused,
-)
+from ..refusals import FOLLOWER, FOLLOWER_WORDS, MANUAL_BITS, refused
 from .manual_move import MANUAL_BIT
 
 FOLLOW = CommandLsw.ENC_FOLLOWER.value

@@ -41,13 +41,7 @@ from .....io_images.amci3601 import HomingKind, InputBit
 from ....kinematics import Profile
 from ..command_words import CommandWords
 from ..latches import AT_HOME, POSITION_INVALID
-from ..operation import (
-    Host,
-    Limits,
-    Operation,
-    limit_in,
-    limit_of,
-)
+from ..operation import Host, Limits, Operation, limit_in, limit_of
 
 HOME = InputBit.HOME.value
 DWELL_NS = 2_000_000_000
