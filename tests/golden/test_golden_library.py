@@ -18,7 +18,7 @@ from scanrack.commands import build
 from scanrack.io_images.amci3601 import RULES
 from typer.testing import CliRunner, Result
 
-GOLDEN = Path(__file__).parents[2] / "traces" / "golden"
+GOLDEN = Path(__file__).parents[2] / "tests" / "golden" / "recordings"
 LISTED = ("CMD-", "PRF-", "HOM-", "INP-", "POS-", "CER-")
 """Prefixes of the rows of chapter 6's lists of errors."""
 

@@ -24,7 +24,7 @@ app = typer.Typer(add_completion=False, rich_markup_mode=None)
 def golden_command(
     folder: Annotated[
         Path, typer.Argument(metavar="FOLDER", help="The library: scenarios.toml and what is made of it.")
-    ] = Path("traces/golden"),
+    ] = Path("tests/golden/recordings"),
     update: Annotated[
         bool, typer.Option("--update", help="Write what has changed as what is expected.")
     ] = False,

@@ -222,7 +222,7 @@ def index_of(library: Library) -> str:
         "",
         "What a 3601 does, a short recording each: `.mcap` for any MCAP tool, `.txt` to read, and the",
         f"scenario in [{SCENARIOS}]({SCENARIOS}). `python tests/tools/golden.py` makes them again and shows",
-        "what has changed, see [replay](../../docs/replay.md).",
+        "what has changed, see [replay](../../../docs/replay.md).",
     ]
     for group, scenarios in groupby(library.scenario, lambda scenario: scenario.group):
         lines += ["", f"## {group}", "", "| recording | what it shows | rules |", "|---|---|---|"]

@@ -376,7 +376,7 @@ def test_damaged_metadata_are_noted_and_not_signed_anew_in_silence(path: Path, c
 
 def test_a_trace_without_a_crc_of_its_data_is_left_alone() -> None:
     """Those of the golden library were recorded before there was one."""
-    for golden in sorted((Path(__file__).parents[3] / "traces" / "golden").glob("*.mcap"))[:10]:
+    for golden in sorted((Path(__file__).parents[3] / "tests" / "golden" / "recordings").glob("*.mcap"))[:10]:
         assert not repair(golden, golden.with_name("not written.mcap")).needed
 
 

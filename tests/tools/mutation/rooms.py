@@ -149,7 +149,7 @@ ROOMS: dict[str, Room] = {
             "tests/properties/test_ladder_structured_text.py",
             "tests/unit/ladder/test_structured_text*.py",
             "tests/unit/ladder/test_messages_in_text.py",
-            "tests/unit/ladder/l5x",
+            "tests/unit/rockwell",
         ),
         sources=PROGRAMS,
     ),
@@ -157,7 +157,7 @@ ROOMS: dict[str, Room] = {
         ("rockwell/l5x",),
         (
             "tests/properties/test_l5x_mutated.py",
-            "tests/unit/ladder/l5x",
+            "tests/unit/rockwell",
             "tests/unit/ladder/test_ladder_module_*.py",
             "tests/unit/ladder/test_ladder_text_of_exports.py",
         ),
@@ -177,7 +177,7 @@ ROOMS: dict[str, Room] = {
         (
             "tests/properties/test_ladder_debugger_agrees.py",
             "tests/properties/test_ladder_observed_lockstep.py",
-            "tests/unit/app/test_bench*.py",
+            "tests/unit/jobs/test_bench*.py",
             "tests/unit/ladder/test_ladder_*.py",
             "tests/unit/ladder/test_structured_text_debugged.py",
         ),
@@ -187,15 +187,15 @@ ROOMS: dict[str, Room] = {
         ("ladder/python/sequences",),
         (
             "tests/properties/test_waits_against_arithmetic.py",
-            "tests/unit/app/test_edit_sequences.py",
-            "tests/unit/app/test_sequences_seen.py",
-            "tests/unit/sequences",
+            "tests/unit/jobs/test_edit_sequences.py",
+            "tests/unit/jobs/test_sequences_seen.py",
+            "tests/unit/python",
         ),
         sources=PROGRAMS,
     ),
     "axis3601": Room(
         ("ladder/python/axis3601",),
-        ("tests/properties/test_axis_against_rungs.py", "tests/unit/sequences"),
+        ("tests/properties/test_axis_against_rungs.py", "tests/unit/python"),
         sources=PROGRAMS,
     ),
     "cards": Room(
@@ -213,7 +213,7 @@ ROOMS: dict[str, Room] = {
     ),
     "live": Room(
         ("runtime/live",),
-        ("tests/unit/app/test_bench_edits.py", "tests/unit/live"),
+        ("tests/unit/jobs/test_bench_edits.py", "tests/unit/live"),
         sources=PROGRAMS,
     ),
     "watch": Room(
@@ -223,14 +223,14 @@ ROOMS: dict[str, Room] = {
     ),
     "check": Room(
         ("front/jobs/check",),
-        ("tests/unit/app/test_check*.py", "tests/unit/pages/test_panel_doc.py"),
+        ("tests/unit/jobs/test_check*.py", "tests/unit/pages/test_panel_doc.py"),
         sources=PROGRAMS,
     ),
     "why": Room(
         ("front/jobs/why",),
         (
-            "tests/unit/app/test_why_*.py",
-            "tests/unit/app/test_sequences_seen.py",
+            "tests/unit/jobs/test_why_*.py",
+            "tests/unit/jobs/test_sequences_seen.py",
             "tests/unit/pages/test_panel_doc.py",
         ),
         sources=EVERYTHING,
@@ -238,9 +238,9 @@ ROOMS: dict[str, Room] = {
     "bench": Room(
         ("front/jobs/bench",),
         (
-            "tests/unit/app/test_bench*.py",
-            "tests/unit/app/test_steps.py",
-            "tests/unit/sequences/test_examples_*.py",
+            "tests/unit/jobs/test_bench*.py",
+            "tests/unit/jobs/test_steps.py",
+            "tests/unit/python/test_examples_*.py",
         ),
         sources=PROGRAMS,
     ),
@@ -264,10 +264,10 @@ ROOMS: dict[str, Room] = {
             "tests/properties/test_compare_mutated.py",
             "tests/properties/test_query_columns.py",
             "tests/properties/test_trace_fuzz.py",
-            "tests/unit/cli/test_cli_bad_traces.py",
-            "tests/unit/cli/test_cli_compare.py",
-            "tests/unit/cli/test_cli_query_plot_export.py",
-            "tests/unit/cli/test_cli_replay.py",
+            "tests/unit/commands/test_cli_bad_traces.py",
+            "tests/unit/commands/test_cli_compare.py",
+            "tests/unit/commands/test_cli_query_plot_export.py",
+            "tests/unit/commands/test_cli_replay.py",
             "tests/unit/pages/test_query_doc.py",
             "tests/unit/traces",
             "tests/unit/pages/test_traces_doc.py",

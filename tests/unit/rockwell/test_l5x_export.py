@@ -11,7 +11,7 @@ from scanrack.rockwell.l5x import import_l5x
 from scanrack.rockwell.l5x.export import export_l5x
 from typer.testing import CliRunner
 
-EXAMPLES = Path(__file__).parents[4] / "examples"
+EXAMPLES = Path(__file__).parents[3] / "examples"
 
 PLANT = """
 CONTROLLER plant

@@ -276,7 +276,7 @@ def test_about_the_whole_rack_a_ladder_program_names_its_rungs():
 
 
 def test_a_list_of_steps_names_its_line():
-    golden = "traces/golden/cmd-03-move-during-a-move.mcap"
+    golden = "tests/golden/recordings/cmd-03-move-during-a-move.mcap"
     answer = invoke("why", golden, "slot1.command.RELATIVE_MOVE", "--at", "16").stdout.splitlines()
     assert answer[0].endswith("is 1 since scan 16 (0.064 s): cmd-03-move-during-a-move.steps:7 in a step")
     assert answer[1].strip().startswith("RELATIVE_MOVE target 600")

@@ -1,11 +1,11 @@
 """How many mistakes would the tests find, in the 3601's command layer or in another room?
 
-    python benchmarks/mutants.py --cache DIR                  all mutants; can be broken off and taken up
-    python benchmarks/mutants.py --cache DIR --sample 200     an estimate
-    python benchmarks/mutants.py --files refusals homing      of these files only ("rules": the rule table)
-    python benchmarks/mutants.py --room pcl601 --sample 30    of another room, with its own tests
-    python benchmarks/mutants.py --list                       the mutants, untried
-    python benchmarks/mutants.py --smoke                      a handful that must be killed, quickly
+    python tests/tools/mutants.py --cache DIR                  all mutants; can be broken off and taken up
+    python tests/tools/mutants.py --cache DIR --sample 200     an estimate
+    python tests/tools/mutants.py --files refusals homing      of these files only ("rules": the rule table)
+    python tests/tools/mutants.py --room pcl601 --sample 30    of another room, with its own tests
+    python tests/tools/mutants.py --list                       the mutants, untried
+    python tests/tools/mutants.py --smoke                      a handful that must be killed, quickly
 
 A mutant is the project with one small mistake put in: a condition negated, a comparison off by one, a call
 left out, a status bit not set, a row of a table of refusals missing, a rule without its partner. The tests
@@ -49,7 +49,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from scanrack.io_images.amci3601 import RULES
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 TABLE = "rules"
 
 

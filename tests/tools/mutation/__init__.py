@@ -1,0 +1,1 @@
+"""Mutation testing of the command layer: what `tests/tools/mutants.py` is made of."""
