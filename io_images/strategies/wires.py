@@ -119,7 +119,6 @@ def damaged(draw: st.DrawFn, frames: st.SearchStrategy[bytes]) -> bytes:
 
     Args:
         draw: of Hypothesis; not an argument for callers.
-        frames: the frames.
     """
     frame = draw(frames)
     at = draw(st.integers(0, len(frame) - 1))

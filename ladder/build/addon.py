@@ -90,12 +90,10 @@ class Parameter:
     """A parameter or a local tag.
 
     Attributes:
-        name: its name.
         type: its type; for INOUT, of the tag that is passed.
         way: how it goes between call and instance.
         dims: length per dimension, none for a single value.
         required: whether the call names what it stands for; an INOUT always is.
-        comment: its comment.
         initial: what it starts with in every instance, see `tags.Tag`; None = zero. An InOut has none.
         at: the part of a local tag that it is another name of, "" for one with memory of its own.
     """
@@ -115,11 +113,8 @@ class AddOn:
     """The definition of an add-on instruction; called in Python, it is the instruction.
 
     Attributes:
-        name: its name.
         parameters: parameters and local tags, in order.
         routines: Logic, EnableInFalse, Prescan.
-        comment: its comment.
-
     Raises:
         LadderError: it has no Logic, a name is taken or means nothing, or an instruction has no place in it.
     """

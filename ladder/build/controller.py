@@ -68,10 +68,8 @@ class Controller(LadderLogic):
         """Add a program and return it, to be given tags and routines.
 
         Args:
-            name: its name.
             main: the routine that its task calls, if not the first.
             fault: the routine that a major fault calls.
-
         Raises:
             LadderError: the name is taken or not allowed.
         """
@@ -98,14 +96,11 @@ class Controller(LadderLogic):
         """Add a task: periodic with `rate_ms`, an event task with `event`, else the continuous one.
 
         Args:
-            name: its name.
             programs: names of what it runs, in this order.
             rate_ms: time from due to due, ms.
             event: whether EVENT triggers it.
             priority: 1 to 15, 1 before all others.
             preempt: whether it also runs at the end of a rung of the continuous task.
-            comment: its comment.
-
         Raises:
             LadderError: see `Task`; or both `rate_ms` and `event` are given.
         """

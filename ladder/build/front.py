@@ -45,8 +45,6 @@ class RungMaker:
 
         Args:
             elements: tags, instructions, lists as branches; or one str of rung text.
-            comment: its comment.
-
         Raises:
             LadderError: something is not part of a rung; file and line, and a remedy.
         """

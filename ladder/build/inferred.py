@@ -152,7 +152,6 @@ class Guess:
     """What is known of a tag or a member.
 
     Attributes:
-        name: its name.
         structures: what it may be if its members are among theirs.
         members: its members, by name in capitals.
         lengths: of its dimensions, as far as subscripts show them.

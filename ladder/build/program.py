@@ -43,9 +43,7 @@ class Program(LadderLogic):
     Attributes:
         main: the routine that a scan calls; the first one, unless named.
         fault: the routine that a major fault calls, None without one.
-
     Args:
-        name: its name.
         main: the routine that a scan calls, if not the first.
         fault: the routine that a major fault calls.
         allow: what is not reported, see `checks.ALLOWANCES`.
@@ -121,9 +119,7 @@ class Program(LadderLogic):
         """Add a routine of structured text.
 
         Args:
-            name: its name.
             text: its statements.
-
         Raises:
             RungTextError: it is not structured text; line, column and what was expected.
             LadderError: there is a routine of that name.

@@ -44,7 +44,6 @@ class LadderLogic(ABC):
     added any more. Calling it runs it compiled, on memory that `tags` shows.
 
     Attributes:
-        name: its name.
         declarations: tags and aliases, in order.
         add_ons: the add-on instructions that it uses, by name in capitals.
         allowed: what is not reported, see `checks.ALLOWANCES`.
@@ -57,12 +56,10 @@ class LadderLogic(ABC):
         declares_missing: whether tags that it uses and does not declare are declared by their use.
         declared_missing: those tags, once it is built.
         refused: what an export has and this program leaves out, as texts.
-
     Args:
         name: its name.
         allow: what is not reported.
         dialect: whose instructions it has, see `instructions.dialects`.
-
     Raises:
         LadderError: `allow` or `dialect` names something else.
     """
@@ -237,15 +234,12 @@ class LadderLogic(ABC):
         """Declare one tag, or several of one type with spaces between their names.
 
         Args:
-            names: names.
             kind: their type; for instances, the add-on instruction.
             dims: length per dimension, for arrays.
             initial: what they start with; None = zero.
             comment: their comment.
-
         Returns:
             The tag, or a tuple of them, for use in rungs.
-
         Raises:
             LadderError: a name is taken or not allowed, or the dimensions are not allowed.
         """

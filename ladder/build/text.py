@@ -65,9 +65,7 @@ def parse_rung(
         file: where it is from, for messages.
         line: its first line there.
         rung: its number in its routine.
-        comment: its comment.
         specs: the known instructions, by name in capitals.
-
     Raises:
         RungTextError: it is not a rung; where, and what was expected.
     """

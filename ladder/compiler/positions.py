@@ -24,7 +24,6 @@ def relocated(code: CodeType, lines: Sequence[int]) -> CodeType:
     """Return code, and the code inside of it, with other line numbers.
 
     Args:
-        code: the code.
         lines: the new number, by the old one less 1.
     """
     first = line = lines[code.co_firstlineno - 1]

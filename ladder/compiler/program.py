@@ -23,7 +23,6 @@ class FunctionText:
     """The Python of one function.
 
     Attributes:
-        name: its name.
         routine: the routine that it runs.
         lines: its lines, each with the line in the file that it is from.
     """

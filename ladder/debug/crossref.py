@@ -150,7 +150,6 @@ def _in_routine(
 
     Args:
         lowered: the program.
-        routine: the routine.
         placed: returns where in the program an operand is.
         wanted: whether a part of the program is asked for.
         seen: the calls that have been followed, so that none is twice.
@@ -190,7 +189,6 @@ def placed_in(lowered: Lowered, handed: Mapping[str, Place | Group], operand: Pl
     Args:
         lowered: the program.
         handed: the instance and what is passed, by `Leaf.root`.
-        operand: the operand.
     """
     leaf = first_leaf(operand)
     if not leaf.root:

@@ -63,7 +63,6 @@ class Debugger:
     scan is always finished, as in a controller.
 
     Attributes:
-        program: the program.
         interpreted: whether every scan is interpreted, as programs with routines in Python always are.
         stops: the breakpoints that were met in the latest scan.
         latest: what went into the latest scan from outside; None before the first, and where nothing has to
@@ -72,12 +71,10 @@ class Debugger:
         edits: edits of the running program, each with the number of the first scan after it.
         on_edit: called with every edit, once the edited program is in place.
         on_outside: called after a tag was set or forced between scans, or released.
-
     Args:
         program: the program; it is built if that has not been done.
         remembered: snapshots of the memory that are kept, one per `journal.EVERY` scans. With 0 scans are
             remembered only while there are breakpoints on rungs.
-
     Raises:
         BuildError: the program can't be built.
     """
@@ -264,9 +261,7 @@ class Debugger:
         which it did not.
 
         Args:
-            routine: the routine.
             rung: number of the rung, or of the line.
-
         Raises:
             LadderError: there is no such rung.
         """

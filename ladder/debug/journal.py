@@ -145,10 +145,8 @@ class Journal:
         """Run again up to a scan, watch that one, and return the engine after it.
 
         Args:
-            scan: the scan.
             noted: note its power in the compiled program, which is faster and tells nothing else; a scan with
                 a fault is watched all the same.
-
         Raises:
             ValueError: the scan is not remembered.
         """

@@ -100,7 +100,6 @@ def matches_part(pattern: str, name: str, *, fold: bool = False) -> bool:
 
     Args:
         pattern: a name, with `*` and `?`; brackets are subscripts.
-        name: the name.
         fold: case does not matter.
     """
     text = "".join({"*": ".*", "?": "."}.get(each, re.escape(each)) for each in pattern)

@@ -84,11 +84,9 @@ def rung_text(
     """Draw a rung between its rails.
 
     Args:
-        rung: the rung.
         width: columns between the rails.
         truth: whether there is power after each instruction, in the order in which they execute.
         captions: what the operands of add-on instructions are called, see `captions_of`.
-
     Returns:
         Lines of equal length.
     """
@@ -140,12 +138,10 @@ def routine_text(
     """Draw a routine: rungs with their numbers, comments above.
 
     Args:
-        routine: the routine.
         width: columns between the rails.
         truths: power after each instruction, per rung; None for a rung that was not scanned.
         rungs: numbers of the rungs that are drawn; all of them if None.
         captions: what the operands of add-on instructions are called, see `captions_of`.
-
     Returns:
         The rungs; of structured text the lines with their numbers, and a heavy bar before those that ran.
     """

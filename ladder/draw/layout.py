@@ -32,12 +32,10 @@ def lay_out(
     """Place a rung.
 
     Args:
-        rung: the rung.
         width: columns between the rails that it keeps to, unless a name or many branches in one another
             take more.
         truth: whether there is power after each instruction, in the order in which they execute.
         captions: what the operands of add-on instructions are called, see `captions_of`.
-
     Raises:
         ValueError: `truth` is not as long as the rung has instructions.
     """

@@ -65,7 +65,6 @@ def live_rung(
     """Draw a rung to be lit.
 
     Args:
-        rung: the rung.
         ident: what its elements are called: `Main.3` for rung 3 of routine Main.
         width: columns between the rails that it keeps to, as `lay_out` does.
         captions: what the operands of add-on instructions are called, see `captions_of`.

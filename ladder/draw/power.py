@@ -58,15 +58,11 @@ def power(rung: Rung, truth: Sequence[bool] | None) -> str:
         '011111'
         >>> power(seal_in, None)
         '000000'
-
     Args:
-        rung: the rung.
         truth: whether there is power after each instruction, in the order in which they execute; None if
             the rung was not scanned. Instructions that a fault has kept from running are left out.
-
     Returns:
         `1` or `0` per element.
-
     Raises:
         ValueError: `truth` is longer than the rung has instructions.
     """

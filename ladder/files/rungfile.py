@@ -87,7 +87,6 @@ def parse_program(text: str, *, file: str = "", stubs: Stubs = NO_STUBS) -> Prog
     """Read a program or a controller from text, see `read_program`.
 
     Args:
-        text: the text.
         file: where it is from, for messages.
         stubs: replacements of instructions; they replace stubs of the text with the same name.
     """

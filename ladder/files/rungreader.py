@@ -37,7 +37,6 @@ class Library:
     """Types and add-on instructions that programs share.
 
     Attributes:
-        name: its name.
         types: its structures, those of the instances included, by name.
         add_ons: its instructions, by name in capitals.
     """

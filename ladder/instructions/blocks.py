@@ -61,7 +61,6 @@ def _timer(name: str, of_rungs: Spec, *, full: bool = False) -> Spec:
     """Return a timer.
 
     Args:
-        name: its name.
         of_rungs: the timer of rungs that it is.
         full: whether a reset sets ACC to PRE; otherwise to 0.
     """

@@ -179,7 +179,6 @@ def stub_spec(name: str, stub: Stub) -> Spec:
 
     Args:
         name: the instruction, in capitals.
-        stub: its stub.
     """
 
     def resolve(resolver: OperandResolver, given: tuple[Operand, ...]) -> tuple[object, ...]:

@@ -32,7 +32,6 @@ class Values:
 
     Attributes:
         lowered: the program.
-        memory: its memory.
         fault_log: collects its faults.
         site: number of the present instruction.
         frame: in an add-on instruction the instance and what was passed, by `Leaf.root`.

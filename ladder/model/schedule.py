@@ -40,14 +40,11 @@ class Task:
     """A task of a controller.
 
     Attributes:
-        name: its name.
         kind: when it is due.
         programs: what it runs, in this order.
         rate_ns: time from due to due of a periodic task, ns; 0 of the others.
         priority: 1 to 15, 1 before all others.
         preempt: whether it also runs at the end of a rung of the continuous task.
-        comment: its comment.
-
     Raises:
         LadderError: rate or priority are out of range, or belong to another kind of task.
     """
@@ -77,7 +74,6 @@ class ScheduledProgram:
     """A program of a schedule.
 
     Attributes:
-        name: its name.
         main: its main routine, in capitals; None if it has no routines.
         fault: its fault routine, in capitals; None without one.
         started: leaf that is true from its first scan on.

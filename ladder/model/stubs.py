@@ -76,7 +76,6 @@ class InPython:
 
     Attributes:
         address: `path:function`.
-        function: the function.
     """
 
     address: str

@@ -28,10 +28,8 @@ class Tag:
 
     Attributes:
         name: its name; case does not matter.
-        type: its type.
         dims: length per dimension, none for a single value.
         initial: what it starts with: a value, a list per dimension, a dict of members; None = zero.
-        comment: its comment.
     """
 
     name: str
@@ -76,7 +74,6 @@ class Leaf:
 
     Attributes:
         path: tag and members, without subscripts.
-        type: its type.
         dims: dimensions of all arrays it lies in, the outermost first.
         ident: its identifier in the compiled program.
         slot: number of the slot, if it belongs to a module: its image or its fault; None if not.

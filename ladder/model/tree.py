@@ -22,7 +22,6 @@ class Number:
     """A number as it was written. Numbers are equal when their texts are: a NaN equals itself, too.
 
     Attributes:
-        value: its value.
         text: how it prints; `16#FF` stays `16#FF`.
     """
 
@@ -259,7 +258,6 @@ class Rung:
 
     Attributes:
         series: its instructions and branches from left to right.
-        comment: its comment.
         origin: where it was written; no part of its identity.
     """
 
@@ -319,7 +317,6 @@ class Routine:
     """A routine of rungs or of statements.
 
     Attributes:
-        name: its name.
         rungs: its rungs, none in a routine of statements.
         comment: what is said of it.
         statements: its structured text, see `statements`; None in a routine of rungs.

@@ -103,8 +103,6 @@ class Member:
     """A member of a structure.
 
     Attributes:
-        name: its name.
-        type: its type.
         dims: length per dimension, none for a single value.
         bit: for a BOOL of a predefined structure: its bit in the DINT that comes first.
         initial: what it starts with, see `tags.Tag`; None = zero. No part of its identity.
@@ -127,7 +125,6 @@ class Structure:
     """A type with members.
 
     Attributes:
-        name: its name.
         members: in order.
         hidden: members of ours that no address reaches: what an instruction remembers.
     """
@@ -374,7 +371,6 @@ class Field:
 
     Attributes:
         path: members down to it, joined by dots; "" for an elementary type itself.
-        type: its type.
         offset: byte.
         bit: bit from the low end of the byte, for a BOOL.
         index: its index among the values of the same path (arrays inside structures).

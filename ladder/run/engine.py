@@ -30,12 +30,10 @@ class Engine:
 
     Attributes:
         lowered: the program.
-        memory: its memory.
         tags: its tags by name.
         scheduler: runs the programs of a controller; None if a scan calls one routine.
         now_ns: virtual time of the last scan.
         compiled: the routine of each compiled function.
-
     Args:
         lowered: the program.
         scanner: makes the function that does one scan, called with the time; the interpreter if None.

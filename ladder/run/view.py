@@ -20,7 +20,6 @@ class Tags:
 
     Args:
         lowered: the program.
-        memory: its memory.
         program: whose tags a plain name means first, before the controller's; "" for none.
     """
 

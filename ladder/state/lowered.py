@@ -266,7 +266,6 @@ class LoweredRoutine:
     """A routine, ready to run.
 
     Attributes:
-        name: its name.
         lines: its rungs; of structured text all lines in the order of the text.
         labels: number of the rung that a label begins, by label in capitals.
         parameters: what SBR takes, None without SBR.
@@ -298,7 +297,6 @@ class Frame:
     """An add-on instruction, ready to run: one for all its instances.
 
     Attributes:
-        name: its name.
         layout: where its routines find what they name.
         written: InOuts that its routines write, in capitals.
         bits: InOuts to which a call hands a bit of an integer, in capitals.
@@ -319,7 +317,6 @@ class Lowered:
     """A program, ready to run.
 
     Attributes:
-        name: its name.
         layout: its memory.
         main: the routine that a scan calls, in capitals; "" if a schedule says what it calls.
         routines: routines of rungs, by name in capitals.

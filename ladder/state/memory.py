@@ -432,7 +432,6 @@ class Meant:
 
     Attributes:
         path: path of the part.
-        type: its type.
         dims: its dimensions.
         index: its number among all of that path.
         bit: the bit of it that is meant, None for all.
@@ -451,9 +450,7 @@ def meant_by(path: str, kind: Structure, member: Member, index: int) -> Meant:
     Args:
         path: path of the structure.
         kind: its type.
-        member: the member.
         index: number of the structure among all of that path.
-
     Raises:
         ValueError: there is no such part.
     """
@@ -538,7 +535,6 @@ def text_in(store: Store, layout: Layout, path: str, at: int) -> bytes:
     Args:
         store: where its values are.
         layout: where its leaves are.
-        path: its path.
         at: its number among those of that path.
     """
     length = store.read(layout.leaf(f"{path}.LEN"), at)

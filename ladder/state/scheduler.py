@@ -33,10 +33,8 @@ class Scheduler:
 
     Attributes:
         handled: major faults so far after which a fault routine ran.
-
     Args:
         lowered: the controller.
-        schedule: its schedule.
         memory: its memory, in which the state of the schedule is.
         fault_log: collects its faults.
     """

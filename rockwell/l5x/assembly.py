@@ -48,7 +48,6 @@ class ProgramPart:
     """A program, ready to be put into a controller.
 
     Attributes:
-        name: its name.
         main: its main routine, None for the first.
         fault: its fault routine.
         declarations: its tags.

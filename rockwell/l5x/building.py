@@ -22,7 +22,6 @@ class Builder:
     """Builds controllers from parts; the parts lose what is refused.
 
     Args:
-        parts: the parts.
         reader: knows the rungs of the document.
         report: gets the refusals.
     """
@@ -98,7 +97,6 @@ class Builder:
 
         Args:
             owner: the program, or the add-on instruction.
-            routine: the routine.
             number: the rung or line.
             text: what is wrong.
             remedy: what helps.

@@ -39,7 +39,6 @@ class Imported:
     """The result of an import.
 
     Attributes:
-        document: the document.
         report: what was imported and refused.
         controller: what runs; None if nothing can be built, or there are no programs.
         parts: what it is made of; refused rungs are empty.
@@ -81,7 +80,6 @@ class Importer:
     """Imports one document.
 
     Args:
-        document: the document.
         stubs: see `import_l5x`.
         slots: see `import_l5x`.
     """

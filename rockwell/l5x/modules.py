@@ -66,7 +66,6 @@ def module_tags(
     """Return the tags of modules that are memory.
 
     Args:
-        document: the document.
         types: gets the types of the tags.
         report: gets a note for each module that has no slot in the rack, if there is a rack.
         slots: the slots that the rack has, whose images are no memory; None if there is no rack.
@@ -99,7 +98,6 @@ def module_objects(
     """Yield a tag for each module that add-on instructions can take by name.
 
     Args:
-        document: the document.
         types: its types; they have `MODULE` if something takes a module.
         declared: the tags of the controller and of its programs, which keep their names.
     """

@@ -21,7 +21,6 @@ class Refusal:
     """A rung, or an object, that is not imported.
 
     Attributes:
-        file: the file.
         line: its line there.
         program: the program, or the add-on instruction.
         routine: the routine, "" for an object outside of routines.
@@ -83,7 +82,6 @@ class StructuredRoutine:
     Attributes:
         owner: the program, or the add-on instruction.
         name: the routine.
-        lines: its lines.
         statements: statements in it, those in blocks included.
         refused: those that are not imported.
         ran: whether those that are imported ran in the trial.
@@ -114,7 +112,6 @@ class Report:
     """The result of an import.
 
     Attributes:
-        file: the file.
         revision: software revision of the export.
         target: what was exported.
         controller: its name.

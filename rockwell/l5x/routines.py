@@ -205,7 +205,6 @@ class RoutineReader:
 
         Args:
             owner: the program, or the add-on instruction.
-            routine: the routine.
             place: place of the rung.
             reason: what is wrong; may begin with the instruction.
             remedy: what helps.

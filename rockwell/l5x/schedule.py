@@ -15,7 +15,6 @@ def tasks_of(document: Document, programs: Iterable[str], report: Report) -> lis
     """Return the tasks that run something.
 
     Args:
-        document: the document.
         programs: names of the programs that there are.
         report: gets what is left out.
     """

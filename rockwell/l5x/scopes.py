@@ -104,7 +104,6 @@ def read_initial(
     """Return what a tag or a parameter starts with; what can't be read is noted.
 
     Args:
-        record: its record.
         kind: its type.
         types: the document's types.
         report: gets the note.

@@ -49,12 +49,7 @@ _DEEPEST = 64
 
 
 class UnknownTypes:
-    """Finds and guesses the types that a document does not define.
-
-    Args:
-        document: the document.
-        types: its types.
-    """
+    """Finds and guesses the types that a document does not define."""
 
     def __init__(self, document: Document, types: Types) -> None:
         self._types = types

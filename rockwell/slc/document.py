@@ -111,10 +111,8 @@ def parse_document(text: str, file: str, name: str) -> Document:
     """Read the text of an export.
 
     Args:
-        text: the text.
         file: its name in messages.
         name: name of the project, unless the text says it.
-
     Raises:
         SlcError: it has no rung.
     """

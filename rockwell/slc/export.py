@@ -24,9 +24,7 @@ def export_text(program: Program, document: Document | None = None) -> str:
     """Return a program as text.
 
     Args:
-        program: it.
         document: the export that it was imported from, whose processor and slots go with it.
-
     Raises:
         LadderError: it has another dialect.
     """

@@ -13,7 +13,6 @@ class RungRecord:
 
     Attributes:
         words: the words between SOR and EOR.
-        line: its line.
         comment: what the comments before it say.
         whole: whether it ends in EOR.
     """
@@ -36,7 +35,6 @@ class LadderRecord:
     Attributes:
         number: its number, 2 for the main one.
         name: its name, "" without one.
-        rungs: its rungs.
     """
 
     number: int
@@ -50,7 +48,6 @@ class DataRow:
 
     Attributes:
         place: the element, or of an image the word, at which they begin; None for behind those before.
-        line: its line.
         values: as written.
     """
 
@@ -66,7 +63,6 @@ class DataRecord:
     Attributes:
         file: its name: `N7`, `S`, and `I:1` for the words of a slot.
         element: the one in its header, of an image the word.
-        line: its line.
         first: whether that is the first one in any case.
         rows: its values.
     """
@@ -96,7 +92,6 @@ class SlotRecord:
     Attributes:
         number: its number, 0 for the processor.
         text: what the line says, without comments.
-        line: its line.
         comment: what it is called.
         settings: the lines below.
     """

@@ -356,7 +356,6 @@ def begin(axis: Axis, motion: MotionControl, name: str, operands: tuple[Resolved
     """Begin an instruction.
 
     Args:
-        axis: its axis.
         motion: what shows how it goes on.
         name: the instruction.
         operands: those after the axis and the control.

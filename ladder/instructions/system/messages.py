@@ -100,7 +100,6 @@ class _Waiting:
     Attributes:
         path: the tag.
         waiting: whether one is under way.
-        flags: its FLAGS.
         error: its ERR.
         started: when it began, ns.
     """

@@ -29,13 +29,11 @@ class MemberRecord:
     """A member of a data type.
 
     Attributes:
-        name: its name.
         type: name of its type, `BIT` for a packed bit.
         dims: length per dimension.
         hidden: whether people do not see it.
         target: of a packed bit: the member in which it lies.
         bit: of a packed bit: its number there.
-        line: its line.
         wrong_dims: a text in place of dimensions that is not one, "" without one.
     """
 
@@ -54,11 +52,9 @@ class DataTypeRecord:
     """A data type.
 
     Attributes:
-        name: its name.
         family: `StringFamily` for a string type.
         members: in order.
         comment: its description.
-        line: its line.
     """
 
     name: str
@@ -73,7 +69,6 @@ class TagRecord:
     """A tag, or a parameter or local tag of an add-on instruction.
 
     Attributes:
-        name: its name.
         kind: `Base`, `Alias`, `Produced` or `Consumed`.
         type: name of its type.
         dims: length per dimension.
@@ -83,7 +78,6 @@ class TagRecord:
         comment: its description.
         comments: descriptions of its parts, by what follows its name.
         data: the elements that hold its values, until `Document.release`.
-        line: its line.
         wrong_dims: a text in place of dimensions that is not one, "" without one.
     """
 
@@ -108,8 +102,6 @@ class RungRecord:
     Attributes:
         number: its number as the document has it, else its place.
         kind: its Type: `N`, or a letter of an edit in progress.
-        text: its text.
-        comment: its comment.
         line: the line on which its text begins.
         texts: how many texts it has; the first one is read.
     """
@@ -127,13 +119,11 @@ class RoutineRecord:
     """A routine.
 
     Attributes:
-        name: its name.
         kind: `RLL`, `ST`, `FBD` or `SFC`.
         comment: its description.
         rungs: of a routine of rungs.
         lines: of structured text: text and line.
         target: whether it is what was exported, not context.
-        line: its line.
     """
 
     name: str
@@ -151,8 +141,6 @@ class EncodedRecord:
 
     Attributes:
         kind: `Routine` or `AddOnInstructionDefinition`.
-        name: its name.
-        line: its line.
     """
 
     kind: str
@@ -165,13 +153,11 @@ class AddOnRecord:
     """An add-on instruction.
 
     Attributes:
-        name: its name.
         parameters: in order.
         locals: local tags.
         routines: Logic, Prescan, Postscan, EnableInFalse.
         comment: its description.
         encoded: whether its locals and routines are not in the file.
-        line: its line.
     """
 
     name: str
@@ -188,15 +174,11 @@ class ProgramRecord:
     """A program.
 
     Attributes:
-        name: its name.
         main: its main routine, "" without one.
         fault: its fault routine, "" without one.
         disabled: whether its task leaves it out.
-        tags: its tags.
-        routines: its routines.
         encoded: its routines whose source is not in the file.
         comment: its description.
-        line: its line.
     """
 
     name: str
@@ -215,14 +197,12 @@ class TaskRecord:
     """A task.
 
     Attributes:
-        name: its name.
         kind: `CONTINUOUS`, `PERIODIC` or `EVENT`.
         rate: ms, as text.
         priority: as text.
         programs: in order.
         inhibited: whether it does not run.
         comment: its description.
-        line: its line.
     """
 
     name: str
@@ -245,7 +225,6 @@ class ModuleTagRecord:
         comments: descriptions of its parts, by what follows its name.
         data: the elements that hold its values, until `Document.release`.
         size: bytes of its connection, 0 if the document has no number.
-        line: its line.
     """
 
     suffix: str
@@ -261,7 +240,6 @@ class ModuleRecord:
     """A module.
 
     Attributes:
-        name: its name.
         catalog: its catalog number.
         vendor: number of its vendor.
         type: number of its product type.
@@ -270,9 +248,7 @@ class ModuleRecord:
         address: at its upstream port: a slot or a network address, "" without one.
         bus: type of that port: `ICP`, `Compact`, `PointIO`, `Ethernet`.
         rpi_us: the shortest RPI of its connections, us; 0 without one.
-        tags: its tags.
         inhibited: whether it is not connected.
-        line: its line.
     """
 
     name: str
