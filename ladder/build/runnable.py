@@ -56,10 +56,11 @@ class LadderLogic(ABC):
         declares_missing: whether tags that it uses and does not declare are declared by their use.
         declared_missing: those tags, once it is built.
         refused: what an export has and this program leaves out, as texts.
+
     Args:
-        name: its name.
         allow: what is not reported.
         dialect: whose instructions it has, see `instructions.dialects`.
+
     Raises:
         LadderError: `allow` or `dialect` names something else.
     """
