@@ -74,6 +74,7 @@ class BlendHeader:
     Attributes:
         types: acceleration type of each segment, 2 to 16 of them.
         final_deceleration: 1 to 2000 steps/ms/s, from the last segment's speed to the starting speed.
+
     Raises:
         ValueError: another number of segments, or a rate out of range.
     """

@@ -135,6 +135,7 @@ class ConfigurationStatus:
         mirror: the configuration in words 0 to 3, without bits 13 to 15 of word 0.
         config_error: there is no valid configuration.
         module_ok: the module operates.
+
     Raises:
         ValueError: not four words, or bits of the first one that are not mirrored.
     """

@@ -115,6 +115,7 @@ class AddOn:
     Attributes:
         parameters: parameters and local tags, in order.
         routines: Logic, EnableInFalse, Prescan.
+
     Raises:
         LadderError: it has no Logic, a name is taken or means nothing, or an instruction has no place in it.
     """

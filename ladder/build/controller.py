@@ -70,6 +70,7 @@ class Controller(LadderLogic):
         Args:
             main: the routine that its task calls, if not the first.
             fault: the routine that a major fault calls.
+
         Raises:
             LadderError: the name is taken or not allowed.
         """
@@ -101,6 +102,7 @@ class Controller(LadderLogic):
             event: whether EVENT triggers it.
             priority: 1 to 15, 1 before all others.
             preempt: whether it also runs at the end of a rung of the continuous task.
+
         Raises:
             LadderError: see `Task`; or both `rate_ms` and `event` are given.
         """

@@ -45,6 +45,7 @@ class RungMaker:
 
         Args:
             elements: tags, instructions, lists as branches; or one str of rung text.
+
         Raises:
             LadderError: something is not part of a rung; file and line, and a remedy.
         """

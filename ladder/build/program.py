@@ -43,6 +43,7 @@ class Program(LadderLogic):
     Attributes:
         main: the routine that a scan calls; the first one, unless named.
         fault: the routine that a major fault calls, None without one.
+
     Args:
         main: the routine that a scan calls, if not the first.
         fault: the routine that a major fault calls.
@@ -120,6 +121,7 @@ class Program(LadderLogic):
 
         Args:
             text: its statements.
+
         Raises:
             RungTextError: it is not structured text; line, column and what was expected.
             LadderError: there is a routine of that name.

@@ -239,8 +239,10 @@ class LadderLogic(ABC):
             dims: length per dimension, for arrays.
             initial: what they start with; None = zero.
             comment: their comment.
+
         Returns:
             The tag, or a tuple of them, for use in rungs.
+
         Raises:
             LadderError: a name is taken or not allowed, or the dimensions are not allowed.
         """

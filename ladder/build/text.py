@@ -66,6 +66,7 @@ def parse_rung(
         line: its first line there.
         rung: its number in its routine.
         specs: the known instructions, by name in capitals.
+
     Raises:
         RungTextError: it is not a rung; where, and what was expected.
     """

@@ -115,6 +115,7 @@ def _code(unit: tuple[str, Sequence[int]], file: str, observation: Observation) 
     Args:
         unit: its text, and the line in the file for each of its lines.
         observation: what is wanted of it.
+
     Raises:
         LadderError: Python's parser, or its compiler, has no room for so many branches.
     """

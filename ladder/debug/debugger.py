@@ -71,10 +71,12 @@ class Debugger:
         edits: edits of the running program, each with the number of the first scan after it.
         on_edit: called with every edit, once the edited program is in place.
         on_outside: called after a tag was set or forced between scans, or released.
+
     Args:
         program: the program; it is built if that has not been done.
         remembered: snapshots of the memory that are kept, one per `journal.EVERY` scans. With 0 scans are
             remembered only while there are breakpoints on rungs.
+
     Raises:
         BuildError: the program can't be built.
     """
@@ -262,6 +264,7 @@ class Debugger:
 
         Args:
             rung: number of the rung, or of the line.
+
         Raises:
             LadderError: there is no such rung.
         """

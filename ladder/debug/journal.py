@@ -147,6 +147,7 @@ class Journal:
         Args:
             noted: note its power in the compiled program, which is faster and tells nothing else; a scan with
                 a fault is watched all the same.
+
         Raises:
             ValueError: the scan is not remembered.
         """

@@ -87,6 +87,7 @@ def rung_text(
         width: columns between the rails.
         truth: whether there is power after each instruction, in the order in which they execute.
         captions: what the operands of add-on instructions are called, see `captions_of`.
+
     Returns:
         Lines of equal length.
     """
@@ -142,6 +143,7 @@ def routine_text(
         truths: power after each instruction, per rung; None for a rung that was not scanned.
         rungs: numbers of the rungs that are drawn; all of them if None.
         captions: what the operands of add-on instructions are called, see `captions_of`.
+
     Returns:
         The rungs; of structured text the lines with their numbers, and a heavy bar before those that ran.
     """

@@ -36,6 +36,7 @@ def lay_out(
             take more.
         truth: whether there is power after each instruction, in the order in which they execute.
         captions: what the operands of add-on instructions are called, see `captions_of`.
+
     Raises:
         ValueError: `truth` is not as long as the rung has instructions.
     """

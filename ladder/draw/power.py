@@ -61,8 +61,10 @@ def power(rung: Rung, truth: Sequence[bool] | None) -> str:
     Args:
         truth: whether there is power after each instruction, in the order in which they execute; None if
             the rung was not scanned. Instructions that a fault has kept from running are left out.
+
     Returns:
         `1` or `0` per element.
+
     Raises:
         ValueError: `truth` is longer than the rung has instructions.
     """

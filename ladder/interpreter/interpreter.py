@@ -67,6 +67,7 @@ class Interpreter(Values):
         scheduler: runs the programs of a controller; None if a scan calls one routine.
         lines_left: rungs and statements that may still run: behind the last one an OutOfLinesError;
             negative for any number.
+
     Args:
         lowered: the program.
         fault_log: collects its faults.

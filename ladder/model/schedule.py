@@ -45,6 +45,7 @@ class Task:
         rate_ns: time from due to due of a periodic task, ns; 0 of the others.
         priority: 1 to 15, 1 before all others.
         preempt: whether it also runs at the end of a rung of the continuous task.
+
     Raises:
         LadderError: rate or priority are out of range, or belong to another kind of task.
     """

@@ -34,6 +34,7 @@ class Engine:
         scheduler: runs the programs of a controller; None if a scan calls one routine.
         now_ns: virtual time of the last scan.
         compiled: the routine of each compiled function.
+
     Args:
         lowered: the program.
         scanner: makes the function that does one scan, called with the time; the interpreter if None.

@@ -451,6 +451,7 @@ def meant_by(path: str, kind: Structure, member: Member, index: int) -> Meant:
         path: path of the structure.
         kind: its type.
         index: number of the structure among all of that path.
+
     Raises:
         ValueError: there is no such part.
     """

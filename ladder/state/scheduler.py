@@ -33,6 +33,7 @@ class Scheduler:
 
     Attributes:
         handled: major faults so far after which a fault routine ran.
+
     Args:
         lowered: the controller.
         memory: its memory, in which the state of the schedule is.

@@ -113,6 +113,7 @@ def parse_document(text: str, file: str, name: str) -> Document:
     Args:
         file: its name in messages.
         name: name of the project, unless the text says it.
+
     Raises:
         SlcError: it has no rung.
     """

@@ -25,6 +25,7 @@ def export_text(program: Program, document: Document | None = None) -> str:
 
     Args:
         document: the export that it was imported from, whose processor and slots go with it.
+
     Raises:
         LadderError: it has another dialect.
     """

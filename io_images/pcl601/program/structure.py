@@ -22,6 +22,7 @@ def check_structure(program: Program, lines: Sequence[int] | None = None) -> Non
 
     Args:
         lines: the line of the text for each step, for the message.
+
     Raises:
         ProgramError: a label is unknown or given twice, a loop's label is not above it, loops are
             nested as they may not be, END is not the last instruction, or memory does not suffice.
