@@ -154,7 +154,7 @@ def _of_profile(text: str, match: re.Match[str], slots: Mapping[int, ModuleWords
 
 
 def _of_member(text: str, at: Address, bit: str | None, data_bits: int) -> Address:
-    """Return a member of a card's tag, or a bit of it; bits 16 to 31 of `ReadBack` are in the next word."""
+    """Return a member of a card's tag, or its bit; bits 16 to 31 of `ReadBack` are in the next word."""
     if bit is None or at.bit is not None:
         if at.bit is not None and bit is not None:
             raise ValueError(f"{text!r}: nothing can follow a bit")
@@ -192,12 +192,12 @@ def _named(text: str, match: re.Match[str], slots: Mapping[int, ModuleWords]) ->
 
 
 def _of_image(groups: Groups, image: str) -> Mapping[str, BitPlace]:
-    """Return all named bits of an image, as a trace names them."""
+    """Return all named bits of an image by their trace names."""
     return {name: at for names in groups.values() for name, at in names.items() if at.image == image}
 
 
 def _allowed_bit(name: str, names: Iterable[str]) -> str:
-    """Return `allowed` of a name in capitals, among names that are all small or all capital letters."""
+    """Return the allowed name whose capitals `name` has."""
     names = list(names)
     return allowed(name if any(map(str.isupper, names)) else name.lower(), names)
 

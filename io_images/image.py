@@ -153,7 +153,7 @@ class Image:
 
 
 class _ReadOnlyImage(Image):
-    """An input image as logic sees it: the module alone writes it."""
+    """An input image for logic: only the module writes it."""
 
     __slots__ = ()
 

@@ -178,7 +178,6 @@ class ConfigurationStatus:
 
 
 def _bit(word: int, bit: StatusMsw | StatusLsw) -> bool:
-    """Make a property that reads one bit of the view's image."""
     mask = bit.value
     # In configuration mode bits 0 to 12 mirror the configuration: no status bit is set then.
     wanted = mask if mask & LIVE_BITS else mask | _MODE

@@ -133,7 +133,7 @@ class Framer:
         self._pass_over(len(self._bytes))
 
     def _seek_head(self) -> bool:
-        """Pass over what precedes a head; return whether eight bytes are there."""
+        """Skip bytes before a head; return whether eight bytes follow."""
         head = self._bytes.find(HEAD)
         self._pass_over(len(self._bytes) if head < 0 else head)
         return len(self._bytes) >= FRAME_BYTES

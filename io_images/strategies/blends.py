@@ -119,12 +119,12 @@ def _profile(draw: st.DrawFn, starting_speed: int, most: int) -> BlendProfile:
 
 
 def _ramp(before: int, after: int, rate: int) -> int:
-    """Return steps that are certainly enough for a change of speed: twice v**2 / 2a, and some."""
+    """Return enough steps for a change of speed: twice v**2 / 2a plus a margin."""
     return abs(after * after - before * before) // (1000 * rate) + 10
 
 
 class _Spoiling(NamedTuple):
-    """Words put into one block: the header (0), the first segment (1) or the last one (-1)."""
+    """Replacement words of one block: the header (0), the first segment (1) or the last one (-1)."""
 
     block: int
     words: Mapping[int, int]

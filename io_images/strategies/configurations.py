@@ -69,7 +69,7 @@ _OTHER_BITS = pick(
 def _configuration(
     draw: st.DrawFn, firmware: Firmware, kinds: st.SearchStrategy[HomingKind], starts: st.SearchStrategy[int]
 ) -> Configuration:
-    """Everything is drawn every time, used or not: the fewer draws, the simpler an example seems."""
+    """Draw all parts, used or not: fewer draws make an example look simpler to Hypothesis."""
     switch, proximity, marker = draw(kinds).value
     wanted, feedback, steps, some_limits, used, active_high = draw(_OTHER_BITS)
     encoder = marker or wanted
@@ -125,7 +125,7 @@ def _breaking(rule: str, firmware: Firmware) -> st.SearchStrategy[FaultyConfigur
 
 
 class _Fault(NamedTuple):
-    """What is done to legal words: bits of word 0 cleared, then set; words replaced."""
+    """A defect of valid words: bits of word 0 to clear and to set, and replaced words."""
 
     clear: int = 0
     set: int = 0

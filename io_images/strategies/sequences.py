@@ -252,7 +252,7 @@ def _manual_of(direction: Direction, speed: int, rates: tuple[int, int], steps: 
 
 
 def _released(image: Image) -> Image:
-    """Return the words of a manual move with its bit reset and the parameters as they were."""
+    """Return the words of a manual move with its bit reset and unchanged parameters."""
     words = image.copy()
     words[0] = 0
     return words
@@ -292,7 +292,7 @@ def _presets() -> st.SearchStrategy[Act]:
 
 
 def _blends(speeds: Sequence[int]) -> st.SearchStrategy[Act]:
-    """Two segments, each long enough for its ramps: v * v / 2a at 1000 steps/ms/s, and twice that in S."""
+    """Two segments long enough for their ramps: v * v / 2a at 1000 steps/ms/s, and twice that in S."""
 
     def blend(direction: Direction, first: int, second: int, shape: Acceleration) -> Act:
         other = second if second != first else first + (1 if first < SPEED_MAX else -1)

@@ -62,7 +62,7 @@ def _reads() -> st.SearchStrategy[bytes]:
 
 
 def _writes() -> st.SearchStrategy[bytes]:
-    """Values into registers, but for commands, the address, and what selects other behaviour."""
+    """Values for registers other than commands, the address and behaviour selectors."""
     quiet = [row for row in MAP if row.writable and row.ascii and not row.kept and not row.locked]
     plain = [row for row in quiet if row.high > 1]
 

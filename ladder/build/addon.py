@@ -268,14 +268,12 @@ def _is_in_all(address: Address) -> bool:
 
 
 def _addresses(instruction: Instruction) -> Iterator[Address]:
-    """Yield the addresses of tags that an instruction uses; labels and words are not tags."""
     for use, operand in zip(_uses(instruction), instruction.operands, strict=False):
         if use not in (Use.LABEL, Use.MODE, Use.PASSES, Use.KEYWORD):
             yield from addresses_in(operand)
 
 
 def _routine_addresses(routine: Routine) -> Iterator[Address]:
-    """Yield the addresses that a routine names."""
     for rung in routine.rungs:
         for instruction in instructions_of(rung.series):
             yield from _addresses(instruction)
@@ -339,7 +337,6 @@ def member_of(address: Address, name: str) -> Address:
 
 
 def _copy(parameter: Parameter, source: Operand, target: Operand) -> Series:
-    """Return the rung that copies a value of a parameter's type."""
     if parameter.dims or isinstance(parameter.type, Structure):
         return (Instruction("COP", (source, target, number(count_of(parameter.dims)))),)
     if parameter.type is not BOOL:

@@ -66,7 +66,7 @@ MODULE_TAG = "scanrack_module_"
 
 
 def _passed(inout: Tag, argument: Address, resolver: Resolver) -> Place | Group:
-    """Resolve an argument; the name of a module where one is wanted, whatever tag has the same name."""
+    """Resolve an argument. For an InOut of type MODULE a module's name precedes a tag of the same name."""
     if inout.type.name.upper() == MODULE and not argument.steps:
         try:
             return resolver.address(Address(f"{MODULE_TAG}{argument.name}"))

@@ -56,7 +56,7 @@ def check_whole(lowered: Lowered) -> list[Problem]:
 
 
 def _without_stub(lowered: Lowered) -> Iterator[Problem]:
-    """Messages of which nothing says how they end."""
+    """Messages without a stub."""
     for routine, line, step in _all_steps(lowered, copies=False):
         message = step.operands[0] if step.name == "MSG" else None
         if isinstance(message, Group) and stub_of(lowered.stubs, message.path) is None:
@@ -135,7 +135,7 @@ def _repeated(lowered: Lowered, allowed: frozenset[str]) -> Iterator[Problem]:
 
 
 def _identity(use: Use, name: str, operand: object) -> object:
-    """What tells one place from another; None if that is known in a scan only."""
+    """Return a key that is equal for equal places, None for a place computed in the scan."""
     kind = "bit" if use in (Use.COIL, Use.STORAGE) else use.name
     if isinstance(operand, Place):
         if operand.can_fault:
@@ -245,7 +245,7 @@ MOST_CALLS = 50
 
 
 def _chains(lowered: Lowered) -> Iterator[Problem]:
-    """The first routine whose calls go too deep; those of recursive routines are counted in the scan."""
+    """Find the first routine whose calls nest too deep. Recursive calls are counted during the scan."""
     depths: dict[str, int] = {}
     ends = lowered.routines.keys() - lowered.recursive
     todo = list(lowered.routines)
@@ -327,7 +327,7 @@ def _in_outputs(leaf: Leaf, handed: set[tuple[str, str]]) -> bool:
 
 
 def _may_end_in_a_byte(source: Region, wanted: int) -> bool:
-    """Tell whether a source may give out before `wanted` bytes are copied, after an odd number of them."""
+    """Whether the copy may end after an odd number of bytes because the source is shorter than `wanted`."""
     if source.size % 2 == 0:
         return False
     first = source.fixed_first

@@ -204,7 +204,6 @@ class Controller(LadderLogic):
                 taken[name.upper()] = task.name
 
     def _idle(self, tasks: list[Task]) -> Iterator[Problem]:
-        """Programs that no task runs."""
         run = {name.upper() for task in tasks for name in task.programs}
         for name in self._names_of_programs():
             if name.upper() not in run:

@@ -215,7 +215,7 @@ class Guess:
         return next((each for each in self.votes if isinstance(each, Structure)), None)
 
     def _with_members(self, needed: DataType, path: str) -> DataType:
-        """Return an axis with the members that no table has, any other type as it is."""
+        """Add the undocumented members in use to an axis type; return any other type unchanged."""
         if not isinstance(needed, Structure) or not is_axis(needed):
             return needed
         added = tuple(each for each in self._own(path) if needed.member(each.name) is None)
@@ -316,7 +316,7 @@ class Guesses:
                 self._operation(program, operand, partner, bits=use in _BITS)
 
     def _attribute(self, program: str, instruction: Instruction) -> None:
-        """Note the tag whose attribute GSV or SSV names, the attribute as a member, and the other tag."""
+        """Note a use by GSV or SSV: the tag, the attribute as its member, and the other tag."""
         if len(instruction.operands) != 4:
             return
         kind, instance, name, beside = instruction.operands
@@ -334,7 +334,6 @@ class Guesses:
     def _wanted(
         self, use: Use, instruction: Instruction, partner: DataType | None
     ) -> tuple[DataType | None, DataType | None]:
-        """Return the type that a use needs, or else the type that it makes likely."""
         if use is Use.BLOCK:
             return _BLOCKS.get(instruction.name), None
         if use in BY_USE:
@@ -356,7 +355,7 @@ class Guesses:
             here.lengths = [min(each, MOST) for each in dims]
 
     def _region(self, here: Guess, operand: Address, instruction: Instruction) -> None:
-        """Note how many elements a COP or FLL copies; of another instruction, that it is an array."""
+        """Note the length of a COP or FLL operand; for other instructions, that the operand is an array."""
         spec = self._specs.get(instruction.name.upper())
         preset = spec.operands.index(Use.PRESET) if spec and Use.PRESET in spec.operands else -1
         counted = instruction.operands[preset] if preset < len(instruction.operands) else None
@@ -367,7 +366,7 @@ class Guesses:
             here.lengths[:1] = [max(length, *here.lengths[:1])] if here.lengths else [length]
 
     def _partner(self, program: str, operands: Iterable[Operand]) -> DataType | None:
-        """Return REAL if an operand is one, a string or a structure if one is, else None."""
+        """Return the type that the other operands suggest: REAL, a string or a structure; else None."""
         kinds = [self._kind(program, each) for each in operands]
         structure = next((each for each in kinds if isinstance(each, Structure)), None)
         return structure or (REAL if REAL in kinds else None)
@@ -386,7 +385,7 @@ class Guesses:
         return BOOL if is_bit else self._known(program, operand) or self._guessed(program, operand)
 
     def _guessed(self, program: str, address: Address) -> DataType | None:
-        """Return the structure, or its member's type, that an earlier use asks for; None if none does."""
+        """Return the type that an earlier use requires, None without one."""
         missing = self._missing(program, address)
         here = self.found.get(missing[0].upper()) if missing else None
         kind = here.needed if here else None
@@ -433,7 +432,6 @@ class Guesses:
             self._operation(program, value, REAL if kind is REAL else None, bits=logical)
 
     def _operation(self, program: str, operand: Operand, partner: DataType | None, *, bits: bool) -> None:
-        """Note the uses in an expression."""
         todo: list[tuple[Operand, bool, DataType | None]] = [(operand, bits, partner)]
         while todo:
             node, is_bit, beside = todo.pop()
@@ -447,7 +445,6 @@ class Guesses:
                 todo += [(each, inner, near) for each in reversed(node.operands)]
 
     def _inside(self, program: str, operand: Operand) -> None:
-        """Note the tags in subscripts and computed bits."""
         for address in addresses_in(operand):
             for step in address.steps:
                 inner = step.indices if isinstance(step, SubscriptStep) else ()
@@ -461,7 +458,7 @@ class Guesses:
     def _address(
         self, program: str, address: Address, needed: DataType | None, likely: DataType | None
     ) -> Guess | None:
-        """Note a use of an address; return what is known of its end, None if it is declared or a bit."""
+        """Note a use of an address; return the known type of its last member, None if declared or a bit."""
         missing = self._missing(program, address)
         if missing is None:
             return None
@@ -486,7 +483,6 @@ class Guesses:
 
 
 def _is_code(instruction: Instruction) -> bool:
-    """Whether an operand is characters that may be a text, or the number of their codes."""
     return any(isinstance(each, Characters) for each in instruction.operands)
 
 
@@ -495,7 +491,7 @@ def _is_of_structure(use: Use) -> bool:
 
 
 def _add(votes: list[DataType], kind: DataType) -> None:
-    """Add a type that is not there yet: a tag may have thousands of uses."""
+    """Add a type once: a tag may have thousands of uses."""
     if all(each is not kind for each in votes):
         votes.append(kind)
 
@@ -509,7 +505,6 @@ _RELATIONS = ("=", "<>", "<", "<=", ">", ">=")
 
 
 def _is_logical(operand: Operand) -> bool:
-    """Whether an operand of a relation is true or false, not a number."""
     if not isinstance(operand, Operation):
         return False
     numbers = any(isinstance(each, Number) for each in operand.operands)
@@ -517,7 +512,6 @@ def _is_logical(operand: Operand) -> bool:
 
 
 def _is_word(operand: Address) -> bool:
-    """Whether an instruction means a word of a list by this, not a tag."""
     return plain(operand.name) in KEYWORDS
 
 

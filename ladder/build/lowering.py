@@ -100,7 +100,6 @@ class Lowering:
         self._check_handed()
 
     def _add_on_routines(self, definition: AddOn) -> None:
-        """Lower the routines of an add-on instruction, once for all of its instances."""
         self._frame = self.lowered.frames[definition.name.upper()]
         self.resolver = Resolver(self._frame.layout)
         for routine in definition.routines:
@@ -110,7 +109,7 @@ class Lowering:
             self.lowered.routines[name.upper()] = replace(lowered, frame=definition.name.upper())
 
     def _check_handed(self) -> None:
-        """Note calls that hand an input to an InOut that is written."""
+        """Report calls that pass an input to an InOut that the add-on writes."""
         for call, where, text in self._to_check:
             frame = self.lowered.frames[call.name]
             for name, operand in call.handed.items():
@@ -220,7 +219,6 @@ class Lowering:
         return Step(spec, operands, site)
 
     def _add_on(self, definition: AddOn, call: Instruction) -> tuple[AddOnCall, ...]:
-        """Lower a call of an add-on instruction."""
         try:
             instance = self._instance(definition, call)
             frame = self._frame_of(definition)
@@ -255,7 +253,7 @@ class Lowering:
         return (lowered,)
 
     def _frame_of(self, definition: AddOn) -> Frame:
-        """Return the frame of an add-on instruction; its routines are lowered after the present one."""
+        """Return the frame of an add-on instruction and queue its routines for lowering."""
         name = definition.name.upper()
         if name not in self.lowered.frames:
             layout = FrameLayout(name, definition.structure, definition.inouts, self.lowered.layout)
@@ -264,7 +262,7 @@ class Lowering:
         return self.lowered.frames[name]
 
     def _note_handed(self, frame: Frame, instance: Group, handed: Mapping[str, Place | Group]) -> None:
-        """Lay out in lists what a call passes."""
+        """Lay out the arguments of a call in lists."""
         for operand in (instance, *handed.values()):
             leaf = first_leaf(operand)
             if not leaf.frame:
@@ -342,7 +340,7 @@ class Lowering:
             self._note_input(resolved, f"{operand} is an input", self._where, self._rung_text)
 
     def _note_input(self, resolved: Place | Group, text: str, where: str, rung: str) -> None:
-        """Note that an input is written: the value stays until its module's next update."""
+        """Warn of a written input: the value lasts until the module's next update."""
         self.lowered.written_inputs.update(leaf.ident for leaf in leaves_in(resolved))
         remedy = "write a tag of your own"
         self.warnings.append(Problem(where, rung, f"{text}: its module writes over it", remedy))
@@ -353,7 +351,7 @@ class Lowering:
             self.lowered.flags = True
 
     def _presets(self, spec: Spec, given: tuple[Operand, ...], operands: list[Any]) -> None:
-        """Note initial values in a rung, each of the structure before it that has them."""
+        """Note the initial values that a rung gives to timers, counters and controls."""
         if Use.PRESET not in spec.operands:
             return
         resolved = iter(operands)
@@ -514,7 +512,6 @@ def writes(lowered: Lowered, frame: Frame, name: str) -> bool:
 
 
 def _passes(operand: Operand) -> str:
-    """Return the mode of FAL and FSC: ALL, INC, or the number of elements of a scan."""
     text = str(operand).upper()
     number = operand.value if isinstance(operand, Number) else 0
     if text in ("ALL", "INC") or (isinstance(number, int) and 0 < number <= DINT.highest):

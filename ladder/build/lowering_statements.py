@@ -130,15 +130,7 @@ class StatementLowering:
     def _line(
         self, at: Statement, text: str, spec: Spec | None, find: Callable[[], tuple[Any, ...]], line: int = 0
     ) -> Line:
-        """Lower a line to one step; operands that are refused are reported and left out.
-
-        Args:
-            at: the statement.
-            text: the line's text.
-            spec: what it does; None if the first that `find` returns says so.
-            find: resolves the operands.
-            line: its number, if it is not the statement's.
-        """
+        """Lower a line to one step; report refused operands. Without `spec`, `find` returns it first."""
         self._at(at, text, line)
         site = self._lowering.site(text)
         try:
@@ -238,7 +230,7 @@ class StatementLowering:
             self._lowering.report(f"FOR counts in {what}, an integer is needed", "use a SINT, INT or DINT")
 
     def _counting(self, statement: For, step: Operand) -> Resolved:
-        """Return the condition of a pass: the count is not beyond the last value, seen in its direction."""
+        """Return the condition of a pass of FOR: the count has not passed the last value."""
         count, last = self._arithmetic(statement.count), self._arithmetic(statement.last)
         by = self._arithmetic(step)
         up, down = Calculation("<=", (count, last)), Calculation(">=", (count, last))

@@ -106,14 +106,7 @@ class LadderLogic(ABC):
 
     @abstractmethod
     def _lower(self) -> tuple[Lowered, list[Problem]]:
-        """Make it ready to run.
-
-        Returns:
-            What runs, and warnings.
-
-        Raises:
-            BuildError: what is wrong.
-        """
+        """Lower and check the program; return it with its warnings, or raise a BuildError."""
 
     @property
     def specs(self) -> Mapping[str, Spec]:
@@ -186,11 +179,7 @@ class LadderLogic(ABC):
         return tuple(used)
 
     def _declare_missing(self, parts: Sequence[LadderLogic]) -> None:
-        """Declare the tags that routines use and nothing declares.
-
-        Args:
-            parts: what has the routines: itself, or the programs of a controller.
-        """
+        """Declare the undeclared tags that the routines of `parts` use."""
         if not self.declares_missing:
             return
         known = {part.name: self._names | part._names for part in parts}
@@ -213,14 +202,12 @@ class LadderLogic(ABC):
             self.add(tag)
 
     def _operands_of(self, name: str) -> tuple[tuple[DataType, tuple[int, ...]], ...]:
-        """Return type and dimensions of the operands of an add-on instruction; none for another one."""
         definition = self.add_ons.get(name.upper())
         if definition is None or name.upper() in self.stubs:
             return ()
         return definition.operand_types
 
     def _structures(self) -> list[Structure]:
-        """Return the structures that its tags are of."""
         found = (each.type for each in self.declarations if isinstance(each, Tag))
         return [each for each in dict.fromkeys(found) if isinstance(each, Structure)]
 
@@ -292,7 +279,7 @@ class LadderLogic(ABC):
         self.declarations.append(declaration)
 
     def _is_name(self, name: str) -> bool:
-        """Whether a tag may have a name; in the dialect slc `I:2` is one, the words of a slot as memory."""
+        """Whether a tag may have this name; in the dialect slc also `I:2`, a slot's words as memory."""
         if self.dialect == SLC and re.fullmatch(r"[IO]:\d{1,3}", name, re.ASCII):
             return True
         named = re.fullmatch(TAG_NAME, name, re.ASCII) is not None

@@ -86,13 +86,7 @@ def observed_scanner_of(lowered: Lowered, observation: Observation) -> ObservedS
 
 
 def _scheduled(engine: Engine, functions: Mapping[str, FunctionType], now_ns: int) -> None:
-    """Do one scan of a controller.
-
-    Args:
-        engine: what it runs on.
-        functions: compiled routines, by name in capitals.
-        now_ns: time of the scan.
-    """
+    """Do one scan of a controller with compiled routines."""
     assert engine.scheduler is not None
 
     def run(name: str, at_ns: int) -> None:
@@ -110,15 +104,7 @@ def _scheduled(engine: Engine, functions: Mapping[str, FunctionType], now_ns: in
 
 
 def _code(unit: tuple[str, Sequence[int]], file: str, observation: Observation) -> CodeType:
-    """Compile a function; its line numbers are those of the file.
-
-    Args:
-        unit: its text, and the line in the file for each of its lines.
-        observation: what is wanted of it.
-
-    Raises:
-        LadderError: Python's parser, or its compiler, has no room for so many branches.
-    """
+    """Compile a function with the line numbers of its file; LadderError if it is too large for Python."""
     text, lines = unit
     source = _held(text, observation) if observation.held else text
     try:
@@ -135,5 +121,4 @@ def _held(text: str, observation: Observation) -> ast.Module:
 
 
 def _inside(code: CodeType) -> CodeType:
-    """Return the one function in a module, or in a function."""
     return next(each for each in code.co_consts if isinstance(each, CodeType))

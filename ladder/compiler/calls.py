@@ -53,7 +53,7 @@ def function_name(routine: str, *, based: bool) -> str:
 
 
 def _handed(values: Values, operand: Place | Group) -> list[str]:
-    """Return text for a list, the offset, the elements that are left there, and the mask of a bit."""
+    """Return text for the list, offset, remaining elements and bit mask of an argument."""
     leaf = first_leaf(operand)
     texts = values.subscripts(leaf, operand.indices, operand.text)
     texts = [each if each.isdigit() else values.keep(each) for each in texts]

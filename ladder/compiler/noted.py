@@ -72,7 +72,7 @@ class NotedRung:
             self._note()
 
     def _series(self, nodes: tuple[Node, ...], power: str) -> str:
-        """Write a series; return the power after its last instruction, kept."""
+        """Write a series; return the variable with the power after its last instruction."""
         while nodes:
             node, count = nodes[0], 1
             inputs = self._rungs.inline_run(nodes)
@@ -97,11 +97,10 @@ class NotedRung:
         return power
 
     def _passed(self, power: str, count: int = 1) -> None:
-        """Note that there is power after so many instructions where a variable is true."""
+        """Note power after `count` instructions where a variable is true."""
         self._behind += [(*self._guards, self._meaning.get(power, (power, 0)))] * count
 
     def _inputs(self, run: tuple[Step, ...], power: str) -> str:
-        """Write a run of inputs that are one expression each."""
         first, *others = (self._rungs.inline(step) for step in run)
         tests = [both(power, first), *others]
         ends = "".join(f"{passed} if not ({test}) else " for passed, test in enumerate(tests))
@@ -127,7 +126,7 @@ class NotedRung:
         return out
 
     def _rests_without_power(self, node: Node) -> bool:
-        """Return whether nothing in a node happens on a false rung."""
+        """Whether a node does nothing on a false rung."""
         if isinstance(node, Parallel):
             return all(self._rests_without_power(each) for leg in node.legs for each in leg)
         return _acts_plainly(node) or bool(self._rungs.inline_run((node,)))
@@ -135,12 +134,12 @@ class NotedRung:
     # --- notes
 
     def _note_tuple(self) -> None:
-        """Note the truth so far as a tuple."""
+        """Note the truth collected so far as a tuple."""
         behind = "".join(f"{_text(*above)}, " for (above,) in self._behind)
         self._writer.line(f"{self._notes.place(self._line.number)} = ({behind})")
 
     def _note(self) -> None:
-        """Note the variables that are left, one at least; remember how all are read."""
+        """Note the remaining variables (at least one) and remember how to read all of them."""
         self._put((name for each in self._behind for name, _ in each), last=True)
         self._notes.read(self._line.number, tuple(map(self._reading, self._behind)))
 
@@ -149,7 +148,7 @@ class NotedRung:
         return first, least, tuple(further)
 
     def _put(self, names: Iterator[str], *, last: bool = False) -> None:
-        """Note variables that are not noted yet; the line's first place is for the first of the last ones."""
+        """Note variables once; the line's first place names the first of the last ones."""
         fresh = [name for name in dict.fromkeys(names) if name not in self._places]
         if last and not fresh:
             fresh = ["True"]
@@ -170,7 +169,7 @@ def _text(name: str, at: int) -> str:
 
 
 def _plain_outputs(nodes: tuple[Node, ...]) -> tuple[Step, ...]:
-    """Return the outputs at the beginning of a series that act when true, and do nothing else."""
+    """Return the leading outputs of a series that only act when true."""
     return tuple(node for node in takewhile(_acts_plainly, nodes) if isinstance(node, Step))
 
 

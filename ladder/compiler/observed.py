@@ -183,7 +183,7 @@ def _force(ident: str, *, in_part: bool) -> str:
 
 
 def _placed(line: ast.stmt, where: ast.stmt) -> ast.stmt:
-    """Return a line with the source position of another one, for messages."""
+    """Return a line with the source position of another one, for error messages."""
     for node in ast.walk(line):
         if isinstance(node, (ast.expr, ast.stmt)):
             ast.copy_location(node, where)

@@ -37,7 +37,6 @@ def relocated(code: CodeType, lines: Sequence[int]) -> CodeType:
 
 
 def _stretches(code: CodeType, lines: Sequence[int]) -> Iterator[tuple[int | None, int]]:
-    """Yield new lines, or None for no line, each with the byte after its last one."""
     line, until = None, 0
     for start, end, old in code.co_lines():
         new = None if old is None else lines[old - 1]
@@ -48,7 +47,7 @@ def _stretches(code: CodeType, lines: Sequence[int]) -> Iterator[tuple[int | Non
 
 
 def _entries(units: int, difference: int | None) -> bytes:
-    """Return the entries for units of one line.
+    """Return the line table entries of code units of one line.
 
     >>> _entries(2, 3).hex(), _entries(9, -1).hex(), _entries(1, None).hex(), _entries(1, 40).hex()
     ('e906', 'ef03e800', 'f8', 'e85001')
@@ -66,7 +65,7 @@ def _entries(units: int, difference: int | None) -> bytes:
 
 
 def _signed(number: int) -> bytes:
-    """Return a number in six bits a byte, the lowest first, its sign in the lowest bit."""
+    """Encode a number in six bits per byte, lowest first, the sign in the lowest bit."""
     rest = -number << 1 | 1 if number < 0 else number << 1
     found = bytearray()
     while rest > 0x3F:

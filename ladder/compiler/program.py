@@ -125,7 +125,7 @@ def _routine(
     *,
     based: bool = False,
 ) -> list[tuple[str, int]]:
-    """Return the lines of a function, and note the routines of add-on instructions that it calls."""
+    """Return the lines of a function; collect the add-on routines that it calls in `called`."""
     writer = Writer(lowered, routine.frame, based=based, routine=routine.name)
     rungs = RungWriter(writer, functions, notes)
     if routine.name.upper() == lowered.main and lowered.override:
@@ -155,7 +155,7 @@ def _routine(
 
 
 def _rung(writer: Writer, rungs: RungWriter, line: Line, *, preempted: bool) -> None:
-    """Write a rung; at the end of one that is `preempted` another task may run."""
+    """Write a rung, and a call of the scheduler after it if the program can be preempted."""
     writer.origin = line.origin.line or 1
     writer.next_rung()
     if line.comment:

@@ -99,7 +99,6 @@ class RungWriter:
         return power if power in ("True", "False") else self.values.keep(power)
 
     def _outputs(self, nodes: Iterable[Node], power: str) -> None:
-        """Write instructions that act when true, under one condition."""
         if power == "True":
             for node in nodes:
                 self._act(node)
@@ -128,7 +127,6 @@ class RungWriter:
         return power
 
     def _write(self, step: Step, *power: str) -> str:
-        """Write an instruction, or a call of the interpreter if it has no text of its own."""
         if step.spec.write is not None:
             return step.spec.write(self, *power, *step.operands) or ""
         frame = self.values.stores()
@@ -163,7 +161,7 @@ class RungWriter:
 
 
 def _first_of_last_outputs(nodes: tuple[Node, ...]) -> int:
-    """Return where the instructions at the end of a series begin that act when it is true."""
+    """Return the index of the first of the closing outputs that only act when true."""
     return len(nodes) - sum(1 for _ in takewhile(_acts_when_true, reversed(nodes)))
 
 
@@ -172,7 +170,7 @@ def _acts_when_true(node: Node) -> bool:
 
 
 def _is_inline(node: Node, *, safe: bool = False) -> bool:
-    """Whether a node is an input that is one expression; `safe`: one that can't fault either."""
+    """Whether a node is an input of one expression; with `safe`, one that can't fault."""
     if isinstance(node, Parallel):
         return all(_is_inline(each, safe=safe) for leg in node.legs for each in leg)
     spec = node.spec

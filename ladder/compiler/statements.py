@@ -57,13 +57,11 @@ class StatementWriter:
         return self._rungs.notes.place(line.number) is not None
 
     def _note(self, line: Line, power: str) -> None:
-        """Note that a line ran, and whether it or another one of that number was true."""
         place = self._rungs.notes.place(line.number)
         truth = "True" if power == "True" else f"{power} or {place} == (True,)"
         self._writer.line(f"{place} = ({truth},)")
 
     def _condition(self, line: Line) -> str:
-        """Write what a condition needs; return its text."""
         text = self._head(line)
         if self._is_noted(line):
             text = self._rungs.values.keep(text)
@@ -71,7 +69,6 @@ class StatementWriter:
         return text
 
     def _head(self, line: Line) -> str:
-        """Write what a condition or a selector needs; return its text."""
         self._begin(line)
         step = _step(line)
         self._rungs.values.site = step.site
@@ -97,7 +94,7 @@ class StatementWriter:
             self._inside("else:", arms.otherwise)
 
     def _choose(self, lines: Sequence[Line]) -> str:
-        """Write the conditions one by one; return a variable with the number of the first true one, or -1."""
+        """Evaluate conditions in order; return a variable with the index of the first true one, or -1."""
         chosen = self._writer.lasting()
         self._writer.line(f"{chosen} = 0 if {self._condition(lines[0])} else -1")
         for position, line in enumerate(lines[1:], start=1):
@@ -107,7 +104,7 @@ class StatementWriter:
         return chosen
 
     def _is_one_expression(self, line: Line) -> bool:
-        """Whether a condition takes no lines of its own."""
+        """Whether a condition needs no lines of its own."""
         return not self._is_noted(line) and is_plain(_step(line).operands[0])
 
     # --- CASE

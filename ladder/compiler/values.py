@@ -217,7 +217,7 @@ class Values:
         return f"{value} if {least} <= {value} <= {most} else {otherwise}"
 
     def _as_real(self, term: Term) -> str:
-        """Return text for a number as a REAL holds it."""
+        """Return text for a number rounded to REAL."""
         if term.double or -term.low > _REAL_HOLDS or term.high > _REAL_HOLDS:
             value = self.keep(term.text)
             return f"real_result({self.site}, {value}, {value})"
@@ -278,7 +278,7 @@ class Values:
         return term if width > 0 or term.real else self._floating(term, width)
 
     def _floating(self, term: Term, width: int) -> Term:
-        """Return an integer in the precision of SINGLE or DOUBLE."""
+        """Convert an integer term to the precision of SINGLE or DOUBLE."""
         kind = REAL if width == SINGLE else LREAL
         return Term(self.converted(term, kind, LINT.bits), real=True, double=kind is LREAL)
 
@@ -420,7 +420,7 @@ class Values:
         self.writer.line(f"set_text{self._in_store(operand)}, {text})")
 
     def _in_store(self, operand: Group) -> str:
-        """Return text for the operands by which a string is found: its path, its number, what it is in."""
+        """Return text for the arguments that find a string: path, index, store."""
         path, leaf = operand.path, first_leaf(operand)
         first = self.flat(leaf, operand.indices, operand.text)
         if not leaf.root:

@@ -132,7 +132,7 @@ def _path(operand: Place | Group) -> str:
 
 
 def _mentions(lowered: Lowered, wanted: Callable[[Place | Group], bool]) -> Iterator[Mention]:
-    """Yield mentions; those in an add-on instruction only if something wanted is passed to it."""
+    """Yield mentions; those inside an add-on instruction only if a wanted tag is passed to it."""
     seen: set[object] = set()
     for routine in lowered.routines.values():
         if not routine.frame:
@@ -146,14 +146,7 @@ def _in_routine(
     wanted: Callable[[Place | Group], bool],
     seen: set[object],
 ) -> Iterator[Mention]:
-    """Yield the mentions of a routine, and of the add-on instructions that it calls.
-
-    Args:
-        lowered: the program.
-        placed: returns where in the program an operand is.
-        wanted: whether a part of the program is asked for.
-        seen: the calls that have been followed, so that none is twice.
-    """
+    """Yield the mentions of a routine and of the add-on instructions that it calls."""
     for line in routine.lines:
         for step in steps_of(line.nodes):
             for each in _of_step(lowered.sites[step.site], step):
@@ -218,7 +211,6 @@ def _placed_index(lowered: Lowered, handed: Mapping[str, Place | Group], index: 
 
 
 def _once(mentions: Iterable[Mention]) -> Iterator[Mention]:
-    """Yield mentions, equal ones of a line once: FOR is three steps, which name its count each."""
     seen: set[str] = set()
     for each in mentions:
         if each.site.unit == "rung" or str(each) not in seen:
@@ -238,7 +230,6 @@ def _of_step(site: Site, step: Step) -> Iterator[Mention]:
 
 
 def _operands(step: Step) -> Iterable[tuple[Resolved, frozenset[Use]]]:
-    """Return the operands of a step, each with what the instruction does with it."""
     if step.name == ADD_ON:
         call: AddOnCall = step.operands[0]
         return [(call.instance, frozenset({Use.TIMER}))]
@@ -257,7 +248,7 @@ def _operands(step: Step) -> Iterable[tuple[Resolved, frozenset[Use]]]:
 
 
 def _places(operand: Resolved) -> Iterator[tuple[Place | Group, bool]]:
-    """Yield what an operand names, and what is read to find it (its subscripts)."""
+    """Yield the places that an operand names or reads, as in subscripts."""
     if isinstance(operand, Calculation):
         for each in operand.operands:
             yield from _places(each)

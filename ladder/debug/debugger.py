@@ -99,7 +99,7 @@ class Debugger:
         self._truths_of: int | None = None
 
     def _use(self, program: LadderLogic, engine: WatchedEngine) -> None:
-        """Go on with a program; what is remembered begins with its next scan."""
+        """Attach to a program; snapshots begin with its next scan."""
         self.program, self._engine = program, engine
         self.interpreted = bool(program.functions)
         self._journal = Journal(engine.lowered, program.scanner, engine.variants, max(1, self._remembered))
@@ -113,7 +113,7 @@ class Debugger:
         self._settle()
 
     def _settle(self) -> None:
-        """Note whether scans need nothing beside the program, as long as no tag is set from outside."""
+        """Note whether scans need no instrumentation, as long as no tag is set from outside."""
         self.news += 1
         copies = self._engine.lowered.written_inputs
         looking = self._on_rungs or self._on_tags or self._pictured is not None
@@ -225,7 +225,7 @@ class Debugger:
         self._look()
 
     def _note_power(self, engine: WatchedEngine) -> None:
-        """Note the power of the rungs with breakpoints; after a question of all rungs, for a while."""
+        """Record the power of rungs with breakpoints; of all rungs for a while after a query."""
         if self._pictured is not None and self.scans - self._pictured <= PICTURED:
             engine.note_all()
         else:
@@ -290,7 +290,7 @@ class Debugger:
         self._settle()
 
     def _look(self) -> None:
-        """Note which breakpoints are met."""
+        """Evaluate the breakpoints."""
         if not self._on_rungs and not self._on_tags:
             self.stops = ()
             return
@@ -311,7 +311,6 @@ class Debugger:
         self.stops = tuple([Stop(at.scans - 1, at.now_ns, text) for text in stops])
 
     def _is_true(self, routine: str, rung: int) -> bool:
-        """Return whether a rung with a breakpoint ran in the latest scan and was true at its end."""
         engine = self._engine
         if not engine.watching and not engine.broken_off:
             return engine.true_at_end((routine, rung))
@@ -413,7 +412,6 @@ class Debugger:
         return [truths.get((name, number)) for number in range(max(numbers, default=-1) + 1)]
 
     def _latest_truths(self) -> Truths:
-        """Return the truth of all rungs that the latest scan ran, and see that the next scans note it."""
         self._pictured = self.scans
         self._settle()
         if self._truths_of != self.scans:
@@ -425,10 +423,7 @@ class Debugger:
         return self._truths
 
     def _noted_truths(self) -> Truths:
-        """Return the truth of the rungs that the latest scan has noted.
-
-        A rung in which a fault has stopped the compiled program is not among them: that scan runs again.
-        """
+        """Return the noted truths of the latest scan, without a rung that faulted in the compiled program."""
         engine = self._engine
         again = engine.broken_off and not engine.watching
         return self._journal.again(self.scans - 1).truths if again else engine.truths

@@ -122,7 +122,7 @@ def _ranges(layout: Layout, dims: tuple[int, ...]) -> str:
 
 
 def _named(layout: Layout, name: str) -> str:
-    """Return the name of an array: without its subscript if that is the only one, and at the end."""
+    """Return the name of an array; its subscript is left out if it is the only one and at the end."""
     plain = without_ranges(name)
     return plain if not layout.files and name.startswith(f"{plain}[") and name.count("..") == 1 else name
 
@@ -130,16 +130,7 @@ def _named(layout: Layout, name: str) -> str:
 def _values(
     layout: Layout, path: str, name: str, kind: DataType, at: int, dims: tuple[int, ...]
 ) -> Iterator[TagValue]:
-    """Yield the values below a path.
-
-    Args:
-        layout: the memory.
-        path: tag and members, without subscripts.
-        name: the same, with the subscripts that are settled, and the ranges of those that are not.
-        kind: the type of an element.
-        at: which element of the dimensions that are settled.
-        dims: the dimensions that are left.
-    """
+    """Yield the values below a path; `name` is the path with subscripts and ranges."""
     count = count_of(dims)
     if isinstance(kind, Elementary):
         yield _value(layout, name, layout.leaf(path), at * count, count if dims else 0)
@@ -167,7 +158,7 @@ def _second_name(
     at: int,
     dims: tuple[int, ...],
 ) -> Iterator[TagValue]:
-    """Yield the value of a member that is another name of a part of its structure: a packed bit, mostly."""
+    """Yield the value of a member with `at`: mostly a packed bit."""
     packed = _PACKED.fullmatch(member.at)
     host = kind.member(packed["host"]) if packed else None
     if packed and host is not None and not host.dims and isinstance(host.type, Elementary):
@@ -181,7 +172,6 @@ def _second_name(
 
 
 def _placed(layout: Layout, name: str, where: Place) -> TagValue:
-    """Return the value at a place with a fixed index."""
     index = where.fixed_index
     assert index is not None
     if isinstance(where.bit, Constant):
@@ -190,7 +180,6 @@ def _placed(layout: Layout, name: str, where: Place) -> TagValue:
 
 
 def _bit(layout: Layout, name: str, leaf: Leaf, bit: int, start: int, length: int) -> TagValue:
-    """Return a packed bit, or one of each of several words, as a BOOL."""
     source = _source(layout, leaf, start, length)
     if not length:
         return TagValue(name, "BOOL", 0, f"({source} >> {bit} & 1)")
@@ -199,7 +188,6 @@ def _bit(layout: Layout, name: str, leaf: Leaf, bit: int, start: int, length: in
 
 
 def _at_address(layout: Layout, known: Sequence[TagValue], address: Address) -> list[TagValue]:
-    """Return the values at an address."""
     resolver = Resolver(layout)
     declaration = layout.declarations.get(address.name.upper())
     if isinstance(declaration, Alias) and not declaration.type:
@@ -222,7 +210,7 @@ def _at_address(layout: Layout, known: Sequence[TagValue], address: Address) -> 
 
 
 def _flat(layout: Layout, group: Group) -> int:
-    """Return which element of the settled dimensions a group is."""
+    """Return the flat index of a group in the settled dimensions."""
     path = group.path.upper()
     leaf = next(leaf for name, leaf in layout.leaves.items() if name == path or name.startswith(f"{path}."))
     flat = 0
@@ -237,7 +225,6 @@ def _value(layout: Layout, name: str, leaf: Leaf, start: int, length: int) -> Ta
 
 
 def _text(layout: Layout, path: str, name: str, at: int) -> TagValue:
-    """Return a STRING: its length and its characters."""
     data = layout.leaf(f"{path}.DATA")
     room = data.dims[-1]
     characters = _source(layout, data, at * room, room).removeprefix("*")
@@ -245,7 +232,6 @@ def _text(layout: Layout, path: str, name: str, at: int) -> TagValue:
 
 
 def _source(layout: Layout, leaf: Leaf, start: int, length: int) -> str:
-    """Return the expression that reads one value (length 0) or several of a leaf."""
     spot = layout.spot(leaf)
     if spot is None:
         if not leaf.dims:

@@ -77,14 +77,7 @@ class Change:
 
 @dataclass(slots=True)
 class _Running:
-    """The rung that is being executed.
-
-    Attributes:
-        routine: its routine, in capitals.
-        line: the rung.
-        truth: power after each instruction so far.
-        blocked: instructions so far at which power ended.
-    """
+    """The rung under execution."""
 
     routine: str
     line: Line
@@ -203,12 +196,12 @@ class WatchedInterpreter(Interpreter):
             self.running.pop()
 
     def _ran(self, running: _Running, key: tuple[str, int]) -> tuple[bool, ...]:
-        """Return the truth of a line of structured text: of any of its statements, in any pass of a loop."""
+        """Whether a line of structured text was true: in any statement and any pass of a loop."""
         left = not running.truth  # by EXIT or RETURN, or because of a fault
         return (left or running.truth[-1] or self.truths.get(key, (False,))[-1],)
 
     def _inside(self, head: Line, body: Body, inputs: Sequence[Value]) -> None:
-        """Note the condition under which a body runs, with its values before."""
+        """Record the condition of a body with the values that it read."""
         (step,) = head.nodes
         assert isinstance(step, Step)
         text = f"{head.text} in line {head.number}"
@@ -257,7 +250,7 @@ class WatchedInterpreter(Interpreter):
         return Blocker(self.lowered.sites[step.site].instruction, self._values(step))
 
     def _values(self, step: Step) -> tuple[tuple[str, Value], ...]:
-        """Return the tags that a step reads, with their values; of an assignment those of its value."""
+        """Return the tags that a step reads, with their values."""
         read = step.operands[1:] if step.name in (":=", "[:=]") else step.operands
         places = [place for each in read for place in _places(each)]
         told = [each for place in places for each in (place, *self._beside(place))]
@@ -271,7 +264,7 @@ class WatchedInterpreter(Interpreter):
             self.site = site
 
     def _beside(self, place: Place) -> tuple[Place, ...]:
-        """Return ACC and PRE, if a place is DN of a timer or counter."""
+        """Return ACC and PRE of a timer or counter whose DN is read."""
         path, dot, name = place.leaf.path.upper().rpartition(".")
         leaves = self.lowered.layout.leaves
         parts = [leaves.get(f"{path}.{part}") for part in ("ACC", "PRE")]
@@ -297,7 +290,6 @@ class WatchedInterpreter(Interpreter):
 
 
 def _places(operand: object) -> Iterator[Place]:
-    """Yield the places in an operand, those in its subscripts apart."""
     if isinstance(operand, Place):
         yield operand
     elif isinstance(operand, Calculation):

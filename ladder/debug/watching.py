@@ -120,7 +120,7 @@ class WatchedEngine(Engine):
         return true_at_end(self._notes, place, self._readings[place])
 
     def _observed(self) -> Callable[[int], object]:
-        """Return the compiled program that notes and holds what is wanted now."""
+        """Return the compiled program with the present notes and forces."""
         if self._bound is None:
             held = frozenset((each.leaf.ident, each.left is not None) for each in self._variables)
             observation = Observation(held, self.noted)

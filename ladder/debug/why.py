@@ -55,7 +55,7 @@ def _concerns(change: Change, where: Place | Group) -> bool:
 
 
 def _same_element(change: Change, group: Group) -> bool:
-    """Tell whether a change is in the elements that a group means."""
+    """Whether a change concerns an element of the group."""
     dims, fixed = change.leaf.dims, group.indices
     if not fixed or not all(isinstance(each, Constant) for each in fixed):
         return True
@@ -113,12 +113,12 @@ def _told(lowered: Lowered, tag: str, where: Place | Group, change: Change) -> s
 
 
 def _by_statement(change: Change, said: str) -> Iterator[str]:
-    """Say what a statement has read, and the conditions around it."""
+    """Report what a statement has read, and the conditions around it."""
     values = ", ".join(f"{tag} = {shown(value)}" for tag, value in change.read)
     yield f"{said}, with {values}" if values else said
     yield from (f"  inside of {each}" for each in reversed(change.inside))
 
 
 def _element(change: Change) -> str:
-    """Return the address of what has changed, with its subscripts."""
+    """Return the address of the changed value, with its subscripts."""
     return element_text(change.leaf.path, change.leaf.dims, change.index)

@@ -38,7 +38,7 @@ HEAVY_SIGN = str.maketrans("┤├", "┨┠")
 
 
 class _Canvas:
-    """Cells, the wire that leaves each of them, and what has been written over it."""
+    """Character cells with the wire that leaves each of them, and the text on top."""
 
     def __init__(self, width: int, rows: int) -> None:
         self._ways = [[0] * width for _ in range(rows)]

@@ -54,7 +54,7 @@ def place(rung: Rung, width: int, ruler: Ruler) -> Picture:
 
 
 class _Placer:
-    """Places the elements of one rung, from left to right; `last` is the one before the next."""
+    """Places the elements of a rung from left to right; `last` is the preceding element."""
 
     def __init__(self, series: Series, width: int, ruler: Ruler) -> None:
         self.picture = Picture()
@@ -69,7 +69,6 @@ class _Placer:
             last = self._line(line, block.room, last, first=number == 0, ends=ends)
 
     def _line(self, line: Line, room: int | None, last: int, *, first: bool, ends: bool) -> int:
-        """Place the elements of one line; outputs that end the rung are at the right rail."""
         picture = self.picture
         y = picture.rows + line.size.above
         picture.rows += line.size.above + 1 + line.size.below
@@ -90,7 +89,7 @@ class _Placer:
         return last
 
     def _elements(self, elements: Series, x: int, y: int, last: int, room: int | None) -> tuple[int, int]:
-        """Place elements in a line; return the column after them and the last one."""
+        """Place elements in a line; return the next free column and the last element."""
         for element in elements:
             last = self._element(element, x, y, last, room)
             x += self._ruler.size(element, room).width
@@ -125,7 +124,7 @@ class _Placer:
         self.picture.marks.append(Symbol(at, y, sign, name, label_x, number, last, value))
 
     def _branch(self, branch: Branch, x: int, y: int, last: int, room: int | None) -> int:
-        """Place a branch: a leg leaves the left wire at its first line, its last one meets the right wire."""
+        """Place a branch: legs leave the left wire and meet the right one."""
         number = self._numbering.branch()
         width = self._ruler.size(branch, room).width
         entries: list[int] = []
@@ -150,7 +149,7 @@ class _Placer:
         return number
 
     def _leg(self, leg: Block, x: int, y: int, width: int, last: int) -> None:
-        """Place the lines of a leg in so many columns."""
+        """Place the lines of a leg, `width` columns wide."""
         below = len(leg.lines) - 1
         for number, (line, row) in enumerate(zip(leg.lines, leg.rows, strict=True)):
             if number > 0:
@@ -163,7 +162,7 @@ class _Placer:
 
 
 def _leading_inputs(series: Series) -> int:
-    """Number of elements up to where only outputs follow."""
+    """Count the elements before the trailing outputs."""
     count = len(series)
     while count and all(map(_is_output, instructions_of((series[count - 1],)))):
         count -= 1

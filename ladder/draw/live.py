@@ -97,7 +97,7 @@ def _document(picture: Picture, ident: str, text: str, content: str) -> str:
 
 
 def _height(picture: Picture) -> str:
-    """Return the units that the marks take, and a little more; no empty row is left beneath a box."""
+    """Return the height of the marks with a margin; no empty row below a box."""
     bottom = max((shape_bottom(shape) for mark in picture.marks for shape in shapes_of(mark)), default=0.0)
     return units(HEAD + (bottom + 0.5) * ROW + FOOT)
 
@@ -112,8 +112,6 @@ def _rails(picture: Picture) -> str:
 
 
 class _ValueRuler(Ruler):
-    """Keeps room for the values of operands."""
-
     def __init__(self, captions: Mapping[str, Sequence[str]], name_of: NameOf) -> None:
         super().__init__(captions)
         self._name_of = name_of
@@ -150,7 +148,6 @@ class _ValueRuler(Ruler):
             yield from filter(None, shown)
 
     def attributes(self, instruction: Instruction) -> str:
-        """Return the attributes by which a page finds the tags of an instruction."""
         names = tuple(dict.fromkeys(self.names(instruction)))
         first = next((each for each in instruction.operands if isinstance(each, Address)), None)
         tag = "" if first is None else self._name(first) or str(first)
@@ -161,7 +158,7 @@ class _ValueRuler(Ruler):
 
 
 class _Group:
-    """The markup of one element: its wires and the strokes of its sign, each as one path, and the rest."""
+    """The markup of one element: wires and strokes as one path each, then the rest."""
 
     def __init__(self) -> None:
         self._strokes: dict[str, list[str]] = {}
@@ -182,7 +179,7 @@ class _Group:
 
 
 def _value(value: Value) -> str:
-    """Return the empty text that takes a value: beside a sign, or at the right edge of a box."""
+    """Return the empty text element for a value: beside a sign, or at the right edge of a box."""
     kind, baseline = ("bit value", 11.0) if value.beside else ("value", 4.5)
     at = f'x="{_PEN.x(value.x)}" y="{units((value.y + 0.5) * ROW + baseline)}"'
     anchor = ' text-anchor="end"' if value.ends else ""

@@ -81,7 +81,7 @@ def power(rung: Rung, truth: Sequence[bool] | None) -> str:
 
 
 def _flow(series: Series, last: int, numbering: Numbering, behind: list[bool]) -> int:
-    """Note the power after the branches of a series that follows `last`; return its last element."""
+    """Add the power after each branch of a series; return its last element."""
     for each in series:
         if isinstance(each, Branch):
             number = numbering.branch()

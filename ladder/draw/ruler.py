@@ -195,7 +195,7 @@ class Ruler:
         return Line(series, size)
 
     def _broken(self, series: Series, room: int) -> Iterator[Series]:
-        """Yield the lines of a series; an element that is wider than the room has a line of its own."""
+        """Split a series into lines; an element wider than the room has a line of its own."""
         line: list[Element] = []
         used = 0
         for element in series:

@@ -74,8 +74,6 @@ _PAPER = Pen(ROW)
 
 
 class _Page:
-    """Collects elements from top to bottom."""
-
     def __init__(self, columns: int, captions: Mapping[str, Sequence[str]]) -> None:
         self._columns = columns
         self._captions = captions
@@ -133,7 +131,6 @@ class _Page:
         self._parts.append(_PAPER.letters(Letters(x, y, text), kind))
 
     def document(self) -> str:
-        """Return the whole document."""
         width, height = (self._width + 1) * CELL, round((self._row + 1) * ROW)
         size = f'width="{width}" height="{height}"'
         head = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" {size}>'

@@ -237,7 +237,7 @@ def instruction_text(definition: AddOn) -> str:
 
 
 def _types(logic: LadderLogic) -> Iterator[str]:
-    """Structures, those first that others are made of, and add-on instructions among them."""
+    """Yield structures and add-on instructions in order of dependency."""
     seen: dict[str, DataType] = dict(PREDEFINED_TYPES)
     libraries = {library.name: library for library in map(load_library, LIBRARIES)}
     for name, library in libraries.items():

@@ -155,7 +155,7 @@ class Reader:
         return program
 
     def _dialect(self) -> str:
-        """Read whose instructions the program has."""
+        """Read the DIALECT line."""
         line = self._peek() or ""
         found = _DIALECT.fullmatch(line)
         if found is None:
@@ -192,7 +192,6 @@ class Reader:
         return controller
 
     def _block(self, program: Program) -> None:
-        """Read a program of a controller."""
         self._in_program = True
         while (line := self._peek()) and not _END_PROGRAM.fullmatch(line):
             self._declaration(program)
@@ -237,13 +236,13 @@ class Reader:
         return _without_comment(self._lines[number]) if number < len(self._lines) else ""
 
     def _skip_comments(self, number: int) -> int:
-        """Return the number of the first line from `number` on that is not blank and not in a comment."""
+        """Return the first line from `number` on that is neither blank nor inside a comment."""
         found = _COMMENTS.match(self._text, self._starts[number])
         assert found is not None, "nothing is a match, too"
         return max(number, bisect_right(self._starts, found.end()) - 1)
 
     def _peek(self) -> str | None:
-        """Return the next line that says something, without its comment."""
+        """Return the next line with content, without its comment."""
         while self._at < len(self._lines):
             line = _without_comment(self._lines[self._at])
             if line:
@@ -299,7 +298,7 @@ class Reader:
         self._at += 1
 
     def _definition(self, line: str) -> bool:
-        """Read what types and instructions are made known by; whether there was any."""
+        """Read a definition of types or instructions; return whether there was one."""
         if found := _USE.fullmatch(line):
             self._use(found.group(1))
         elif found := _TYPE.fullmatch(line):
@@ -326,7 +325,6 @@ class Reader:
         self._specs = specs_of(self._add_ons, self._stubs)
 
     def _instruction(self, name: str) -> None:
-        """Read the definition of an add-on instruction."""
         start = self._at
         comment = _comment_of(self._lines[start])
         self._at += 1
@@ -384,7 +382,7 @@ class Reader:
         return self._fail(f"a type ({self._type_hint(name)})", name)
 
     def _type_hint(self, name: str) -> str:
-        """Return what to write for an unknown type: USE of its library, a close name, or what there is."""
+        """Return a remedy for an unknown type: its library, a close name, or the known types."""
         for library in LIBRARIES:
             if any(known.upper() == name.upper() for known in load_library(library).types):
                 return f"{name} is one of the library {library}: write USE {library} above"
@@ -403,7 +401,6 @@ class Reader:
         return tuple(map(int, parts))
 
     def _initial(self, text: str | None, kind: DataType) -> object:
-        """Return an initial value: JSON, in which integers may have a radix as in rungs."""
         if text is None:
             return None
         try:
@@ -412,7 +409,6 @@ class Reader:
             self._fail("an initial value in JSON after :=, integers also as 16#843C", text)
 
     def _routine(self, head: re.Match[str]) -> Routine:
-        """Read a routine of rungs or of structured text."""
         self._at += 1
         if not head.group(2):
             return Routine(head.group(1), tuple(self._rungs()))
@@ -427,14 +423,12 @@ class Reader:
         return Routine(head.group(1), (), statements=self._statements(start, self._at - 1))
 
     def _statements(self, start: int, end: int) -> Block:
-        """Read structured text from a line up to another."""
         from ..st import parse_statements  # lark takes time to import, and most programs have none
 
         text = "\n".join(self._lines[start:end])
         return parse_statements(text, file=self._file, line=start + 1, specs=self._specs)
 
     def _rungs(self) -> Iterator[Rung]:
-        """Yield the rungs up to END."""
         number = 0
         while True:
             comment = self._comments()
@@ -502,12 +496,12 @@ def _comment_of(line: str) -> str:
 
 
 def _quoted(found: re.Match[str]) -> str:
-    """Put a number with a radix into a string that JSON knows; leave strings alone."""
+    """Quote a number with a radix for JSON; leave strings alone."""
     return json.dumps(_MARK + found.group("number")) if found.group("number") else found.group()
 
 
 def _patterns(value: object, kind: DataType | None) -> object:
-    """Replace numbers with a radix by the value that their bits have in the type of their place."""
+    """Replace numbers with a radix by the value of their bits in the type of their place."""
     if isinstance(value, list):
         return [_patterns(each, kind) for each in value]
     if isinstance(value, dict):
@@ -527,5 +521,4 @@ def _member_type(kind: DataType | None, name: str) -> DataType | None:
 
 
 def _split(text: str) -> list[str]:
-    """Split at commas outside of brackets."""
     return [each for each in re.split(r",(?![^\[]*\])", text) if each.strip()]

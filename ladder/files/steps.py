@@ -195,7 +195,7 @@ def _check_name(name: str, known: Iterable[str], what: str) -> None:
 
 
 def _writer(words: Sequence[str]) -> Callable[[Image], None]:
-    """Return what puts the words of a step into the output image."""
+    """Return the function that writes the words of a step to the output image."""
     if words[0] == "words":
         image = Image([_word(word) for word in _at_most_eight(words[1:])])
         return lambda outputs: outputs.load(image)
@@ -234,7 +234,6 @@ def _at_most_eight(words: Sequence[str]) -> Sequence[str]:
 
 
 def _word(text: str) -> int:
-    """Read a word: decimal, or hexadecimal with an h."""
     if re.fullmatch(r"[0-9A-Fa-f]+h", text):
         value = int(text[:-1], 16)
     elif re.fullmatch(r"[+-]?\d+", text):

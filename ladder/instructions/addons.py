@@ -12,7 +12,7 @@ __all__ = ["ADD_ON_CALL"]
 
 
 def _run(machine: Interpreter, power: bool, call: AddOnCall) -> bool:
-    """Copy in; if there is a routine for the rung's state, run it and copy out."""
+    """Copy in, run the routine for the rung's state if there is one, copy out."""
     machine.copy_parameters(call.inputs)
     machine.put(call.enable_in, power)
     machine.put(call.enable_out, power)

@@ -31,15 +31,7 @@ __all__ = ["FAL", "FSC", "SIZE", "AVE", "SRT", "STD"]  # noqa: RUF022 - the manu
 
 
 def _passes(machine: Interpreter, power: bool, control: Control, mode: str, one: Callable[[], bool]) -> None:
-    """Do the passes of a scan.
-
-    Args:
-        machine: counts them for the watchdog.
-        power: of the rung.
-        control: of the instruction.
-        mode: ALL, INC or a number.
-        one: operates on the element at POS; returns whether to go on after it.
-    """
+    """Do the passes of one scan; `one` operates on the element at POS and returns whether to go on."""
     rises = power and not control["EN"]
     under_way = mode.isdigit() and control["EN"] and not control["DN"]
     if not power and not under_way:
@@ -63,7 +55,6 @@ def _passes(machine: Interpreter, power: bool, control: Control, mode: str, one:
 
 
 def _end(control: Control) -> None:
-    """Get ready for the next time: the rung is false."""
     if control["DN"]:
         control.set(DN=False, POS=0)
     control.set(EN=False)
@@ -133,7 +124,7 @@ def _check_numbers(array: Resolved, dimension: Constant, *others: Resolved) -> N
 
 
 def _once(machine: Interpreter, power: bool, group: Group, operate: Callable[[Control], bool]) -> None:
-    """Operate when the rung becomes true; `operate` returns whether there is a result."""
+    """Operate on a rising rung; `operate` returns whether there is a result."""
     control = Control(machine, group)
     if not power:
         _end(control)
@@ -156,12 +147,7 @@ def _values(machine: Interpreter, array: Resolved, dimension: Constant, control:
 
 
 def _statistic(compute: Callable[[list[float]], float], least: int) -> Callable[..., None]:
-    """Return what stores a number computed of the values.
-
-    Args:
-        compute: the computation.
-        least: of how many values it exists.
-    """
+    """Return the executor of a statistic; `least` is the number of values that it needs."""
 
     def run(
         machine: Interpreter, power: bool, array: Resolved, dimension: Constant, target: Place, group: Group

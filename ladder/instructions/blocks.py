@@ -21,8 +21,6 @@ __all__ = ["TONR", "TOFR", "RTOR", "CTUD", "OSRI", "OSFI"]  # noqa: RUF022 - the
 
 
 def _takes(kind: Structure) -> Callable[[Group], None]:
-    """Return a check that an operand has a type."""
-
     def check(block: Group) -> None:
         if block.type is not kind:
             raise OperandError(
@@ -58,12 +56,7 @@ _OFF: Mapping[str, bool] = {"EN": False, "TT": False, "DN": False}
 
 
 def _timer(name: str, of_rungs: Spec, *, full: bool = False) -> Spec:
-    """Return a timer.
-
-    Args:
-        of_rungs: the timer of rungs that it is.
-        full: whether a reset sets ACC to PRE; otherwise to 0.
-    """
+    """Return a timer block; `full`: a reset sets ACC to PRE instead of 0."""
 
     def run(machine: Interpreter, timer: Group) -> None:
         _put(machine, timer, EnableOut=True)

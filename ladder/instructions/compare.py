@@ -53,7 +53,7 @@ def _write_lim(rungs: RungWriter, low: Resolved, test: Resolved, high: Resolved)
 
 
 def _lim_is_inline(*operands: Resolved) -> bool:
-    """LIM reads all its operands, while Python's `a <= b <= c` may stop before c."""
+    """Not inline: LIM reads all its operands, Python's `a <= b <= c` may stop before c."""
     return not any(map(can_fault, operands))
 
 

@@ -31,7 +31,6 @@ def _write_jmp(rungs: RungWriter, label: str) -> None:
 
 
 def _routine(resolver: OperandResolver, name: Operand) -> str:
-    """Return the full name of a routine to call."""
     if not isinstance(name, Address) or name.steps:
         raise OperandError(f"{name} is not a routine", "write the routine's name")
     return resolver.named(name.name)
@@ -56,7 +55,6 @@ def _jsr(machine: Interpreter, call: Call) -> None:
 
 
 def _call(machine: Interpreter, call: Call) -> tuple[Value, ...]:
-    """Run a routine; return what it returns."""
     inputs = [machine.value(each) for each in call.inputs]
     recursive = call.routine in machine.lowered.recursive
     if recursive:
@@ -68,7 +66,7 @@ def _call(machine: Interpreter, call: Call) -> tuple[Value, ...]:
 
 
 def _prescan_jsr(machine: Interpreter, call: Call) -> None:
-    """Prescan the routine, one that calls itself once."""
+    """Prescan the routine; one that calls itself once only."""
     if call.routine in machine.prescanned:
         return
     if call.routine in machine.lowered.recursive:
@@ -79,7 +77,7 @@ def _prescan_jsr(machine: Interpreter, call: Call) -> None:
 
 @contextmanager
 def _writing_call(rungs: RungWriter, call: Call) -> Iterator[str]:
-    """Write the lines before and after a call; yield text for what the routine returns."""
+    """Write the lines around a call; yield text for each returned value."""
     inputs = "".join(f"{_plain(rungs, each)}, " for each in call.inputs)
     if call.routine in rungs.writer.lowered.functions:
         text = f"python({call.routine!r}, ({inputs}))"
@@ -110,7 +108,7 @@ def _plain(rungs: RungWriter, operand: Resolved) -> str:
 
 
 def _take(rungs: RungWriter, place: Place, text: str) -> None:
-    """Write a parameter into its tag."""
+    """Write a parameter to its tag."""
     rungs.values.clear_flags()
     kind = place.type
     value = rungs.values.keep(f"answer({rungs.values.site}, {text}, {kind.name!r})")

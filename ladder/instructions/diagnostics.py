@@ -76,7 +76,7 @@ def _compare(
 
 
 def _note(results: Control, numbers: Elements, bit: int) -> None:
-    """Put the number of a bit into the result array; a full one begins again."""
+    """Append a bit number to the result array; a full array starts over."""
     place = 0 if results["POS"] >= results["LEN"] else results["POS"]
     kind = numbers.type
     assert isinstance(kind, Elementary)

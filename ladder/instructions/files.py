@@ -60,7 +60,7 @@ def _write_slices(rungs: RungWriter, source: Region, target: Region, length: int
 def _write_row(
     rungs: RungWriter, source: tuple[Region, int], target: tuple[Region, int], length: int
 ) -> bool:
-    """Write a copy from or to an InOut as a whole: only the call knows how far its array goes."""
+    """Write a copy from or to an InOut as a whole: the length of its array is known in the call only."""
     kind = plain(source[0])
     if kind is None or kind.is_bool:  # an InOut may be a bit of an integer
         return False
@@ -76,7 +76,7 @@ def _write_row(
 
 
 def _write_slice(rungs: RungWriter, leaf: Leaf, first: int, count: int) -> str:
-    """Return text for elements that lie in a row."""
+    """Return text for consecutive elements."""
     begin = rungs.values.row(leaf, first)
     end = f"{int(begin) + count}" if begin.isdigit() else f"{begin} + {count}"
     return f"{rungs.writer.name(leaf)}[{begin}:{end}]"

@@ -34,7 +34,7 @@ def _sqi(machine: Interpreter, table: Resolved, mask: Resolved, source: Resolved
 
 
 def _step(control: Control) -> bool:
-    """Go one step further; return whether LEN and POS are possible."""
+    """Advance POS; return whether LEN and POS are valid."""
     if control["LEN"] <= 0 or control["POS"] < 0:
         control.set(ER=True)
         return False

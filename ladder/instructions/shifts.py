@@ -94,7 +94,6 @@ def _check_unload(queue: Resolved, target: Resolved, _control: Resolved) -> None
 
 
 def _check_same(queue: Resolved, single: Resolved) -> None:
-    """Refuse a structure with another type than that of the queue."""
     assert isinstance(queue, (Place, Group))
     if (isinstance(single, Group) or not isinstance(queue.type, Elementary)) and (
         not isinstance(single, Group) or single.type != queue.type
@@ -150,7 +149,7 @@ def _unload(first: bool) -> Callable[[Interpreter, bool, Resolved, Resolved, Gro
 
 
 def _deliver(machine: Interpreter, queue: Elements, number: int | None, target: Resolved) -> None:
-    """Write an element into the target, 0 for None."""
+    """Write an element to the target; None writes 0."""
     if isinstance(target, Place) and target.type != queue.type:
         machine.put(target, converted(target.type, 0 if number is None else queue[number]))
         return

@@ -42,12 +42,11 @@ _DECIMAL = re.compile(rb"-?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 
 
 def _room(operand: Group) -> int:
-    """Return how many characters a string can have."""
     return operand.layout.leaf(f"{operand.path}.DATA").dims[-1]
 
 
 def _read(machine: Interpreter, operand: Resolved) -> bytes | None:
-    """Return the characters of a string; None, with a fault, if LEN is above the size of DATA."""
+    """Return the characters of a string; fault and return None if LEN exceeds the size of DATA."""
     if not isinstance(operand, Quoted):
         assert isinstance(operand, Group)
         length, room = machine.get(operand.member("LEN")), _room(operand)
@@ -100,7 +99,7 @@ def _insert(machine: Interpreter, a: Resolved, b: Resolved, start: Resolved, tar
 
 
 def _part(machine: Interpreter, source: Resolved, quantity: Resolved, start: Resolved) -> slice | None:
-    """Return where a part lies; None, with a fault, if it is not inside."""
+    """Return the start of a part; fault and return None if it is outside of the string."""
     text, count, at = _read(machine, source), machine.integer(quantity), machine.integer(start)
     if text is None:
         return None
@@ -143,8 +142,6 @@ def _find(machine: Interpreter, source: Resolved, search: Resolved, start: Resol
 
 
 def _number_in(pattern: re.Pattern[bytes]) -> Callable[[Interpreter, Resolved, Place], None]:
-    """Return what stores the first number of a pattern; S:C is set, S:Z tells a zero."""
-
     def run(machine: Interpreter, source: Resolved, target: Place) -> None:
         text = _read(machine, source)
         if text is None:

@@ -79,7 +79,7 @@ class Argument:
 
 
 def _member(group: Group, name: str) -> Place | None:
-    """Return a member with one value, also one that is another name of a bit; None without it."""
+    """Return a member of one value, bits of a host included; None without it."""
     member = group.type.member(name) if isinstance(group.type, Structure) and not group.dims else None
     if member is None or member.dims or isinstance(member.type, Structure):
         return None
@@ -146,7 +146,7 @@ def _set(machine: Interpreter, timed: Timed, **bits: bool) -> None:
 
 
 def _resolved(resolver: OperandResolver, operand: Operand) -> Resolved | None:
-    """Return an operand; None for one that is neither a tag nor a number here."""
+    """Resolve an operand, None if it is neither a tag nor a number."""
     try:
         return resolver.any(operand)
     except LadderError:
@@ -154,7 +154,7 @@ def _resolved(resolver: OperandResolver, operand: Operand) -> Resolved | None:
 
 
 def _given(machine: Interpreter, operand: Resolved | str) -> object:
-    """Return an operand as a stub in Python has it."""
+    """Return an operand in the form that a Python stub receives."""
     if isinstance(operand, (Place, Group)):
         return Argument(machine, operand)
     if isinstance(operand, (Constant, Quoted)):

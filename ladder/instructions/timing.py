@@ -18,7 +18,7 @@ _MS = 1_000_000
 
 
 def _cleared_by_res(structure: Group) -> Iterator[tuple[Place, Elementary]]:
-    """Yield what RES clears, with its type: all members but PRE and LEN."""
+    """Yield the members that RES clears, with their types: all but PRE and LEN."""
     assert isinstance(structure.type, Structure)
     for member in structure.type.members:
         if member.name not in ("PRE", "LEN"):
@@ -30,7 +30,7 @@ def _cleared_by_res(structure: Group) -> Iterator[tuple[Place, Elementary]]:
 
 
 def _count_time(machine: Interpreter, timer: Group) -> None:
-    """Add the time since the last scan of the instruction, in whole ms; what is over waits."""
+    """Add the whole ms since the last call; keep the remainder."""
     last = timer.member("~last_ns")
     elapsed = (machine.now_ns - int(machine.get(last))) // _MS
     accumulated = timer.member("ACC")

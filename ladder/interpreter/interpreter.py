@@ -99,7 +99,6 @@ class Interpreter(Values):
         self.run(self.lowered.main, ())
 
     def _scheduled(self, name: str, now_ns: int) -> None:
-        """Run a routine for the scheduler."""
         before, self.now_ns = self.now_ns, now_ns
         try:
             self.run(name, ())
@@ -135,14 +134,13 @@ class Interpreter(Values):
                 number = target
 
     def _line(self, line: Line, inputs: Sequence[Value], *, statement: bool = False) -> bool:
-        """Run a rung, or a statement, to which MCR does nothing; return the power after it."""
+        """Run a rung or statement outside of MCR; return the power after it."""
         self._count()
         power = statement or not (self.lowered.override and self.status(OVERRIDE))
         self.inputs = inputs
         return self._series(line.nodes, power)
 
     def _count(self) -> None:
-        """Count a rung or a statement."""
         self.lines_left -= 1
         if self.lines_left == 0:
             raise OutOfLinesError
@@ -187,7 +185,7 @@ class Interpreter(Values):
                 self._loop(each, inputs)
 
     def _inside(self, _head: Line, body: Body, inputs: Sequence[Value]) -> None:
-        """Run a body because of a line."""
+        """Run the body of a statement."""
         self._body(body, inputs)
 
     def _arms(self, arms: Arms, inputs: Sequence[Value]) -> None:

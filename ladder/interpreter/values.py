@@ -236,7 +236,7 @@ class Values:
 
 
 def _rounded(value: Value, width: int) -> float:
-    """Return a number in the precision of a computation in SINGLE or DOUBLE."""
+    """Round a number to the precision SINGLE or DOUBLE."""
     return math.real(value) if width == SINGLE else float(value)
 
 

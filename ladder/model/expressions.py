@@ -185,7 +185,6 @@ class ExpressionParser(Scanner):
         return math.nan
 
     def _time(self, text: str) -> int:
-        """Return a time in ms, as PRE and ACC of timers have it."""
         parts = text.partition("#")[2]
         found = list(_TIME_PART.finditer(parts))
         if "".join(each.group() for each in found) != parts:
@@ -228,7 +227,7 @@ class ExpressionParser(Scanner):
         return Address(base.group(), tuple(steps))
 
     def _file_steps(self, base: str) -> tuple[Step, ...]:
-        """Steps of the data file notation."""
+        """Read the steps of a data file address."""
         if _SLOT_FILE.fullmatch(base):
             pattern, mark = _WORD, "."
         else:
@@ -251,7 +250,6 @@ class ExpressionParser(Scanner):
         return SlashStep(self._index(what)) if what.isdigit() else MemberStep(what)
 
     def _index(self, digits: str) -> int:
-        """Return the number of an element or a bit."""
         if len(digits) > _INDEX_DIGITS:
             self.fail(f"a number of at most {_INDEX_DIGITS} digits", digits)
         return int(digits)

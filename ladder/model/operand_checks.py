@@ -145,7 +145,7 @@ def _is_condition(resolved: Resolved) -> bool:
 
 
 def _is_region(resolved: Resolved) -> bool:
-    """Something in memory with bytes: no BOOL, no bit, no array of BOOL."""
+    """Whether an operand has bytes in memory: no BOOL, no bit, no array of BOOL."""
     if isinstance(resolved, Place):
         return not resolved.type.is_bool
     return isinstance(resolved, Group) and not (

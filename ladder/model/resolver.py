@@ -92,7 +92,7 @@ _WORD_BITS = 16
 
 
 def _of_card(step: BitStep) -> tuple[Step, Step]:
-    """Return word and bit of `Local:2:I.Data.20`: the data of a card with 32 terminals are words 0 and 1."""
+    """Return word and bit of `Local:2:I.Data.20`: words 0 and 1 hold the 32 terminals of a card."""
     bit = step.index
     if not isinstance(bit, Number) or not _WORD_BITS <= int(bit.value) < 2 * _WORD_BITS:
         return WordStep(0, "."), step
@@ -216,7 +216,7 @@ class Resolver:
         return str(Address(declaration.name, tuple(self._spelled(address.steps, members))))
 
     def _spelled(self, steps: Iterable[Step], members: Sequence[str]) -> Iterator[Step]:
-        """Yield the steps of an address: members as declared, elements as the program writes them."""
+        """Yield steps with members as declared and elements in the program's notation."""
         names = {each.upper(): each for each in members}
         for step in steps:
             if isinstance(step, MemberStep):
@@ -263,7 +263,7 @@ class Resolver:
         raise self._undeclared(address.name)
 
     def _local(self, slot: int, output: bool, steps: tuple[Step, ...], shown: Address) -> Place | Group:
-        """Find a part of a module's tags, in the names of either profile."""
+        """Find a part of a module's tag, by the names of either profile."""
         if not steps:
             return self._module(slot, output, shown)
         name = steps[0].name.upper() if isinstance(steps[0], MemberStep) else ""
@@ -343,7 +343,7 @@ class Resolver:
         return self._leaf(here)
 
     def _leaf(self, here: Group) -> Place | Group:
-        """A group of one elementary value is a place."""
+        """Return a single elementary value as a place, any other group unchanged."""
         if here.dims or isinstance(here.type, Structure):
             return here
         return Place(self._layout.leaf(here.path), here.indices, None, here.text, here.array)
@@ -409,18 +409,13 @@ class Resolver:
 
 
 def _is_text(resolved: Resolved) -> bool:
-    """Whether this is a string or a string constant."""
     if isinstance(resolved, Group):
         return isinstance(resolved.type, Structure) and not resolved.dims and resolved.type.is_string
     return isinstance(resolved, Quoted)
 
 
 def _bound(alias: Alias, module: Place | Group) -> Group:
-    """Return a module's image with the names of a declared structure.
-
-    Raises:
-        AddressError: the structure has other bytes than the image, or it is not a whole image.
-    """
+    """Return a module's image with the names of a structure; AddressError if the bytes differ."""
     if not isinstance(module, Group) or module.type not in MODULE_TYPES.values():
         raise AddressError(f"{alias.target} is not a module's image", "bind Local:slot:I or Local:slot:O")
     assert isinstance(module.type, Structure)
@@ -439,7 +434,7 @@ def _declared(member: Member) -> str:
 
 
 def _meant(here: Group, name: str) -> tuple[Step, ...]:
-    """Return the steps that a member stands for that is another name of a part of its structure."""
+    """Return the steps that a member with `at` stands for, none for other members."""
     member = here.type.member(name) if isinstance(here.type, Structure) and not here.dims else None
     if member is None or not member.at:
         return ()

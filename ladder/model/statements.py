@@ -369,7 +369,7 @@ def with_operands(block: Block, change: Callable[[Statement, Operand], Operand])
 def _changed(
     statement: Statement, change: Callable[[Operand], Operand], inner: Callable[[Block], Block]
 ) -> Statement:
-    """Return a statement with its operands changed by one function, its blocks by another."""
+    """Return a statement with changed operands and blocks."""
     address: Any = change
     if isinstance(statement, Assignment):
         return replace(statement, target=address(statement.target), value=change(statement.value))

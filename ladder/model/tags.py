@@ -354,7 +354,6 @@ class Layout:
         return Leaf(path, kind, dims, self._ident(path), slot, output)
 
     def _ident(self, path: str) -> str:
-        """Make a readable identifier that nothing else has."""
         wanted = path.replace(".", "_")
         if not wanted.isidentifier() or wanted[0] == "_" or wanted[-1] == "_" or not wanted.isascii():
             wanted = re.sub(r"\W", "_", path, flags=re.ASCII).strip("_") or "tag"
@@ -432,7 +431,6 @@ class FrameLayout(Layout):
 
 
 def _declared(member: Member) -> Declaration:
-    """Return what a member of an instance is in the routines of its add-on instruction."""
     if member.at:
         return Alias(member.name, parse_address(member.at))
     return Tag(member.name, member.type, member.dims)

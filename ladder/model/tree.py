@@ -174,7 +174,7 @@ def _expression_text(node: Operand) -> str:
 
 
 def _text_at(node: Operand, level: int) -> str:
-    """Text of a node, in parentheses if it binds looser than its place needs."""
+    """Return the text of a node, in parentheses if it binds looser than `level`."""
     if not isinstance(node, Operation):
         negative = isinstance(node, Number) and node.text.startswith("-")
         return f"({node})" if negative and level > LEVEL["+"] else str(node)
@@ -198,7 +198,7 @@ def _operation_text(node: Operation, own: int) -> str:
 
 
 def _ends_in_file(node: Operand) -> bool:
-    """Whether the text of a node ends in an address of a data file, after which / means a bit."""
+    """Whether the text ends in a data file address, after which a `/` would select a bit."""
     if isinstance(node, Operation):
         return LEVEL.get(node.name, ATOM) != ATOM and _ends_in_file(node.operands[-1])
     return isinstance(node, Address) and (

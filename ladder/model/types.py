@@ -173,7 +173,6 @@ class Structure:
 
 @lru_cache(maxsize=4096)
 def _places(kind: Structure) -> Mapping[str, int]:
-    """Return the places of a structure's members, by name in capitals: of the first one of a name."""
     return {each.name.upper(): place for place, each in reversed(tuple(enumerate(kind.members)))}
 
 
@@ -184,7 +183,6 @@ HIDDEN = "~"
 
 
 def _status(*names: str) -> tuple[Member, ...]:
-    """Status bits of a predefined structure, from bit 31 down."""
     return tuple(Member(name, BOOL, bit=31 - number) for number, name in enumerate(names))
 
 
@@ -410,7 +408,7 @@ def members_at(kind: Structure) -> tuple[tuple[Member, int, int | None], ...]:
 
 
 class _Layout:
-    """Walks a type once; BOOLs in a row share bytes, other members are aligned to their size."""
+    """Lays out a type once: adjacent BOOLs share bytes, other members are aligned to their size."""
 
     def __init__(self, kind: DataType) -> None:
         self.fields: list[Field] = []

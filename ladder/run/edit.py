@@ -76,7 +76,7 @@ def _is_same(leaf: Leaf, other: Leaf | None) -> bool:
 
 
 def _schedule_new_tasks(engine: Engine, schedule: Schedule, kept: set[str]) -> None:
-    """Make periodic tasks that the edit has brought due at the next multiple of their rate."""
+    """Make periodic tasks that are new due at the next multiple of their rate."""
     for each in schedule.tasks:
         rate = each.task.rate_ns
         if rate and each.due.path not in kept:
@@ -135,7 +135,7 @@ def retain(engine: Engine, text: str) -> list[str]:
 
 
 def _take(engine: Engine, tag: Tag, kind: str, value: Any) -> list[str]:
-    """Set a tag; return why not, if it does not fit."""
+    """Set a tag; return the reason if the value does not fit."""
     if kind != type_text(tag):
         return [f"{tag.name} is {type_text(tag)}, in the file {kind}"]
     before = engine.tags[tag.name]
@@ -151,7 +151,7 @@ def _take(engine: Engine, tag: Tag, kind: str, value: Any) -> list[str]:
 
 
 def _shortages(name: str, value: Any, whole: Any) -> Iterator[str]:
-    """Yield where a stored value has fewer elements or members than the tag."""
+    """Yield the places where a stored value has fewer elements or members than the tag."""
     if isinstance(value, list) and isinstance(whole, list):
         if len(value) < len(whole):
             yield f"{name} has {len(whole)} elements, in the file {len(value)}"

@@ -186,7 +186,7 @@ class Engine:
         return self._jsr_in("", routine, *inputs)
 
     def _jsr_in(self, program: str, routine: str, *inputs: Value) -> tuple[Value, ...]:
-        """Call a routine of a program by name, as a Python function does."""
+        """Call a routine by name from Python."""
         name = scoped(program, routine).upper()
         target = self.lowered.routines.get(name)
         if target is None:

@@ -43,7 +43,7 @@ def whereabouts(trace: TracebackType | None, compiled: Compiled) -> str:
 def _interpreted(
     frame: FrameType, routine: LoweredRoutine | None, line: Line | None
 ) -> tuple[LoweredRoutine | None, Line | None]:
-    """Return the routine and the line that a frame of the interpreter executes."""
+    """Return routine and line of an interpreter frame."""
     if frame.f_code is _ROUTINE:
         return frame.f_locals["routine"], None
     return routine, frame.f_locals["line"]

@@ -113,21 +113,21 @@ def parse_statements(
 
 @dataclass(frozen=True, slots=True)
 class _Comment:
-    """A comment: where it begins, and what it says."""
+    """A comment and its position."""
 
     start: int
     text: str
 
 
 class _Misplaced(Exception):  # noqa: N818 - becomes a RungTextError where file and line are known
-    """Something at a token that the grammar allows and the language does not."""
+    """An error at a token that the grammar accepts."""
 
     def __init__(self, token: Token, expected: str, found: str | None = None) -> None:
         self.token, self.expected, self.found = token, expected, found
 
 
 class _Expressions(Transformer[Token, Any]):
-    """Makes operands of expressions while they are parsed. A number is a token until it is used."""
+    """Builds operands while parsing. A number stays a token until it is used."""
 
     def operation(self, children: list[Any]) -> Operand:
         """Two operands and an operator."""
@@ -136,7 +136,7 @@ class _Expressions(Transformer[Token, Any]):
         return Operation(name, (_value(left), _value(right)))
 
     def negation(self, children: list[Any]) -> Operand:
-        """Minus; of a number it makes a negative number."""
+        """Minus; a number becomes negative."""
         operand = children[1]
         if isinstance(operand, Token):
             positive = _number(operand)
@@ -144,29 +144,25 @@ class _Expressions(Transformer[Token, Any]):
         return Operation("NEG", (operand,))
 
     def inversion(self, children: list[Any]) -> Operand:
-        """NOT."""
         return Operation("NOT", (_value(children[1]),))
 
     def group(self, children: list[Any]) -> Operand:
-        """Parentheses."""
         return cast(Operand, _value(children[0]))
 
     def function(self, children: list[Any]) -> Operand:
-        """A function of one operand."""
         name = FUNCTION_NAMES.get(children[0].upper())
         if name is None:
             raise _Misplaced(children[0], f"a function ({', '.join(sorted(FUNCTION_NAMES))})")
         return Operation(name, (_value(children[1]),))
 
     def string(self, children: list[Any]) -> Operand:
-        """A string."""
         try:
             return Characters(unquoted(children[0][1:-1]))
         except ValueError as error:
             raise _Misplaced(children[0], "escapes of characters", str(error)) from None
 
     def missing(self, _children: list[Any]) -> Address:
-        """An operand that is left out, as in GSV(WallClockTime,,DateTime,Now)."""
+        """An omitted operand, as in GSV(WallClockTime,,DateTime,Now)."""
         return Address("")
 
     def word(self, children: list[Any]) -> Address:
@@ -178,19 +174,15 @@ class _Expressions(Transformer[Token, Any]):
         return Address(str(children[0]), tuple(children[1:]))
 
     def member(self, children: list[Any]) -> MemberStep:
-        """`.name`."""
         return MemberStep(children[0].lstrip(". \t\n"))
 
     def bit(self, children: list[Any]) -> BitStep:
-        """`.5`."""
         return BitStep(_number(children[0].update(value=children[0][1:])))
 
     def computed_bit(self, children: list[Any]) -> BitStep:
-        """`.[n]`."""
         return BitStep(_value(children[1]))
 
     def subscript(self, children: list[Any]) -> SubscriptStep:
-        """`[i,j]`."""
         return SubscriptStep(tuple(map(_value, children)))
 
     def range(self, children: list[Any]) -> Range:
@@ -230,7 +222,7 @@ def _parser() -> Lark:
 
 
 class _Reader:
-    """Reads one text. Trees of lark have children of any kind: tokens, operands, and trees of statements."""
+    """Reads one text. Lark's trees have mixed children: tokens, operands, trees of statements."""
 
     def __init__(
         self, text: str, file: str, lines: Sequence[int], specs: Mapping[str, Spec], *, regions: bool
@@ -242,7 +234,7 @@ class _Reader:
         self._comments.reverse()
 
     def _blank(self, found: re.Match[str]) -> str:
-        """Note a comment and return white space as long as it; other matches stay."""
+        """Store a comment and return white space of its length; leave other matches."""
         if found.lastgroup is None or (found.lastgroup == "region" and self._regions):
             return found.group()
         if found.lastgroup == "open":
@@ -254,7 +246,6 @@ class _Reader:
         return re.sub(r"[^\n]", " ", found.group())
 
     def block(self) -> Block:
-        """Return the statements of the text."""
         try:
             tree = _parser().parse(self._text)
             self._refuse_depth(tree)
@@ -273,7 +264,7 @@ class _Reader:
         return block
 
     def _refuse_depth(self, tree: Any) -> None:
-        """Refuse blocks that are nested too deep for recursion."""
+        """Refuse blocks that nest too deep for recursion."""
         todo = [(tree, 0)]
         while todo:
             node, depth = todo.pop()
@@ -286,7 +277,7 @@ class _Reader:
     # --- statements
 
     def _block(self, tree: Any, end: int) -> Block:
-        """Return a block; comments after its last statement, up to `end`, become an empty one."""
+        """Return a block; comments after its last statement, up to `end`, become an empty statement."""
         found = tuple(map(self._statement, tree.children))
         rest = self._comments_before(end)
         return (*found, Empty(comment=rest)) if rest else found
@@ -361,7 +352,7 @@ class _Reader:
         return Case(selector, tuple(choices), otherwise)
 
     def _choice(self, tree: Any, end: int | None) -> Choice:
-        """Return a choice. Comments after its block belong to the next choice, if `end` is None."""
+        """Return a choice. Without `end`, comments after its block belong to the next choice."""
         colon = next(each for each in tree.children if _is(each, "COLON"))
         comment = self._comments_before(colon.start_pos)
         labels = tuple(each for each in tree.children if isinstance(each, Range))
@@ -400,7 +391,6 @@ class _Reader:
     # --- places, comments, refusals
 
     def _checked(self, operand: Any, mark: Token) -> Any:
-        """Return an operand that is not nested too deep."""
         if levels_of(operand) > LEVELS:
             self._fail(
                 mark.start_pos,
@@ -420,7 +410,7 @@ class _Reader:
         return "\n".join(found)
 
     def _comment_after(self, end: int) -> str:
-        """Return the comments that begin after a statement on its line."""
+        """Return the comments that begin on a statement's line."""
         found = []
         while self._comments:
             between = self._text[end : self._comments[-1].start]
@@ -462,7 +452,6 @@ def _start(tree: Any) -> int:
 
 
 def _expected(terminals: Iterable[str]) -> str:
-    """Say which terminals a place allows."""
     names = set(terminals)
     words: list[str] = []
     for word, group, sign in (

@@ -31,7 +31,7 @@ class Call:
 
 
 class _Broken(tuple[Any, ...]):
-    """What a routine returns that BRK has left: nothing, and FOR knows it by its identity."""
+    """Return value of a routine left by BRK; FOR compares the identity."""
 
     __slots__ = ()
 

@@ -28,7 +28,7 @@ NOTHING: Mapping[str, Any] = MappingProxyType({})
 
 @dataclass(slots=True)
 class _Copied:
-    """The input image of a slot that the program writes: its own, the rack's, and the latest one taken."""
+    """An input image that the program writes: its copy, the rack's image and the latest one copied."""
 
     own: memoryview
     rack: memoryview
@@ -76,7 +76,7 @@ class Memory:
             self.write(layout.leaf(path), index, value)
 
     def _load_defaults(self, path: str, kind: DataType, count: int) -> None:
-        """Set what the members of a structure start with, in all elements of an array."""
+        """Set the initial values of a structure's members in all elements."""
         if isinstance(kind, Elementary) or not self._starts_with_something(kind):
             return
         for member in kind.members:
@@ -92,7 +92,7 @@ class Memory:
                 self.write(leaf, at, value)
 
     def _starts_with_something(self, kind: DataType) -> bool:
-        """Whether a member of a type has an initial value, however deep it lies."""
+        """Whether a member has an initial value, at any depth."""
         if isinstance(kind, Elementary):
             return False
         known = self._with_initials.get(id(kind))  # equal types may have other initial values

@@ -206,7 +206,7 @@ def put(memory: Store, region: Region, first: int, count: int, data: bytes) -> N
 
 
 def _column(store: Store, part: Part, first: int, count: int) -> Column | None:
-    """Return where a field's values of several elements are, None if each is read and written by itself."""
+    """Return the slice of a field's values over several elements, None if they are accessed singly."""
     begin = first * part.per_element + part.field.index
     return store.column(part.leaf, begin, part.per_element, count) if count > 1 else None
 

@@ -136,7 +136,7 @@ class Scheduler:
                 self._program(program, program.main, now_ns)
 
     def _program(self, program: ScheduledProgram, main: str, now_ns: int) -> None:
-        """Run a program's main routine, and its fault routine after a major fault of an instruction."""
+        """Run a program's main routine, and its fault routine after a major fault."""
         write = self._memory.write
         first = not self._memory.read(program.started)
         write(self._first, 0, first)
@@ -157,7 +157,7 @@ class Scheduler:
     def _fault_routine(
         self, program: ScheduledProgram, routine: str, fault: LadderFault, now_ns: int
     ) -> None:
-        """Run a fault routine; the rest of the program's scan is left out if it clears the fault."""
+        """Run a fault routine; if it clears the fault, the rest of the program's scan is skipped."""
         self.handled += 1
         write, read = self._memory.write, self._memory.read
         write(program.fault_type, 0, fault.type)
@@ -170,7 +170,7 @@ class Scheduler:
 
 
 def _rungs_of(lowered: Lowered, schedule: Schedule) -> int:
-    """Return the number of rungs in the programs of the continuous task."""
+    """Count the rungs of the continuous task's programs."""
     return sum(
         len(routine.lines) for routine in lowered.routines.values() if lowered.is_preempted(routine.name)
     )

@@ -167,7 +167,7 @@ class AddOns:
         return shape.with_routines(tuple(routines))
 
     def _allowed(self, shape: AddOn, routine: Routine, reader: RoutineReader) -> Routine:
-        """Return a routine without what has no place in an add-on instruction; refuse that."""
+        """Drop from a routine what an add-on instruction can't contain; refuse that."""
         for number, text in list(shape.wrong_in(routine)):
             if routine.statements is None:
                 reader.refuse(shape.name, routine.name, number, text, _PARAMETER)
@@ -190,7 +190,7 @@ def arguments_of(record: AddOnRecord) -> Iterator[TagRecord]:
 
 
 def _own(record: AddOnRecord) -> Iterator[TagRecord]:
-    """Yield the parameters of a definition, without those that all have."""
+    """Yield the parameters of a definition without EnableIn and EnableOut."""
     enables = [each.upper() for each in ENABLES]
     yield from (each for each in record.parameters if each.name.upper() not in enables)
 

@@ -173,7 +173,7 @@ class Parts:
 
 
 def _added(to: Any, declarations: list[Declaration], report: Report) -> list[Declaration]:
-    """Add declarations; return those that were taken."""
+    """Add declarations; return the accepted ones."""
     taken = []
     for each in declarations:
         try:
@@ -236,7 +236,7 @@ def harness_of(parts: Parts) -> Parts:
 
 
 def _values(kind: DataType, counts: dict[int, int]) -> int:
-    """Return the number of values in an element of a type; `counts` are those that are known, by identity."""
+    """Count the values in an element of a type; `counts` caches by identity."""
     if isinstance(kind, Elementary):
         return 1
     if id(kind) not in counts:

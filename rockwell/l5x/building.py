@@ -52,7 +52,7 @@ class Builder:
         return None
 
     def _refuse_all(self, problems: Iterable[Problem], parts: Parts) -> bool:
-        """Refuse the rungs and objects of problems; return whether any was."""
+        """Refuse the rungs and objects of problems; return whether any was refused."""
         something = False
         for each in problems:
             if each.number is not None and each.routine:
@@ -67,7 +67,6 @@ class Builder:
         return something
 
     def _leave_out(self, name: str, problem: Problem) -> bool:
-        """Leave an add-on that can't be called out of the trial of add-ons; return whether that is new."""
         key = name.upper()
         if not problem.routine.startswith("\\") or key in self._parts.uncalled:
             return False
@@ -137,7 +136,6 @@ class Builder:
         return any(refused)
 
     def _refuse_rest(self, error: LadderError, parts: Parts) -> None:
-        """Refuse all that is left, because it can't be built."""
         reason = str(error).replace("\n", " ")
         for part in parts.programs.values():
             for routine in list(part.routines.values()):
@@ -165,7 +163,7 @@ class Builder:
         self._parts.add_ons[owner.upper()] = _with_routine(definition, new)
 
     def _drop_initial(self, text: str, parts: Parts) -> bool:
-        """Start a tag with zeros if its initial value does not fit; return whether there was one."""
+        """Zero the initial value of a tag if it does not fit; return whether there was one."""
         name = text.partition(":")[0].split("[")[0].split(".")
         for scope in (parts.declarations, *(each.declarations for each in parts.programs.values())):
             for place, each in enumerate(scope):
@@ -176,7 +174,6 @@ class Builder:
         return self._drop_defaults(text)
 
     def _drop_defaults(self, text: str) -> bool:
-        """Take the defaults out of all add-ons, of which one does not fit; return whether there were some."""
         something = False
         for key, definition in self._parts.add_ons.items():
             parameters = tuple(replace(each, initial=None) for each in definition.parameters)

@@ -68,7 +68,7 @@ Record = TypeVar("Record")
 
 
 def _by_name(records: Iterable[Any]) -> dict[str, Any]:
-    """Return records by name, in any case; of two with a name, the first."""
+    """Return records by name in capitals, the first of each name."""
     found: dict[str, Any] = {}
     for each in records:
         found.setdefault(each.name.upper(), each)
@@ -78,7 +78,7 @@ def _by_name(records: Iterable[Any]) -> dict[str, Any]:
 def _named(
     what: str, owner: str, old: Iterable[Any], new: Iterable[Any], text: Callable[[Any], str]
 ) -> Iterator[Difference]:
-    """Compare records that have names, each as a text."""
+    """Compare named records as texts."""
     before, after = _by_name(old), _by_name(new)
     for name, each in before.items():
         if name not in after:
@@ -92,7 +92,7 @@ def _named(
 
 
 def _only_different(before: str, after: str) -> tuple[str, str]:
-    """Return the lines that are in one text only."""
+    """Return the lines that only one text has."""
     old, new = before.splitlines(), after.splitlines()
     return "\n".join(each for each in old if each not in new), "\n".join(
         each for each in new if each not in old
@@ -129,7 +129,7 @@ def _tag_text(record: TagRecord) -> str:
 
 
 def _values(record: TagRecord) -> Iterator[str]:
-    """Yield the values of a tag, one per line; decorated ones if there are any."""
+    """Yield the values of a tag, one per line: the decorated ones if there are any."""
     data = next((each for each in record.data if each.get("Format") == "Decorated"), None)
     if data is None:
         yield from (" ".join("".join(each.itertext()).split()) for each in record.data)
@@ -186,7 +186,7 @@ def _add_ons(old: Sequence[AddOnRecord], new: Sequence[AddOnRecord]) -> Iterator
 
 
 def _pairs(old: Iterable[Record], new: Iterable[Record]) -> Iterator[tuple[Record, Record]]:
-    """Yield what has the same name in both."""
+    """Yield pairs of the same name."""
     before: Mapping[str, Record] = _by_name(old)
     for name, each in _by_name(new).items():
         if name in before:
@@ -215,7 +215,6 @@ def _rungs(where: str, old: RoutineRecord, new: RoutineRecord) -> Iterator[Diffe
 
 
 def _logic(rung: Any) -> tuple[str, str]:
-    """Return what a rung does: its letter, and its text without spaces outside of quotes."""
     parts = re.split(r"('(?:\$.|[^'$])*')", rung.text)
     return rung.kind, "".join(part if part.startswith("'") else "".join(part.split()) for part in parts)
 

@@ -56,7 +56,7 @@ class Completion:
             self._declare_guess(guess)
 
     def _to_guess(self, part: ProgramPart, routine: Routine) -> Routine:
-        """Return the part of a routine that may name something missing: of a whole controller, a module."""
+        """Return the part of a routine that may name something missing; of a whole controller, a module."""
         if self._all or self._aliases_of_modules or routine.statements is not None:
             return routine
         record = self._reader.record(part.name, routine.name)
@@ -66,7 +66,7 @@ class Completion:
 
     @cached_property
     def _aliases_of_modules(self) -> bool:
-        """Whether an alias names a module's tag that is not declared."""
+        """Whether an alias names an undeclared module tag."""
         scopes = [("", self._parts.declarations)]
         scopes += [(each.name, each.declarations) for each in self._parts.programs.values()]
         return any(
@@ -115,7 +115,7 @@ class Completion:
                 self._main_of(part, called)
 
     def _with_labels(self, part: ProgramPart, routine: Routine) -> Routine:
-        """Return a routine with the labels at its end to which it jumps and which were not exported."""
+        """Append the labels to which a routine jumps and which the export omits."""
         there = [name.upper() for name in labels([routine])]
         missing = {name.upper(): name for name in jumps([routine]) if name.upper() not in there}
         for name in missing.values():

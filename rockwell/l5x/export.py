@@ -76,7 +76,7 @@ def _element(parent: Any, name: str, **attributes: str) -> Any:
 
 
 def _say(parent: Any, name: str, text: str) -> None:
-    """Add an element with a text, if there is one."""
+    """Add an element with a text, unless the text is empty."""
     if text:
         _element(parent, name).text = _cdata(text)
 
@@ -89,7 +89,7 @@ def _cdata(text: str) -> Any:
 
 
 def _used_types(logic: Program | Controller, declarations: Iterable[Declaration]) -> Iterator[Structure]:
-    """Yield the structures that declarations and add-ons need, inner ones first."""
+    """Yield the structures that declarations and add-ons use, inner ones first."""
     seen = {*PREDEFINED_TYPES, *(each.name for each in logic.add_ons.values())}
     kinds: list[DataType] = [each.type for each in declarations if isinstance(each, Tag)]
     kinds += [each.type for definition in logic.add_ons.values() for each in definition.parameters]
@@ -217,7 +217,7 @@ def _write_tags(parent: Any, declarations: Iterable[Declaration]) -> None:
 
 
 def _write_data(parent: Any, name: str, kind: DataType, dims: tuple[int, ...], initial: Any) -> None:
-    """Add decorated data of an initial value; zeros need none."""
+    """Add decorated data of an initial value, unless it is zero."""
     if initial is None:
         return
     data = _element(parent, name, Format="Decorated")

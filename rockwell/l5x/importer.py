@@ -131,7 +131,6 @@ class Importer:
         self._refuse_callers({name: text for name, text in withheld.items() if name not in stubbed})
 
     def _note_others(self) -> None:
-        """Note the parts of the document that nothing here reads."""
         for name, line in self._document.others:
             self.report.note(name, "this part of the controller is not read", line)
         seen: set[str] = set()
@@ -142,7 +141,7 @@ class Importer:
             seen.add(each.name.upper())
 
     def _define_types(self) -> None:
-        """Define types that the document leaves out, from their use."""
+        """Define the missing types from their use."""
         unknown = UnknownTypes(self._document, self._types)
         if not unknown:
             return
@@ -155,7 +154,7 @@ class Importer:
             self.report.declared[f"type {name}"] = ", ".join(members)
 
     def _refuse_callers(self, withheld: Mapping[str, str]) -> None:
-        """Refuse the rungs that call add-ons that can't be used."""
+        """Refuse the rungs that call withheld add-ons."""
         if not withheld:
             return
         for owner, routine in self._owned():
@@ -168,7 +167,7 @@ class Importer:
         self._builder.empty()
 
     def _stub_absent_add_ons(self, shapes: Mapping[str, Spec]) -> None:
-        """Let add-on instructions whose definition was not exported do nothing; see `_refuse_absent`."""
+        """Replace add-on instructions without a definition by stubs; see `_refuse_absent`."""
         for name in instruction_names(self._document):
             if name.upper() not in shapes and name.upper() not in (MNEMONICS | self._parts.stubs.keys()):
                 self._parts.stubs[name.upper()] = Power(True)
@@ -176,7 +175,7 @@ class Importer:
                 self.report.declared[f"add-on {name}"] = "instruction that does nothing"
 
     def _refuse_absent(self) -> None:
-        """Refuse what calls add-ons whose definition was not exported; statements of a routine stay."""
+        """Refuse rungs that call add-on instructions without a definition; statements stay."""
         for owner, routine in self._owned() if self._absent else ():
             for number, instruction in numbered_instructions(routine):
                 name = self._absent.get(instruction.name.upper())
@@ -190,7 +189,6 @@ class Importer:
         self._builder.empty()
 
     def _owned(self) -> list[tuple[str, Routine]]:
-        """Return all routines, each with its program or add-on."""
         programs = [
             (part.name, each) for part in self._parts.programs.values() for each in part.routines.values()
         ]

@@ -129,10 +129,7 @@ def _tag(module: ModuleRecord, tag: ModuleTagRecord, types: Types, report: Repor
 
 
 def _sized(module: ModuleRecord, tag: ModuleTagRecord) -> Structure | None:
-    """Return the words of a module of which the document has the size only: Data, and Fault of inputs.
-
-    The size of the inputs of a generic profile counts the 4 bytes of Fault.
-    """
+    """Return the words of a module known by size only: Data, and Fault (4 bytes of the size) for inputs."""
     is_input = tag.kind == "InputTag"
     size = tag.size - FAULT_BYTES * (is_input and module.catalog.startswith(GENERIC))
     if tag.kind not in ("InputTag", "OutputTag") or size < 2:
@@ -155,7 +152,7 @@ def _shown(tag: ModuleTagRecord, types: Types) -> Iterator[DataType | None]:
 
 
 def _alias(module: ModuleRecord, tag: ModuleTagRecord, found: Mapping[str, Declaration]) -> Alias | None:
-    """Return the alias of a module of a rack connection, None if its adapter's tag is unknown."""
+    """Return the alias of a rack connection, None if the adapter's tag is unknown."""
     way = "I" if tag.kind == "InAliasTag" else "O"
     adapter = found.get(f"{module.parent}:{way}".upper())
     if not isinstance(adapter, Tag) or not isinstance(adapter.type, Structure):

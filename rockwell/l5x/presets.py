@@ -63,7 +63,7 @@ class Presets:
         return Instruction(element.name, self._operands(element, specs[element.name.upper()]))
 
     def _operands(self, instruction: Instruction, spec: Spec) -> tuple[Operand, ...]:
-        """Return the operands of an instruction with the presets that can be initial values."""
+        """Return the operands of an instruction with those presets that can be initial values."""
         if Use.PRESET not in spec.operands:
             return instruction.operands
         structure: Operand | None = None

@@ -58,7 +58,7 @@ def instruction_names(document: Document) -> list[str]:
 
 
 def _column(text: str, reason: str) -> int:
-    """Return the column of the instruction that a reason begins with, 1 if it is not found."""
+    """Return the column of the instruction that a reason begins with, else 1."""
     shown = reason.partition(": ")[0]
     at = text.find(shown)
     return (at if at >= 0 else text.find(shown.partition("(")[0])) + 1 or 1
@@ -71,7 +71,7 @@ def line_of(record: RoutineRecord, number: int) -> int:
 
 
 def _lines_of(record: RoutineRecord) -> tuple[list[str], list[int]]:
-    """Return the lines of structured text, and their numbers in the file."""
+    """Return the lines of structured text and their numbers in the file."""
     lines: list[str] = []
     numbers: list[int] = []
     for text, number in record.lines:
@@ -187,7 +187,7 @@ class RoutineReader:
         return Routine(record.name, (), record.comment, block)
 
     def _count_text(self, owner: str, record: RoutineRecord, block: Block | None = None) -> None:
-        """Count the statements of a routine; of one that is not read all are refused."""
+        """Count the statements of a routine; refuse all of one that can't be read."""
         lines, _ = _lines_of(record)
         if block is None:
             refused = count = _ASIDE.sub(" ", "\n".join(lines)).count(";")

@@ -50,7 +50,7 @@ def tasks_of(document: Document, programs: Iterable[str], report: Report) -> lis
 
 
 def _task(record: TaskRecord, programs: tuple[str, ...], report: Report) -> Task | None:
-    """Return a task, None if it can't be one."""
+    """Return a task, None if its record is invalid."""
     kinds = {each.value: each for each in TaskKind}
     kind = kinds.get(record.kind)
     try:

@@ -68,7 +68,7 @@ def type_of(record: TagRecord, types: Types) -> DataType:
 
 
 def _shown(record: TagRecord) -> Iterator[Data]:
-    """Yield decorated data of a tag: its structure, or that of its first element."""
+    """Yield decorated data of a tag: its structure, or its first element's."""
     for each in record.data:
         if each.get("Format") == "Decorated":
             inner = next(each.iterchildren("Structure", "Array"), None)

@@ -83,10 +83,9 @@ class Work:
 def _run(
     imported: Imported, parts: Parts, tasks: Sequence[Task], controller: Controller | None, work: Work
 ) -> None:
-    """Run the programs of tasks.
+    """Run the programs of tasks, again after a fault with fault routines that clear it.
 
-    A fault of one does not keep the others from running: after one they run again, each with a fault
-    routine that clears it; if that is not enough, as it is not for the watchdog, each runs alone.
+    A fault that they can't clear, as of the watchdog, makes each program run alone.
     """
     names = [name for task in tasks for name in task.programs]
     report = imported.report
@@ -120,7 +119,7 @@ def _run(
 
 
 def _without(parts: Parts, owner: str, routine: str) -> Parts:
-    """Return the same parts in which a routine of a program, or of an add-on, does nothing."""
+    """Return the parts with an emptied routine."""
     part, definition = parts.programs.get(owner.upper()), parts.add_ons.get(owner.upper())
     if part is not None and routine.upper() in part.routines:
         part.functions[routine.upper()] = does_nothing(part.routines.pop(routine.upper()).name)
@@ -131,7 +130,7 @@ def _without(parts: Parts, owner: str, routine: str) -> Parts:
 
 
 def _count(imported: Imported, names: Iterable[str]) -> None:
-    """Count the rungs of programs and add-ons that ran."""
+    """Count the executed rungs of programs and add-ons."""
     for name in names:
         part = imported.parts.programs.get(name.upper())
         definition = imported.parts.add_ons.get(name.upper())
@@ -193,7 +192,7 @@ def _scan(engine: Engine) -> LadderFault | None:
 
 
 def _different(ours: Engine, theirs: Engine) -> str:
-    """Return a variable in which two memories differ, "" if there is none."""
+    """Return a variable whose values differ, "" if there is none."""
     there = theirs.memory.cells
     for ident, cell in ours.memory.cells.items():
         one, other = cell.cell_contents, there[ident].cell_contents

@@ -73,7 +73,7 @@ class UnknownTypes:
         return bool(self.names or self._with_axes)
 
     def _missing(self, document: Document) -> Iterator[tuple[str, str]]:
-        """Yield the types that are not defined: name in capitals and name."""
+        """Yield undefined types: name in capitals, name."""
         for data_type in document.data_types:
             for member in data_type.members:
                 if self._is_unknown(member.type):
@@ -84,7 +84,7 @@ class UnknownTypes:
                     yield record.type.upper(), record.type
 
     def _naming_axis_members(self, document: Document) -> Iterator[tuple[str, str]]:
-        """Yield the routines that name members of axes beyond `AXIS_TYPES`: owner and name in capitals."""
+        """Yield routines that name axis members beyond `AXIS_TYPES`: owner and name in capitals."""
         records = [
             each for scope in (*self._tags.values(), *self._add_ons.values()) for each in scope.values()
         ]
@@ -161,7 +161,7 @@ class UnknownTypes:
         settled: dict[str, DataType],
         depth: int = 0,
     ) -> None:
-        """Define a type, and before it those that its members are handed over as."""
+        """Define a type after the types that its members are passed as."""
         for owner, address, inout in parts.pop(key, ()):
             inner = inout.type.upper()
             if inner in self.names and inner not in settled and inner != key and depth < _DEEPEST:
@@ -177,7 +177,7 @@ class UnknownTypes:
         self._types.define(name, settled[key])
 
     def _handed(self, owner: str, routine: Routine) -> Iterator[Handed]:
-        """Yield what the calls of add-ons in a routine hand over."""
+        """Yield the arguments of add-on calls in a routine."""
         for instruction in _instructions(routine):
             for inout, operand in zip(
                 self._arguments.get(instruction.name.upper(), ()), instruction.operands[1:], strict=False
@@ -195,7 +195,7 @@ class UnknownTypes:
         return self._tags.get(owner.upper(), {}).get(name.upper()) or self._tags[""].get(name.upper())
 
     def _use_of(self, owner: str, address: Address) -> tuple[str, tuple[Step, ...]] | None:
-        """Return the unknown type that an address leads into, and the steps in it; None if there is none."""
+        """Return the undefined type that an address leads into and the steps in it, or None."""
         address = self._without_aliases(owner, address)
         record = self._record(owner, address.name)
         kind = record.type if record is not None else self._passed.get(address.name.upper(), "")
@@ -211,7 +211,7 @@ class UnknownTypes:
         return None
 
     def _without_aliases(self, owner: str, address: Address) -> Address:
-        """Return an address with its aliases followed, as far as they go."""
+        """Resolve the aliases in an address as far as possible."""
         for _ in range(20):
             record = self._record(owner, address.name)
             if record is None or not record.target:
@@ -245,7 +245,7 @@ def _is_of_axes(name: str) -> bool:
 
 
 def _is_beyond_axes(kind: str, steps: Sequence[Step]) -> bool:
-    """Whether steps lead into an axis to a member that `AXIS_TYPES` does not have."""
+    """Whether steps lead to an axis member beyond `AXIS_TYPES`."""
     if kind.upper() not in AXIS_TYPES or not steps:
         return False
     return isinstance(steps[0], MemberStep) and not _is_of_axes(steps[0].name)

@@ -29,7 +29,7 @@ def labels(routines: Iterable[Routine]) -> Iterator[str]:
 
 
 def _named_first(routines: Iterable[Routine], *instructions: str) -> Iterator[str]:
-    """Yield the first operands of instructions, if they are names."""
+    """Yield the first operand of each instruction that is a name."""
     for each in all_instructions(routines):
         if each.name in instructions and each.operands:
             target = each.operands[0]

@@ -104,12 +104,12 @@ def _element(text: str, *, indexed: bool) -> Step:
 
 
 def _index(text: str) -> Operand:
-    """Return a number, or the address in brackets."""
+    """Read a number, or an indirect address in brackets."""
     return number(int(text)) if text.isdigit() else parse(text[1:-1].strip())
 
 
 def _whole_file(bit: str | None, text: str) -> tuple[Step, ...]:
-    """Return the steps to a bit that is counted from the beginning of the file."""
+    """Return the steps to a bit counted from the file's beginning."""
     if bit is None or bit[0].isalpha():
         raise AddressTextError(f"{text!r} has no element: write {text}:0")
     if bit.isdigit():
@@ -120,7 +120,6 @@ def _whole_file(bit: str | None, text: str) -> tuple[Step, ...]:
 
 
 def _inside(letters: str, part: str | None, bit: str | None, text: str) -> tuple[Step, ...]:
-    """Return the steps into an element."""
     if letters in STRUCTURED:
         return _of_three_words(letters, part, bit, text)
     steps: list[Step] = []
@@ -213,7 +212,7 @@ def _rest(address: Address) -> str:
 
 
 def _counted(address: Address) -> Operand | None:
-    """Return the number of a bit that is counted from the beginning of the file, None for another address."""
+    """Return the number of a bit counted from the file's beginning, else None."""
     first, second = address.steps
     if not isinstance(first, SubscriptStep) or not isinstance(second, BitStep):
         return None

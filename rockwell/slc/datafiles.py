@@ -77,7 +77,7 @@ def letters_of(name: str) -> str:
 
 @dataclass
 class _File:
-    """What data and rungs show of a file."""
+    """The evidence of a file in data and rungs."""
 
     name: str
     length: int = 0
@@ -158,7 +158,6 @@ class DataFiles:
                 self._length(instruction)
 
     def _uses(self, instruction: Instruction) -> list[Use]:
-        """Return the use of each operand."""
         spec = self._specs.get(instruction.name)
         uses = list(spec.operands) if spec else []
         return [*uses, *[uses[-1] if uses else Use.ANYTHING] * len(instruction.operands)]
@@ -174,7 +173,7 @@ class DataFiles:
                 file.members[step.name] = is_bit or file.members.get(step.name, False)
 
     def _show(self, instruction: Instruction) -> None:
-        """Keep what a rung shows of a timer, a counter or a control."""
+        """Note the preset and accumulator that a rung shows."""
         spec = self._specs.get(instruction.name)
         for place, use in enumerate(spec.operands if spec else ()):
             if use not in _SHOWN or place >= len(instruction.operands):
@@ -195,7 +194,7 @@ class DataFiles:
             self._file(address.name).shown.setdefault(element, {}).update(given)
 
     def _length(self, instruction: Instruction) -> None:
-        """COP, FLL and sequencers reach as far as their length says."""
+        """COP, FLL and sequencers extend a file by their length."""
         spec = self._specs.get(instruction.name)
         numbers = [each for each in instruction.operands if isinstance(each, Number)]
         if spec is None or instruction.name not in (
@@ -257,7 +256,6 @@ class DataFiles:
 
 
 def _element(operand: Operand) -> int | None:
-    """Return the number of the element that an address names, None if it is computed."""
     if isinstance(operand, Address) and operand.steps and isinstance(operand.steps[0], WordStep):
         return operand.steps[0].index
     return None

@@ -67,7 +67,7 @@ def _text(word: str) -> str:
 
 
 def _real(word: str) -> float:
-    """Return a value of a file F; `1.#INF` and `1.#QNAN` are as Windows prints them."""
+    """Return a value of a file F; `1.#INF` and `1.#QNAN` are Windows' texts."""
     plain = word.lower().lstrip("+-")
     if plain.startswith("1.#"):
         value = math.inf if plain.startswith("1.#inf") else math.nan
@@ -79,11 +79,7 @@ def _real(word: str) -> float:
 
 
 def _integer(word: str, bits: int) -> int:
-    """Return a value: decimal, hexadecimal as 0XFF, 0FFh or 16#FF, or sixteen binary digits.
-
-    Raises:
-        ValueError: it is none, or does not fit.
-    """
+    """Return a value: decimal, 0XFF, 0FFh, 16#FF or sixteen binary digits; or raise a ValueError."""
     if len(word) == 16 and set(word) <= {"0", "1"}:
         value = int(word, 2)
     elif found := _HEX.fullmatch(word):

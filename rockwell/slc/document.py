@@ -100,7 +100,7 @@ def read_document(path: Path | str) -> Document:
 
 
 def _text_of(data: bytes) -> str:
-    """Return the text: RSLogix 500 writes Windows' characters, other programs UTF-8."""
+    """Decode a text: Windows-1252 from RSLogix 500, UTF-8 from other programs."""
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -124,8 +124,6 @@ def parse_document(text: str, file: str, name: str) -> Document:
 
 
 class _Reader:
-    """Reads line by line."""
-
     def __init__(self, text: str, document: Document) -> None:
         self._text = text
         self._document = document
@@ -140,7 +138,6 @@ class _Reader:
         self._begun = self._count = 0
 
     def read(self) -> Document:
-        """Read all lines."""
         for line in lines_of(self._text):
             if self._words is None and not line.begins_rung:
                 self._line(line)
@@ -156,7 +153,7 @@ class _Reader:
     # --- rungs
 
     def _word(self, number: int, word: str) -> None:
-        """Go on with a rung; SOR begins another one, also where EOR is missing."""
+        """Continue a rung; SOR begins another one even without EOR."""
         mark = word.upper()
         if mark == "SOR":
             self._end(whole=False)
@@ -169,7 +166,7 @@ class _Reader:
             self._words.append(word)
 
     def _end(self, *, whole: bool) -> None:
-        """Take the present rung, if there is one."""
+        """Store the present rung, if there is one."""
         if self._words is not None:
             self._rung(self._words, self._begun, whole=whole)
         self._words = None
@@ -184,7 +181,7 @@ class _Reader:
         self._file(None).rungs.append(RungRecord(tuple(words), line, comment, whole))
 
     def _file(self, number: int | None, name: str = "") -> LadderRecord:
-        """Return the present ladder file, or go on with that of a number; file 2 without one."""
+        """Return the present ladder file, or that of a number; file 2 by default."""
         if number is None and self._ladder is not None:
             return self._ladder
         wanted = 2 if number is None else number
@@ -192,7 +189,7 @@ class _Reader:
         return self._ladder
 
     def _note_comment(self, comment: str) -> None:
-        """Keep a comment for the next rung; a description belongs to the rung above it."""
+        """Keep a comment for the next rung; a description belongs to the previous one."""
         described = _DESCRIPTION.sub("\n", comment)
         text = "\n".join(filter(None, map(str.strip, described.splitlines())))
         if not text or _NUMBERED.fullmatch(text):
@@ -207,7 +204,7 @@ class _Reader:
     # --- other lines
 
     def _leave(self) -> None:
-        """Leave the section that the lines before belong to; no comment in it is on a rung."""
+        """Close the section; pending comments have no rung."""
         self._slot = self._data = self._place = None
         self._forcing = self._skipping = False
 
@@ -227,7 +224,7 @@ class _Reader:
                 self._document.others.append(Other(line.number, plain, file))
 
     def _section(self, line: Line, plain: str) -> bool:
-        """Begin what a line begins; return whether it begins something."""
+        """Begin a section at its heading; return whether this is one."""
         document = self._document
         if found := _LADDER.fullmatch(plain):
             self._leave()
@@ -262,7 +259,7 @@ class _Reader:
         return True
 
     def _more(self, line: Line, plain: str) -> bool:
-        """Go on with the section of the lines before; return whether the line belongs to it."""
+        """Continue the current section; return whether the line belongs to it."""
         are_values = all(map(_VALUE.fullmatch, WORD.findall(plain)))
         if self._data is not None and are_values:
             self._row(line.number, plain, self._place)
@@ -287,7 +284,7 @@ class _Reader:
         self._document.others += [Other(number, each, self._data.file) for each in wrong]
 
     def _place_of(self, line: Line) -> int | None:
-        """Return the element, or word of an image, that a comment names as the place of values."""
+        """Return the element, or image word, that a comment names for the values after it."""
         assert self._data is not None
         for each in line.comments:
             found = _DATA.fullmatch(each.strip())
@@ -298,7 +295,7 @@ class _Reader:
 
 
 def _data_record(found: re.Match[str], line: int) -> DataRecord:
-    """Return the record that an address begins; that of an image counts words of a slot."""
+    """Return the record at an address; images count the words of a slot."""
     name = re.sub(r"\s", "", (found["file"] or found["bare"]).upper())
     element = int(found["element"])
     if name in ("I", "O"):

@@ -69,7 +69,6 @@ def _words(tag: Tag) -> Iterator[str]:
 
 
 def _number(value: float) -> str:
-    """Return a number; infinity and NaN as RSLogix prints them."""
     if isinstance(value, int) or math.isfinite(value):
         return str(value)
     return "1.#QNAN" if math.isnan(value) else f"{'-' if value < 0 else ''}1.#INF"

@@ -145,7 +145,6 @@ class _Importer:
         )
 
     def _refuse_all(self, problems: list[Problem] | tuple[Problem, ...], routines: list[Routine]) -> bool:
-        """Refuse the rungs of problems; return whether there was one."""
         places = {routine.name: number for number, routine in enumerate(routines)}
         empty: set[tuple[int, int]] = set()
         for problem in problems:
@@ -164,7 +163,7 @@ class _Importer:
         return bool(empty)
 
     def _refuse_rest(self, reason: str) -> None:
-        """Refuse all rungs that are left, because they can't be built together."""
+        """Refuse the remaining rungs, which can't be built together."""
         gone = {(each.routine, each.rung) for each in self._report.refused}
         for file, rung in self._rungs:
             if (routine_name(file, {}), rung) not in gone:
@@ -202,7 +201,7 @@ class _Importer:
         return program
 
     def _is_bound(self, slot: int) -> bool:
-        """Whether the images of a slot are the rack's."""
+        """Whether a slot's images are the rack's."""
         if self._slots is not None:
             return slot in self._slots
         if not self._document.slots:

@@ -80,7 +80,7 @@ def lines_of(text: str) -> Iterator[Line]:
 
 
 def _end_of_comment(lines: list[str], at: int) -> tuple[int, bool]:
-    """Return the line that ends a comment of several lines, or a section begins in, and which of them."""
+    """Return the last line of a multi-line comment and whether a mark or a section ends it."""
     for number in range(at, len(lines)):
         if _SECTION.match(lines[number]):
             return number, False

@@ -216,7 +216,7 @@ def _number(word: str) -> Number:
 
 
 def _expression(text: str) -> Operand:
-    """Read an expression: RSLogix 500 writes `|` for division, since `/` is a bit's."""
+    """Read an expression; RSLogix 500 divides with `|`, as `/` selects a bit."""
     addresses: list[Address] = []
 
     def name(found: re.Match[str]) -> str:

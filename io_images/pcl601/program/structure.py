@@ -10,7 +10,7 @@ from .model import Program, ProgramError
 
 
 class _Loop(NamedTuple):
-    """A loop: the index of its label and that of the LOOP instruction."""
+    """A loop: the indices of its label and its LOOP instruction."""
 
     start: int
     end: int

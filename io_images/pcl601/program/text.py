@@ -80,7 +80,7 @@ def _parser() -> Lark:
 
 
 class _MisplacedError(Exception):
-    """A value that is not allowed, at a column."""
+    """An invalid value at a column."""
 
     def __init__(self, reason: str, column: int) -> None:
         super().__init__(reason)

@@ -118,7 +118,7 @@ def _run(machine: Interpreter, power: bool, name: str, *operands: Resolved) -> N
 
 
 def _axis_of(machine: Interpreter, operand: Resolved) -> Axis | None:
-    """Return the axis that an operand is, None for one that the rack does not have."""
+    """Return the axis of an operand, None if the rack does not have it."""
     if not isinstance(operand, Group) or not is_axis(operand.type) or not machine.lowered.axes:
         return None
     number = int(machine.get(operand.member("~axis")))

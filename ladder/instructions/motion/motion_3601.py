@@ -151,7 +151,7 @@ def _within(value: float, most: int) -> int | None:
 
 
 def _pair(value: int) -> tuple[int, int]:
-    """Return thousands and the rest of a number, both with its sign."""
+    """Split a number into thousands and the rest, both signed."""
     size = (abs(value) // 1000, abs(value) % 1000)
     return size if value >= 0 else (-size[0], -size[1])
 
@@ -163,7 +163,6 @@ def _profile(
 
 
 def _word(machine: Interpreter, operand: Resolved | str, words: tuple[str, ...]) -> str:
-    """Return an operand that is a word of a list, or its number there."""
     if isinstance(operand, str):
         return operand
     number = int(machine.number(operand, DINT.bits))
@@ -304,7 +303,7 @@ def _change(
     down: Resolved,
     *others: Resolved | str,
 ) -> None:
-    """A manual move takes another speed; a move can't be changed."""
+    """Change the speed of a manual move; a move can't be changed."""
     words = _words_of(axis)
     moving = axis.bit("JogStatus") and _word(axis.machine, kind, CHANGED_MOTION) == "JOG"
     if not moving:
@@ -331,7 +330,6 @@ def _unit(axis: Axis, operand: Resolved | str) -> str:
 
 
 def _words_of(axis: Axis) -> list[int]:
-    """Return the words of the latest request."""
     place = axis._state.member("Words")
     return [int(axis.machine.get(replace(place, indices=(constant(each),)))) for each in range(8)]
 

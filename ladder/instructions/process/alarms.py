@@ -26,13 +26,13 @@ _NS_PER_MS, _NS_PER_US = 1_000_000, 1_000
 
 
 def _copy(machine: Interpreter, alarm: Members, names: Iterable[str], operands: Iterable[Resolved]) -> None:
-    """Copy operands into the parameters of these names."""
+    """Copy operands to the parameters of these names."""
     for name, operand in zip(names, operands, strict=True):
         alarm.set(**{name: machine.condition(operand)})
 
 
 def _requested(alarm: Members, name: str) -> bool:
-    """Whether the program requests this by a rising bit, or the operator does."""
+    """Whether the program (by a rising bit) or the operator requests this."""
     program, before = alarm[f"Prog{name}"], alarm[f"~{name}"]
     asked = bool(program and not before) or bool(alarm[f"Oper{name}"])
     alarm.set(**{f"~{name}": program, f"Oper{name}": False})
@@ -40,7 +40,7 @@ def _requested(alarm: Members, name: str) -> bool:
 
 
 def _switch(alarm: Members, on: str, off: str, state: str) -> bool:
-    """Set a state by its requests; an ending request takes precedence."""
+    """Set a state by its requests; the request to end it takes precedence."""
     if alarm[f"Prog{off}"] or alarm[f"Oper{off}"]:
         alarm.set(**{state: False})
     elif alarm[f"Prog{on}"] or alarm[f"Oper{on}"]:
@@ -50,7 +50,7 @@ def _switch(alarm: Members, on: str, off: str, state: str) -> bool:
 
 
 def _lasts(machine: Interpreter, alarm: Members, active: bool) -> bool:
-    """Count how long a condition has lasted; return whether that is long enough."""
+    """Time a condition; return whether it has lasted long enough."""
     if not active:
         alarm.set(MinDurationACC=0, **{"~active": False})
         return False
@@ -132,7 +132,7 @@ def _beyond(alarm: Members, name: str) -> bool:
 
 
 def _inside(alarm: Members, name: str) -> bool:
-    """Whether the value is back, by more than the deadband."""
+    """Whether the value is back within the deadband."""
     value, limit, band = alarm["In"], alarm[f"{name}Limit"], max(alarm["Deadband"], 0.0)
     return value < limit - band if name.startswith("H") else value > limit + band
 
@@ -147,7 +147,7 @@ def _level(alarm: Members, name: str, *, on: bool, acknowledged: bool) -> None:
 
 
 def _rates(machine: Interpreter, alarm: Members, *, disabled: bool, acknowledged: bool) -> None:
-    """Take a sample per ROCPeriod, s, and compare the rate of change with its limits."""
+    """Sample once per ROCPeriod (s) and compare the rate of change with its limits."""
     period, elapsed = alarm["ROCPeriod"], machine.now_ns - int(alarm["~sampled_ns"])
     if not alarm["~sampled"]:
         alarm.set(**{"~sampled": True, "~sampled_ns": machine.now_ns, "~sample": alarm["In"]})

@@ -82,7 +82,7 @@ def _pid(
 
 
 def _measure(machine: Interpreter, loop: _Loop, raw: float) -> None:
-    """Scale PV, set alarms, compute the error."""
+    """Scale PV, set its alarms, compute the error."""
     value = _scaled(raw, loop.real("MINI"), loop.real("MAXI"), loop.real("MINS"), loop.real("MAXS"))
     loop.set(PV=value)
     if loop.bit("PVT") and (loop.bit("MO") or loop.bit("SWM")):
@@ -112,7 +112,7 @@ def _tell(loop: _Loop) -> None:
 
 
 def _output(loop: _Loop) -> float:
-    """Return OUT in percent: computed, the tieback, or SO."""
+    """Return OUT in percent: computed, tieback or SO."""
     if loop.bit("MO") or loop.bit("SWM"):
         output = loop.real("TIE") if loop.bit("MO") else loop.real("SO")
         _track(loop, output)
@@ -134,7 +134,6 @@ def _output(loop: _Loop) -> float:
 
 
 def _gains(loop: _Loop) -> tuple[float, float, float]:
-    """Return the gains of the error, of its sum (1/s) and of its change (s)."""
     kp, ki, kd = (loop.real(name) for name in ("KP", "KI", "KD"))
     if loop.bit("PE"):
         return kp, kp / (60 * ki) if ki else 0.0, kp * 60 * kd
@@ -147,7 +146,7 @@ def _percent(loop: _Loop, value: float) -> float:
 
 
 def _change(loop: _Loop) -> float:
-    """Return how fast the error, or -PV, grows, percent per second."""
+    """Return the rate of change of the error, or of -PV, in percent per second."""
     sign = 1.0 if loop.bit("CA") else -1.0
     now = loop.real("ERR") if loop.bit("DOE") else sign * loop.real("PV")
     before = loop.real("~last") if loop.bit("INI") else now
@@ -157,7 +156,7 @@ def _change(loop: _Loop) -> float:
 
 
 def _track(loop: _Loop, output: float) -> None:
-    """Set the sum to what makes this output, for a change without a bump."""
+    """Set the integral so that the output is `output`: a bumpless transfer."""
     _change(loop)
     proportional = _gains(loop)[0] * _percent(loop, loop.real("ERR"))
     loop.set(**{"~sum": output - proportional - loop.real("BIAS")}, SO=output)

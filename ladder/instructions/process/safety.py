@@ -53,7 +53,7 @@ TURNED_OFF, TURNED_ON, NOT_ON, NOT_OFF = 0x5000, 0x5003, 0x5006, 0x5009
 
 
 def _number(machine: Interpreter, operand: Resolved | str, words: tuple[str, ...]) -> int:
-    """Return the place of a word in its list, or the number that stands for it."""
+    """Return the index of a word in its list, or the number given instead."""
     if isinstance(operand, str):
         return next((number for number, word in enumerate(words) if plain(word) == operand), 0)
     return machine.integer(operand)
@@ -64,7 +64,7 @@ def _truths(machine: Interpreter, operands: tuple[Resolved, ...]) -> list[bool]:
 
 
 def _rises(block: Members, name: str, value: bool) -> bool:
-    """Remember a bit; return whether it was off in the last scan."""
+    """Remember a bit; return whether it has risen since the last scan."""
     before = block[f"~{name}"]
     block.set(**{f"~{name}": value})
     return value and not before
@@ -119,7 +119,7 @@ def _status(block: Members, status: bool, at_once: bool) -> None:
 
 
 def _channels(machine: Interpreter, block: Members, channels: tuple[bool, bool], wait: int) -> None:
-    """Fault on channels that differ too long, and on one that comes back while the other stays active."""
+    """Fault on channels that differ too long, or if one cycles while the other stays active."""
     if channels[0] == channels[1]:
         if all(channels) and block["~left"] and not block["FP"]:
             _differ(block, LEFT + int(block["~left"]) - 1)
@@ -175,7 +175,7 @@ def _crout(machine: Interpreter, power: bool, group: Group, *operands: Resolved)
 def _feedback(
     machine: Interpreter, block: Members, feedback: tuple[bool, bool], wanted: bool, limit: int
 ) -> None:
-    """Fault on a feedback that does not follow the outputs in time, or changes without them."""
+    """Fault on a feedback that follows the outputs too late or changes without them."""
     if not block["~powered"]:
         block.set(**{"~powered": True, "~since_ns": machine.now_ns})
     if feedback == (wanted, wanted):
@@ -193,7 +193,7 @@ def _feedback(
 
 
 def _forget(machine: Interpreter, group: Group, *_operands: Resolved) -> None:
-    """Turn the outputs off and forget the past, as prescan and a false rung do."""
+    """Turn the outputs off and clear the state, as prescan and a false rung do."""
     members = Members(machine, group)
     kind = group.type
     hidden = {f"~{each.name}": 0 for each in getattr(kind, "hidden", ())}
@@ -203,7 +203,6 @@ def _forget(machine: Interpreter, group: Group, *_operands: Resolved) -> None:
 
 
 def _checks(name: str, time: int, most: int) -> Callable[..., None]:
-    """Return the check of an instruction: its structure, and the range of its time."""
     kind = SAFETY[name]
 
     def check(block: Group, *operands: Resolved) -> None:

@@ -49,7 +49,7 @@ def shift(left: bool) -> Callable[..., None]:
 
 
 def _step(control: Control) -> bool:
-    """Go one step further on a rising rung; return whether LEN and POS are possible."""
+    """Advance POS on a rising rung; return whether LEN and POS are valid."""
     if control["LEN"] <= 0 or control["POS"] < 0 or control["POS"] > control["LEN"]:
         control.set(ER=True)
         return False

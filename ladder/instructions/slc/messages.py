@@ -38,7 +38,6 @@ class _Block:
             self._machine.put(replace(self._word, bit=Constant(BITS[name], DINT)), value)
 
     def fail(self, code: int) -> None:
-        """Set the error code."""
         word = int(self._machine.get(self._word))
         self._machine.put(self._word, word & ~0xFF | code & 0xFF)
 

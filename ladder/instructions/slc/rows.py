@@ -33,11 +33,11 @@ def _suspend(machine: Interpreter, _number: Resolved) -> None:
 
 
 def _nothing(_machine: Interpreter, *_operands: Resolved) -> None:
-    """Images cross at the ends of the scan, whatever the rung; interrupts do not run."""
+    """No operation: images are exchanged at the ends of a scan, and interrupts do not run."""
 
 
 def _one_shot(machine: Interpreter, power: bool, storage: Place, *output: Place) -> bool:
-    """OSR: SLC 500s have one bit, and the rung passes for one scan; MicroLogix have a bit for the result."""
+    """OSR: one bit on an SLC 500, where the rung passes for one scan; MicroLogix has an output bit too."""
     rises = power and not machine.get(storage)
     machine.put(storage, power)
     if not output:
@@ -53,7 +53,7 @@ def _prescan_one_shot(machine: Interpreter, storage: Place, *output: Place) -> N
 
 
 def _shown(count: int) -> tuple[Use, ...]:
-    """Operands that only show what a data file holds."""
+    """Return uses of operands that only display a data file's content."""
     return (Use.IGNORED,) * count
 
 
@@ -84,7 +84,7 @@ def _counter(name: str, run: Callable[..., None], prescan: Callable[..., None]) 
 
 
 def _first(count: int, spec: Spec) -> Callable[..., Any]:
-    """Return the run of a row, of which only the first operands count."""
+    """Return the executor of a row that uses its first operands only."""
     start = 1 if spec.kind is Kind.BOTH else 0
     return lambda machine, *operands: spec.run(machine, *operands[: start + count])
 

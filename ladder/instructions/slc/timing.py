@@ -19,7 +19,7 @@ BASES_NS = {1.0: 1_000_000_000, 0.01: 10_000_000, 0.001: 1_000_000}
 
 
 def _count(machine: Interpreter, group: Group, timer: Members, base: Resolved) -> None:
-    """Add to ACC the time bases that have passed."""
+    """Add the elapsed time bases to ACC."""
     assert isinstance(base, Constant)
     unit, last = BASES_NS[float(base.value)], int(timer["~last_ns"])
     units = max(machine.now_ns - last, 0) // unit

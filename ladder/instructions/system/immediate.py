@@ -15,8 +15,7 @@ from ...model.spec import Use, action, always
 __all__ = ["IOT", "UID", "UIE", "HMIBC"]  # noqa: RUF022 - the manual's order
 
 
-def _nothing(_machine: Interpreter, *_operands: Resolved) -> None:
-    """Do nothing: see above."""
+def _nothing(_machine: Interpreter, *_operands: Resolved) -> None: ...
 
 
 def _hmibc(machine: Interpreter, power: bool, group: Group, *_operands: Resolved) -> bool:

@@ -95,14 +95,7 @@ def _go_on(message: _Message, stub: Ending | None) -> None:
 
 @dataclass(frozen=True, slots=True)
 class _Waiting:
-    """Where the messages of a tag are that structured text may have begun.
-
-    Attributes:
-        path: the tag.
-        waiting: whether one is under way.
-        error: its ERR.
-        started: when it began, ns.
-    """
+    """The messages of one tag that structured text may have begun, as leaves of its members."""
 
     path: str
     waiting: Leaf
@@ -129,12 +122,7 @@ def _waiting_in(lowered: Lowered) -> Iterator[_Waiting]:
 
 
 def _end_messages(tags: tuple[_Waiting, ...], engine: Any) -> None:
-    """End the messages whose time is over.
-
-    Args:
-        tags: where they are.
-        engine: has done a scan.
-    """
+    """End the messages whose time has elapsed."""
     memory: Memory = engine.memory
     for tag in tags:
         for index in range(count_of(tag.waiting.dims)):

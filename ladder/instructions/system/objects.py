@@ -35,7 +35,7 @@ class Kept:
 
 
 def _settings(size: int, *names: str) -> dict[str, Kept]:
-    """Return attributes that SSV may set and that begin with 0."""
+    """Return attributes that SSV may set and that start at 0."""
     return {name: Kept(size, set=True) for name in names}
 
 

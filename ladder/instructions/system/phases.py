@@ -40,8 +40,7 @@ def _run(machine: Interpreter, *operands: Resolved | str) -> None:
         machine.put(result, converted(result.type, NOT_SCHEDULED))
 
 
-def _nothing(_machine: Interpreter, *_operands: Resolved | str) -> None:
-    """Do nothing: see above."""
+def _nothing(_machine: Interpreter, *_operands: Resolved | str) -> None: ...
 
 
 def _row(name: str, *operands: Use) -> Spec:

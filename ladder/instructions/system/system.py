@@ -88,7 +88,7 @@ def _write_major_fault(machine: Interpreter, name: str, data: bytes) -> None:
 
 
 def _task(machine: Interpreter, name: str) -> ScheduledTask | None:
-    """Return the task of that name, or the one that runs the program of that name, as THIS means it."""
+    """Return the task of a name; THIS is the task of the running program."""
     schedule = machine.lowered.schedule
     if schedule is None:
         return None
@@ -100,7 +100,7 @@ Reader = Callable[[Interpreter, str], bytes]
 
 
 def _of_task(code: str, value: Callable[[Interpreter, ScheduledTask], int]) -> Reader:
-    """Return what reads a number of a task."""
+    """Return a reader of a task's number."""
 
     def read(machine: Interpreter, name: str) -> bytes:
         task = _task(machine, name)
@@ -130,7 +130,7 @@ def _wall_us(machine: Interpreter) -> int:
 
 
 def _set_wall(machine: Interpreter, now_us: int) -> None:
-    """Let the clock go on from a time; one that is out of range is not taken."""
+    """Set the clock; a time out of range is ignored."""
     leaf = machine.lowered.layout.leaves.get(_path(CLOCK, "", "OFFSET").upper())
     if leaf is not None and 0 <= now_us < _LATEST_US:
         machine.memory.write(leaf, 0, now_us - machine.now_ns // 1_000)
@@ -175,7 +175,7 @@ _NAME_SIZE = 82
 
 
 def _name_of(_machine: Interpreter, name: str) -> bytes:
-    """Return a STRING with the name of an instance; THIS has been replaced by it."""
+    """Return the instance's name as a STRING; THIS is already resolved."""
     text = name.encode("latin-1", "replace")[:_NAME_SIZE]
     return struct.pack("<i", len(text)) + text.ljust(_NAME_SIZE, b"\0")
 
@@ -204,12 +204,12 @@ ATTRIBUTES: Mapping[tuple[str, str], Attribute] = {
 
 
 def _path(kind: str, instance: str, name: str) -> str:
-    """Return the path of an attribute that is memory."""
+    """Return the path of an attribute with memory."""
     return f"{HIDDEN}gsv.{kind}.{instance}.{name}"
 
 
 def _kept(kind: str, name: str, kept: Kept) -> Attribute:
-    """Return an attribute that is memory."""
+    """Return an attribute with memory."""
 
     def read(machine: Interpreter, instance: str) -> bytes:
         leaf = machine.lowered.layout.leaf(_path(kind, instance, name))
@@ -234,7 +234,7 @@ def _attribute(kind: str, name: str) -> Attribute | None:
 
 
 def _known(kind: str, *, written: bool) -> str:
-    """List what there is of a class, or the classes; what SSV sets, if no tag is `written`."""
+    """List the classes, or the attributes of one: those that SSV sets if no tag is `written`."""
     rows = [each for each, row in {**ATTRIBUTES, **_KEPT}.items() if written or row.write]
     names = [name for each, name in rows if each == kind] or list(dict.fromkeys(each for each, _ in rows))
     return ", ".join(names)
@@ -243,15 +243,7 @@ def _known(kind: str, *, written: bool) -> str:
 def _resolve(
     resolver: OperandResolver, given: tuple[Operand, ...], *, written: bool
 ) -> tuple[str, str | Place, str, Place | Group]:
-    """Return class, instance and attribute in capitals, and the tag.
-
-    Of an axis the instance is the member of its tag that the attribute is.
-
-    Args:
-        resolver: resolves operands.
-        given: operands of the instruction.
-        written: whether the tag is written.
-    """
+    """Return class, instance and attribute in capitals, and the tag; an axis' instance is its member."""
     kind, instance, name = (str(each).upper() for each in given[:3])
     if kind in BY_CLASS and isinstance(given[1], Address) and isinstance(given[3], Address):
         member = _member(resolver, given[1], str(given[2]))
@@ -272,7 +264,6 @@ def _resolve(
 
 
 def _member(resolver: OperandResolver, tag: Address, name: str) -> Place:
-    """Return the member of a tag that an attribute is."""
     try:
         found = resolver.any(Address(tag.name, (*tag.steps, MemberStep(name))))
     except LadderError:
@@ -292,7 +283,7 @@ def _read(machine: Interpreter, kind: str, instance: str | Place, name: str) -> 
 
 
 def _count(end: End, size: int) -> int:
-    """Return how many elements hold that many bytes, as far as there are."""
+    """Return the number of elements in that many bytes, limited to the array."""
     store, region, first = end
     return min(region.left(first, store), -(-size // region.size))
 

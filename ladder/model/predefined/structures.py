@@ -19,7 +19,6 @@ def _members(kind: DataType, names: str) -> tuple[Member, ...]:
 
 
 def _flags(names: str) -> tuple[Member, ...]:
-    """Status bits in the first DINT, from bit 31 down."""
     return tuple(Member(name, BOOL, bit=31 - number) for number, name in enumerate(names.split()))
 
 

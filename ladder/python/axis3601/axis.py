@@ -401,7 +401,7 @@ class Axis3601(Device):
         return lambda: Move(kind, target, speed, acceleration, deceleration, shape).to_image()
 
     def _ask(self, command: AnyCommand, words: Callable[[], Image]) -> AnyCommand:
-        """Request a command, if the state of the axis allows it and its parameters are valid."""
+        """Send a command if the axis' state allows it and its parameters are valid."""
         refused, detail = self._refusal(command.kind), ""
         if refused & ErrorId.WRONG_STATE:
             detail = f"state {self.state.name}"

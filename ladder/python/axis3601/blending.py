@@ -53,7 +53,7 @@ class BlendProgramming(Command):
         self._left = [array("h", each.to_image().words) for each in segments]
 
     def _next(self, drive: Drive, now_ns: int) -> None:
-        """Send the next block, or zeros after the last."""
+        """Send the next block, or zeros after the last one."""
         if not self._left:
             drive.out = array("h", bytes(2 * WORDS))
         elif self._parameters_crossed(drive, now_ns):
@@ -61,7 +61,7 @@ class BlendProgramming(Command):
             self._laid_out_ns = None
 
     def _parameters_crossed(self, drive: Drive, now_ns: int) -> bool:
-        """Lay out a block without its transmit bit, if that is wanted; return whether it has crossed."""
+        """Send a block without its transmit bit first, if configured; return whether it has crossed."""
         if drive.parameters_first and self._laid_out_ns is None:
             drive.out = array("h", self._left[0])
             drive.out[1] = _PROGRAM

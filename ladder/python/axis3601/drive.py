@@ -223,7 +223,7 @@ class Drive:
         )
 
     def _nothing_to_come(self) -> bool:
-        """Return whether nothing is to be done before status word 0 changes or a command comes."""
+        """Whether there is nothing to do until status word 0 changes or a command comes."""
         if self.late or self.pending is not None or self.step != self._last:
             return False
         attended = self.running is not None and self.running.attended
@@ -256,7 +256,6 @@ class Drive:
             self._fail(faults_of(msw) | ErrorId.NOT_DONE)
 
     def _settle(self, now_ns: int) -> None:
-        """Measure how long the step has lasted."""
         if self.step != self._last or self.link.down:
             self._since_ns = None
         elif self._since_ns is None:
@@ -285,7 +284,7 @@ class Drive:
         return self._evidence.proves(self.kind, self.out)
 
     def _is_stuck(self, now_ns: int) -> bool:
-        """Return whether the axis rests for so long that the step will not end by itself."""
+        """Whether the axis has rested so long that the step can't end by itself."""
         idle = (self.step in _IN_FORCE or self.step == Step.RESETTING) and not (self.moving or self.link.down)
         self._stuck = self._evidence.rests_too_long(self.kind, self.out[1], now_ns, idle=idle)
         return self._stuck
@@ -297,7 +296,7 @@ class Drive:
         self._finish(Outcome.ERROR, error_id, self._what_happened(error_id))
 
     def _what_happened(self, error_id: int) -> str:
-        """Return the link and its instants, and the status of an axis at rest."""
+        """Return the link, its instants, and the status of an axis at rest."""
         told = [str(self.link)] if error_id & ErrorId.LINK_LOST else []
         if error_id & ErrorId.NOT_DONE:
             told.append(f"the status is {' '.join(status_names(self.msw, self.lsw))}")
@@ -321,7 +320,7 @@ class Drive:
             self._carry_out(self.pending, now_ns)
 
     def _make_way(self, newer: Command, now_ns: int) -> None:
-        """Bring the command under way to rest, or to another speed."""
+        """Stop the command under way, or change its speed."""
         if self.step == Step.PARAMETERS:
             self.running = None
             self._clear(Step.ZEROS)  # nothing has been commanded
@@ -342,7 +341,6 @@ class Drive:
         self.step = Step.YIELDING
 
     def _go_on(self, now_ns: int) -> None:
-        """Leave a step that has settled."""
         command_error = self.msw & _COMMAND_ERROR != 0
         if self.step == Step.YIELDING and not self.moving:
             self.running = None
@@ -366,7 +364,7 @@ class Drive:
         self.step = Step.PARAMETERS
 
     def _send_command(self, command: Command, now_ns: int) -> None:
-        """Send the command bits after the parameters; those of word 1 first, where both words have some."""
+        """Send the command bits after the parameters; word 1 first if both words have command bits."""
         if command.words[0] and self.out[1] != command.words[1]:
             self.out[1] = command.words[1]
             self._since_ns = None  # they have to cross, too
@@ -390,7 +388,7 @@ class Drive:
                 self.step = _SENT
 
     def _refused_by_now(self, kind: Kind) -> int:
-        """Return why a command that has waited is refused: the axis has failed meanwhile."""
+        """Return why a queued command is refused: the axis has failed meanwhile."""
         if kind in NOTHING_TO_SEND or kind is CONFIGURE:
             return 0
         if (self.error_stop and kind is not RESET) or _is_lost(self.msw):
@@ -409,11 +407,7 @@ class Drive:
         self.step = step
 
     def _write(self, words: Sequence[int]) -> None:
-        """Write words whose parameters do not matter.
-
-        With `parameters_first` those of before stay, so that an update that comes in two parts is not
-        another command.
-        """
+        """Write words without parameters; `parameters_first` keeps the old ones against partial updates."""
         if self.parameters_first:
             self.out[0] = words[0]
             self.out[1] &= _COMMAND_BITS

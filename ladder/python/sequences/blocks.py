@@ -62,7 +62,7 @@ class EdgeBlock(Block):
         self._before = False
 
     def _rises(self, on: object) -> bool:
-        """Take the input; return whether it has risen since the call before."""
+        """Store the input; return whether it has risen since the last call."""
         before, self._before = self._before, bool(on)
         return self._before and not before
 
@@ -102,7 +102,6 @@ class Timer(Block):
         self._since_ns, self._elapsed_ns = None, 0
 
     def _run(self) -> bool:
-        """Go on; return whether the time is over."""
         if self._clock is None:
             raise ValueError(f"{self.name or type(self).__name__} has no time before the first scan")
         now_ns = self._clock.now_ns

@@ -163,7 +163,7 @@ class Sequence:
         self.close()
 
     def _obey(self, now_ns: int) -> None:
-        """Act on an order, or go on with one that has to wait for branches."""
+        """Act on an order, or continue one that waits for branches."""
         wait = self._wait
         if wait is None:
             self._ordered = False
@@ -190,7 +190,7 @@ class Sequence:
             self.begin(now_ns)
 
     def _go_on(self, now_ns: int, error: BaseException | None) -> None:
-        """Let the coroutine run to its next wait."""
+        """Resume the coroutine up to its next wait."""
         if self._wait is not None:
             self._resumed += self._wait.moved
             self._wait = None
@@ -206,7 +206,6 @@ class Sequence:
         self._wait = wait
 
     def _advance(self, error: BaseException | None) -> object:
-        """Run to the next await; return what is awaited there, or `_OVER`."""
         work = self._work
         assert work is not None, "a sequence that goes on has begun"
         before, stepping.now = stepping.now, True
@@ -246,7 +245,7 @@ def _close(work: Coroutine[Any, Any, object]) -> None:
 
 
 def _at(frame: FrameType | None, error: Exception) -> Exception:
-    """Return an error with the place of a frame, so that the fault names the user's line."""
+    """Add the place of a frame to an error, so that the fault names the user's line."""
     if frame is None:
         return error
     return error.with_traceback(TracebackType(None, frame, frame.f_lasti, frame.f_lineno))

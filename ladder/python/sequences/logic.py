@@ -136,7 +136,7 @@ class Logic:
 
 
 def _declare(logic: Logic) -> None:
-    """Give an instance sequences and parts of its own."""
+    """Give an instance its own sequences and parts."""
     parts, sequences = [], []
     for name, each in declarations(type(logic)).items():
         if isinstance(each, SequenceMethod):
@@ -152,7 +152,7 @@ def _declare(logic: Logic) -> None:
 
 
 def _undeclared(logic: Logic) -> list[str]:
-    """Return a message for each part that an instance has made for itself."""
+    """Return a message per part that an instance creates itself."""
     return [
         f"{each.declared}: {name} is made by an instance: declare it in the body of {type(logic).__name__}"
         for name, each in vars(logic).items()
@@ -161,7 +161,6 @@ def _undeclared(logic: Logic) -> list[str]:
 
 
 def _shared(parts: tuple[Part, ...]) -> list[str]:
-    """Return a message for each two parts that would write the same place."""
     owners: list[tuple[Part, tuple[int, int, int]]] = []
     messages = []
     for part in parts:
@@ -208,7 +207,7 @@ def fields_of(logic: Logic) -> dict[str, Field]:
 
 
 def _is_plain(logic: Logic, name: str) -> bool:
-    """Return whether reading a name runs no code of the user's."""
+    """Whether reading a name runs no user code."""
     return name in vars(logic) or not hasattr(getattr(type(logic), name, None), "__get__")
 
 

@@ -45,12 +45,7 @@ SETTING_UP = ("__init__", "__post_init__")
 
 
 class _File(NamedTuple):
-    """A file of Python.
-
-    Attributes:
-        bodies: its functions by name and first line, as code objects have them.
-        read: names of the attributes that it reads, other than in a statement of its own.
-    """
+    """A Python file: functions by name and first line, and the attributes that other statements read."""
 
     bodies: Mapping[tuple[str, int], ast.AST]
     read: frozenset[str]
@@ -84,7 +79,7 @@ def _check_body(scope: _Scope, file: str, body: ast.AST) -> None:
 
 
 def _statement(scope: _Scope, node: ast.AST) -> str:
-    """Return what is wrong with a statement that is a wait; empty if it is none."""
+    """Return the mistake in a statement that is a wait, "" if there is none."""
     if not (isinstance(node, ast.Expr) and scope.is_wait(node.value)):
         return ""
     text = ast.unparse(node.value)
@@ -92,7 +87,7 @@ def _statement(scope: _Scope, node: ast.AST) -> str:
 
 
 def _hidden(scope: _Scope, node: ast.AST) -> str:
-    """Return what is wrong with an assignment to a part of the class; empty if it is none."""
+    """Return the mistake in an assignment to a part of the class, "" if there is none."""
     for target in _targets(node):
         declared = scope.of_self(target)
         if isinstance(declared, Part | SequenceMethod) and not hasattr(type(declared), "__set__"):
@@ -102,7 +97,7 @@ def _hidden(scope: _Scope, node: ast.AST) -> str:
 
 
 def _undeclared(scope: _Scope, node: ast.AST) -> str:
-    """Return what is wrong with an assignment to a field that the class lacks; empty if it is none."""
+    """Return the mistake in an assignment to an undeclared field, "" if there is none."""
     if not (isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store)):
         return ""
     if not (isinstance(node.value, ast.Name) and node.value.id == "self") or scope.fields is None:
@@ -116,7 +111,7 @@ def _undeclared(scope: _Scope, node: ast.AST) -> str:
 
 
 def _fields(cls: type) -> frozenset[str] | None:
-    """Return the names that a class declares, with those of its bases; None if they can't be known."""
+    """Return the declared names of a class and its bases, None if they can't be known."""
     names = set(dir(cls))
     for kind in cls.__mro__:
         names.update(vars(kind).get("__annotations__", ()))
@@ -134,14 +129,7 @@ def _fields(cls: type) -> frozenset[str] | None:
 
 
 def _unread(scope: _Scope, node: ast.AST, read: frozenset[str], attributes: frozenset[str]) -> str:
-    """Return what is wrong with a wait that is kept where nothing reads it; empty if it is none.
-
-    Args:
-        scope: what names mean.
-        node: a statement.
-        read: the variables that its function reads.
-        attributes: the attributes that its file reads.
-    """
+    """Return the mistake of a wait stored where nothing reads it, "" if there is none."""
     value = getattr(node, "value", None)
     if value is None or not scope.is_wait(value):
         return ""
@@ -156,7 +144,6 @@ def _unread(scope: _Scope, node: ast.AST, read: frozenset[str], attributes: froz
 
 
 def _names_read(body: ast.AST) -> frozenset[str]:
-    """Return the variables that are read in a function, or are not its own."""
     alone = {id(node.value) for node in ast.walk(body) if isinstance(node, ast.Expr)}
     names = set()
     for node in ast.walk(body):
@@ -174,7 +161,7 @@ def _targets(node: ast.AST) -> list[ast.expr]:
 
 
 def _functions(cls: type) -> Iterator[FunctionType]:
-    """Yield the methods of a class, then the `async def` functions ahead of it in its module."""
+    """Yield the methods of a class, then the `async def` functions before it in its module."""
     for each in vars(cls).values():
         function = each.function if isinstance(each, SequenceMethod) else each
         if isinstance(function, FunctionType):
@@ -186,7 +173,7 @@ def _functions(cls: type) -> Iterator[FunctionType]:
 
 
 def _body_of(function: FunctionType) -> ast.AST | None:
-    """Return the text of a function; None if there is no source, or another than was loaded."""
+    """Return the source of a function, None if it is missing or has changed since loading."""
     code = function.__code__
     return _file(code.co_filename).bodies.get((code.co_name, code.co_firstlineno))
 
@@ -211,31 +198,25 @@ def _parsed(source: str) -> _File:
 
 
 def _first_line(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
-    """Return the line at which a function begins: that of its first decorator."""
+    """Return the first line of a function, decorators included."""
     return min((decorator.lineno for decorator in function.decorator_list), default=function.lineno)
 
 
 class _Scope(NamedTuple):
-    """What names mean in a method.
-
-    Attributes:
-        owner: the class.
-        names: the global names.
-        fields: the names that the class declares; None if they can't be known.
-    """
+    """The meaning of names in a method; `fields` is None if the class's names can't be known."""
 
     owner: type
     names: Mapping[str, Any]
     fields: frozenset[str] | None = None
 
     def of_self(self, node: ast.expr) -> Any:
-        """Return what `self.name` is in the class; None for any other expression."""
+        """Return the class attribute that `self.name` means, None for any other expression."""
         if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "self":
             return inspect.getattr_static(self.owner, node.attr, None)
         return None
 
     def is_wait(self, node: ast.expr) -> bool:
-        """Return whether an expression is a wait, or a coroutine, by its text."""
+        """Whether an expression is a wait or a coroutine, by its text."""
         if isinstance(node, ast.Attribute):
             return node.attr in OF_INPUTS and isinstance(self.of_self(node.value), Input)
         if not isinstance(node, ast.Call):
@@ -252,7 +233,7 @@ class _Scope(NamedTuple):
         return _is_ours(called) or inspect.iscoroutinefunction(called) or self._returns_wait(called)
 
     def _returns_wait(self, called: Any) -> bool:
-        """Return whether a function of the user's returns a wait of ours at its every `return`."""
+        """Whether every `return` of a user's function returns a wait."""
         body = _body_of(called) if isinstance(called, FunctionType) else None
         if body is None:
             return False
@@ -263,7 +244,7 @@ class _Scope(NamedTuple):
 
 
 def _is_ours(called: Any) -> bool:
-    """Return whether something is a kind of wait, or one of `WAITS`."""
+    """Whether this is a wait class or one of `WAITS`."""
     if isinstance(called, type):
         return issubclass(called, Wait)
     return getattr(called, "__module__", "").startswith(_OURS) and getattr(called, "__name__", "") in WAITS

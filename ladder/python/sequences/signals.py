@@ -123,7 +123,7 @@ class Input(Signal, Level):
 
 
 def _reader(words: memoryview, word: int, bit: int, *, guarded: bool) -> Callable[[], bool]:
-    """Return what reads a bit; a guarded one is false in configuration mode, but for the live bits."""
+    """Return the reader of a bit; in configuration mode a guarded bit reads false, except live bits."""
     mask = mask_of(bit)
     if not guarded or (word == 0 and mask & LIVE_BITS):
         return lambda: words[word] & mask != 0
@@ -221,7 +221,7 @@ Place = tuple[memoryview, int, int]
 
 
 def _place(part: Signal, logic: Any) -> Place:
-    """Return where a descriptor's value is in an instance of logic."""
+    """Return the place of a descriptor's value in an instance."""
     try:
         place: Place = logic._places[part.name]
     except KeyError:

@@ -241,7 +241,7 @@ class Types:
 
 
 def _refuse_host(kind: Structure, member: Member) -> None:
-    """Refuse a packed bit that lies in no integer, or beyond it."""
+    """Refuse a packed bit without an integer host, or beyond its bits."""
     name, _, bit = member.at.partition(".")
     host = kind.member(name) if member.at else None
     if host is None:
@@ -252,7 +252,6 @@ def _refuse_host(kind: Structure, member: Member) -> None:
 
 
 def _unique(name: str, members: Iterable[Member]) -> Structure:
-    """Return a structure of members, the first of each name."""
     named: dict[str, Member] = {}
     for each in members:
         named.setdefault(each.name.upper(), each)

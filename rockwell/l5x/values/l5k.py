@@ -36,7 +36,6 @@ def from_l5k(text: str, kind: DataType, dims: tuple[int, ...], how: How) -> Any:
 
 
 def _l5k_tree(text: str) -> Any:
-    """Return L5K text as nested lists of texts."""
     outer: list[Any] = []
     open_lists = [outer]
     at = 0
@@ -95,7 +94,7 @@ def _l5k_string(tree: Any, kind: Structure) -> str | None:
 
 
 def _l5k_structure(tree: Sequence[Any], kind: Structure, how: How) -> Any:
-    """Return members in the order of their memory; status bits of predefined types share a first word."""
+    """Return members in memory order; status bits of predefined types share a first word."""
     bits = [each for each in kind.own if each.bit is not None]
     words = [each for each in kind.own if each.bit is None]
     packed = any(each.type.name == "BOOL" and not each.dims for each in words)

@@ -135,7 +135,7 @@ def _bit(data: bytes, at: int, bit: int) -> bool | None:
 
 
 def _text(data: bytes, at: int, kind: Structure) -> str | None:
-    """Return the characters of a string; a LEN beyond its room means all of them."""
+    """Return the characters of a string; a LEN beyond its size means all of them."""
     room = kind.members[1].dims[0]
     (length,) = struct.unpack_from("<I", data, at)
     return data[at + 4 : at + 4 + min(length, room)].decode("latin-1") or None

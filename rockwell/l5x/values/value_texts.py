@@ -112,7 +112,7 @@ def unquoted_or_raise(text: str) -> str:
 
 
 def _date_of(date: re.Match[str]) -> int:
-    """Return the µs of a DT#, the ns of an LDT#, since 1970."""
+    """Return a date since 1970: DT# in µs, LDT# in ns."""
     try:
         moment = datetime.datetime(*(int(each) for each in date.groups()[:6]))  # type: ignore[arg-type]
     except ValueError:
@@ -127,7 +127,7 @@ def _date_of(date: re.Match[str]) -> int:
 
 
 def _duration_of(duration: re.Match[str]) -> int:
-    """Return the µs of a T# or T32#, the ns of an LT#."""
+    """Return a duration: T# and T32# in µs, LT# in ns."""
     total = 0
     for whole, fraction, unit in _PART.findall(duration[3].lower()):
         unit_ns = _NANOSECONDS[unit]

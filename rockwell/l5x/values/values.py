@@ -82,11 +82,7 @@ def initial_of(
 
 
 def _refuse_bytes(element: Data, raw: bytes | None, kind: DataType, *, known: bool) -> None:
-    """Refuse bytes that can't be read, unless they are zeros.
-
-    Raises:
-        ValueTextError: what is wrong with them.
-    """
+    """Raise ValueTextError for unreadable bytes, unless they are zeros."""
     if raw is None:
         raise ValueTextError(f"{(element.text or '').strip()[:20]!r} are no bytes")
     if any(raw) and known:
@@ -126,7 +122,7 @@ def _structure(element: Data, kind: Structure, how: How) -> Any:
 
 @lru_cache(maxsize=1024)
 def _wrong_alias(kind: Structure, member: Member) -> str:
-    """Return why a member that is another name of a part can't have a value, "" if it can."""
+    """Return why a member with `at` can't have a value, "" if it can."""
     try:
         there = meant_by("", kind, member, 0)
     except ValueError as error:
@@ -145,7 +141,7 @@ def _string(element: Data, kind: Structure) -> str | None:
 
 
 def _has_elements(element: Data) -> bool:
-    """Whether the characters of a string are listed one by one."""
+    """Whether the characters of a string are listed singly."""
     return element.find("ArrayMember/Element") is not None
 
 
@@ -164,7 +160,7 @@ def _cut(text: str, kind: Structure) -> str:
 
 
 def _array(element: Data, kind: DataType, dims: tuple[int, ...], how: How) -> Any:
-    """Return nested lists, None if all elements are what the type starts with."""
+    """Return nested lists, None if all elements have the type's initial value."""
     total = count_of(dims)
     values: list[Any] = [None] * total
     something = False
@@ -195,7 +191,7 @@ def _flat(index: str, dims: tuple[int, ...]) -> int | None:
 
 
 def _parameters(element: Data | None, kind: DataType) -> Any:
-    """Return members that are attributes: those of `MessageParameters` and `AlarmDigitalParameters`."""
+    """Return members given as attributes: `MessageParameters`, `AlarmDigitalParameters`."""
     inner = None if element is None else next(element.iterchildren("*"), None)
     if inner is None or not isinstance(kind, Structure):
         return None

@@ -98,7 +98,6 @@ def parse_document(data: bytes, file: str) -> Document:
 
 
 def _root(data: bytes, file: str) -> Any:
-    """Parse the XML, see the table of this module."""
     if len(data) > MOST_BYTES:
         raise L5xError(file, 0, f"it has more than {MOST_BYTES:,} bytes")
     data = _as_utf8(data, file)
@@ -128,12 +127,11 @@ def _root(data: bytes, file: str) -> Any:
 
 
 def _marks(data: bytes) -> int:
-    """Count tags, attributes and texts."""
     return data.count(b"<") + data.count(b"=") + sum(1 for _ in _TEXT.finditer(data))
 
 
 def _as_utf8(data: bytes, file: str) -> bytes:
-    """Return the text: by its byte order mark, by the zeros of UTF-16, by its declaration, else UTF-8."""
+    """Decode: by byte order mark, UTF-16 zeros or the declaration, else UTF-8."""
     encoding = next((name for mark, name in _BOMS if data.startswith(mark)), None)
     if encoding is None and data[:2] in (b"<\0", b"\0<"):
         encoding = "utf-16-le" if data[:1] == b"<" else "utf-16-be"
@@ -164,7 +162,7 @@ def _refuse_doctype(data: bytes, file: str) -> None:
 
 
 def _text(element: Any) -> str:
-    """Return the text of an element, of the first language if it has several."""
+    """Return the text of an element, the first language's if there are several."""
     if element is None:
         return ""
     inner = next(iter(element), None)
@@ -176,13 +174,13 @@ _DIMS = re.compile(r"\d{1,9}(?:[\s,]+\d{1,9})*")
 
 
 def _dims(text: str) -> tuple[int, ...]:
-    """Return dimensions: `4 3 2`, `4,3,2`, `0` and "" for none."""
+    """Return dimensions: `4 3 2`, `4,3,2`; `0` and "" mean none."""
     lengths = tuple(map(int, _NUMBER.findall(text))) if _DIMS.fullmatch(text) else ()
     return lengths if any(lengths) else ()
 
 
 def _wrong_dims(text: str) -> str:
-    """Return a text that is not that of dimensions, "" if it is."""
+    """Return a text that is no list of dimensions, else ""."""
     return "" if not text or _DIMS.fullmatch(text) else text
 
 
@@ -195,7 +193,7 @@ def _whole(text: str) -> int:
 
 
 def _children(element: Any, *path: str) -> Iterator[Any]:
-    """Yield the children of an element: those of the last name of a path."""
+    """Yield the children at the end of a path of names."""
     if element is None:
         return
     *outer, name = path
@@ -207,12 +205,12 @@ def _children(element: Any, *path: str) -> Iterator[Any]:
 
 
 def _defined(element: Any, *path: str) -> Iterator[Any]:
-    """Yield the children of an element without those of which a partial export has only the name."""
+    """Yield the children of an element that a partial export defines."""
     yield from (each for each in _children(element, *path) if each.get("Use") != "Reference")
 
 
 def _line_of_text(element: Any) -> int:
-    """Return the line on which the text of an element begins, after white space."""
+    """Return the line of an element's text, after white space."""
     text = element.text or ""
     return int(element.sourceline or 0) + text[: len(text) - len(text.lstrip())].count("\n")
 
@@ -229,13 +227,12 @@ _READ = frozenset(
 
 
 class _Reader:
-    """Makes records of elements."""
+    """Builds records from elements."""
 
     def __init__(self, file: str) -> None:
         self._file = file
 
     def document(self, root: Any) -> Document:
-        """Return the record of a file."""
         controller = root.find("Controller")
         if controller is None:
             raise L5xError(self._file, root.sourceline, "it has no Controller")

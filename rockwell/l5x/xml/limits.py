@@ -76,7 +76,6 @@ def _lines(document: Document) -> int:
 
 
 def _characters(document: Document) -> int:
-    """Count the characters of all rungs and lines."""
     rungs = sum(len(rung.text) for each in _routines(document) for rung in each.rungs)
     return rungs + sum(len(text) for each in _routines(document) for text, _ in each.lines)
 
