@@ -24,6 +24,7 @@ from ..runtime.live.ring import Ring
 from .gate import Gate
 from .monitors.monitor import Monitor
 from .monitors.page import Page
+from .monitors.questions import ask
 from .monitors.session_monitor import SessionMonitor, Setup
 
 HZ, IDLE_HZ = 30, 10
@@ -164,7 +165,7 @@ class Server:
         except ValueError as error:
             page.send({"answer": {"id": None, "refused": f"this is not JSON: {error}"}})
             return
-        self._monitor.ask(page, said)
+        ask(self._monitor, page, said)
 
     async def _send(self, connection: ServerConnection, page: Page) -> None:
         """Send what is due. A page that is slow waits here by itself, and gets fewer frames."""

@@ -27,15 +27,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import takewhile
-from typing import TYPE_CHECKING
 
 from ..model.spec import Kind
 from ..state.lowered import Line, Node, Parallel, Step
-from .observed import NOTES, Notes
+from .observed import NOTES
+from .rungs import RungWriter
 from .writer import both, either_of
-
-if TYPE_CHECKING:
-    from .rungs import RungWriter
 
 _ALWAYS, _NEVER = -1, 1 << 30
 """Any number is greater, none is."""
@@ -44,23 +41,30 @@ Above = tuple[str, int]
 """A variable, and a number: there is power where the variable is greater."""
 
 
+def write_rung(rungs: RungWriter, line: Line, power: str) -> None:
+    """Write a rung, which notes its power where that is wanted."""
+    if rungs.notes.place(line.number) is None:
+        rungs.series(line.nodes, power, needed=False)
+    else:
+        NotedRung(rungs, line).write(power)
+
+
 class NotedRung:
     """Writes one rung, and notes the power after each of its instructions.
 
     Args:
         rungs: writes instructions.
-        notes: where the power is noted.
         line: the rung.
     """
 
-    def __init__(self, rungs: RungWriter, notes: Notes, line: Line) -> None:
-        self._rungs, self._notes, self._line = rungs, notes, line
+    def __init__(self, rungs: RungWriter, line: Line) -> None:
+        self._rungs, self._notes, self._line = rungs, rungs.notes, line
         self._writer = rungs.writer
         self._leaves = any(step.spec.leaves for step in _steps(line.nodes))
         self._behind: list[tuple[Above, ...]] = []  # per instruction what has to hold
         self._guards: tuple[Above, ...] = ()
         self._meaning: dict[str, Above] = {"True": ("", _ALWAYS), "False": ("", _NEVER)}
-        self._places = {"": notes.places[line.number]}
+        self._places = {"": rungs.notes.places[line.number]}
         self._further = 0
 
     def write(self, power: str) -> None:

@@ -10,6 +10,7 @@ from functools import partial
 
 from ..state.lowered import Line, Lowered, LoweredRoutine
 from .calls import function_name, parameters_of
+from .noted import write_rung
 from .observed import NOTED, NOTES, UNOBSERVED, NoteList, Notes, Observation
 from .rungs import RungWriter
 from .statements import StatementWriter
@@ -162,7 +163,7 @@ def _rung(writer: Writer, rungs: RungWriter, line: Line, *, preempted: bool) -> 
         writer.comment(line.comment)
     writer.comment(f"{line.number}: {line.text}")
     power = f"not {rungs.override}" if writer.lowered.override else "True"
-    rungs.rung(line, power)
+    write_rung(rungs, line, power)
     if preempted:
         writer.line("rung_done()")
 

@@ -11,8 +11,7 @@ from itertools import takewhile
 from ..model.operands import can_fault
 from ..model.spec import Kind
 from ..model.tags import OVERRIDE
-from ..state.lowered import Line, Node, Parallel, Step
-from .noted import NotedRung
+from ..state.lowered import Node, Parallel, Step
 from .observed import Notes
 from .values import Values, calculates
 from .writer import Writer, both, either_of
@@ -43,13 +42,6 @@ class RungWriter:
         """Write a line that sets the override."""
         self.writer.assigned(self._override)
         self.writer.line(f"{self.override} = {text}")
-
-    def rung(self, line: Line, power: str) -> None:
-        """Write a rung, which notes its power where that is wanted."""
-        if self.notes.place(line.number) is None:
-            self.series(line.nodes, power, needed=False)
-        else:
-            NotedRung(self, self.notes, line).write(power)
 
     def step(self, step: Step, power: str) -> str:
         """Write an instruction; return the power after it."""

@@ -18,6 +18,7 @@ from scanrack.jobs.record.repeating import orders_of
 from scanrack.traces.read.reader import open_trace
 from scanrack.watch.monitors.monitor import About, Monitor
 from scanrack.watch.monitors.page import Page
+from scanrack.watch.monitors.questions import ask
 from scanrack.watch.monitors.session_monitor import Ran, SessionMonitor, Setup
 from scanrack.watch.recorded import Place, Recording
 
@@ -130,7 +131,7 @@ class Watching:
 
     def ask(self, page, do, **fields):
         page.outbox.clear()
-        self.monitor.ask(page, {"id": 1, "do": do, **fields})
+        ask(self.monitor, page, {"id": 1, "do": do, **fields})
         (answer,) = [each["answer"] for each in page.outbox if "answer" in each]
         assert "refused" not in answer, answer
         return answer

@@ -13,6 +13,7 @@ from scanrack.jobs.run.running import JobRun
 from scanrack.traces.read import reader
 from scanrack.traces.read.reader import Trace, open_trace
 from scanrack.watch.monitors.page import Page
+from scanrack.watch.monitors.questions import ask
 from scanrack.watch.monitors.trace_monitor import TraceMonitor
 from scanrack.watch.recorded import Place, Recording
 
@@ -64,7 +65,7 @@ class Opened:
 
     def look(self, scan: int) -> dict[str, Any]:
         """Look at a scan."""
-        self.monitor.ask(self.page, {"id": 1, "do": "look", "scan": scan})
+        ask(self.monitor, self.page, {"id": 1, "do": "look", "scan": scan})
         return self.hear()
 
     def settle(self) -> dict[str, Any]:

@@ -30,7 +30,6 @@ from .elsewhere import Elsewhere
 from .hello import incidents_of, slots_of
 from .page import Page
 from .picture import Places, changed, mode_of
-from .questions import QUESTIONS
 
 Json = dict[str, Any]
 
@@ -306,29 +305,3 @@ class Monitor(ABC):
             return {}
         all_names = [name for each in self.pages for name in each.lanes]
         return {"lanes": program.lanes.live(page.lanes, all_names, first, scan)}
-
-    # --- what pages ask
-
-    def ask(self, page: Page, said: object) -> None:
-        """Take an order or a question of a page; the answer goes to the page.
-
-        No message raises: the answer says what is wrong with it.
-        """
-        number = said.get("id") if isinstance(said, Mapping) else None
-        if not isinstance(number, int | str) or isinstance(number, bool):
-            number = None
-        try:
-            if not isinstance(said, Mapping):
-                raise ValueError("a message is an object with the keys id and do")
-            name = said.get("do")
-            if not isinstance(name, str):
-                raise ValueError(f"do is the name of an order or a question, not {str(name)[:60]}")
-            question = QUESTIONS.get(name)
-            if question is not None:
-                answer = question(self, page, said)
-                if answer is not None:
-                    page.send({"answer": {"id": number, "ok": True, **answer}})
-            else:
-                self.order(page, number, said)
-        except ValueError as error:
-            page.send({"answer": {"id": number, "refused": str(error)}})

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ...ladder.debug.inquiry import Inquiry
 from ..history.catalog import COLUMNS
@@ -11,10 +11,8 @@ from ..history.lanes import MOST_LANES
 from ..history.stretch import Stretch
 from ..history.strip import piece_of
 from ..history.timeline import columns_of
+from .monitor import Monitor
 from .page import Page
-
-if TYPE_CHECKING:
-    from .monitor import Monitor
 
 Json = dict[str, Any]
 Said = Mapping[str, Any]
@@ -217,3 +215,26 @@ QUESTIONS: Mapping[str, Callable[[Monitor, Page, Said], Json | None]] = {
     "find": find,
 }
 """The questions by name; one that returns None is answered later."""
+
+
+def ask(monitor: Monitor, page: Page, said: object) -> None:
+    """Take an order or a question of a page; the answer goes to the page.
+
+    No message raises: the answer says what is wrong with it.
+    """
+    number = said.get("id") if isinstance(said, Mapping) else None
+    if not isinstance(number, int | str) or isinstance(number, bool):
+        number = None
+    try:
+        if not isinstance(said, Mapping):
+            raise ValueError("a message is an object with the keys id and do")
+        name = said.get("do")
+        if not isinstance(name, str):
+            raise ValueError(f"do is the name of an order or a question, not {str(name)[:60]}")
+        question = QUESTIONS.get(name)
+        if question is None:
+            monitor.order(page, number, said)
+        elif (answer := question(monitor, page, said)) is not None:
+            page.send({"answer": {"id": number, "ok": True, **answer}})
+    except ValueError as error:
+        page.send({"answer": {"id": number, "refused": str(error)}})

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from array import array
 from enum import Enum
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from typing_extensions import override
 
@@ -13,8 +13,25 @@ from .errors import AxisError, CommandAborted, ErrorId, reasons
 from .kinds import Kind
 from .link import LinkedWait
 
-if TYPE_CHECKING:
-    from .drive import Drive
+
+class Handshake(Protocol):
+    """The words of a command in force, as `Drive` has them.
+
+    Attributes:
+        out: the eight words that are sent.
+        lsw: status word 1.
+        trip_ns: how long words take to cross the backplane both ways.
+        parameters_first: whether the command bit is sent once the parameters have crossed.
+    """
+
+    out: array[int]
+    lsw: int
+    trip_ns: int
+    parameters_first: bool
+
+    @property
+    def under_way(self) -> bool:
+        """Whether the words of a command are in force at the module."""
 
 
 class Outcome(Enum):
@@ -114,7 +131,7 @@ class Command(LinkedWait[None]):
         """Take the words of an image as those that start it."""
         self.words = array("h", image.words)
 
-    def attend(self, drive: Drive, now_ns: int) -> None:
+    def attend(self, drive: Handshake, now_ns: int) -> None:
         """Act in a scan while it is under way."""
 
     def activate(self, now_ns: int) -> None:

@@ -11,6 +11,7 @@ from scanrack.traces.read.reader import open_trace
 from scanrack.watch.history.event_log import EventLog
 from scanrack.watch.history.recorded_events import RecordedEvents
 from scanrack.watch.history.shadow import MOST_REPEATED
+from scanrack.watch.monitors.questions import ask
 
 CHUNK = 50
 
@@ -94,8 +95,8 @@ def test_the_first_picture_of_a_long_recording_does_not_wait_for_its_values(coun
         assert len(set(read)) <= 6
         assert (seen.frame["scan"], seen.frame["known"]) == (SCANS - 1, False)
         assert "power" not in seen.frame
-        seen.monitor.ask(seen.page, {"id": 1, "do": "show", "routine": "Main"})
-        seen.monitor.ask(seen.page, {"id": 2, "do": "watch", "tags": ["Count"]})
+        ask(seen.monitor, seen.page, {"id": 1, "do": "show", "routine": "Main"})
+        ask(seen.monitor, seen.page, {"id": 2, "do": "watch", "tags": ["Count"]})
         assert not seen.hear()["known"]
         for scan in (SCANS - 1, 0, SCANS // 2, MOST_REPEATED + 1):
             frame = seen.settle() if scan == SCANS - 1 else seen.look(scan)
@@ -106,7 +107,7 @@ def test_the_first_picture_of_a_long_recording_does_not_wait_for_its_values(coun
 
 def test_values_of_another_scan_are_not_shown_for_one_whose_are_not_known(counted, tmp_path):
     with opened(counted, tmp_path, scan=3) as seen:
-        seen.monitor.ask(seen.page, {"id": 1, "do": "show", "routine": "Main"})
+        ask(seen.monitor, seen.page, {"id": 1, "do": "show", "routine": "Main"})
         assert seen.monitor._indexer is not None
         while seen.monitor._indexer.next <= 10:
             seen.monitor.tick()
@@ -131,7 +132,7 @@ INCIDENT = '[[incident]]\nat_s = 0.2\nwhat = "link-lost"\nfor_ms = 40\n'
 def test_a_program_that_reads_the_link_is_shown_with_the_link_as_it_was(tmp_path):
     """Lost in scans 100 to 119."""
     with opened(recorded(tmp_path, 300, LINKED, more=INCIDENT), tmp_path) as seen:
-        seen.monitor.ask(seen.page, {"id": 1, "do": "watch", "tags": ["Lost"]})
+        ask(seen.monitor, seen.page, {"id": 1, "do": "watch", "tags": ["Lost"]})
         seen.settle()
         assert [seen.look(scan)["tags"]["Lost"] for scan in (99, 100, 110, 119, 200)] == [0, 1, 11, 20, 20]
 
@@ -152,7 +153,7 @@ def test_a_recording_that_is_still_written_is_opened_and_followed(counted, tmp_p
             frame = seen.settle()
             assert frame["scan"] == frame["range"][1] == last - 1
             assert frame["known"]
-        seen.monitor.ask(seen.page, {"id": 2, "do": "watch", "tags": ["Count"]})
+        ask(seen.monitor, seen.page, {"id": 2, "do": "watch", "tags": ["Count"]})
         assert seen.look(SCANS - 1)["tags"]["Count"] == SCANS
         assert seen.look(12)["tags"]["Count"] == 13
 
