@@ -36,8 +36,7 @@ from functools import partial
 from pathlib import Path
 
 from scanrack.jobs.load.loading import load_job
-from scanrack.jobs.run.running import JobRun
-from scanrack.ladder.debug import Debugger
+from scanrack.jobs.run.running import JobRun, RunOptions
 from scanrack.runtime.live.ring import Ring
 from scanrack.runtime.live.session import Session
 from scanrack.runtime.live.tap import PipeInbox, Tap
@@ -98,7 +97,7 @@ def measure_run(seconds: float) -> dict[str, object]:
     scans = round(seconds * SCANS_PER_S)
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
-        run = JobRun(load_job(str(FEEDER)), stack, trace=folder / "run.mcap")
+        run = JobRun(load_job(str(FEEDER)), stack, RunOptions(trace=folder / "run.mcap"))
         spent, begun = time.process_time(), time.monotonic()
         with run.cpu:
             run.cpu.run(scans)
@@ -114,12 +113,13 @@ def measure(way: str, seconds: float, speed: float | None) -> dict[str, object]:
         trace = folder / "session.mcap"
         job = load_job(str(FEEDER))
         pacer = Paced(speed)
-        run = JobRun(job, stack, trace=trace, pacer=pacer, handled=True)
-        assert isinstance(run.logic, Debugger)
+        run = JobRun(job, stack, RunOptions(trace=trace, pacer=pacer, handled=True))
+        debugger = run.program.debugger
+        assert debugger is not None
         figures = MachineFigures(run.rack)
         ring = Ring(len(run.rack.memory), PER_SLOT * len(figures.slots))
         tap = Tap(ring, run.rack, run.cpu.period_ns, figures)
-        tap.notes = LadderNotes(run.logic, ring.snapshots)
+        tap.notes = LadderNotes(debugger, ring.snapshots)
         mine, _theirs = socket.socketpair()
         keeper = None
         if way == "nobody":
@@ -131,7 +131,7 @@ def measure(way: str, seconds: float, speed: float | None) -> dict[str, object]:
             inbox = PipeInbox(ring, keeper.pipe)
             keeper.keep(inbox)
             stack.callback(keeper.end)
-        session = Session(run.cpu, run.hands, pacer, inbox, tap.tell, stops=run.logic)
+        session = Session(run.cpu, run.hands, pacer, inbox, tap.tell, stops=debugger)
         tap.session, session.attend, session.give = session, tap.attend, tap.give
         probe = Probe()
         if speed is not None:  # it costs as much as half a scan

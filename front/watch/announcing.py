@@ -23,7 +23,7 @@ def programs_of(run: JobRun, editions: Editions, orders: Sequence[RecordedOrder]
         editions: its programs.
         orders: those that are given to it again.
     """
-    edits = [each.scan for each in orders if isinstance(each.order, Edit)][: run.edits]
+    edits = [each.scan for each in orders if isinstance(each.order, Edit)][: run.program.edits]
     return tuple(_ran(editions[number], first) for number, first in enumerate((0, *edits)))
 
 

@@ -23,7 +23,6 @@ from ..jobs.record.editions import Edition, Editions, edition_of
 from ..jobs.run.running import JobRun
 from ..jobs.trust.attachments import forget_imported
 from ..ladder import LadderLogic
-from ..ladder.debug import Debugger
 from ..runtime.live.orders import Edit
 
 LOOK_S = 0.3
@@ -115,7 +114,7 @@ class Editor:
 
     def _order(self, edition: Edition, job: Job) -> Edit | None:
         """Return the order that goes on with a program; None if it is the one that runs."""
-        number = self._run.edits + 1
+        number = self._run.program.edits + 1
         if edition.files == self._editions[number - 1].files:
             self._tell({"mistake": None})
             self._tell({"note": "The program has not changed: it goes on."})
@@ -131,7 +130,7 @@ class Editor:
         """
         forget_imported(self._job.program.parent.resolve())
         job = load_job(self._rack)
-        if isinstance(job.logic, LadderLogic) is not isinstance(self._run.logic, Debugger):
+        if isinstance(job.logic, LadderLogic) is (self._run.program.debugger is None):
             raise ValueError(f"{job.program}: a program of another kind needs a new session")
         if realpath(job.program) != realpath(self._job.program):
             raise ValueError(f"{job.program}: another program needs a new session")

@@ -21,8 +21,7 @@ from pathlib import Path
 from ..jobs.load.loading import Job
 from ..jobs.record.editions import Editions, edition_of
 from ..jobs.record.repeating import RecordedOrder
-from ..jobs.run.running import JobRun
-from ..ladder.debug import Debugger
+from ..jobs.run.running import JobRun, RunOptions
 from ..runtime.live.orders import Edit
 from ..runtime.live.ring import Ring
 from ..runtime.live.session import Session
@@ -139,15 +138,17 @@ class Play:
             run = JobRun(
                 editions.job(0),
                 ports,
-                trace=trace,
-                live=self._wanted.live,
-                pacer=pacer,
-                warn=_warn,
-                handled=True,
-                metadata=start.metadata,
-                keep=self._wanted.keep,
-                orders=start.orders,
-                editions=editions,
+                RunOptions(
+                    trace=trace,
+                    live=self._wanted.live,
+                    pacer=pacer,
+                    warn=_warn,
+                    handled=True,
+                    metadata=start.metadata,
+                    keep=self._wanted.keep,
+                    orders=start.orders,
+                    editions=editions,
+                ),
             )
             return Prepared(start, run, pacer, trace, editions, ports.pop_all())
 
@@ -196,7 +197,6 @@ class Play:
             self._stack.callback(self._ring.close)
             self._open(job, self._ring, figures, prepared)
         assert self._inbox is not None
-        program = run.logic if isinstance(run.logic, Debugger) else None
         tap = Tap(self._ring, run.rack, run.cpu.period_ns, figures)
         tap.notes = _notes(run, job, self._ring, tap)
         hands = run.hands
@@ -204,7 +204,7 @@ class Play:
         session: Session
         assert self._keeper is not None
         programs = Announcer(run, prepared.editions, start.orders or (), tap.tell, self._keeper)
-        run.on_edit = programs.tell_edit
+        run.program.on_edit = programs.tell_edit
 
         def hand_over(takeover: Takeover) -> None:
             session.takeover = takeover
@@ -216,7 +216,7 @@ class Play:
             pacer,
             self._inbox,
             tap.tell,
-            stops=program,
+            stops=run.program.debugger,
             live=wanted.live,
             reload=editor.load_soon if wanted.editable else None,
             prepare=lambda scan: self.prepare_branch(
@@ -234,7 +234,7 @@ class Play:
             view = TextView(job.spec.name, run.rack, session, pacer)
             run.cpu.add_listener(view)
             view.begin()
-        run.cpu.add_listener(run.following(tap))
+        run.cpu.add_listener(run.program.following(tap))
         return session
 
     def _open(self, job: Job, ring: Ring, figures: MachineFigures, prepared: Prepared) -> None:
@@ -300,6 +300,6 @@ def _warn(hint: str) -> None:
 
 def _notes(run: JobRun, job: Job, ring: Ring, tap: Tap) -> Notes:
     """Return what sends the monitor the program's values."""
-    if isinstance(run.logic, Debugger):
-        return LadderNotes(run.logic, ring.snapshots)
-    return PythonNotes(lambda: run.logic, job.spec.tags, tap.tell)
+    if run.program.debugger is not None:
+        return LadderNotes(run.program.debugger, ring.snapshots)
+    return PythonNotes(lambda: run.program.logic, job.spec.tags, tap.tell)

@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from scanrack.jobs.load.loading import load_job
-from scanrack.jobs.run.running import JobRun
-from scanrack.ladder.debug import Debugger
+from scanrack.jobs.run.running import JobRun, RunOptions
 from scanrack.runtime.live.ring import ROWS, Ring
 from scanrack.runtime.live.session import Session
 from scanrack.runtime.live.tap import Tap
@@ -50,8 +49,8 @@ class LiveSession:
         self.ports = ExitStack()
         job = load_job(str(rack))
         pacer = Paced(None)
-        self.run = JobRun(job, self.ports, trace=trace, pacer=pacer, handled=True)
-        self.program = self.run.logic if isinstance(self.run.logic, Debugger) else None
+        self.run = JobRun(job, self.ports, RunOptions(trace=trace, pacer=pacer, handled=True))
+        self.program = self.run.program.debugger
         figures = MachineFigures(self.run.rack)
         self.machines = figures.slots
         self.ring = ring or Ring(len(self.run.rack.memory), PER_SLOT * len(figures.slots), rows or ROWS)

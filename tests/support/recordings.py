@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 from scanrack.jobs.load.loading import load_job
-from scanrack.jobs.run.running import JobRun
+from scanrack.jobs.run.running import JobRun, RunOptions
 from scanrack.traces.read import reader
 from scanrack.traces.read.reader import Trace, open_trace
 from scanrack.watch.monitors.page import Page
@@ -37,7 +37,7 @@ def recorded(folder: Path, scans: int, program: str = COUNTING, *, more: str = "
     (folder / "count.rung").write_text(program)
     (folder / "count.toml").write_text(RACK + more)
     with ExitStack() as ports:
-        run = JobRun(load_job(str(folder / "count.toml")), ports, trace=folder / "count.mcap")
+        run = JobRun(load_job(str(folder / "count.toml")), ports, RunOptions(trace=folder / "count.mcap"))
         run.run(scans)
     return folder / "count.mcap"
 

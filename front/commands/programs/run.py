@@ -15,7 +15,7 @@ from ...jobs.load.loading import DEFAULT_RUN, Job, load_job, scans_to_run, with_
 from ...jobs.record.recording import NOTHING
 from ...jobs.run.build import check_ports
 from ...jobs.run.retained import Retained
-from ...jobs.run.running import JobRun
+from ...jobs.run.running import JobRun, RunOptions
 from ...jobs.trust.owned import check_recording
 from ...runtime.loop.pace import FreeRun, Pacer, RealTime, wall_ns
 from ...runtime.loop.realtime import Outcome, real_time
@@ -73,15 +73,17 @@ def run_job(
             run = JobRun(
                 job,
                 ports,
-                trace=trace,
-                live=live,
-                pacer=pacer,
-                listeners=[tally],
-                warn=_quiet if quiet else _warn,
-                orders=orders,
-                editions=editions,
-                metadata=metadata,
-                keep=keep,
+                RunOptions(
+                    trace=trace,
+                    live=live,
+                    pacer=pacer,
+                    listeners=[tally],
+                    warn=_quiet if quiet else _warn,
+                    orders=orders,
+                    editions=editions,
+                    metadata=metadata,
+                    keep=keep,
+                ),
             )
         except ValueError as error:
             return complain(str(error), BAD_INPUT)

@@ -1,24 +1,30 @@
-"""Edits of the program of a run, between two scans, and their files in its recording."""
+"""The program of a run, its edits between two scans, and their files in the recording."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from ...ladder import LadderLogic
+from ...runtime.live.hands import Hands
 from ...runtime.live.orders import NAMES, Edit
+from ...runtime.loop.cpu import Cpu
 from ...runtime.loop.events import Event, JsonValue
+from ...runtime.loop.listeners import ScanListener
+from ...runtime.loop.rack import Rack
 from ...runtime.loop.scan import AttachedLogic, Logic
 from ...traces.format.topics import ORDERS
 from ...traces.write.recorder import ScanRecorder
 from ..load.loading import Job
 from ..record.editions import Editions
+from ..record.sequence_watch import WatchesSequences, sequences_in
 
 if TYPE_CHECKING:
-    from .running import JobRun
+    from ...ladder.debug import Debugger
 
 NO_TAGS: Mapping[str, list[str]] = MappingProxyType({"new": [], "changed": [], "dropped": []})
 
@@ -42,49 +48,96 @@ class Edited:
     tags: Mapping[str, list[str]]
 
 
-def edit(run: JobRun, editions: Editions, order: Edit, at_ns: int) -> Edited:
-    """Go on with an edited program from the next scan on, and announce that.
+class RunProgram:
+    """The program of a run; edits put another one in its place, between two scans.
+
+    Attributes:
+        logic: the program; of a rack that can be operated a ladder program is under a debugger.
+        debugger: that debugger; None without one.
+        on_edit: called with every edit.
 
     Args:
-        run: the run.
-        editions: has the program.
-        order: which one.
-        at_ns: time of the next scan.
-
-    Raises:
-        ValueError: it can't be used; the present one goes on.
+        logic: the first program.
+        handled: whether the rack can be operated.
+        editions: brings the programs of edits; without them there can be none.
     """
-    job = editions.job(order.number)
-    name, text, tags = _take_over(run, job)
-    run.cpu.announce(Event(at_ns, "edit", name, text, {**tags}))
-    return Edited(order.number, at_ns, name, text, tags)
+
+    def __init__(self, logic: Logic, *, handled: bool, editions: Editions | None) -> None:
+        self.debugger = _debugger_of(logic) if handled else None
+        self.logic: Logic = self.debugger or logic
+        self.on_edit: Callable[[Edited], object] = lambda _edited: None
+        self._editions, self._edits = editions, 0
+        self._followers: list[WatchesSequences] = []
+        self.may_bring_sequences = editions is not None and self.debugger is None
+
+    @property
+    def edits(self) -> int:
+        """How often the program was edited while it ran."""
+        return self._edits if self.debugger is None else len(self.debugger.edits)
+
+    def following(self, listener: ScanListener) -> ScanListener:
+        """Return a listener that also gets the sequences of the program, those of an edited one, too."""
+        sequences = sequences_in(self.logic)
+        if not self.may_bring_sequences and not sequences:
+            return listener
+        self._followers.append(WatchesSequences(listener, sequences))
+        return self._followers[-1]
+
+    def recorded(self, recorder: ScanRecorder) -> ScanListener:
+        """Return a recorder that also gets the sequences of the program, and the files of its edits."""
+        return self.following(recorder if self._editions is None else RecordsEdits(recorder, self._editions))
+
+    def hands(self, cpu: Cpu, rack: Rack) -> Hands:
+        """Return what carries out orders on a rack; those on tags only for a ladder program."""
+        edit = None if self._editions is None else partial(self._edit, cpu, self._editions)
+        return Hands(cpu, rack, self.debugger, edit)
+
+    def _edit(self, cpu: Cpu, editions: Editions, order: Edit, at_ns: int) -> None:
+        """Go on with an edited program from the next scan on, and announce that.
+
+        Raises:
+            ValueError: it can't be used; the present one goes on.
+        """
+        name, text, tags = self._take_over(cpu, editions.job(order.number))
+        cpu.announce(Event(at_ns, "edit", name, text, {**tags}))
+        self.on_edit(Edited(order.number, at_ns, name, text, tags))
+
+    def _take_over(self, cpu: Cpu, job: Job) -> tuple[str, str, Mapping[str, list[str]]]:
+        """Go on with the program of a job; return its name, what happened, and the tags concerned."""
+        logic = job.logic
+        if self.debugger is not None and isinstance(logic, LadderLogic):
+            done = self.debugger.edit(logic)
+            tags = {"new": list(done.new), "changed": list(done.changed), "dropped": list(done.dropped)}
+            return logic.name, str(done), tags
+        if self.debugger is not None or isinstance(logic, LadderLogic):
+            raise ValueError(f"{job.program.name}: a program of another kind needs a new session")
+        text = f"{job.program.name} is loaded again: the objects of its module are new"
+        return job.program.name, text + self._replace(cpu, logic), NO_TAGS
+
+    def _replace(self, cpu: Cpu, logic: Logic) -> str:
+        """Go on with another Python program; return what went wrong at the end of the present one."""
+        if isinstance(logic, AttachedLogic):
+            logic.__attach_logic__(dict(cpu.rack.slots))  # refused now; its first scan attaches it for good
+        before, self.logic = self.logic, logic
+        cpu.program = logic
+        self._edits += 1
+        for each in self._followers:
+            each.watch(sequences_in(logic))
+        try:
+            if isinstance(before, AttachedLogic):
+                before.__close_logic__()
+        except Exception as error:  # of the user's, in a program that has ended
+            return f"; at its end the one before raised {type(error).__name__}: {error}"
+        return ""
 
 
-def _take_over(run: JobRun, job: Job) -> tuple[str, str, Mapping[str, list[str]]]:
-    """Let a run go on with the program of a job; return its name, what happened, and the tags concerned."""
-    debugger, logic = run.debugger, job.logic
-    if debugger is not None and isinstance(logic, LadderLogic):
-        done = debugger.edit(logic)
-        tags = {"new": list(done.new), "changed": list(done.changed), "dropped": list(done.dropped)}
-        return logic.name, str(done), tags
-    if debugger is not None or isinstance(logic, LadderLogic):
-        raise ValueError(f"{job.program.name}: a program of another kind needs a new session")
-    text = f"{job.program.name} is loaded again: the objects of its module are new"
-    return job.program.name, text + _replace(run, logic), NO_TAGS
+def _debugger_of(logic: Logic) -> Debugger | None:
+    """Return a debugger that runs a ladder program and remembers little; None for other logic."""
+    if not isinstance(logic, LadderLogic):
+        return None
+    from ...ladder.debug import Debugger  # imported late: a rack without a session does not need it
 
-
-def _replace(run: JobRun, logic: Logic) -> str:
-    """Go on with another Python program; return what went wrong at the end of the present one."""
-    if isinstance(logic, AttachedLogic):
-        logic.__attach_logic__(dict(run.rack.slots))  # refused now; its first scan attaches it for good
-    before = run.logic
-    run.use(logic)
-    try:
-        if isinstance(before, AttachedLogic):
-            before.__close_logic__()
-    except Exception as error:  # of the user's, in a program that has ended
-        return f"; at its end the one before raised {type(error).__name__}: {error}"
-    return ""
+    return Debugger(logic, remembered=0)
 
 
 class RecordsEdits:

@@ -1,40 +1,39 @@
 """A job, run scan by scan and recorded: what `scanrack run` does, without its words.
 
     with ExitStack() as ports:
-        run = JobRun(load_job("line.toml"), ports, trace=Path("line.mcap"))
+        run = JobRun(load_job("line.toml"), ports, RunOptions(trace=Path("line.mcap")))
         run.run(5000)
 
-Errors are exceptions; `cli.run` turns them into messages and an exit status.
+Errors are exceptions; `commands.programs.run` turns them into messages and an exit status.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import AbstractContextManager, ExitStack, nullcontext
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ...ladder import LadderLogic
 from ...runtime.loop.cpu import Cpu
 from ...runtime.loop.listeners import ScanListener
 from ...runtime.loop.pace import FreeRun, Pacer
 from ...runtime.loop.realtime import frozen_collector
-from ...runtime.loop.scan import Logic
 from ...traces.write.recorder import ScanRecorder
 from ..load.loading import Job
-from ..record.recording import NOTHING, recorder_for
-from ..record.sequence_watch import WatchesSequences, declared_axes, sequences_in, standing
+from ..record.recording import recorder_for
+from ..record.repeating import RecordedOrder, Repeated
+from ..record.sequence_watch import declared_axes, sequences_in, standing
 from .build import build_cpu, build_rack
+from .editing import RunProgram
 from .hints import Hints
 from .outside import tell_cpu
 
-if TYPE_CHECKING:  # imported late: a rack without a session does not need them
-    from ...ladder.debug import Debugger
+if TYPE_CHECKING:  # imported late: the controllers of units take time to import
+    from ...runtime.controllers.pcl601.line import Pcl601
     from ...runtime.live.hands import Hands
-    from ...runtime.live.orders import Edit
     from ..record.editions import Editions
-    from ..record.repeating import RecordedOrder, Repeated
-    from .editing import Edited
+    from .rack_units import UnitsBeside
 
 Observer = Callable[[Cpu, int | None], AbstractContextManager[None]]
 """Observes a CPU while it runs: a progress bar. Arguments: the CPU, the number of its last scan or None."""
@@ -45,27 +44,14 @@ def unobserved(cpu: Cpu, scans: int | None) -> AbstractContextManager[None]:
     return nullcontext()
 
 
-class JobRun:
-    """A job on a new rack, powered up and not yet scanned.
+@dataclass(frozen=True, slots=True)
+class RunOptions:
+    """How a job is run.
 
     Attributes:
-        rack: the rack.
-        cpu: the CPU that runs the program.
-        repeated: gives the orders of a recorded session; None without them.
-        logic: the program; of a rack that can be operated a ladder program is under a debugger.
-        debugger: that debugger; None without one.
-        hints: what the program may have meant otherwise.
-        stubs: the stubs in use, see `Job.stubs`.
-        on_edit: called with every edit, between two scans.
-        steps: the waits of the program's sequences at the end of the run, a sentence each; none after a
-        fault.
-
-    Args:
-        job: what to run.
-        ports: closes the real ports that are opened.
         trace: path of the recording; None = no recording.
         live: real ports may be driven.
-        pacer: makes scans wait for the wall clock; as fast as possible if left out.
+        pacer: makes scans wait for the wall clock; None = as fast as possible.
         listeners: further listeners.
         warn: takes a hint, at once.
         handled: the rack can be operated while it runs: tags are set and forced, incidents happen.
@@ -73,122 +59,91 @@ class JobRun:
         keep: how many earlier recordings are kept; None = as the rack file says.
         orders: of a recorded session, given again; the rack can then be operated.
         editions: brings the programs of edits; without them there can be none.
+    """
+
+    trace: Path | None = None
+    live: bool = False
+    pacer: Pacer | None = None
+    listeners: Iterable[ScanListener] = ()
+    warn: Callable[[str], None] = lambda _hint: None
+    handled: bool = False
+    metadata: Mapping[str, str] = field(default_factory=dict)
+    keep: int | None = None
+    orders: Iterable[RecordedOrder] | None = None
+    editions: Editions | None = None
+
+
+AS_IT_IS = RunOptions()
+
+
+class JobRun:
+    """A job on a new rack, powered up and not yet scanned.
+
+    Attributes:
+        rack: the rack.
+        cpu: the CPU that runs the program.
+        repeated: gives the orders of a recorded session; None without them.
+        program: the program.
+        hints: what the program may have meant otherwise.
+        stubs: the stubs in use, see `Job.stubs`.
+        steps: the waits of the program's sequences at the end of the run, a sentence each; none after a
+        fault.
+
+    Args:
+        job: what to run.
+        ports: closes the real ports that are opened.
+        options: how it is run.
 
     Raises:
         ValueError: a unit's program or a port can't be used, or a real port is not allowed.
         OSError: the trace can't be written.
     """
 
-    def __init__(
-        self,
-        job: Job,
-        ports: ExitStack,
-        *,
-        trace: Path | None = None,
-        live: bool = False,
-        pacer: Pacer | None = None,
-        listeners: Iterable[ScanListener] = (),
-        warn: Callable[[str], None] = lambda _hint: None,
-        handled: bool = False,
-        metadata: Mapping[str, str] = NOTHING,
-        keep: int | None = None,
-        orders: Iterable[RecordedOrder] | None = None,
-        editions: Editions | None = None,
-    ) -> None:
-        handled = handled or orders is not None
+    def __init__(self, job: Job, ports: ExitStack, options: RunOptions = AS_IT_IS) -> None:
+        handled = options.handled or options.orders is not None
         units = {unit.address: unit.make(job.folder) for unit in job.spec.unit}
         self.stubs = job.stubs
-        self.rack = build_rack(job.spec, ports if live else None, handled=handled)
-        self.debugger = _debugger_of(job.logic) if handled else None
-        self.logic: Logic = self.debugger or job.logic
-        self.hints = Hints(self.rack, job.spec, warn, declared_axes(self.logic))
+        self.rack = build_rack(job.spec, ports if options.live else None, handled=handled)
+        self.program = RunProgram(job.logic, handled=handled, editions=options.editions)
+        self.hints = Hints(self.rack, job.spec, options.warn, declared_axes(self.program.logic))
         self.steps: list[str] = []
-        heard: list[ScanListener] = [*listeners, self.hints]
-        self._editions = editions
-        self._edits = 0
-        self._followers: list[WatchesSequences] = []
-        self.on_edit: Callable[[Edited], object] = lambda _edited: None
-        recording: list[ScanListener] = []
-        drafts: list[Callable[[], object]] = []
-        if trace is not None:
-            recorder = recorder_for(
-                job,
-                self.rack,
-                trace,
-                self.logic,
-                orders=handled,
-                sequences=self._may_be_edited,
-                metadata=metadata,
-                keep=keep,
-                warn=warn,
-            )
-            drafts.append(recorder.draft_soon)
-            recording.append(self.following(self._with_edits(recorder)))
-        if units:
-            from .rack_units import UnitsBeside  # the controllers take time to import
-
-            beside = UnitsBeside(units, trace)
-            drafts.append(beside.draft)
-            heard.append(beside)
-        heard += recording  # closed last: its end looks at all files of the recording
-        self._pacer = pacer or FreeRun()
-        self._pacer.beat = lambda: [each() for each in drafts]
-        self.cpu = build_cpu(job.spec, self.logic, self.rack, listeners=heard, pacer=self._pacer)
-        if self.debugger is not None:
-            tell_cpu(self.debugger, self.cpu)
-        self.repeated: Repeated | None = None
-        if orders is not None:
-            from ..record.repeating import Repeated
-
-            self.repeated = Repeated(self.cpu, self.hands, orders)
+        recorder = None if options.trace is None else self._recorder(job, options.trace, options, handled)
+        beside = _beside(units, options.trace)
+        listeners = [
+            *options.listeners,
+            self.hints,
+            *([] if beside is None else [beside]),
+            *(
+                [] if recorder is None else [self.program.recorded(recorder)]
+            ),  # closed last: looks at all files
+        ]
+        self._pacer = options.pacer or FreeRun()
+        self._pacer.beat = lambda: _draft(recorder, beside)
+        self.cpu = build_cpu(job.spec, self.program.logic, self.rack, listeners=listeners, pacer=self._pacer)
+        if self.program.debugger is not None:
+            tell_cpu(self.program.debugger, self.cpu)
+        self.repeated = None if options.orders is None else Repeated(self.cpu, self.hands, options.orders)
+        if self.repeated is not None:
             self.cpu.add_listener(self.repeated)
             self.repeated.begin()
 
-    @property
-    def edits(self) -> int:
-        """How often the program was edited while it ran."""
-        return self._edits if self.debugger is None else len(self.debugger.edits)
-
-    def use(self, logic: Logic) -> None:
-        """Go on with another program that is not a ladder program, from the next scan on."""
-        self.logic = self.cpu.program = logic
-        self._edits += 1
-        for each in self._followers:
-            each.watch(sequences_in(logic))
+    def _recorder(self, job: Job, trace: Path, options: RunOptions, handled: bool) -> ScanRecorder:
+        return recorder_for(
+            job,
+            self.rack,
+            trace,
+            self.program.logic,
+            orders=handled,
+            sequences=self.program.may_bring_sequences,
+            metadata=options.metadata,
+            keep=options.keep,
+            warn=options.warn,
+        )
 
     @property
     def hands(self) -> Hands:
         """Carries out orders on the rack; tags only of a program under a debugger."""
-        from ...runtime.live.hands import Hands
-
-        return Hands(self.cpu, self.rack, self.debugger, None if self._editions is None else self._edit)
-
-    def _with_edits(self, recorder: ScanRecorder) -> ScanListener:
-        """Return a recorder that attaches the files of edits, if there may be some."""
-        if self._editions is None:
-            return recorder
-        from .editing import RecordsEdits
-
-        return RecordsEdits(recorder, self._editions)
-
-    def following(self, listener: ScanListener) -> ScanListener:
-        """Return a listener that also gets the sequences of the program, those of an edited one, too."""
-        sequences = sequences_in(self.logic)
-        if not self._may_be_edited and not sequences:
-            return listener
-        self._followers.append(WatchesSequences(listener, sequences))
-        return self._followers[-1]
-
-    @property
-    def _may_be_edited(self) -> bool:
-        """Whether the program is in Python, and another one may take its place."""
-        return self._editions is not None and self.debugger is None
-
-    def _edit(self, order: Edit, at_ns: int) -> None:
-        from .editing import edit
-
-        assert self._editions is not None
-        self.on_edit(edit(self, self._editions, order, at_ns))
+        return self.program.hands(self.cpu, self.rack)
 
     def run(self, scans: int | None = None, *, observed: Observer = unobserved) -> None:
         """Run to the end, or until Ctrl-C stops the CPU between scans; then close the listeners.
@@ -210,13 +165,21 @@ class JobRun:
             observed(cpu, scans),
         ):
             cpu.run(scans)
-            self.steps = [str(standing(each, cpu.scan)) for each in sequences_in(self.logic)]
+            self.steps = [str(standing(each, cpu.scan)) for each in sequences_in(self.program.logic)]
 
 
-def _debugger_of(logic: Logic) -> Debugger | None:
-    """Return a debugger that runs a ladder program and remembers little; None for other logic."""
-    if not isinstance(logic, LadderLogic):
+def _beside(units: Mapping[int, Pcl601], trace: Path | None) -> UnitsBeside | None:
+    """Return what runs the units on the serial line of a rack; None without units."""
+    if not units:
         return None
-    from ...ladder.debug import Debugger
+    from .rack_units import UnitsBeside
 
-    return Debugger(logic, remembered=0)
+    return UnitsBeside(units, trace)
+
+
+def _draft(recorder: ScanRecorder | None, beside: UnitsBeside | None) -> None:
+    """Write what is recorded as it is."""
+    if recorder is not None:
+        recorder.draft_soon()
+    if beside is not None:
+        beside.draft()

@@ -13,7 +13,7 @@ import pytest
 from scanrack.commands import build
 from scanrack.jobs.load.loading import load_job
 from scanrack.jobs.record.editions import Editions, edition_of
-from scanrack.jobs.run.running import JobRun
+from scanrack.jobs.run.running import JobRun, RunOptions
 from scanrack.runtime.live.orders import Edit
 from scanrack.traces.read.reader import TraceEvent, open_trace
 from typer.testing import CliRunner
@@ -80,7 +80,7 @@ def line(tmp_path: Path) -> Iterator[tuple[Path, JobRun, Editions]]:
     job = load_job(str(tmp_path / "rack.toml"))
     editions = Editions(tmp_path / "editions", str(tmp_path / "rack.toml"))
     with ExitStack() as ports:
-        run = JobRun(job, ports, trace=tmp_path / "line.mcap", handled=True, editions=editions)
+        run = JobRun(job, ports, RunOptions(trace=tmp_path / "line.mcap", handled=True, editions=editions))
         run.cpu.run(SCANS)
         yield tmp_path, run, editions
         run.cpu.close()
@@ -91,7 +91,7 @@ def save(line: tuple[Path, JobRun, Editions], text: str) -> None:
     folder, run, editions = line
     (folder / "line.py").write_text(text)
     job = load_job(str(folder / "rack.toml"))
-    number = run.edits + 1
+    number = run.program.edits + 1
     editions.keep(number, edition_of(job), job)
     run.hands.act(Edit(number, "line.py:logic"), run.cpu.scan * run.cpu.period_ns, run.cpu.scan)
 
@@ -110,7 +110,7 @@ def test_a_saved_program_begins_anew_in_mid_wait_and_mid_move(line: tuple[Path, 
     run.cpu.run(SCANS)
     position = 1000 * slots[1].inputs[2] + slots[1].inputs[3]
     assert position == 300
-    assert run.logic.cycle.waits_for == "start rises"  # type: ignore[attr-defined]
+    assert run.program.logic.cycle.waits_for == "start rises"  # type: ignore[attr-defined]
 
 
 def test_its_waits_are_recorded_with_lines_of_the_new_file(line: tuple[Path, JobRun, Editions]) -> None:
@@ -137,8 +137,8 @@ def test_one_that_does_not_fit_the_rack_is_refused_and_the_other_goes_on(
     with pytest.raises(ValueError, match=says):
         save(line, PROGRAM.replace(old, new))
     run.cpu.run(SCANS)
-    assert run.logic.cycle.line == 15  # type: ignore[attr-defined]
-    assert run.edits == 0
+    assert run.program.logic.cycle.line == 15  # type: ignore[attr-defined]
+    assert run.program.edits == 0
 
 
 def test_a_session_with_such_an_edit_runs_again_byte_for_byte(line: tuple[Path, JobRun, Editions]) -> None:

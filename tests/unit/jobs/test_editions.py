@@ -9,7 +9,7 @@ import pytest
 from scanrack.commands import build
 from scanrack.jobs.load.loading import load_job
 from scanrack.jobs.record.editions import Editions, edition_of
-from scanrack.jobs.run.running import JobRun
+from scanrack.jobs.run.running import JobRun, RunOptions
 from scanrack.jobs.trust.attachments import attached_files
 from scanrack.runtime.live.orders import Edit
 from scanrack.traces.read.reader import open_trace
@@ -45,9 +45,8 @@ class Edited:
         self.write(program(1, 10))
         job = load_job(str(self.rack))
         self.editions.keep(0, edition_of(job), job)
-        self.run = JobRun(
-            self.editions.job(0), self.ports, trace=record, handled=True, editions=self.editions
-        )
+        options = RunOptions(trace=record, handled=True, editions=self.editions)
+        self.run = JobRun(self.editions.job(0), self.ports, options)
         self.hands = self.run.hands
 
     def write(self, text):
@@ -56,7 +55,7 @@ class Edited:
     def edit(self, text):
         self.write(text)
         job = load_job(str(self.rack))
-        order = Edit(self.run.edits + 1, edition_of(job).program)
+        order = Edit(self.run.program.edits + 1, edition_of(job).program)
         self.editions.keep(order.number, edition_of(job), job)
         self.hands.act(order, self.run.cpu.now_ns, self.run.cpu.scan)
 
@@ -87,12 +86,12 @@ def test_an_edited_class_that_does_not_fit_the_rack_is_refused_and_the_old_one_g
     edited = Edited(tmp_path, tmp_path / "run.mcap")
     with edited.ports, edited.run.cpu:
         edited.run.cpu.run(8)
-        before = edited.run.logic
+        before = edited.run.program.logic
         with pytest.raises(ValueError, match="slot 9"):
             edited.edit(program(9, 6))
         edited.run.cpu.run(8)
-    assert edited.run.logic is before
-    assert (edited.run.edits, edited.run.cpu.fault) == (0, None)
+    assert edited.run.program.logic is before
+    assert (edited.run.program.edits, edited.run.cpu.fault) == (0, None)
     assert all(scan == 0 or "10 ms" in text for scan, text in waits_in(tmp_path / "run.mcap"))
 
 

@@ -11,7 +11,7 @@ from scanrack.commands import build
 from scanrack.jobs.bench import Bench
 from scanrack.jobs.bench.opening import open_bench
 from scanrack.jobs.load.loading import load_job
-from scanrack.jobs.run.running import JobRun
+from scanrack.jobs.run.running import JobRun, RunOptions
 from scanrack.runtime.live.orders import Force, Order, Unforce, Write
 from typer.testing import CliRunner
 
@@ -42,7 +42,7 @@ def session(rack: Path, *orders: tuple[int, Order]) -> Path:
     """Record twelve scans of a session in which orders are given before some of them."""
     trace = rack.with_name("session.mcap")
     with ExitStack() as ports:
-        run = JobRun(load_job(str(rack)), ports, trace=trace, handled=True)
+        run = JobRun(load_job(str(rack)), ports, RunOptions(trace=trace, handled=True))
         hands = run.hands
         for scan in range(12):
             for at, order in orders:

@@ -7,7 +7,7 @@ from contextlib import ExitStack
 
 from live_sessions import FEEDER, LiveSession
 from scanrack.jobs.load.loading import load_job
-from scanrack.jobs.run.running import JobRun
+from scanrack.jobs.run.running import JobRun, RunOptions
 from scanrack.ladder import LadderLogic
 from scanrack.ladder.debug import Debugger
 from scanrack.traces.read.arrays import read_columns
@@ -18,7 +18,7 @@ SCANS = 3000
 
 def test_modules_are_run_ahead_at_full_speed_and_the_images_are_those_of_a_run(tmp_path, monkeypatch):
     with ExitStack() as ports:
-        JobRun(load_job(str(FEEDER)), ports, trace=tmp_path / "run.mcap").run(SCANS)
+        JobRun(load_job(str(FEEDER)), ports, RunOptions(trace=tmp_path / "run.mcap")).run(SCANS)
     session = LiveSession(trace=tmp_path / "session.mcap")
     exchange, foreseen = session.run.cpu._exchange, []
     foresee = exchange.foresee
