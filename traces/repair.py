@@ -183,8 +183,6 @@ class Rewriter:
     """Writes the whole records of a trace, and an end.
 
     Args:
-        trace: the open trace.
-        file: where to.
         result: its counts are kept.
         progress: called with the number of bytes read so far.
 

@@ -33,7 +33,6 @@ class Recording:
 
     Attributes:
         slots: what sat in the rack.
-        scans: its scans.
         events: what is not an image, in order.
     """
 
@@ -46,7 +45,6 @@ class Recording:
         """Read a trace.
 
         Args:
-            trace: the trace.
             more: scans that are not written yet; those that are written are left out.
 
         Raises:
@@ -106,10 +104,8 @@ class Follower:
     """Follows a replay and compares it with the recording; a listener of the scan loop.
 
     Args:
-        recording: what is replayed.
         memory: the memory block of the side that answers, laid out as in the recording.
         images: which images are compared.
-        tolerance: what may differ.
 
     Attributes:
         stop: called at the first scan that differs, if nothing may; with a tolerance the whole

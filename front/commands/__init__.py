@@ -31,7 +31,6 @@ class Entry(NamedTuple):
 
     Attributes:
         module: where the command is, from here; it has `register(app)`.
-        sentence: what it does.
     """
 
     module: str
@@ -143,7 +142,6 @@ def _usage(error: Any, words: Sequence[str]) -> str:
 
     Args:
         error: what the parser says.
-        words: the words.
     """
     said = error.format_message().rstrip(".")
     for theirs, ours in SPEECH:

@@ -14,8 +14,6 @@ def run_to_end(cpu: Cpu, run: Callable[[], object], stopped: Callable[[], bool])
     """Run scans until they end, say why they ended, and return the exit status.
 
     Args:
-        cpu: runs the scans.
-        run: runs them.
         stopped: returns afterwards whether a signal has stopped them.
     """
     try:

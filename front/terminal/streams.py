@@ -25,9 +25,6 @@ class OutputLost(Ending):
     """Standard output can't be written.
 
     Not an Exception, lest a command takes it for an error of a file of its own.
-
-    Attributes:
-        error: why.
     """
 
     def __init__(self, error: OSError) -> None:

@@ -50,10 +50,8 @@ def say(text: object, *, err: bool = False, nl: bool = True, whole: bool = False
     """Print a text.
 
     Args:
-        text: what is printed.
-        err: on standard error.
-        nl: end the line.
-        whole: print all of it: it is for programs, or made by us. Else long lines are shortened, and messages
+        whole: print all of it: it is for programs, or made by us. Else long lines are shortened, and
+            messages
             of many lines.
     """
     shown = str(text) if whole else _short_lines(str(text), err=err)

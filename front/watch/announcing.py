@@ -19,8 +19,6 @@ def programs_of(run: JobRun, editions: Editions, orders: Sequence[RecordedOrder]
     """Return the programs that a run has had so far.
 
     Args:
-        run: the run.
-        editions: its programs.
         orders: those that are given to it again.
     """
     edits = [each.scan for each in orders if isinstance(each.order, Edit)][: run.program.edits]
@@ -31,8 +29,6 @@ class Announcer:
     """Announces the programs of a run.
 
     Args:
-        run: the run.
-        editions: its programs.
         orders: those that are given to it again.
         tell: takes messages for the monitor.
         keeper: starts monitors, which begin with the latest announcement.

@@ -39,7 +39,6 @@ class Editor:
     Args:
         job: what the session begins with.
         rack: path of the rack file.
-        run: its run.
         editions: take the edited programs.
         hand_over: takes what gives the order of an edit, or None for a mistake, between two scans.
         tell: takes messages for the monitor.

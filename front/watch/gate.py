@@ -48,8 +48,6 @@ class Answer(NamedTuple):
 
     Attributes:
         status: 200, 403, 404 or 421.
-        headers: its headers.
-        body: its content.
     """
 
     status: int
@@ -62,7 +60,6 @@ class Gate:
 
     Args:
         host: what the server listens on.
-        port: and its port.
         key: of the session; the page gives it in its first message.
     """
 
@@ -80,8 +77,6 @@ class Gate:
 
         Args:
             path: what is asked for.
-            host: the header Host.
-            origin: the header Origin.
         """
         if host is None or host.lower() not in self._hosts:
             return _refusal(421, "this server has another name")

@@ -39,7 +39,6 @@ class Connected(Protocol):
 
     def connect(self, pipe: Connection) -> None:
         """Read them from another pipe."""
-        ...
 
 
 class Keeper:
@@ -47,7 +46,6 @@ class Keeper:
 
     Args:
         setup: what the monitor starts with.
-        ring: what it reads.
         listening: its socket, which outlives it.
         say: takes a sentence for the user.
     """

@@ -75,7 +75,6 @@ class Play:
     """The sessions of one command.
 
     Args:
-        wanted: the options.
         listening: the socket of the page.
         folder: for recordings that are not kept, and copies of programs.
         stack: closes what outlives a session.
@@ -165,8 +164,6 @@ class Play:
 
         Args:
             scan: the first one that may differ.
-            orders: of the parent.
-            editions: its programs.
             parent: path of its recording.
             paused: the branch stands where it begins; else it goes on.
 

@@ -68,11 +68,7 @@ class Prepared:
     """A run that is ready to begin.
 
     Attributes:
-        start: where it begins.
-        run: the run.
-        pacer: of its CPU.
         trace: path of its recording.
-        editions: its programs.
         ports: closes what it has open.
     """
 

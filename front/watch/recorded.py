@@ -50,7 +50,6 @@ class Place(NamedTuple):
     """What `TRACE#scan=12345&rung=Main.6` names.
 
     Attributes:
-        path: of the trace.
         scan: the scan; None = the last one.
         rung: the rung; "" = none.
     """
@@ -119,7 +118,6 @@ class Recording:
     """A recording with what it was made by, as far as that may be used.
 
     Args:
-        trace: the recording.
         place: its path, and the scan that pages begin with.
         folder: for copies of its files.
         trust: run Python that came with it.

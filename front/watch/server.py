@@ -53,7 +53,6 @@ class Server:
 
     Args:
         monitor: what pages look at.
-        gate: decides about access.
         pipe: ends when the scan process does; None without one.
     """
 

@@ -28,8 +28,6 @@ class TextView:
     """Shows a session in the terminal; a listener of the scan loop that does not delay it.
 
     Args:
-        name: of the rack.
-        rack: the rack.
         session: has the pause and the speed.
         pacer: counts the scans that begin late.
     """

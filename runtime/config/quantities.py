@@ -46,7 +46,6 @@ def exact_ns(value: Decimal, unit: str, key: str = "time") -> int:
     (250000, 600000000000)
 
     Args:
-        value: the time.
         unit: its unit, one of `UNITS_NS`.
         key: what a refusal calls it.
 

@@ -37,8 +37,6 @@ class RackFile:
     """A rack file that has been read.
 
     Attributes:
-        path: the file.
-        text: its contents.
         spec: the rack it describes.
         lines: the line of each key.
     """
@@ -53,7 +51,6 @@ class RackFile:
 
         Args:
             key: it, at the top of the file.
-            problem: what is wrong.
             below: the key in its table.
         """
         value = getattr(self.spec, key)
@@ -76,7 +73,6 @@ def parse_rack_file(text: str, path: Path) -> RackFile:
     """Read the text of a rack file.
 
     Args:
-        text: its contents.
         path: its name in messages.
 
     Raises:
@@ -114,7 +110,6 @@ def explain(error: ValidationError, path: Path, lines: KeyLines | None = None) -
     """Return what is wrong with a specification, a line for every mistake; of many, the first are explained.
 
     Args:
-        error: what pydantic found.
         path: the file that the specification is from.
         lines: lines of its keys, if known.
     """

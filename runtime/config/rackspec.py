@@ -61,7 +61,6 @@ class MisplacedError(ValueError):
 
     Attributes:
         path: where, from the top of the specification.
-        value: the value there.
     """
 
     def __init__(self, path: KeyPath, value: object, message: str) -> None:
@@ -118,7 +117,6 @@ class SlotSpec(Table):
     Attributes:
         number: from 1.
         module: catalog name of what sits there.
-        firmware: its version.
         needs_firmware: the oldest version that the program works with; `scanrack fuzz` tries no older one.
         options: model switches by name.
         machine: what it is bolted to.
@@ -272,7 +270,6 @@ class RackSpec(Table):
         seed: of what is left to chance.
         mode: the CPU's mode at power-up.
         slot: the slots, at least one.
-        force: the forces.
         incident: what happens beside commands and inputs.
         unit: controllers on a serial line beside the rack.
     """

@@ -35,7 +35,6 @@ class UnitSpec(Table):
     """A controller beside the rack.
 
     Attributes:
-        controller: which.
         address: on its line, 0 to 99.
         program: path of its stored program, relative to the rack file.
         start: the program is started at power-up.

@@ -35,7 +35,6 @@ def blend(
     (5000, -5000)
 
     Args:
-        now_ns: when it begins.
         origin: step count at which it begins.
         direction: +1 or -1.
         start_sps: starting speed in steps/s.

@@ -66,7 +66,6 @@ class Course:
         segments: laid so far; none without a whole ns in it.
 
     Args:
-        now_ns: when it begins.
         travel: made there, in 1e-18 step.
     """
 

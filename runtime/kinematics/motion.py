@@ -26,8 +26,6 @@ class Motion:
         direction: +1 (CW) or -1 (CCW).
         origin: step count at which the travel was 0.
         segments: in order of time, without gap; empty if it ends as it begins.
-        start_ns: its first instant. A motion that took over from another one starts with the
-            travel made so far.
         end_ns: the instant of its last step, None for an endless one.
         final_steps: whole steps it will have made, None for an endless one.
 

@@ -43,7 +43,6 @@ def move(now_ns: int, origin: int, distance: int, profile: Profile) -> Motion:
     (2240000000, 600, 10000)
 
     Args:
-        now_ns: when it begins.
         origin: step count at which it begins.
         distance: in steps, its sign the direction, not 0.
         profile: speeds, rates, shape.
@@ -87,7 +86,6 @@ def run(now_ns: int, origin: int, direction: int, profile: Profile) -> Motion:
     (-5600, None)
 
     Args:
-        now_ns: when it begins.
         origin: step count at which it begins.
         direction: +1 or -1.
         profile: speeds, acceleration, shape; at or below the starting speed there is no ramp.
@@ -109,7 +107,6 @@ def single_step(now_ns: int, origin: int, direction: int, speed_sps: int) -> Mot
     1000000
 
     Args:
-        now_ns: when it begins.
         origin: step count at which it begins.
         direction: +1 or -1.
         speed_sps: in steps/s, from 1.
@@ -139,7 +136,6 @@ def stop(motion: Motion, now_ns: int, start_sps: int, deceleration_spmss: Rate, 
         now_ns: when it takes over, not before the motion's `start_ns`.
         start_sps: starting speed in steps/s.
         deceleration_spmss: in steps/ms/s, above 0.
-        shape: of the ramp.
     """
     course, speed_nsps = takeover(motion, now_ns)
     base_nsps = NANO * start_sps
@@ -165,12 +161,10 @@ def change_speed(
     (500000, 5837)
 
     Args:
-        motion: the present one.
         now_ns: when it takes over, not before the motion's `start_ns`.
         speed_sps: the new speed in steps/s, from 1.
         acceleration_spmss: used if the new speed is higher, above 0.
         deceleration_spmss: used if the new speed is lower, above 0.
-        shape: of the ramp.
 
     Raises:
         ValueError: the motion is over, or the speed is below 1.
@@ -199,12 +193,10 @@ def register(
     6600
 
     Args:
-        motion: the present one.
         now_ns: when it takes over, not before the motion's `start_ns`.
         steps: to be made from the whole steps made now, from 1.
         start_sps: starting speed in steps/s; below it there is no ramp.
         deceleration_spmss: in steps/ms/s, above 0.
-        shape: of the ramp.
 
     Raises:
         ValueError: the steps are fewer than the deceleration needs, or the motion is over.
@@ -232,7 +224,6 @@ def go_on(motion: Motion, now_ns: int, steps: int, profile: Profile) -> Motion:
     True
 
     Args:
-        motion: the present one.
         now_ns: when it takes over, not before the motion's `start_ns`.
         steps: to be made from the whole steps made now, from 1.
         profile: starting and programmed speed, neither below nor above the motion's; rates, shape.
@@ -282,7 +273,6 @@ def creep(motion: Motion, now_ns: int, start_sps: int, deceleration_spmss: Rate,
         now_ns: when it takes over, not before the motion's `start_ns`.
         start_sps: starting speed in steps/s, not above the motion's.
         deceleration_spmss: in steps/ms/s, above 0.
-        shape: of the ramp.
 
     Raises:
         ValueError: the motion has no end.

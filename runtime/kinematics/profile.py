@@ -19,7 +19,6 @@ class Profile:
         speed_sps: programmed speed in steps/s, from 1.
         acceleration_spmss: in steps/ms/s, above 0 if the speed exceeds the starting speed.
         deceleration_spmss: in steps/ms/s, above 0 if the speed exceeds the starting speed.
-        shape: of both ramps.
 
     Raises:
         ValueError: a value below what is allowed. Upper limits are the module's business.

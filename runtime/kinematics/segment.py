@@ -35,20 +35,14 @@ class Segment:
     It may be asked for instants within it, `until_ns` included.
 
     Attributes:
-        start_ns: its first instant.
-        until_ns: the instant at which the next one takes over; `FOREVER` for an endless cruise.
         ramp: +1 accelerating, -1 decelerating, 0 at constant speed.
         c3: coefficient of u^3.
         c2: coefficient of u^2.
-        c1: coefficient of u.
-        c0: constant term.
         q: what the polynomial is divided by, greater than 0.
 
     Args:
-        start_ns: its first instant.
         until_ns: its end.
         ramp: +1, -1 or 0.
-        polynomial: of u.
     """
 
     __slots__ = (

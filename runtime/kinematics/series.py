@@ -27,7 +27,6 @@ def steps_at_all(segment: Segment, first_ns: int, every_ns: int, count: int) -> 
 
     Args:
         segment: holds at all of the instants.
-        first_ns: the first instant.
         every_ns: from instant to instant, 0 or more.
         count: 1 or more.
     """

@@ -77,7 +77,6 @@ def ramp_time_ns(from_msps: int, to_msps: int, rate_spmss: Rate, shape: Shape) -
         from_msps: speed before, in 1e-3 step/s.
         to_msps: speed after, in 1e-3 step/s; more or less than before.
         rate_spmss: programmed rate in steps/ms/s, above 0.
-        shape: of the ramp.
     """
     return int(-(-1000 * shape.numerator * abs(to_msps - from_msps) // (shape.denominator * rate_spmss)))
 
@@ -92,7 +91,6 @@ def ramp_distance(from_msps: int, to_msps: int, rate_spmss: Rate, shape: Shape) 
         from_msps: speed before, in 1e-3 step/s.
         to_msps: speed after, in 1e-3 step/s; more or less than before.
         rate_spmss: programmed rate in steps/ms/s, above 0.
-        shape: of the ramp.
     """
     squares = abs(to_msps * to_msps - from_msps * from_msps)
     return Fraction(500 * shape.numerator * squares, shape.denominator * rate_spmss)
@@ -108,7 +106,6 @@ def stopping_distance(speed_msps: int, start_sps: int, deceleration_spmss: Rate,
         speed_msps: present speed, in 1e-3 step/s; at or below the starting speed a stop takes no step.
         start_sps: starting speed in steps/s.
         deceleration_spmss: programmed deceleration in steps/ms/s, above 0.
-        shape: of the ramp.
     """
     if speed_msps <= start_sps * MILLI:
         return 0

@@ -19,19 +19,15 @@ class Line(Protocol):
 
     def next_event_ns(self) -> int | None:
         """Return when something happens next on the line or behind it, None if nothing does."""
-        ...
 
     def run_until(self, now_ns: int) -> None:
         """Let time run."""
-        ...
 
     def take(self) -> bytes:
         """Return what has been received since the last call."""
-        ...
 
     def send(self, data: bytes, line_format: LineFormat) -> None:
         """Send without waiting; receive in the same format from then on."""
-        ...
 
 
 class FaultyDevice:
@@ -40,7 +36,6 @@ class FaultyDevice:
     Attributes:
         drop_next: replies that will be lost.
         corrupt_next: replies that will be damaged.
-        down: nothing gets through.
     """
 
     def __init__(self, device: Device) -> None:

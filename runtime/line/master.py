@@ -25,7 +25,6 @@ class Reply(NamedTuple):
     """An answer to a request.
 
     Attributes:
-        data: the frame.
         refused: the controller's reason not to do it, None if it has done it.
     """
 
@@ -48,7 +47,6 @@ class Request:
     """A frame to send.
 
     Attributes:
-        frame: its bytes.
         size: bytes of the reply.
         read: judges the bytes received so far; returns the reply as soon as it is whole.
         line_format: in which it is sent and answered; None = the line's usual one.
@@ -62,11 +60,7 @@ class Request:
 
 @dataclass(frozen=True, slots=True)
 class Pause:
-    """A wait.
-
-    Attributes:
-        duration_ns: how long.
-    """
+    """A wait."""
 
     duration_ns: int
 
@@ -91,7 +85,6 @@ class LineTiming:
     """How a line is used.
 
     Attributes:
-        line_format: speed and characters.
         gap_ns: silence before a request.
         patience_ns: longest wait for a reply, its own time on the line not counted.
         second_ns: wait for a second reply while answers may be late, where no reply says what it answers.

@@ -90,7 +90,6 @@ class Framer:
         Args:
             start_ns: when the first of them began.
             now_ns: when the last one was complete.
-            data: the bytes.
         """
         timing = self._timing
         if self._buffer and timing.pause_ns is not None and start_ns - self._last_ns > timing.pause_ns:

@@ -75,19 +75,16 @@ class Device(Protocol):
     @property
     def line_format(self) -> LineFormat:
         """The present format of its characters."""
-        ...
 
     @property
     def next_wake_ns(self) -> int | None:
         """The latest instant for the next `advance`, None while it waits for a request."""
-        ...
 
     def receive(self, now_ns: int, data: bytes) -> None:
         """Take characters that came one right after the other, the last one complete at `now_ns`.
 
         It is called after `advance(now_ns)`. What the characters cause may make `next_wake_ns` `now_ns`.
         """
-        ...
 
     def advance(self, now_ns: int) -> bytes:
         """Let time run to `now_ns`; return what is put on the line from then on.
@@ -95,7 +92,6 @@ class Device(Protocol):
         What it does must not depend on how often this is called. Called later than `next_wake_ns`, it
         catches up, and only the sending is late.
         """
-        ...
 
 
 class _Character(NamedTuple):
@@ -137,9 +133,7 @@ class SerialBus:
         """Let the master send from now on; return when its last character is complete.
 
         Args:
-            data: the characters.
             line_format: in which they are sent.
-            gap_ns: silence between characters.
         """
         return self._put(MASTER, data, line_format, gap_ns)
 

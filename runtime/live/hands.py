@@ -47,22 +47,18 @@ class Desk(Protocol):
     @property
     def tags(self) -> Any:
         """The tags by name."""
-        ...
 
     def force(self, tag: str, value: object) -> None:
         """Hold a tag at a value; ValueError if it can't be."""
-        ...
 
     def unforce(self, tag: str | None = None) -> None:
         """Release a tag, or all; ValueError for a tag that is not forced."""
-        ...
 
 
 class Hands:
     """Carries out orders on a rack.
 
     Args:
-        cpu: runs the rack.
         rack: its modules are exposed to incidents, as far as they are simulated.
         desk: the program; None if it has no tags that can be set.
         edit: goes on with an edited program before the scan at a time; None if none can come.

@@ -198,7 +198,6 @@ def order_of(said: object, known: Mapping[str, type[Order]] = ORDERS) -> Order:
     Step(scans=3)
 
     Args:
-        said: the message.
         known: the orders that are allowed, by name.
 
     Raises:

@@ -45,9 +45,7 @@ class Shape(NamedTuple):
     """What another process needs to open a ring.
 
     Attributes:
-        memory_bytes: of the rack.
         figures: numbers per row beside it.
-        rows: rows in all.
     """
 
     memory_bytes: int
@@ -77,7 +75,6 @@ class Ring:
     """The shared memory of a session.
 
     Args:
-        memory_bytes: of the rack.
         figures: numbers per row beside it, 64 bits each.
         rows: rows that are kept, a power of two.
 

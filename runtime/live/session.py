@@ -31,15 +31,12 @@ class Inbox(Protocol):
     @property
     def pending(self) -> bool:
         """Whether an order is there; asked after every scan."""
-        ...
 
     def take(self) -> bytes:
         """Return the next order, JSON with the keys id and order."""
-        ...
 
     def wait(self, seconds: float) -> None:
         """Wait for an order, this long at most."""
-        ...
 
 
 class Stops(Protocol):
@@ -49,15 +46,12 @@ class Stops(Protocol):
 
     def break_at(self, routine: str, rung: int) -> None:
         """Set a breakpoint at a rung; ValueError if there is none."""
-        ...
 
     def break_on(self, tag: str) -> None:
         """Set a breakpoint on a tag; ValueError if there is none."""
-        ...
 
     def clear_breakpoints(self) -> None:
         """Take all breakpoints away."""
-        ...
 
 
 @dataclass(slots=True)
@@ -67,7 +61,6 @@ class State:
     Attributes:
         paused: whether no scans run.
         speed: times real time; None = as fast as possible.
-        breakpoints: where.
         met: the breakpoints that ended the latest run.
         fault: why the CPU stopped; "" as long as it runs.
     """
@@ -83,15 +76,14 @@ class Session:
     """The loop around a CPU.
 
     Args:
-        cpu: runs the rack.
         hands: carries out orders on it.
-        pacer: of the CPU.
         inbox: where orders come from.
         tell: takes messages for the monitor: an answer, or the state.
         stops: the program, if it can have breakpoints.
         live: there are real ports: no pause, step or speed.
         reload: loads the program again, and passes it on when that is done; None if it can't.
-        prepare: makes all that a branch from a scan needs, ValueError if it can't; None if there can be none.
+        prepare: makes all that a branch from a scan needs, ValueError if it can't; None if there can be
+            none.
 
     Attributes:
         state: what a monitor shows.

@@ -25,11 +25,9 @@ class Notes(Protocol):
 
     def note(self, scan: int) -> None:
         """Write the inputs of a scan; called after it."""
-        ...
 
     def give(self, scan: int) -> None:
         """Write the values as they are before a scan."""
-        ...
 
 
 class NoNotes:
@@ -47,7 +45,6 @@ class Figures(Protocol):
 
     def read(self, now_ns: int) -> tuple[int, ...]:
         """Return them at the instant of the latest scan."""
-        ...
 
 
 class Tap:

@@ -42,7 +42,6 @@ class Exchange(Protocol):
 
     def attach(self, rack: Rack) -> None:
         """Use a rack's memory and modules; nothing has been sent yet, all outputs are 0."""
-        ...
 
     def latch_inputs(self, now_ns: int) -> bool:
         """Advance the modules and write the input images of a scan at `now_ns` to the rack's memory.
@@ -50,19 +49,15 @@ class Exchange(Protocol):
         Returns:
             Whether there was an exchange, even one that changed nothing.
         """
-        ...
 
     def latch_outputs(self) -> None:
         """Send the output images in the rack's memory."""
-        ...
 
     def start(self) -> None:
         """Tell the modules that the PLC runs, together with the outputs that were latched last."""
-        ...
 
     def stop(self) -> None:
         """Tell the modules at once that the PLC does not run; the outputs sent last stay in force."""
-        ...
 
     def tell_before_change(self, notice: Callable[[], None]) -> None:
         """Have `notice` called before anything but this exchange acts on a module."""

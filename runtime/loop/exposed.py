@@ -43,7 +43,6 @@ class Fallible(Module, Protocol):
 
     def inject(self, trouble: ModuleFault | None) -> None:
         """Put the module into a fault, or end it with None."""
-        ...
 
 
 @runtime_checkable
@@ -52,7 +51,6 @@ class OnALine(Module, Protocol):
 
     def disturb(self, what: FaultKind, *, begins: bool, lasts: bool) -> None:
         """Begin or end a disturbance of the line; one that does not last affects one reply."""
-        ...
 
 
 class Exposed(Module):

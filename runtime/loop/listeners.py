@@ -30,7 +30,6 @@ class ScanListener(Protocol):
                 "/orders".
             fields: its values by name.
         """
-        ...
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
         """Take a finished scan; its input and output images are in the rack's memory.
@@ -40,11 +39,9 @@ class ScanListener(Protocol):
             now_ns: virtual time of its input latch.
             flags: what the CPU was doing, see `runtime.loop.cpu.ScanFlag`.
         """
-        ...
 
     def close(self) -> None:
         """Finish. Called exactly once; nothing follows."""
-        ...
 
 
 class Listeners:

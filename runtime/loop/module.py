@@ -45,7 +45,6 @@ class Module(Protocol):
             The input image at `now_ns`. It belongs to the module and is good until the next
             call; copy it to keep it.
         """
-        ...
 
     def plc_run(self, running: bool) -> None:
         """Tell the module whether the PLC is in run mode, from the last `now_ns` on.
@@ -53,11 +52,9 @@ class Module(Protocol):
         A module starts with a running PLC. Program, test and single-scan mode all
         count as not running: outputs are not sent to the module.
         """
-        ...
 
     def power_cycle(self) -> None:
         """Remove and restore power at the last `now_ns`; what is volatile is lost, the clock goes on."""
-        ...
 
 
 @runtime_checkable
@@ -83,7 +80,6 @@ class Foreseeing(Module, Protocol):
         Returns:
             An instant; one that is not later than the last `update` if the module can't tell.
         """
-        ...
 
     def foretell(self, first_ns: int, every_ns: int, count: int) -> Words:
         """Return the input words that change at `count` instants, `every_ns` apart; the others stay.
@@ -93,7 +89,6 @@ class Foreseeing(Module, Protocol):
             every_ns: from instant to instant, 1 or more.
             count: 1 or more; all instants lie before `calm_until_ns`.
         """
-        ...
 
 
 def unnoticed() -> None:
@@ -107,7 +102,6 @@ class Follower(Module, Protocol):
     @property
     def follows(self) -> frozenset[int]:
         """The slots to be advanced before this one in every exchange; none of them follows another."""
-        ...
 
     def join(self, modules: Mapping[int, Module]) -> None:
         """Take the modules of the rack by slot number, before the first `update`.
@@ -115,4 +109,3 @@ class Follower(Module, Protocol):
         Raises:
             ValueError: a slot that it follows has no module it can follow.
         """
-        ...

@@ -74,11 +74,9 @@ class Pacer(Protocol):
 
     def begin(self, period_ns: int) -> None:
         """A run begins: its first scan is due now."""
-        ...
 
     def wait(self) -> bool:
         """Wait until the next scan is due; return whether it begins late all the same."""
-        ...
 
 
 class FreeRun(Pacer):

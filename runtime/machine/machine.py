@@ -35,12 +35,7 @@ class Machine:
     `now_ns` never goes back from one call to the next, whatever is called.
 
     Attributes:
-        spec: its parts.
         before_change: called before a person changes something: an input, the encoder, a Z pulse.
-
-    Args:
-        spec: its parts.
-        seed: of the chances.
     """
 
     __slots__ = (
@@ -97,7 +92,6 @@ class Machine:
         Args:
             direction: +1 or -1.
             steps: 0 or more; 0 has no effect.
-            now_ns: virtual time.
         """
         if steps:
             if not self._moving:
@@ -199,10 +193,8 @@ class Machine:
         """Act on an input from now on as an entry of the timeline does, and tell of it as an event.
 
         Args:
-            bit: the input.
             energised: its level, whatever switches and stations say; None = as they say, or de-energised if
                 there are none.
-            now_ns: virtual time.
         """
         self.before_change()
         self._stimuli.operate(bit, energised, now_ns)

@@ -144,7 +144,6 @@ class Shaft:
 
         Args:
             direction: +1 or -1.
-            target: a shaft position.
 
         Returns:
             0 or more; None = never: a jam in between, or `target` is the other way.

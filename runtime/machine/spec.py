@@ -160,7 +160,6 @@ class TimelineEntry:
 
     Attributes:
         at_ns: when, ns since power-up.
-        input: the module's input.
         energised: the level from then on; None = as the machine's switch or station says.
     """
 
@@ -236,7 +235,6 @@ class Slip:
     motor ends a slip.
 
     Attributes:
-        at: shaft position.
         steps: motor steps lost each time, 1 or more.
         direction: +1 or -1 for that direction only, 0 for both.
         times: number of occurrences, 1 or more; None = without end.
@@ -291,7 +289,6 @@ class Station:
     time.
 
     Attributes:
-        position: shaft position.
         input: the module's input it is wired to; several stations may share one.
         work_ns: 0 or more.
         pulse_ns: 1 or more.

@@ -23,7 +23,6 @@ class LiveModule(Module, Protocol):
 
     def close(self) -> None:
         """Stop the motor and close the port."""
-        ...
 
 
 @runtime_checkable
@@ -32,7 +31,6 @@ class NamedInputs(Protocol):
 
     def set_input(self, name: str, energised: bool) -> None:
         """Give an input a level from now on; ValueError for an unknown input."""
-        ...
 
 
 @runtime_checkable
@@ -41,7 +39,6 @@ class AnalogInputs(Protocol):
 
     def set_value(self, name: str, value: float) -> None:
         """Give an input a value from now on; ValueError for an unknown input, or a value it can't have."""
-        ...
 
 
 @runtime_checkable
@@ -50,7 +47,6 @@ class Operable(Protocol):
 
     def operate(self, bit: InputBit, energised: bool | None) -> None:
         """Give an input a level from the last `update` on; None gives it back to the machine."""
-        ...
 
 
 @runtime_checkable
@@ -59,7 +55,6 @@ class Figured(Protocol):
 
     def figures(self) -> tuple[int, int, int]:
         """Return the shaft's position (steps), the encoder's counts, and the mask of energised inputs."""
-        ...
 
 
 @runtime_checkable
@@ -68,7 +63,6 @@ class Bolted(Module, Protocol):
 
     def machine_at(self, now_ns: int) -> Machine:
         """Return the machine as it is at `now_ns`, the instant of the last `update`."""
-        ...
 
 
 @runtime_checkable
@@ -83,11 +77,9 @@ class BoltedAhead(Bolted, Protocol):
 
         An end that is left out (None) is open.
         """
-        ...
 
     def levels_calm_until_ns(self) -> int:
         """Return the instant before which no level of the machine's inputs changes."""
-        ...
 
 
 class Trait(Enum):
@@ -129,7 +121,6 @@ class LivePort:
         Args:
             port: a serial device, or tcp:HOST:PORT.
             address: of the controller; None = as from the factory.
-            options: by name.
 
         Raises:
             ValueError: an option, or a port that can't be opened.

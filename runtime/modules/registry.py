@@ -39,7 +39,6 @@ def live_port(module: str, port: str, address: int | None) -> LivePort:
     """Return how a module is put on a real port.
 
     Args:
-        module: its catalog name.
         port: a serial device, or tcp:HOST:PORT.
         address: of the controller; None = as from the factory.
 

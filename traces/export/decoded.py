@@ -47,7 +47,6 @@ class Placed(NamedTuple):
     """A decoded column.
 
     Attributes:
-        signal: what it is.
         name: its field in `Decoded.dtype`.
     """
 

@@ -28,9 +28,7 @@ def to_pandas(trace: Trace, signals: Sequence[str] = (), selection: Selection = 
     """Return a trace as a pandas DataFrame; a value that may be missing is of pandas' type Int64.
 
     Args:
-        trace: the open trace.
         signals: names or patterns; none at all for all bits and decoded values.
-        selection: which scans.
 
     Raises:
         MissingExtraError: pandas is not installed.

@@ -57,7 +57,6 @@ def write_mcap(
     """Write a copy of a trace, with decoded values in every scan.
 
     Args:
-        trace: the open trace.
         path: where to, or an open binary stream.
         selection: which scans; events of other scans are left out.
         progress: called at each block with the number of scans read so far.
@@ -142,13 +141,8 @@ class Copy:
     """Writes the copy of a trace.
 
     Args:
-        trace: the trace.
-        file: where to.
         schema: the schema of its scans.
         layout: the record of a scan.
-
-    Attributes:
-        count: scans written.
     """
 
     def __init__(self, trace: Trace, file: Counted, schema: ScanSchema, layout: np.dtype[np.void]) -> None:

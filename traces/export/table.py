@@ -41,9 +41,7 @@ def table(
     """Iterate over a trace as a table, some rows at a time: scan, time_ns, and a column per signal.
 
     Args:
-        trace: the open trace.
         signals: names or patterns, see `Catalog.matching`.
-        selection: which scans.
         progress: called at each block with the number of scans read so far.
 
     Raises:

@@ -44,10 +44,8 @@ def write_vcd(
     """Write a trace as a VCD file.
 
     Args:
-        trace: the open trace.
         path: of the file, replaced if it exists.
         signals: names or patterns, see `Catalog.matching`; none at all for everything.
-        selection: which scans.
         progress: called at each block with the number of scans read so far.
 
     Returns:

@@ -41,7 +41,6 @@ class Kind:
     """A kind of file that commands write.
 
     Attributes:
-        name: with its article.
         fits: whether a file that begins so is of the kind.
     """
 
@@ -69,7 +68,6 @@ def check_output(path: Path | str, kind: Kind, used: Used = NOTHING) -> Path:
     """Refuse to replace a file that somebody owns; return the file that is to be written.
 
     Args:
-        path: the output.
         kind: what is to be written.
         used: files that were read, imported or named.
 

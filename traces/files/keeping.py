@@ -29,7 +29,6 @@ def numbered(path: Path, number: int, stem: str | None = None) -> Path:
     ('run.2.mcap', 'run.2.line.mcap')
 
     Args:
-        path: of the recording.
         number: 1 for the one before; 0 is the recording itself.
         stem: what the number follows; None = the name without its suffix.
     """
@@ -116,7 +115,6 @@ def check_recordings(paths: Sequence[Path], keeping: Keeping | None, used: Used 
     Args:
         paths: of the new ones.
         keeping: keeps what is there; None = that is replaced.
-        used: files in use.
 
     Raises:
         OwnedError: see `check_output`.

@@ -33,13 +33,10 @@ class Draft:
 
     Args:
         file: it, open for writing.
-        place: its path.
         target: whose place it takes.
-        kind: what is written.
 
     Attributes:
         file: it, open for writing.
-        place: its path.
     """
 
     def __init__(self, file: IO[Any], place: Path, target: Path, kind: Kind) -> None:

@@ -104,7 +104,6 @@ class TagBatch(ScanBatch):
         channel: id of the scans' channel.
         memory: the rack's memory block.
         room: scans that it holds at most, 1 or more.
-        tags: copies both.
     """
 
     def __init__(self, channel: int, memory: bytearray, room: int, tags: TagSource) -> None:

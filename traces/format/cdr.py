@@ -74,7 +74,6 @@ def leaves(
     Args:
         lines: the message's fields, as in ros2msg.
         messages: the messages that fields may be of, by name.
-        offset: bytes before it.
         path: names of the messages that it is in.
 
     Raises:

@@ -38,7 +38,6 @@ def recorded_words(schema: str, metadata: Mapping[str, str]) -> dict[int, Module
 
     Args:
         schema: text of the schema of /scan.
-        metadata: the metadata record.
 
     Raises:
         ValueError: names of bits that can't be.

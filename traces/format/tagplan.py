@@ -61,7 +61,6 @@ class Format(NamedTuple):
     Attributes:
         ros: its type in ros2msg.
         letter: its letter in the `struct` module.
-        size: its bytes.
     """
 
     ros: str
@@ -233,7 +232,6 @@ class TagSource(Protocol):
     """Where the recorder gets the tags of a scan from.
 
     Attributes:
-        plan: what they are.
         take: returns the rack's present memory block, followed by the row of tags.
         pending: messages of the last row: topic and fields. The recorder writes and
             clears them.

@@ -36,7 +36,6 @@ class Topic:
     """A topic of JSON messages.
 
     Attributes:
-        name: the channel's topic.
         schema: name of its schema.
         says: what it says, for the schema.
         properties: JSON schema of the fields it is known to carry; others may come with them.

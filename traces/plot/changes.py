@@ -20,7 +20,6 @@ class Changes:
 
     Attributes:
         row: the scan's place in what was read, from 0.
-        time_ns: its virtual time.
         words: the image's eight words.
     """
 
@@ -35,7 +34,6 @@ class Steps:
 
     Attributes:
         row: the scan's place in what was read, from 0.
-        time_ns: its virtual time.
         value: the values, of the signal's own type.
     """
 
@@ -82,7 +80,6 @@ class ChangeFinder:
 
     Args:
         slot: number of the slot.
-        direction: "in" or "out".
         words: how many words to watch, from the first one.
     """
 

@@ -63,7 +63,6 @@ class Chart(Generic[C]):
     Attributes:
         title: what it is of.
         start_ns: virtual time of its first scan.
-        end_ns: of its last.
         first: number of its first scan.
         last: number of its last.
         scans: how many scans it shows.
@@ -147,9 +146,7 @@ def read_chart(
     """Read a chart from a trace.
 
     Args:
-        trace: the open trace.
         maker: makes a maker of curves: `Envelope` for a picture, `PackedCurve` for a page.
-        selection: which scans.
         slots: numbers of the slots to show; none at all for every slot that can be drawn.
         tags: names of recorded tags to show, as in a query; none at all for those that the chart has
             room for, and for none of them if slots are chosen.

@@ -29,7 +29,6 @@ class Curve:
     Attributes:
         time_ns: virtual time of the first scan of each.
         low: its least value; NaN where it has none.
-        high: its greatest value.
     """
 
     time_ns: Times

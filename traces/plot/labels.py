@@ -37,9 +37,7 @@ def placed(marks: Sequence[Mark], start_ns: int, end_ns: int, letter: float, row
     the first tells how many there are.
 
     Args:
-        marks: the marks.
         start_ns: where the axis begins.
-        end_ns: where it ends.
         letter: width of a letter, as a part of the axis' length.
         rows: how many rows of labels there are.
     """

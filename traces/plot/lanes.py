@@ -35,10 +35,8 @@ class Lane:
     """A quantity with a few values, one at a time.
 
     Attributes:
-        name: the bit's name.
         group: one of GROUPS; "ramp" for the ramp, "band" for a band.
         row: places of the scans in which it takes a new value; the first is the first scan read.
-        time_ns: their virtual times.
         value: the new values: 0 or 1, an index of RAMP_STATES, or the code of a band's text.
     """
 

@@ -20,11 +20,8 @@ class Mark:
     """An event at an instant.
 
     Attributes:
-        time_ns: virtual time.
         slot: number of the slot; None for the rack.
-        kind: one of KINDS.
         label: a word or two.
-        text: a sentence.
         of_tags: whether it is about tags of the program.
     """
 

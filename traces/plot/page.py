@@ -40,7 +40,6 @@ class Packed(NamedTuple):
     Attributes:
         kind: what a value is in the page: "Int32", "Float32", "Float64", "BigInt64" or "BigUint64".
         differences: whether it holds differences from scan to scan.
-        curve: the packed column.
     """
 
     kind: str

@@ -55,7 +55,6 @@ class TagParts(Generic[C]):
         curves: full names and curves of the numbers that change.
         fractional: names of the curves whose values have fractions.
         bands: steps and texts that change.
-        lanes: BOOLs that change.
         steady: BOOLs that do not.
         unchanged: names and values of all that does not change.
     """
@@ -72,8 +71,6 @@ def choose(trace: Trace, catalog: Catalog, selection: Selection, patterns: Seque
     """Return which tags are drawn.
 
     Args:
-        trace: the open trace.
-        catalog: its signals.
         selection: which scans; of many tags those that change in these scans are drawn.
         patterns: names as in a query, with wildcards; none = as many as the chart stays legible with.
 
@@ -133,11 +130,7 @@ def _changing(trace: Trace, signals: Sequence[Signal], selection: Selection) -> 
 class Steady:
     """Watches whether a signal keeps its first value; NaN is equal to NaN.
 
-    Args:
-        signal: the signal.
-
     Attributes:
-        signal: the same.
         same: whether it had one value so far.
         first: this value; None before the first block.
     """

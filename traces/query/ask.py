@@ -28,7 +28,6 @@ def query(
     8 for a number.
 
     Args:
-        trace: the open trace.
         text: the query, see docs/query.md.
         show: further signals whose values are wanted at the beginning of each occurrence.
         progress: called at each block with the number of scans read so far.

@@ -26,7 +26,6 @@ class Scans:
 
     Attributes:
         scan: number of each scan.
-        time_ns: its virtual time.
         values: columns by signal name, of the signals' own types.
     """
 

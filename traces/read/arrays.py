@@ -40,7 +40,6 @@ def read_columns(trace: Trace, selection: Selection = ALL, *, tags: bool = False
     Scans of a damaged chunk are missing; `trace.notes` lists them.
 
     Args:
-        trace: the open trace.
         selection: which scans; columns of no row where the trace has none of them.
         tags: whether recorded tags are wanted, too: `read_columns(trace, tags=True).tags["fill_acc"]`.
     """
@@ -58,7 +57,6 @@ def column_chunks(
     """Iterate over a trace chunk by chunk, in the order of the file, without those that are not wanted.
 
     Args:
-        trace: the open trace.
         selection: which scans; the first and the last chunk may hold others as well.
         margin: how many scans before and after them are to come as well, if the trace has them.
         tags: whether recorded tags are wanted, too.

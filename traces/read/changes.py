@@ -47,7 +47,6 @@ class Row:
         direction: "in", "out", "cpu" or "tags"; empty for several scans.
         position: reported position, steps; None where the image has none.
         encoder: reported count; None likewise.
-        text: what changed.
     """
 
     scan: int | None

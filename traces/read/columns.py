@@ -99,7 +99,6 @@ class Selection:
     Attributes:
         first: lowest scan number.
         last: highest scan number; None = to the end.
-        start_ns: earliest virtual time.
         end_ns: latest virtual time; None = to the end.
     """
 

@@ -47,7 +47,6 @@ def find_records(
     """Hop over the records of a file. After a damaged length, continue at the next chunk, or the end.
 
     Args:
-        file: the file.
         size: its size in bytes.
         known: its first records; those after them are looked for.
         drafts: whether a chunk that was not finished is taken; if not, the file ends before it.

@@ -34,11 +34,9 @@ class TraceHead:
     """The contents of a trace: rack, metadata and layout.
 
     Attributes:
-        profile: the MCAP profile.
         library: the software that wrote the file.
         metadata: the metadata record "scanrack".
         slots: what sat in the rack, in the order of the memory block.
-        channels: topic -> channel.
         tags: the tags that are recorded, None without any.
         rest_bytes: bytes of a scan after the tags, which are ignored.
     """

@@ -128,7 +128,6 @@ class View(Sequence[T], Generic[T]):
     """A sequence of values computed from each scan; fast when read in order.
 
     Args:
-        scans: the scans.
         values: makes the values of a chunk, one for each scan.
     """
 

@@ -85,7 +85,6 @@ class TraceEvent:
 
     Attributes:
         scan: number of the scan in which it became known.
-        now_ns: when it happened.
         topic: "/events", "/stimuli", "/indicators", "/forces", "/cpu", "/faults", "/texts",
             "/orders" or "/sequences".
         fields: its values by name, less the scan.
@@ -101,7 +100,6 @@ class Records:
     """A file of records that is open for reading, whatever its topics are.
 
     Args:
-        file: the file, open for reading. It is closed with the records.
         size: its size in bytes.
         grows: whether it is being recorded: the draft at its end, which may go at any time, is left out.
 

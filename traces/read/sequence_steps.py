@@ -23,7 +23,6 @@ class Step:
 
     Attributes:
         scan: number of that scan.
-        now_ns: its time.
         sequence: the name of the sequence.
         file: name of the file; empty once it is over.
         line: the line that it waits at; 0 once it is over.

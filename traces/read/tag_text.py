@@ -19,7 +19,6 @@ class TagText:
     """Describes what changed from row to row.
 
     Args:
-        plan: the tags.
         texts: what the codes of texts stand for.
         every: numbers as well.
     """

@@ -27,7 +27,6 @@ class SignalNames:
     """Names of the tags and terminals of a trace.
 
     Args:
-        signals: all signals.
         slots: the slots of the trace.
     """
 

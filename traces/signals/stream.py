@@ -87,8 +87,6 @@ def blocks(
     """Iterate over the wanted scans of a trace, block by block, in order.
 
     Args:
-        trace: the open trace.
-        selection: which scans.
         progress: called at each block with the number of scans read so far.
 
     Raises:

@@ -40,11 +40,9 @@ class Sink(Protocol):
 
     def write(self, data: bytes, /) -> int:
         """Write records."""
-        ...
 
     def tell(self) -> int:
         """Return how many bytes have been written."""
-        ...
 
 
 class ChunkWriter:
@@ -170,7 +168,6 @@ def chunk_of(
     """Return the chunk of some messages.
 
     Args:
-        records: the messages.
         used: their times and offsets, by channel.
         compressor: of level 1; None = one of its own.
     """

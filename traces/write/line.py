@@ -44,7 +44,6 @@ class UnitColumns:
 
     Attributes:
         address: its address, which names its topic.
-        names: of its values.
     """
 
     address: int

@@ -61,19 +61,15 @@ class RawFile(Protocol):
 
     def write(self, data: memoryview, /) -> int | None:
         """Write as much of `data` as goes; return how much that was."""
-        ...
 
     def seek(self, place: int, /) -> int:
         """Go on writing at a place; only used for drafts."""
-        ...
 
     def truncate(self, size: int, /) -> int:
         """Cut the file to `size` bytes."""
-        ...
 
     def close(self) -> None:
         """Close the file."""
-        ...
 
 
 class Room(Protocol):
@@ -84,11 +80,9 @@ class Room(Protocol):
 
     def grow(self, size: int) -> None:
         """Hold `size` bytes more; OSError where they can't be had."""
-        ...
 
     def release(self) -> None:
         """Give all of it back to the disk."""
-        ...
 
 
 class Ballast:

@@ -59,7 +59,6 @@ class Attachment:
 
     Attributes:
         name: its name, without a path of this machine.
-        data: its content.
         media_type: what kind of content that is.
     """
 
@@ -81,7 +80,6 @@ class ScanRecorder:
         program: source of the logic. It is attached, and its SHA-256 goes into the metadata.
         rack_file: the rack file, likewise.
         metadata: further entries of the metadata record.
-        attachments: further files.
         chunk_scans: most scans in a chunk; fewer lose less when the process is killed.
         tags: where the values of recorded tags come from; None = no tags.
         orders: whether the rack can be operated while it runs: the trace has /orders then.
@@ -208,7 +206,6 @@ class ScanRecorder:
 
         Args:
             scan: number of the scan in which it became known.
-            now_ns: when it happened.
             topic: one of traces.topics.TOPICS; "/sequences", if the recorder was made with them.
             fields: its values by name.
 
@@ -268,7 +265,6 @@ class ScanRecorder:
 
         Args:
             scan: number of the scan before which they are needed.
-            files: the files.
 
         Raises:
             TraceFull: the disk has no room for them; none is in the trace.

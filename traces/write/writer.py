@@ -19,34 +19,26 @@ class TraceWriter(Protocol):
     @property
     def open_bytes(self) -> int:
         """Bytes of messages in the chunk that is not written yet."""
-        ...
 
     def channel(self, topic: str, encoding: str, schema_name: str, schema_encoding: str, schema: str) -> int:
         """Register a channel with a schema of its own; return the channel's id."""
-        ...
 
     def add_metadata(self, name: str, data: dict[str, str]) -> None:
         """Write a metadata record."""
-        ...
 
     def add_attachment(self, name: str, media_type: str, data: bytes) -> None:
         """Write an attachment. It has no time of its own."""
-        ...
 
     def add_message(
         self, channel_id: int, log_time: int, data: bytes, publish_time: int, sequence: int, /
     ) -> None:
         """Take one message; times in ns."""
-        ...
 
     def add_block(self, channel_id: int, log_times: NDArray[np.uint64], block: bytes | memoryview) -> None:
         """Take message records of one size that are laid out already, with their times in ns."""
-        ...
 
     def draft(self, file: TraceFile) -> None:
         """Write the messages of the open chunk that are not in the file yet, as they are."""
-        ...
 
     def finish(self) -> None:
         """Write the open chunk, the summary and the footer. The file stays open."""
-        ...

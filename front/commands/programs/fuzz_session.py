@@ -71,9 +71,6 @@ class Session:
     """The options of one call of the command.
 
     Attributes:
-        job: the rack.
-        setup: what is searched.
-        folder: where everything goes.
         runs: how many scenarios are tried, if there is no limit of time.
         limit_ns: how long is searched; None = until all runs are done.
         jobs: how many searches at a time.

@@ -31,7 +31,6 @@ def failure_row(found: Found, folder: Path | None = None) -> dict[str, object]:
     """Return a failure for --json.
 
     Args:
-        found: the failure.
         folder: where its files are; None of one that was only run again.
     """
     row = {**asdict(found.broken), "scenario": told(found.scenario)}
@@ -42,8 +41,6 @@ def summary_row(state: State, before: State, others: Set[str]) -> dict[str, obje
     """Return the figures of a campaign for --json.
 
     Args:
-        state: after this call.
-        before: before it.
         others: names of the invariants that were not broken.
     """
     return {

@@ -50,7 +50,6 @@ def run_job(
     """Run a job and say what it came to; return the exit status.
 
     Args:
-        job: what to run.
         scans: how many scans, None = until Ctrl-C.
         trace: where the recording goes, None = nowhere.
         quiet: no progress and no summary; messages of what went wrong are still written.

@@ -44,7 +44,6 @@ class Tally:
     """A listener that counts. What it keeps does not grow with the length of a run.
 
     Attributes:
-        scans: scans so far.
         moves: moves by (slot, kind, outcome).
         errors: errors by (slot, rule), the first one first.
         of_start: what every start brings, see `RULES_OF_START`.

@@ -105,7 +105,6 @@ class _Asked(NamedTuple):
         fault: why the CPU stopped before, None if it did not.
         notes: what is left out, a sentence each.
         when: the scan and its time, in words.
-        text: the answer.
     """
 
     scan: int

@@ -48,7 +48,6 @@ def show(
     """Print a trace.
 
     Args:
-        trace: its path.
         every: a row for every change, not only where more than position and counts changed.
         limit: most rows and most events to print; None = all.
         wanted: which scans to print, and which events.

@@ -66,15 +66,12 @@ class Mover(Protocol):
     @property
     def position(self) -> int:
         """Where it is, steps."""
-        ...
 
     def move(self, steps: int, progress: Progress) -> int:
         """Move over so many steps and wait for the end; return the position."""
-        ...
 
     def stop(self) -> None:
         """Stop at once."""
-        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,8 +117,6 @@ def opened_client(
     If the line is lost while the motor moves, it is opened again to stop it.
 
     Args:
-        place: names the line.
-        line_format: of the line.
         client_on: makes the client of a link.
     """
 
@@ -220,7 +215,6 @@ def shown_travel(
         start: position at the start.
         target: where it should end, None if that is not known.
         each: called with every position, and once before the first.
-        quiet: show nothing.
     """
     each()
     console = Console(stderr=True)

@@ -42,19 +42,15 @@ class Observed(Protocol):
     @property
     def tags(self) -> Any:
         """The tags by name."""
-        ...
 
     def why(self, tag: str) -> str:
         """Why a tag is as it is."""
-        ...
 
     def force(self, tag: str, value: object) -> None:
         """Hold a tag at a value."""
-        ...
 
     def unforce(self, tag: str | None = None) -> None:
         """Release a tag."""
-        ...
 
 
 Condition = Callable[["Bench"], Any] | str
@@ -66,14 +62,11 @@ class Bench:
     """A rack under test.
 
     Attributes:
-        spec: the rack.
-        logic: the program.
         cpu: the CPU that runs it.
         slot: the modules by slot number.
         told: what has happened, oldest first.
 
     Args:
-        spec: the rack.
         logic: the program; a ladder program under a debugger for tags, forces and `why`.
         listeners: makes further listeners of the rack, a recorder for one.
         watched: the rack's watchdog ends logic that does not come back. Without it a test can stop at
@@ -165,7 +158,6 @@ class Bench:
 
         Args:
             condition: a function of the bench, or the address of a tag that is to be true.
-            within: longest machine time.
 
         Raises:
             NotReachedError: it does not hold in time; with what the bench shows then.

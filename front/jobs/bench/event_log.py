@@ -19,7 +19,6 @@ class Told:
         slot: the module, 0 for the CPU.
         kind: "rule", "move", "stimulus", "indicator", or the topic of an event of the CPU.
         name: the rule's id, the move's kind, the input's name; the topic for the CPU.
-        text: a sentence.
     """
 
     scan: int

@@ -29,8 +29,6 @@ class Asked:
 
     Attributes:
         scan: number of the scan.
-        now_ns: its time.
-        text: the answer.
         notes: reasons to doubt it.
     """
 
@@ -55,7 +53,6 @@ def why_of_trace(
         trace: the trace; its images answer alone if it does not say what made it.
         folder: where its files are written.
         what: see `Bench.why`.
-        moment: the scan.
         trust: run Python that came with the trace; without, only what is the same as in the current folder.
         more: scans of a trace that grows which are not written yet.
 

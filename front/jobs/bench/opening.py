@@ -41,9 +41,7 @@ def loading(job: Job, rack: str, program: str | None = None) -> Load | None:
     """Return how a job's program is loaded again; None for a ladder program, which has a debugger.
 
     Args:
-        job: the job.
         rack: path of the rack, as `load_job` takes it.
-        program: likewise.
     """
     if isinstance(job.logic, LadderLogic):
         return None

@@ -19,7 +19,6 @@ class SlotBench:
     """A module on the bench, and its machine.
 
     Attributes:
-        number: its slot.
         outputs: the output image, as the program wrote it last.
         inputs: the input image, as the program saw it last.
         status: the bits and values of the input image by name.
@@ -57,7 +56,6 @@ class SlotBench:
         Args:
             name: "capture", "external", "home", "estop", "cw_limit" or "ccw_limit"; of a card, as the rack
                 file names it.
-            energised: the level.
 
         Raises:
             ValueError: there is no such input, or the machine of the rack file sees to it.

@@ -21,12 +21,7 @@ class Place(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Remark:
-    """Something in the program that breaks a rule by itself.
-
-    Attributes:
-        place: where.
-        text: what it is.
-    """
+    """Something in the program that breaks a rule by itself."""
 
     place: Place
     text: str
@@ -37,7 +32,6 @@ class Sent:
     """Output words, or a command, that the program sends to a 3601.
 
     Attributes:
-        place: where.
         slot: the slot; None if it is unknown.
         words: the eight output words; empty for a command whose words do not matter.
     """

@@ -59,9 +59,7 @@ def ladder_facts(program: LadderLogic, path: Path, spec: RackSpec) -> Facts:
     """Read the facts of a ladder program.
 
     Args:
-        program: the program.
         path: its file, for messages.
-        spec: the rack.
 
     Raises:
         LadderError: it can't be built.

@@ -18,7 +18,6 @@ def endless(tree: ast.Module, inputs: Collection[str]) -> Iterator[tuple[int, st
     """Yield the loops of `async def` functions that have no end and no await: line, and what is wrong.
 
     Args:
-        tree: the text.
         inputs: the names of inputs, which stay as they are for the whole scan.
     """
     for function in ast.walk(tree):

@@ -61,8 +61,6 @@ class Write:
     """An instruction that writes an output word of a 3601.
 
     Attributes:
-        place: where.
-        slot: the slot.
         word: 0 to 7.
         sets: bits that it may set.
         clears: bits that it may clear.
@@ -93,7 +91,6 @@ class WriteReader:
     """Reads the writes of a program's lines.
 
     Args:
-        lowered: the program.
         mentions: its uses of tags.
         slots: numbers of the 3601s.
         place_of: returns file and line of a line.

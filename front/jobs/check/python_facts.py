@@ -56,7 +56,6 @@ def python_facts(path: Path, names: Mapping[str, Any], terminals: Set[str]) -> F
     """Read the facts of a Python program.
 
     Args:
-        path: its file.
         names: the names of its module, with their values.
         terminals: the names of the cards' terminals.
     """
@@ -99,8 +98,6 @@ class Reader:
     """Reads the text of a Python program.
 
     Args:
-        file: its path.
-        tree: its syntax.
         names: the names of its module, with their values.
         fields: the values of `self` that the program never changes, by name.
     """

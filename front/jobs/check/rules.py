@@ -33,7 +33,6 @@ class Finding:
 
     Attributes:
         rule: id of the rule.
-        place: file and line.
         text: what is wrong there.
     """
 
@@ -64,7 +63,6 @@ class Subject:
 
     Attributes:
         job: the rack and its program.
-        facts: of its program.
         lines: lines of the rack file; None for a rack in Python.
     """
 
@@ -183,7 +181,6 @@ class Rule(NamedTuple):
 
     Attributes:
         id: its name on the command line and in JSON.
-        words: what it forbids.
         check: yields where a rack breaks it.
     """
 

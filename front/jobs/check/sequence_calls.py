@@ -45,7 +45,6 @@ class Calls:
     """The calls in a text.
 
     Args:
-        reader: reads the text.
         axes: the axes of the program by name.
         classes: the class of the program and those that it inherits from; `self` of another has other axes.
     """

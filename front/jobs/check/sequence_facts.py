@@ -36,9 +36,7 @@ def sequence_facts(path: Path, program: Logic, spec: RackSpec) -> Facts:
     """Read the facts of a program with sequences.
 
     Args:
-        path: its file.
         program: an instance of its class.
-        spec: the rack.
     """
     logic = fresh(program)
     texts = list(_texts(type(program), path))

@@ -30,7 +30,6 @@ class BenchModule(Module, Protocol):
 
     def look_again(self) -> None:
         """Make the next tick read the inputs."""
-        ...
 
 
 class ImageBench:

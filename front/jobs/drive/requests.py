@@ -153,8 +153,6 @@ def read(line: str, model: type[Model], tables: Tables) -> Model:
     """Read one line.
 
     Args:
-        line: a JSON object.
-        model: its model.
         tables: the models of the objects in it, by their place, to name the known keys.
 
     Raises:

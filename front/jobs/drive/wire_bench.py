@@ -48,33 +48,26 @@ class WireTarget(Protocol[Env_contra]):
     @property
     def device(self) -> Device:
         """What is on the line."""
-        ...
 
     @property
     def quiet_ns(self) -> int:
         """Silence that the controller needs at present before a frame."""
-        ...
 
     @property
     def position(self) -> int:
         """Physical position, steps."""
-        ...
 
     def power_cycle(self, now_ns: int) -> None:
         """Remove and restore power."""
-        ...
 
     def reset(self, now_ns: int) -> None:
         """Press the reset button, if there is one."""
-        ...
 
     def set_env(self, now_ns: int, env: Env_contra) -> None:
         """Set pins and voltages; keys that are None are not in the request."""
-        ...
 
     def observe(self, name: str) -> JsonValue:
         """Return a signal."""
-        ...
 
 
 class WireRequest(Strict, Generic[New, Env]):

@@ -15,7 +15,6 @@ def rack_of_slc(imported: Imported, path: Path, steppers: Collection[str] = ()) 
     """Return the text of a rack file.
 
     Args:
-        imported: the export.
         path: its file, which the rack file names.
         steppers: slots of modules that are 3601s.
 

@@ -16,7 +16,6 @@ class BareSlot:
     Attributes:
         words: names of its words.
         inputs: the input image, all 0.
-        outputs: the output image.
     """
 
     words: ModuleWords

@@ -42,7 +42,6 @@ class Job:
     """What is to be run.
 
     Attributes:
-        spec: the rack.
         logic: the function that is called once per scan.
         logic_name: where it is from, `file:function`.
         program: the file with the logic.
@@ -232,7 +231,6 @@ def _stubs(spec: RackSpec, folder: Path, file: RackFile | None = None) -> Stubs:
     """Read the stubs of a rack.
 
     Args:
-        spec: the rack.
         folder: of the rack file.
         file: the rack file, if it is TOML.
 

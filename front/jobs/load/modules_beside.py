@@ -48,10 +48,6 @@ _FINDER = _Finder()
 def find_beside(path: Path, spec: ModuleSpec) -> ModuleSpec:
     """Let the module of an executed file find the modules beside that file.
 
-    Args:
-        path: the file.
-        spec: of its module.
-
     Returns:
         The spec, for `module.__spec__`.
     """
@@ -62,12 +58,7 @@ def find_beside(path: Path, spec: ModuleSpec) -> ModuleSpec:
 
 
 def shadowed(path: Path, error: BaseException) -> str:
-    """Return a hint if an import failed because an installed module has the name of one beside a file.
-
-    Args:
-        path: the executed file.
-        error: what it raised.
-    """
+    """Return a hint if an import failed because an installed module has the name of one beside a file."""
     owner = error.obj if isinstance(error, AttributeError) else None
     name = error.name if isinstance(error, ImportError) else getattr(owner, "__name__", None)
     module = sys.modules.get(name or "")

@@ -82,10 +82,6 @@ class Program:
     """A function from a file.
 
     Attributes:
-        path: the file.
-        name: the function's name.
-        function: the function itself.
-        data: the file's bytes.
         notices: what is different from an export: a sentence for each.
         modules: records of the modules of an export.
     """

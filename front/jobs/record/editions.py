@@ -196,7 +196,6 @@ def editions_of(
     """Return the edits of a recorded session, as far as they may be used.
 
     Args:
-        trace: the recording.
         given: its orders.
         job: the program that it begins with.
         folder: copies of the files are written there.

@@ -33,8 +33,6 @@ def recorder_for(
     """Return the recorder of a run; `sequence_watch` tells it of the program's sequences.
 
     Args:
-        job: what is run.
-        rack: its rack.
         trace: where the recording goes.
         logic: what runs in place of the job's logic: a debugger of it.
         orders: whether the rack can be operated while it runs.

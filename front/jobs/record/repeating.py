@@ -42,7 +42,6 @@ class Repeated:
     """Gives recorded orders again; the last listener of the scan loop.
 
     Args:
-        cpu: runs the rack.
         hands: carries out orders on it.
         orders: in the order of their scans.
 

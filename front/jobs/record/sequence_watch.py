@@ -39,7 +39,6 @@ def standing(sequence: Sequence, scan: int) -> Step:
     """Return the present wait of a sequence.
 
     Args:
-        sequence: the sequence.
         scan: number of the present scan.
     """
     file = Path(sequence.file or "").name
@@ -57,10 +56,6 @@ class WatchesSequences:
     """Reports to a listener, before a scan, the sequences that have gone on in it.
 
     A sequence that goes on in every scan and waits for the same at the same line is reported once.
-
-    Args:
-        listener: the listener.
-        sequences: what is watched.
     """
 
     def __init__(self, listener: ScanListener, sequences: tuple[Sequence, ...]) -> None:

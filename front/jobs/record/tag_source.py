@@ -33,7 +33,6 @@ class Recorded:
     """A tag and what reads it.
 
     Attributes:
-        tag: the tag.
         source: the expression; of a TEXT the arguments of what finds its code.
         codes: of an ENUM: its codes by value of the member.
     """
@@ -45,9 +44,6 @@ class Recorded:
 
 class TextCodes:
     """Numbers the texts of a run in the order in which they appear first.
-
-    Args:
-        pending: takes a message for each change.
 
     Attributes:
         pending: the same.
@@ -114,7 +110,6 @@ class ProgramTags:
         texts: numbers the texts; those of the run begin here if left out.
 
     Attributes:
-        plan: what is recorded.
         pending: messages of the last scan.
         take: returns the present memory block and tags.
     """
@@ -174,12 +169,10 @@ class WatchedTags:
     A tag that an edit has dropped, or whose type it has changed, is 0 from then on.
 
     Args:
-        debugger: runs the program.
         patterns: see `ladder.tag_values`.
         memory: the rack's memory block.
 
     Attributes:
-        plan: what is recorded.
         pending: messages of the last scan.
     """
 
@@ -223,7 +216,6 @@ def tags_of(logic: Logic, patterns: Sequence[str], memory: bytearray) -> Program
     """Return the tags of a program that patterns name.
 
     Args:
-        logic: the program.
         patterns: see `ladder.tag_values` and `tag_names`.
         memory: the rack's memory block.
 

@@ -49,7 +49,6 @@ class Replay:
     """A recording and what it is played to.
 
     Args:
-        recording: what is played.
         spec: the rack; its modules answer to the recorded outputs.
         logic: answers to the recorded inputs.
         into: which of them is real.

@@ -29,11 +29,11 @@ class TagOrders:
     """The orders on tags in a recording.
 
     Attributes:
-        notes: which of them can't be given again, in words; those that the program refuses come with the run.
+        notes: which of them can't be given again, in words; those that the program refuses come with the
+            run.
 
     Args:
         score: the scans of the recording.
-        events: its events.
 
     Raises:
         ValueError: an order of the recording can't be read.
@@ -57,7 +57,6 @@ class TagOrders:
 
         Args:
             cpu: runs the program, no scan yet.
-            rack: its rack.
             logic: the program of `program`.
 
         Returns:

@@ -17,7 +17,6 @@ class Operated(Protocol):
     @property
     def forces(self) -> Mapping[str, str | int | float | bool]:
         """The forced tags with their values."""
-        ...
 
 
 def tell_cpu(program: Operated, cpu: Cpu) -> None:

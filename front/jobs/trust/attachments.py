@@ -134,7 +134,6 @@ def job_of(trace: Trace, folder: Path, *, trust: bool, program: str | None = Non
     """Load the rack and the program that made a trace.
 
     Args:
-        trace: the trace.
         folder: where its files are written.
         trust: run Python that came with it; without, only what is the same as in the current folder.
         program: a program of the user's in place of the trace's, `path[:function]`. A ladder program
@@ -181,7 +180,6 @@ def load_files(folder: Path, rack: str, program: str) -> Job:
     """Load a rack and its program from the files of a trace in a folder.
 
     Args:
-        folder: the folder.
         rack: the rack file among them, `path[:function]`.
         program: the program among them, `path[:function]`.
 

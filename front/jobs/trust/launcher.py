@@ -44,7 +44,6 @@ def launch(
 
     Args:
         main: the function that it calls, `module:function`, with its arguments as texts.
-        arguments: of the function.
         stdin: its standard input, as for `subprocess.Popen`; nothing by default.
         stdout: its standard output; ours by default.
         stderr: its standard error; ours by default.

@@ -35,7 +35,6 @@ def keeping_of(job: Job, trace: Path, keep: int | None = None) -> Keeping | None
 
     Args:
         job: what is to be recorded.
-        trace: where to.
         keep: how many are kept; None = as the rack file says.
 
     Returns:
@@ -50,7 +49,6 @@ def check_recording(job: Job, trace: Path, used: Used = NOTHING, keep: int | Non
 
     Args:
         job: what is to be recorded.
-        trace: where to.
         used: files in use beside those of the job.
         keep: see `keeping_of`.
 

@@ -41,7 +41,6 @@ class Given(NamedTuple):
     """Which files a run starts from, by name.
 
     Attributes:
-        rack: the rack file.
         program: the program; None if it is in the rack file, or not the trace's.
         retained: the tags that the program begins with; None if it begins with its own.
     """

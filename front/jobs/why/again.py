@@ -113,7 +113,6 @@ def run_again(
 
     Args:
         recording: its inputs, and the outputs that are expected.
-        spec: the rack.
         load: how the program is loaded.
         rows: the scans to trace.
         last: row of the last scan to run.
@@ -147,7 +146,6 @@ class _Traced(Wrapped):
 
     Attributes:
         following: the run that it is a part of.
-        found: what was found.
     """
 
     def __init__(

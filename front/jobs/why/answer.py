@@ -32,7 +32,6 @@ class Why:
     """Answers about one scan of a rack.
 
     Args:
-        recording: the scans.
         row: row of the scan in question.
         spec: the rack; None if a trace does not say what made it.
         load: how the Python program is loaded again; None for one that has no lines.

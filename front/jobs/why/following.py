@@ -23,7 +23,6 @@ class Following:
 
     Args:
         recording: the inputs, and the outputs that are expected.
-        spec: the rack.
         last: row of the last scan to run.
         over: asked after each scan whether that was the last one.
 
@@ -50,7 +49,6 @@ class Following:
         """Run a program; a fault ends the run, as it did when it was recorded.
 
         Args:
-            logic: the program.
             orders: on its tags, which are given again.
 
         Returns:

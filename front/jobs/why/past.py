@@ -26,7 +26,6 @@ class Past:
     """A recording, up to a scan.
 
     Attributes:
-        recording: the recording.
         row: row of the scan; later ones do not count.
     """
 
@@ -124,7 +123,6 @@ class SlotPast:
 
     Attributes:
         past: that of the rack.
-        slot: the module's slot.
     """
 
     past: Past

@@ -41,7 +41,6 @@ def told(said: str, change: Changed, slots: Iterable[SlotInfo], inputs: Words) -
 
     Args:
         said: what has changed and when.
-        change: the change.
         slots: the slots of the rack.
         inputs: the input images of the scan.
     """

@@ -42,23 +42,18 @@ class States(Protocol):
 
     def forces_at(self, scan: int | None) -> Json:
         """Return the forces in effect in a scan; None = the latest."""
-        ...
 
     def lines_at(self, scan: int | None) -> Json:
         """Return where the sequences waited in a scan, by name."""
-        ...
 
     def rules_at(self, scan: int | None) -> list[Json]:
         """Return the rule that last set each bit, up to a scan."""
-        ...
 
     def faults_at(self, scan: int | None) -> list[str]:
         """Return what had stopped the CPU by the end of a scan."""
-        ...
 
     def up_to(self, scan: int, most: int) -> list[Json]:
         """Return the latest events up to a scan, in their order."""
-        ...
 
 
 class EventLog:

@@ -38,10 +38,7 @@ class Elsewhere:
         """Ask why a recorded value of a Python program is what it is; the answer goes to the page.
 
         Args:
-            page: that asks.
-            number: of its question.
             trace: path of the recording.
-            what: the value.
             more: the latest scans, which may not be written yet; it is about the last one.
         """
         scan = more.scan[-1]

@@ -48,10 +48,7 @@ class About:
     """What a page gets about a session or a recording beside its rack.
 
     Attributes:
-        version: of scanrack.
-        name: of the rack.
         path: of the rack file, or of the trace.
-        kind: rack or trace.
         read_only: orders are refused.
         live: there are real ports.
         record: path of the recording that is kept; None without one.
@@ -72,9 +69,7 @@ class Subject:
     """A rack and its program, as pages show them.
 
     Args:
-        spec: the rack.
         machines: the slots with figures in the rows.
-        dtype: of the rows.
         trace: path of the recording; None without one.
 
     Attributes:
@@ -141,7 +136,6 @@ class Monitor(ABC):
         states: what stood in a scan.
 
     Attributes:
-        pages: the open pages.
         latest: the row of the latest scan; None before the first.
         over: whether the server is to end.
     """

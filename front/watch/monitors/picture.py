@@ -39,7 +39,6 @@ class Places:
         """Return what a frame shows of the images and machines of a row.
 
         Args:
-            row: the row.
             before: one of some scans before, for speeds; or none.
             past: the row is not the latest one, so shaft and encoder are not known: machines are looked at
                 now and then only, and a trace has no figures at all.

@@ -36,7 +36,6 @@ class Ran(NamedTuple):
     """A program of the session.
 
     Attributes:
-        first: its first scan.
         place: folder of a copy of its files.
         rack: the rack file in it, `path[:function]`.
         program: the program in it, `path[:function]`.
@@ -53,11 +52,9 @@ class Setup:
     """What the scan process gives a monitor.
 
     Attributes:
-        shape: of the ring.
         about: what pages get about the session.
         key: that pages have to give.
         host: what the server listens on.
-        port: and its port.
         machines: the slots with figures in the ring's rows.
         trace: path of the recording, which may be a temporary one.
         programs: those that have run so far, the latest last.
@@ -109,7 +106,6 @@ class SessionMonitor(Monitor):
 
     Args:
         setup: what the scan process says.
-        ring: its ring.
         pipe: orders go through it.
     """
 

@@ -38,7 +38,6 @@ class Source(NamedTuple):
     """A program of a recording.
 
     Attributes:
-        first: its first scan.
         logic: the program; None if the trace does not bring it, or it must not be run.
         file: of the program; None without one.
         lacks: why there is nothing to show of it; "" if there is.
@@ -55,9 +54,6 @@ class TraceMonitor(Monitor):
 
     Args:
         about: what pages get about it.
-        trace: the recording.
-        path: its path.
-        spec: its rack.
         sources: its programs, in the order of their scans; one at least.
         first: the scan that pages begin with; None = the last one.
         branch: prepares a session that repeats the recording up to a scan, ValueError if that can't be.

@@ -1,17 +1,17 @@
 """Activities of the axis.
 
-kind          is                                                  ends
+kind          motion                                              ends
 INDEX         a relative or absolute move                         on its last step
-SLEW          without end                                         at a stop or limit
-REGISTERED    a slew that has seen its mark                       a number of steps after the mark
-STOPPING      a slew or jog on its ramp to base speed             on the first step the ramp allows
-HOME_0        to the soft limit, on at base speed                 at the home limit
-HOME_1        to the home limit                                   there, and turns round
-HOME_1_STOP   on its ramp down on the home limit                  as STOPPING, and turns round
+SLEW          endless                                             at a stop or limit
+REGISTERED    a slew after its registration mark                  a number of steps after the mark
+STOPPING      a slew or jog that ramps down to base speed         on the first step the ramp allows
+HOME_0        to the soft limit, then at base speed               at the home limit
+HOME_1        to the home limit                                   there, and reverses
+HOME_1_STOP   ramps down past the home limit                      like STOPPING, and reverses
 HOME_1_BACK   back at base speed                                  where the home limit is released
 JOG           while a jog input is grounded                       when it is released
-SETTLING      standstill: the encoder's delay                     when it has been checked
-CORRECTION    steps that the encoder lacked, at base speed        on its last step, in SETTLING
+SETTLING      standstill during the encoder's delay               when the position has been checked
+CORRECTION    missing steps of the encoder, at base speed         on its last step, in SETTLING
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from enum import Enum, auto
 
 
 class AxisActivity(Enum):
-    """What the axis is doing; see above."""
+    """Activity of the axis; see the table above."""
 
     INDEX = auto()
     SLEW = auto()

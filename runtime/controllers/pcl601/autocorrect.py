@@ -22,8 +22,8 @@ class Autocorrect:
         retries_left: corrections that may still be made.
 
     Args:
-        taken: the registers as the move found them.
-        distance: of the move, steps with sign.
+        taken: the registers at the start of the move.
+        distance: steps of the move, with sign.
     """
 
     def __init__(self, taken: Mapping[Register, int], distance: int) -> None:
@@ -34,7 +34,7 @@ class Autocorrect:
         self._expected = taken[Register.ENCODER_POSITION] + distance * self._ratio
 
     def missing(self, encoder: int) -> int | None:
-        """Return the motor steps, with sign, that the shaft lacks; None if it is in the window."""
+        """Return the motor steps, with sign, that the shaft lacks; None if the error is within the window."""
         pulses = self._expected - encoder
         if abs(pulses) <= self._window:
             return None

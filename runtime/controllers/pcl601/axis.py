@@ -1,6 +1,6 @@
 """The axis: motion from its command to its end, against limits, switches and marks.
 
-`activities` has the table of what the axis does, and where that ends.
+`activities` has the table of activities and of their ends.
 
 Nothing is sampled: `next_event_ns` is the instant of the step, end or timer at
 which `settle` has to run again. In between, motion is a closed form of time.
@@ -32,14 +32,9 @@ class Pcl601Axis:
     Attributes:
         kind: the present activity, None when idle.
         direction: of the present or last motion, +1 or -1.
-        fly: the output on the fly.
-        jog: the jog inputs.
-        speeds: the speed registers.
 
     Args:
         values: the registers; position and encoder are counted in them.
-        pins: the inputs.
-        motor: what is turned.
         report: sets an error bit.
         retries_failed: switches output 8 on.
     """
@@ -76,7 +71,7 @@ class Pcl601Axis:
 
     @property
     def busy(self) -> bool:
-        """Whether motion is in progress, the encoder's delay and corrections included."""
+        """Whether motion is in progress, including the encoder's delay and corrections."""
         return self.kind is not None
 
     def index(self, now_ns: int, distance: int) -> None:
@@ -115,7 +110,7 @@ class Pcl601Axis:
             self._slow(now_ns)
 
     def power_off(self) -> None:
-        """Stop at the present position; forget everything but what was recorded."""
+        """Stop at the present position; keep only recorded values."""
         self._end()
         self.fly.power_off()
         self.jog.wait_for_release(False)
@@ -138,7 +133,7 @@ class Pcl601Axis:
             self._values[Register.POSITION] += self.direction * steps
 
     def next_event_ns(self) -> int | None:
-        """Return the instant at which `settle` must run again, None without one."""
+        """Return the instant at which `settle` must run again, or None."""
         times = [self.fly.until_ns]
         if self.kind is AxisActivity.SETTLING:
             times.append(self._timer_ns)
@@ -156,7 +151,7 @@ class Pcl601Axis:
         if self.fly.next_position is not None:
             steps.append(self._made + abs(self.fly.next_position - self._values[Register.POSITION]))
         if self.kind is AxisActivity.SLEW and self._made == 0:
-            steps.append(1)  # a mark that is there from the start counts from the first step
+            steps.append(1)  # a mark that is active at the start counts from the first step
         if self._halt_steps is not None:
             steps.append(self._halt_steps)
         return steps
@@ -186,7 +181,6 @@ class Pcl601Axis:
     # events on the way
 
     def _watch(self, now_ns: int) -> bool:
-        """Check the inputs that this activity obeys."""
         kind = self.kind
         if kind is AxisActivity.JOG:
             return self._jog_on(now_ns)
@@ -220,7 +214,7 @@ class Pcl601Axis:
         return grounded and self._registration > 0 and self._made > 0
 
     def _register(self, now_ns: int) -> None:
-        """Go on for a number of steps from the mark, ramp included; cut a ramp that does not fit."""
+        """Continue for a number of steps after the mark, ramp included; shorten a ramp that does not fit."""
         motion = self._running
         self.kind = AxisActivity.REGISTERED
         try:
@@ -230,7 +224,7 @@ class Pcl601Axis:
             self._halt_steps = self._made + self._registration
 
     def _slow(self, now_ns: int) -> None:
-        """Ramp down to base speed, and go on as the activity does."""
+        """Ramp down to base speed and continue as the activity requires."""
         self._slowed = True
         if self.kind is AxisActivity.SLEW:
             self._stop(now_ns, AxisActivity.STOPPING)
@@ -240,7 +234,7 @@ class Pcl601Axis:
             self._motion = self.speeds.creep(self._running, now_ns)
 
     def _stop(self, now_ns: int, kind: AxisActivity) -> None:
-        """Ramp down to base speed and stop; at base speed, stop here."""
+        """Ramp down to base speed and stop; at base speed, stop at once."""
         self.kind = kind
         if self._running.speed_at(now_ns) <= self.speeds.base_sps * MSPS:
             self._halt_steps = self._made
@@ -254,7 +248,6 @@ class Pcl601Axis:
             self._end()
 
     def _finish(self, now_ns: int) -> None:
-        """Begin what follows the end of a motion."""
         if self.kind is AxisActivity.HOME_1_STOP:
             back = run(now_ns, 0, -self.direction, self.speeds.at_base())
             self._begin(AxisActivity.HOME_1_BACK, -self.direction, back)
@@ -266,7 +259,6 @@ class Pcl601Axis:
     # encoder
 
     def _settle_from(self, now_ns: int) -> None:
-        """Stand still until the encoder's delay is over."""
         correct, delay_ns = self._correct, 0
         self._end()
         if correct is not None:
@@ -293,7 +285,7 @@ class Pcl601Axis:
 
     def _correct_by(self, now_ns: int, steps: int) -> None:
         correct = self._correct
-        self._values[Register.STEPS] = abs(steps)  # the relative register is used for it
+        self._values[Register.STEPS] = abs(steps)  # the relative register holds the correction
         direction = 1 if steps > 0 else -1
         if steps == 0 or self._at_limit(HARD_LIMITS, direction):
             self._settle_from(now_ns)
@@ -344,7 +336,6 @@ class Pcl601Axis:
         self.kind = self._motion = None
 
     def _face(self, direction: int) -> None:
-        """Set the direction register to the direction of a motion."""
         self._values[Register.DIRECTION] = int(direction > 0)
 
     def _at_limit(self, limits: dict[int, str], direction: int) -> bool:

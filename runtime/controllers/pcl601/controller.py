@@ -39,16 +39,12 @@ class Controller:
     """A PCL601 without its line.
 
     Attributes:
-        values: the registers.
-        pins: the inputs.
-        motor: what it turns.
-        inputs: what it reads from them.
-        axis: the motion.
-        protocol: on the line at present.
+        motor: the motor that it turns.
+        inputs: the pins as it reads them.
+        protocol: of the line at present.
         outputs: output register, bit 0 is output 1.
-        errors: error code register.
         runner: the stored program, None if the memory is empty.
-        autorun: the program starts at power-up; non-volatile.
+        autorun: whether the program starts at power-up; non-volatile.
 
     Args:
         encoder: on the motor's shaft.
@@ -95,7 +91,7 @@ class Controller:
 
     @property
     def next_wake_ns(self) -> int | None:
-        """Instant of the next event: a step that meets a switch, an end, a timer, an instruction."""
+        """Instant of the next event: a step that reaches a switch, an end, a timer, an instruction."""
         return self._due_ns
 
     def advance(self, now_ns: int) -> None:
@@ -148,11 +144,11 @@ class Controller:
 
     @property
     def output_pins(self) -> int:
-        """The outputs, with a pulse of the output on the fly."""
+        """The outputs, including a pulse of the output on the fly."""
         return self.outputs | (ON_FLY_OUTPUT if self.axis.fly.until_ns is not None else 0)
 
     def read(self) -> Values:
-        """Return the registers as they read now; a command is executed at once, so its register is 0."""
+        """Return the registers as they read now; commands run at once, so the command register is 0."""
         self.values[Register.BUSY] = int(self.busy)
         self.values[Register.ERROR_CODE] = int(self.errors)
         return self.values
@@ -197,9 +193,8 @@ class Controller:
         """Write a register as a whole.
 
         Args:
-            register: which.
             value: as a signed number.
-            out_of_range: the bit for a value beyond the map's range.
+            out_of_range: the error for a value outside the map's range.
         """
         row = ROWS[register]
         if row.locked and self.busy:
@@ -211,7 +206,7 @@ class Controller:
         return True
 
     def written(self, register: Register) -> None:
-        """Note a register that was written: it may choose the target of the next Go."""
+        """Note a written register: it may choose the target of the next Go."""
         if register is Register.STEPS:
             self._aim = Aim.STEPS
         elif register is Register.ABS_TARGET:
@@ -238,14 +233,14 @@ class Controller:
         return self._codes[Code(code)]()
 
     def command(self, code: int) -> bool:
-        """Carry out a command code of the stored program; its own hard stop does not end it."""
+        """Carry out a command code of the stored program; its own hard stop does not end the program."""
         if code == Code.STOP_MOTION:
             self.axis.stop_hard()
             return True
         return self.do(code)
 
     def stop_everything(self) -> None:
-        """Stop motion, hard, and the stored program, as code 5 and `.` do."""
+        """Stop motion, hard, and the stored program: code 5 and `.`."""
         self.axis.stop_hard()
         if self.runner is not None:
             self.runner.stop()
@@ -285,14 +280,14 @@ class Controller:
         return self.move_to(self.values[Register.ABS_TARGET])
 
     def move(self, steps: int) -> bool:
-        """Index so many steps in the direction of the direction register; 0 is not a motion."""
+        """Index a number of steps in the direction of the direction register; 0 is no motion."""
         direction = 1 if self.values[Register.DIRECTION] else -1
         if not ROWS[Register.STEPS].allows(steps):
             return self.refuse(Error.RANGE)
         return self.index(direction * steps)
 
     def move_to(self, position: int) -> bool:
-        """Index to a position of the position register, the direction following from it."""
+        """Index to a position of the position register, which determines the direction."""
         distance = position - self.values[Register.POSITION]
         if not ROWS[Register.ABS_TARGET].allows(position) or abs(distance) > POSITION_LIMIT:
             return self.refuse(Error.RANGE_OVERFLOW)
@@ -314,17 +309,14 @@ class Controller:
         return self.index(self._last_distance)
 
     def _seek(self, begin: Callable[[], None]) -> bool:
-        """Begin a motion without end, if the speeds are legal."""
+        """Begin an endless motion if the speeds are legal."""
         if not self.axis.speeds.fit():
             return self.refuse(Error.MOTOR)
         begin()
         return True
 
     def aim_at(self, position: int) -> bool:
-        """Set the absolute position as P does, and with it the number of steps and the direction.
-
-        In motion only the position is stored; the next Go computes the rest.
-        """
+        """Set the absolute position as P does, with the number of steps and the direction."""
         if not self.write(Register.ABS_TARGET, position, Error.RANGE_OVERFLOW):
             return False
         distance = position - self.values[Register.POSITION]
@@ -375,8 +367,6 @@ class Controller:
 
 
 def _always(action: Callable[[], object]) -> Callable[[], bool]:
-    """Return an action that cannot be refused."""
-
     def carried_out() -> bool:
         action()
         return True

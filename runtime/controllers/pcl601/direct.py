@@ -38,11 +38,7 @@ FLAGS = {"0": 0, "1": 1}
 
 
 class Direct:
-    """Reads ASCII lines and answers them.
-
-    Args:
-        controller: obeys them.
-    """
+    """Reads ASCII lines and answers them."""
 
     def __init__(self, controller: Controller) -> None:
         self._controller = controller
@@ -65,11 +61,11 @@ class Direct:
         }
 
     def clear(self) -> None:
-        """Drop a line that is incomplete."""
+        """Drop an incomplete line."""
         self._line = None
 
     def receive(self, character: int) -> bytes:
-        """Take a character; return the reply to the line that it completes, if any."""
+        """Receive a character; return the reply to the line that it completes, if any."""
         if character == START:
             self._line = bytearray()
         elif self._line is None or character in FLOW_CONTROL:
@@ -107,13 +103,11 @@ class Direct:
         return self._actions[command.action](command, parameters)
 
     def _refuse(self, error: Error) -> str | None:
-        """Set an error bit; there is no reply."""
+        """Set an error bit; send no reply."""
         self._controller.report(error)
         return None
 
     def _bare(self, act: Callable[[], str | None]) -> Callable[[Command, str], str | None]:
-        """Return an action that takes no parameters."""
-
         def checked(_: Command, parameters: str) -> str | None:
             return self._refuse(Error.RANGE) if parameters else act()
 
@@ -167,7 +161,7 @@ class Direct:
         return None
 
     def _flag(self, parameters: str) -> int | None:
-        """Return 0 or 1; set the error and return None for another value."""
+        """Return 0 or 1; report an error and return None for another value."""
         if parameters not in FLAGS:
             self._refuse(Error.RANGE if parameters else Error.ZERO_PARAMETERS)
         return FLAGS.get(parameters)

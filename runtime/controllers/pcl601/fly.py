@@ -1,10 +1,10 @@
-"""Output on the fly: where output 1 goes on during an index move [Output on the fly].
+"""Output on the fly: positions of an index move at which output 1 switches on [Output on the fly].
 
     first position D, spacing C, number ^:   D, D + C, D + 2C, ...   ^ times
     C = 0 or ^ = 0:                          once
 
-Going down, the spacing counts down from D. Only positions that the move arrives
-at count, none behind its start. Pulses closer together than their 50 µs merge.
+A downward move subtracts the spacing from D. Only positions that the move reaches
+count, none behind its start. Pulses of 50 µs that overlap merge.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from ....io_images.pcl601.terminals import ON_FLY_PULSE_NS
 from .values import Values
 
 REMEMBERED = 100_000
-"""Pulses whose positions are kept; older ones are forgotten."""
+"""Number of pulses whose positions are kept; the oldest are dropped."""
 
 
 class OutputOnFly:
-    """Output 1 as index moves switch it.
+    """Output 1 during index moves.
 
     Attributes:
-        next_position: where the next pulse is due, None if no more are.
+        next_position: of the next pulse, None if no more are due.
         positions: position register at each pulse so far.
         until_ns: end of the present pulse, None between pulses.
     """
@@ -36,7 +36,7 @@ class OutputOnFly:
         self._left = 0
 
     def begin(self, values: Values, direction: int) -> None:
-        """Take the settings for an index move that begins in a direction, +1 or -1."""
+        """Read the settings for an index move in a direction, +1 or -1."""
         first, spacing = values[Register.FIRST_OUTPUT_POSITION], values[Register.STEPS_BETWEEN_OUTPUTS]
         ahead = (first - values[Register.POSITION]) * direction > 0
         self.next_position = first if values[Register.OUTPUT_ON_FLY] and ahead else None
@@ -44,11 +44,11 @@ class OutputOnFly:
         self._left = max(1, values[Register.NUMBER_OF_OUTPUTS]) if spacing else 1
 
     def end(self) -> None:
-        """Note the end of the move; a pulse under way is finished."""
+        """End the move; a pulse in progress is completed."""
         self.next_position = None
 
     def power_off(self) -> None:
-        """End the pulse, too."""
+        """End the move and its pulse."""
         self.end()
         self.until_ns = None
 

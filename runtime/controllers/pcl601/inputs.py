@@ -1,4 +1,4 @@
-"""Inputs as the controller reads them: contacts, levels, the analog voltage, the thumbwheel."""
+"""The controller's view of its inputs: contacts, levels, the analog voltage, the thumbwheel."""
 
 from __future__ import annotations
 
@@ -16,10 +16,9 @@ WITHOUT_5_AND_6 = 0b001111
 
 
 class Inputs:
-    """The inputs, as the surfaces show them.
+    """The inputs as Modbus and ASCII report them.
 
     Args:
-        pins: what is wired to them.
         motor: its position operates contacts.
         wiring: SW2 and the thumbwheel.
         values: the registers that enable and scale.
@@ -33,19 +32,16 @@ class Inputs:
         self._values, self._report = values, report
 
     def grounded(self) -> int:
-        """Return inputs 1 to 6 as contacts: bit 0 is input 1; 5 and 6 are open where SW2 is at TWS."""
+        """Return inputs 1 to 6 as contacts: bit 0 is input 1; with SW2 at TWS, 5 and 6 are open."""
         bits = sum(bit << k for k, bit in enumerate(self._pins.general(self._motor.position)))
         return bits & (WITHOUT_5_AND_6 if self._wiring.thumbwheel_selected else ALL)
 
     def raw(self) -> int:
-        """Return inputs 1 to 6 as levels, 1 high; input 1 is high while it serves as an analog input."""
+        """Return inputs 1 to 6 as levels, 1 high; an analog input 1 is high."""
         return ~self.grounded() & ALL | self._values[Register.ANALOG_ENABLE]
 
     def active(self) -> int:
-        """Return the input register of Modbus: inputs 1 to 6, hard limit, soft limit; 1 is active.
-
-        Input 1 is active while it serves as an analog input.
-        """
+        """Return the input register of Modbus: inputs 1 to 6 and both limits; an analog input 1 is active."""
         bits = self.grounded() | self._values[Register.ANALOG_ENABLE]
         return bits | self.hard_limit << HARD_LIMIT_BIT | self.soft_limit << SOFT_LIMIT_BIT
 
@@ -63,13 +59,13 @@ class Inputs:
         return any(self._pins.grounded(name, self._motor.position) for name in names)
 
     def analog_speed(self) -> int | None:
-        """Return the maximum speed by input 1, None if refused."""
+        """Return the maximum speed that the voltage on input 1 selects, None if refused."""
         if not self._values.analog_speed:
             return self._refuse(Error.ZERO_PARAMETERS)
         return self._analog(Register.ANALOG_SPEED_LOWER, Register.ANALOG_SPEED_UPPER)
 
     def analog_position(self) -> int | None:
-        """Return the position by input 1, None if refused."""
+        """Return the position that the voltage on input 1 selects, None if refused."""
         if not self._values.analog_position:
             return self._refuse(Error.ZERO_PARAMETERS)
         position = self._analog(Register.ANALOG_POS_LOWER, Register.ANALOG_POS_UPPER)
@@ -93,6 +89,5 @@ class Inputs:
         return self._wiring.thumbwheel
 
     def _refuse(self, error: Error) -> int | None:
-        """Set an error bit, and return None."""
         self._report(error)
         return None

@@ -14,7 +14,6 @@ class JogInputs:
         allowed: whether they have an effect.
 
     Args:
-        pins: the inputs.
         motor: its position operates contacts.
     """
 
@@ -24,11 +23,11 @@ class JogInputs:
         self._released = True
 
     def wait_for_release(self, waiting: bool = True) -> None:
-        """Ignore them until both jog inputs have been open."""
+        """Ignore the inputs until both have been open."""
         self._released = not waiting
 
     def wanted(self) -> int:
-        """Return the direction that they select and the limits allow; 0 for none, or for both at once."""
+        """Return the selected direction if the limits allow it; 0 for none or both."""
         position = self._motor.position
         asked = [way for way, name in JOG_INPUTS.items() if self._pins.grounded(name, position)]
         if not asked:

@@ -20,7 +20,7 @@ from .stored import ProgramRunner
 from .wiring import Wiring
 
 FORMATS = {Protocol.MODBUS: pcl601_frames.LINE_FORMAT, Protocol.ASCII: pcl601_ascii.LINE_FORMAT}
-"""Speed and characters of each protocol."""
+"""Speed and character format of each protocol."""
 
 BROADCAST = 0
 WRITING = frozenset({0x05, 0x06, 0x0F, 0x10})
@@ -31,14 +31,11 @@ SERIAL_TIMING = Timing(gap_ns=round(3.5 * 11 * _BIT_NS), pause_ns=round(1.5 * 11
 """3.5 t_char ends a frame, 1.5 t_char within one spoils it [Message Framing]."""
 
 PORT_TIMING = Timing(gap_ns=5_000_000, by_length=True)
-"""For transports that do not keep the time between characters."""
+"""Framing for transports that do not keep the time between characters."""
 
 
 class Pcl601:
     """A simulated PCL601 (a `wire.Device`).
-
-    Attributes:
-        controller: everything behind the line.
 
     Args:
         address: 1 to 99 (0 to 99 with AA ASCII's `~`), as if saved earlier.
@@ -73,12 +70,12 @@ class Pcl601:
 
     @property
     def line_format(self) -> LineFormat:
-        """The present line format; a reply that ends Modbus still has Modbus's."""
+        """The line format; a reply that ends Modbus still uses Modbus's format."""
         return self._format
 
     @property
     def quiet_ns(self) -> int:
-        """Silence that is needed before a frame, ns."""
+        """Silence required before a frame, ns."""
         return self._framer.gap_ns if self.controller.protocol is Protocol.MODBUS else 0
 
     @property
@@ -92,7 +89,7 @@ class Pcl601:
         return min(wake_ns, deadline_ns)
 
     def receive(self, now_ns: int, data: bytes) -> None:
-        """Take characters without a gap between them, the last one complete at `now_ns`."""
+        """Receive characters without gaps; the last one is complete at `now_ns`."""
         self._format = FORMATS[self.controller.protocol]
         self._now_ns = now_ns
         if self.controller.protocol is Protocol.ASCII:
@@ -118,13 +115,10 @@ class Pcl601:
         return data
 
     def answer(self, pdu: bytes) -> bytes | None:
-        """Answer a request that came by Modbus TCP, at the instant of the last `advance`.
+        """Answer a request from Modbus TCP at the instant of the last `advance`; None in ASCII mode.
 
         Args:
             pdu: function code and data, at least one byte.
-
-        Returns:
-            The reply PDU; None in ASCII mode.
         """
         if self.controller.protocol is Protocol.ASCII:
             return None
@@ -142,7 +136,6 @@ class Pcl601:
         self._format = FORMATS[self.controller.protocol]
 
     def _answer(self, now_ns: int, request: bytes) -> None:
-        """Carry out a frame to this unit."""
         address, pdu = request[0], request[1:-2]
         own = self.controller.values[Register.ADDRESS]
         if address == BROADCAST:

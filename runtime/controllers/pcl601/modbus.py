@@ -29,17 +29,13 @@ WRITE_BITS_MAX = 1968
 WRITE_WORDS_MAX = 123
 ON, OFF = 0xFF00, 0x0000
 PLACES = tuple((row.register, 16 * word) for row, word in WORDS)
-"""Source of each data register's bits."""
+"""Register and first bit of each data word."""
 EXCEPTION = 0x80
 ILLEGAL_FUNCTION, ILLEGAL_ADDRESS, ILLEGAL_VALUE, DEVICE_BUSY = 1, 2, 3, 6
 
 
 class RefusedError(Exception):
-    """A refused request.
-
-    Attributes:
-        code: the exception code.
-    """
+    """A refused request, with its exception code."""
 
     def __init__(self, code: int) -> None:
         super().__init__(f"exception {code}")
@@ -47,11 +43,7 @@ class RefusedError(Exception):
 
 
 class Modbus:
-    """Answers Modbus requests.
-
-    Args:
-        controller: has the tables.
-    """
+    """Answers Modbus requests from the controller's tables."""
 
     def __init__(self, controller: Controller) -> None:
         self._controller = controller
@@ -68,11 +60,7 @@ class Modbus:
         }
 
     def answer(self, request: bytes) -> bytes:
-        """Carry out a request; return the reply.
-
-        Args:
-            request: function code and data.
-        """
+        """Carry out a request (function code and data); return the reply."""
         function, data = request[0], request[1:]
         try:
             if function not in self._functions:
@@ -141,7 +129,7 @@ class Modbus:
         return data[:4]
 
     def _write_words(self, first: int, words: Sequence[int]) -> None:
-        """Check all, store all; a command is carried out after the rest is stored."""
+        """Check all values, then store all; carry out a command last."""
         if first + len(words) > WORD_COUNT:
             raise RefusedError(ILLEGAL_ADDRESS)
         targets = WORDS[first : first + len(words)]
@@ -190,11 +178,11 @@ def _span(data: bytes, limit: int, size: int) -> tuple[int, int]:
 
 
 def _bits(bits: int, first: int, count: int) -> bytes:
-    """Return byte count and data of a reply in bits."""
+    """Encode bits as byte count and data."""
     size = (count + 7) // 8
     return bytes((size,)) + (bits >> first & (1 << count) - 1).to_bytes(size, "little")
 
 
 def _words(words: Sequence[int]) -> bytes:
-    """Return byte count and data of a reply in words."""
+    """Encode words as byte count and data."""
     return pack(f">B{len(words)}H", 2 * len(words), *words)

@@ -2,10 +2,10 @@
 
 Encoder models:
 
-    ideal             counts every step, the steps of a correction included
+    ideal             counts every step, including corrections
     stuck             never counts; the motor turns
     lose_steps_once   in the first index move the shaft misses some steps, from the 101st on; the
-                      encoder counts what the shaft does
+                      encoder counts the shaft's motion
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import Literal
 EncoderKind = Literal["ideal", "stuck", "lose_steps_once"]
 
 STEPS_BEFORE_LOSS = 100
-"""Steps of the first index move before one is lost."""
+"""Steps of the first index move before the loss."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,12 +54,12 @@ class Motor:
             self._index_losses = encoder.steps if encoder.model == "lose_steps_once" else 0
 
     def begin_index(self) -> None:
-        """Note the begin of an index move."""
+        """Begin an index move."""
         self._before, self._losing = STEPS_BEFORE_LOSS, self._index_losses
         self._index_losses = 0
 
     def end_motion(self) -> None:
-        """Note the end of the motion: no more steps are lost."""
+        """End the motion: no more steps are lost."""
         self._losing = 0
 
     def steps_to(self, position: int) -> int:

@@ -13,7 +13,7 @@ FAR = 1 << 62
 
 FULL_SCALE_VOLTS = 5
 HIGH_VOLTS = 2
-"""Voltage from which input 1 counts as high, not stated; without a pull-up an open input is at 0 V."""
+"""Voltage from which input 1 counts as high (not stated); without a pull-up an open input is at 0 V."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +26,6 @@ class Contact:
 
     Attributes:
         low: first position at which it is closed, steps.
-        high: last one.
     """
 
     low: int = -FAR
@@ -37,7 +36,7 @@ class Contact:
         return self.low <= position <= self.high
 
     def edge_after(self, position: int, direction: int) -> int | None:
-        """Return the next position on the way at which it changes, None without one."""
+        """Return the next position, in a direction, at which it changes, or None."""
         if direction > 0:
             edges = [edge for edge in (self.low, self.high + 1) if position < edge < FAR]
             return min(edges, default=None)
@@ -51,17 +50,14 @@ OPEN = Contact(low=FAR)
 
 
 class Pins:
-    """The fourteen inputs.
-
-    At the start input 1 is high, and all the others are open.
-    """
+    """The fourteen inputs: at the start input 1 is high, all others are open."""
 
     def __init__(self) -> None:
         self._contacts = dict.fromkeys(INPUTS, OPEN)
         self._volts: Fraction | None = None
 
     def connect(self, name: str, contact: Contact) -> None:
-        """Wire a contact to an input; one to input 1 has 0 V while closed, 5 V while not."""
+        """Wire a contact to an input; on input 1 it means 0 V closed, 5 V open."""
         self._contacts[name] = contact
         if name == "in1":
             self._volts = None
@@ -86,7 +82,7 @@ class Pins:
         return (self.grounded(name, position) for name in GENERAL_INPUTS)
 
     def next_edge(self, position: int, direction: int) -> int | None:
-        """Return the next position on the way at which any input changes, None without one."""
+        """Return the next position, in a direction, at which any input changes, or None."""
         edges = (contact.edge_after(position, direction) for contact in self._contacts.values())
         return min(
             (edge for edge in edges if edge is not None),

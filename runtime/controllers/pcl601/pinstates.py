@@ -1,8 +1,8 @@
-"""States of an input in words, for command lines and rack files.
+"""States of an input as text, for command lines and rack files.
 
-ground, open, high      held; an open input 1 has no pull-up and is at 0 V
+ground, open, high      fixed; an open input 1 has no pull-up and is at 0 V
 2.5V                    input 1 only: the analog voltage
-9000..  ..-3000  5..10  a switch to ground that is closed at these positions of the motor
+9000..  ..-3000  5..10  a switch to ground, closed at these positions of the motor
 """
 
 from __future__ import annotations
@@ -16,12 +16,7 @@ LEVELS = {"ground": GROUND, "open": OPEN, "high": OPEN}
 
 
 def connect(pins: Pins, name: str, state: str) -> None:
-    """Give an input a state.
-
-    Args:
-        pins: the inputs.
-        name: of the input.
-        state: in words, see above.
+    """Set an input to a state in the notation above.
 
     Raises:
         ValueError: an unknown input or state.
@@ -30,7 +25,7 @@ def connect(pins: Pins, name: str, state: str) -> None:
         raise ValueError(f"there is no input {name}: allowed are {', '.join(INPUTS)}")
     if name == "in1" and state.endswith("V"):
         pins.apply_volts(_volts(state))
-    elif name == "in1" and state == "open":  # it alone has no pull-up
+    elif name == "in1" and state == "open":  # only input 1 lacks a pull-up
         pins.connect(name, GROUND)
     elif state in LEVELS:
         pins.connect(name, LEVELS[state])

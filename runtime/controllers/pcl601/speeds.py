@@ -1,4 +1,4 @@
-"""The speed registers in the terms of kinematics."""
+"""The speed registers as kinematic profiles."""
 
 from __future__ import annotations
 
@@ -10,11 +10,7 @@ from .values import Values
 
 
 class Speeds:
-    """Base, maximum and jog speed, and the acceleration.
-
-    Args:
-        values: the registers; those of speeds do not change in motion.
-    """
+    """Base, maximum and jog speed, and the acceleration; they do not change in motion."""
 
     def __init__(self, values: Values) -> None:
         self._values = values
@@ -49,12 +45,12 @@ class Speeds:
         return Profile(self.base_sps, self.base_sps, 0, 0)
 
     def change(self, motion: Motion, now_ns: int, speed_sps: int) -> Motion:
-        """Plan a ramp to another speed, and on at it."""
+        """Plan a ramp to another speed, then continue at it."""
         rate_spmss = self.rate_spmss
         return change_speed(motion, now_ns, speed_sps, rate_spmss, rate_spmss, Shape.CONSTANT)
 
     def creep(self, motion: Motion, now_ns: int) -> Motion:
-        """Plan a ramp down to base speed, and on at it to where the motion ends."""
+        """Plan a ramp down to base speed, then continue at it to the end of the motion."""
         return creep(motion, now_ns, self.base_sps, self.rate_spmss, Shape.CONSTANT)
 
     def stop(self, motion: Motion, now_ns: int) -> Motion:

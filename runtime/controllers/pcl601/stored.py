@@ -2,7 +2,7 @@
 
 The controller knows a `ProgramRunner` and nothing of instructions; the runner
 knows the `Axis601` below and nothing of motion. `program/` has the runner, a
-virtual machine. The caller makes a runner of a stored program and gives it to
+virtual machine. The caller creates a runner of a stored program and gives it to
 the controller:
 
     controller.load(runner)          # as if saved earlier; does not start it
@@ -10,10 +10,9 @@ the controller:
     code 5, ".", reset               # controller calls runner.stop()
 
 The controller reads `next_wake_ns` after every event and calls `advance` exactly
-at that instant, never beyond it, after all that motion and pins do at that
-instant. The actions of a runner take effect at the `now_ns` of `advance`. A
-refused action ends the program: the controller sets the error bit, the runner
-stops itself.
+at that instant, after motion and pins have been processed for that instant. The
+actions of a runner take effect at the `now_ns` of `advance`. A refused action
+ends the program: the controller sets the error bit, the runner stops itself.
 """
 
 from __future__ import annotations
@@ -32,8 +31,7 @@ class Axis601(Protocol):
 
     @property
     def busy(self) -> bool:
-        """Whether motion is in progress, encoder delay and correction included."""
-        ...
+        """Whether motion is in progress, including the encoder's delay and correction."""
 
     def write(self, register: Register, value: int) -> bool:
         """Set a register by name (32-bit ones as one signed value), with the rule of its motion lock.
@@ -41,51 +39,39 @@ class Axis601(Protocol):
         ACCEL, BASE, MAX, JOG, SETPOS, DIR, CURRENT, ENC*, OOTF*, IOTF, REGINDEX (steps), ASPEEDLO ...
         `set_analog` sets the analog flags.
         """
-        ...
 
     def set_analog(self, *, speed: bool | None = None, position: bool | None = None) -> bool:
         """ASPEED and APOS: enable or disable one of the two analog functions."""
-        ...
 
     def command(self, code: int) -> bool:
         """Carry out a command code: 2 and 3 home, 4 slew, 5 stop hard, 6 stop soft, 7 analog speed, 15 ..."""
-        ...
 
     def move(self, steps: int) -> bool:
         """MOVE: index so many steps in the present direction."""
-        ...
 
     def move_to(self, position: int) -> bool:
         """MOVETO: index to a position."""
-        ...
 
     def repeat(self) -> bool:
         """REPEAT: index again, by the length and direction of the last index."""
-        ...
 
     def move_thumbwheel(self) -> bool:
         """MOVETHUMB: read the thumbwheel and index by it."""
-        ...
 
     def move_to_analog(self) -> bool:
         """GOTOAPOS: read input 1 and index to that position."""
-        ...
 
     def inputs_raw(self) -> int:
         """Return the input register as IF sees it: bit 0 is input 1; 1 open or high, 0 grounded."""
-        ...
 
     def set_outputs(self, pattern: int) -> bool:
         """OUTPUTS: all eight; bit 0 is output 1; 1 is on."""
-        ...
 
     def send_text(self, text: str) -> bool:
-        """TEXT: send with CR after it; in Modbus mode send nothing and set the mode error."""
-        ...
+        """TEXT: send a text and CR; in Modbus mode send nothing and set the mode error."""
 
     def report(self, error: Error) -> None:
-        """Set an error bit: MEMORY_COMMAND for RETURN without GOTO or an instruction that is none."""
-        ...
+        """Set an error bit: MEMORY_COMMAND for RETURN without GOTO or an unknown instruction."""
 
 
 class ProgramRunner(Protocol):
@@ -94,26 +80,20 @@ class ProgramRunner(Protocol):
     @property
     def is_empty(self) -> bool:
         """Whether program memory is empty: then code 12 is refused with error 4096."""
-        ...
 
     @property
     def running(self) -> bool:
         """Whether the program has started and not ended."""
-        ...
 
     @property
     def next_wake_ns(self) -> int | None:
-        """When the next instruction is due, None unless running."""
-        ...
+        """Instant of the next instruction, None unless running."""
 
     def start(self, now_ns: int) -> None:
         """Begin at line 1."""
-        ...
 
     def stop(self) -> None:
-        """End, if it runs."""
-        ...
+        """Stop the program if it runs."""
 
     def advance(self, now_ns: int, axis: Axis601) -> None:
         """Carry out the instructions due at `now_ns`, which is not before `next_wake_ns`."""
-        ...

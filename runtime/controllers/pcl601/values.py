@@ -6,9 +6,9 @@ from ....io_images.pcl601 import MAP, ROWS, Register, Row, with_word
 
 
 class Values(dict[Register, int]):
-    """The registers' values by register, 32-bit ones as one signed number.
+    """The registers' values, 32-bit ones as one signed number.
 
-    The one register for both analog functions is written for both, and reads as either.
+    The single register for both analog functions writes both flags, and reads as 1 if either is set.
 
     Attributes:
         analog_speed: input 1 may set the maximum speed; see `set_analog`.
@@ -20,7 +20,7 @@ class Values(dict[Register, int]):
         self.analog_speed = self.analog_position = False
 
     def reset(self) -> None:
-        """Restore the values of power-up: defaults, and what is non-volatile."""
+        """Restore the values of power-up: volatile registers get their defaults."""
         self.update({row.register: row.default for row in MAP if not row.kept})
         self.set_analog(speed=False, position=False)
 
@@ -37,9 +37,9 @@ class Values(dict[Register, int]):
             super().__setitem__(register, value)
 
     def set_word(self, row: Row, word: int, bits: int) -> None:
-        """Set a word; its pair is checked only when it is used."""
+        """Set one word; a pair is checked only when it is used."""
         self[row.register] = with_word(row, self[row.register], word, bits) if row.words == 2 else bits
 
     def in_range(self, *registers: Register) -> bool:
-        """Whether all these hold what the map allows."""
+        """Whether the values of all these registers are within the map's ranges."""
         return all(ROWS[register].allows(self[register]) for register in registers)

@@ -10,7 +10,7 @@ class Wiring:
     """Settings by hand.
 
     Attributes:
-        thumbwheel_selected: SW2 is in position TWS, so that inputs 5 and 6 are not connected; else IN5/6.
+        thumbwheel_selected: SW2 is in position TWS, which disconnects inputs 5 and 6; else IN5/6.
         thumbwheel: the value of its seven digits, None without a thumbwheel.
     """
 

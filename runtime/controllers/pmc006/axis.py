@@ -1,9 +1,9 @@
-"""The motor of a PMC006x3s and what starts and ends its motions.
+"""The motor of a PMC006x3s, and the starts and ends of its motions.
 
     IDLE      at rest
     MOVE      a number of steps                              [4.3.1]
     SPEED     until it is stopped                            [4.3.8]
-    SLOWING   down from there to the stop speed
+    SLOWING   from SPEED down to the stop speed
     RETREAT   zero-back: forward, away from the switch       [4.3.13]
     SEEK      zero-back: backward, until EXT1 triggers
 
@@ -37,10 +37,9 @@ class Doing(Enum):
 
 
 class ExtStop:
-    """One external stop: its pin, its flag, its bit in the parameters f and J, and the way it blocks.
+    """One external stop.
 
     Attributes:
-        pin: the input.
         flag: bit of status register 1.
         bit: in the values of f and J.
         blocks: the direction in which steps are refused while it is active (reading).
@@ -63,7 +62,7 @@ class ExtStop:
 
     @property
     def active(self) -> bool:
-        """Whether its pin is at the level to which the edge chosen by J leads."""
+        """Whether its pin has the level that follows the edge chosen by J."""
         rising = bool(self._memory["ext_trigger_mode"] & self.bit)
         return bool(self._pins.levels & self.pin) == rising
 
@@ -72,14 +71,9 @@ class Pmc006Axis:
     """The motor, at rest at physical position 0.
 
     Attributes:
-        doing: its activity.
         physical: steps since power-up, signed; only steps change it.
         flags: latched EXT1 and EXT2 emergency stops, as in status register 1.
         stalled: the encoder has reported a stall since the last start.
-
-    Args:
-        memory: the parameters.
-        pins: the inputs.
     """
 
     def __init__(self, memory: Memory, pins: Pins) -> None:
@@ -146,12 +140,12 @@ class Pmc006Axis:
         return any(stop.armed and stop.active and stop.blocks == self.direction for stop in stops)
 
     def step(self, now_ns: int, steps: int) -> None:
-        """Begin a move in the chosen direction."""
+        """Begin a move in the selected direction."""
         distance = self.direction * steps
         self._begin(Doing.MOVE, plan_move(now_ns, self.physical, distance, self._speeds()))
 
     def run(self, now_ns: int) -> None:
-        """Begin to run at the maximum speed in the chosen direction."""
+        """Begin to run at the maximum speed in the selected direction."""
         self._begin(Doing.SPEED, plan_run(now_ns, self.physical, self.direction, self._speeds()))
 
     def slow_down(self, now_ns: int) -> None:
@@ -174,7 +168,7 @@ class Pmc006Axis:
         self.doing = Doing.IDLE
 
     def power_up(self) -> None:
-        """Power was off: the motor rests in place, its position register is 0."""
+        """Restart: the motor rests in place, its position register is 0."""
         self.halt()
         self.position = 0
         self.flags = Status1(0)
@@ -183,7 +177,7 @@ class Pmc006Axis:
     # -- time --------------------------------------------------------------------------------
 
     def next_ns(self) -> int:
-        """Return when a pin changes or the motion ends, whichever is first; FOREVER without either."""
+        """Return the instant of the next pin change or of the motion's end; FOREVER without either."""
         motion = self._motion
         if motion is None:
             return FOREVER
@@ -193,7 +187,7 @@ class Pmc006Axis:
         return end_ns if reached_ns is None else min(reached_ns, end_ns)
 
     def go_to(self, now_ns: int) -> None:
-        """Bring the position up to `now_ns`, not beyond `next_ns`."""
+        """Update the position to `now_ns`, which is at most `next_ns`."""
         if self._motion is not None:
             self.physical = self._motion.position_at(now_ns)
 
@@ -236,7 +230,7 @@ class Pmc006Axis:
         )
 
     def _zero_speeds(self) -> Speeds:
-        """Return the speeds of a zero-back: instruction 9's, which bounds the jumps at both ends, too."""
+        """Return the speeds of a zero-back: instruction 9's speed also bounds start and stop speed."""
         memory, top = self._memory, self._memory["zero_back_speed"]
         edges = min(memory["start_speed"], top), min(memory["stop_speed"], top)
         return Speeds(edges[0], top, edges[1], memory["accel_coefficient"], memory["decel_coefficient"])
@@ -259,7 +253,7 @@ class Pmc006Axis:
         self._begin(Doing.SEEK, plan_move(now_ns, self.physical, -self._stroke, self._zero_speeds()))
 
     def _triggered(self, stop: ExtStop) -> None:
-        """The edge of an external stop: the end of a zero-back, or an emergency stop."""
+        """Handle an external stop's edge: the end of a zero-back, or an emergency stop."""
         home = stop is self._ext1 and self.doing is Doing.SEEK
         if home or stop.armed:
             self.halt()

@@ -1,8 +1,8 @@
 """A simulated PMC006x3s without its serial line: instructions in, answers out, pins and motor.
 
-An instruction comes at an instant; everything between two instants follows from
+An instruction arrives at an instant; everything between two instants follows from
 closed forms and from events in order of time: a pin that the motor passes, the
-end of a motion, a user instruction. So the result does not depend on how often
+end of a motion, a user instruction. The result does not depend on how often
 `advance` is called.
 """
 
@@ -30,15 +30,10 @@ class Controller:
     """A controller at power-up, at t = 0.
 
     Attributes:
-        options: hardware version and readings.
         memory: parameters and user program.
-        pins: the inputs.
-        axis: the motor.
-        interpreter: what runs the user program.
         gpio: the GPIO word's effective bits.
         supply_v: supply voltage, V.
         overheated: whether the driver is too hot.
-        now_ns: the present instant.
 
     Args:
         options: hardware version and readings.
@@ -98,7 +93,6 @@ class Controller:
         It never raises: the answer to a refused instruction is error 6, to an unknown one error 7.
 
         Args:
-            code: the instruction's byte.
             data: 32 bits, signed.
         """
         row = BY_CODE.get(code)
@@ -116,17 +110,17 @@ class Controller:
         return self.memory[row.shows or row.name]
 
     def set_pin(self, pin: Pin, level: bool | Switch) -> None:
-        """Hold an input high (True) or low from now on, or let it follow a switch."""
+        """Hold an input high (True) or low from now on, or connect it to a switch."""
         self.pins.hold(pin, level)
         self.pins.sense(self.axis.physical)
 
     def stall(self) -> None:
-        """Report by the encoder that the motor does not follow; the open-loop type has no encoder."""
+        """Report that the motor does not follow; the open-loop type has no encoder and ignores it."""
         if self.options.closed_loop and self.axis.moving:
             self.axis.stall()
 
     def power_cycle(self) -> None:
-        """Cycle the power: saved parameters stay, all others have their defaults."""
+        """Cycle the power: saved parameters stay, all others get their defaults."""
         self.memory.load()
         self.gpio = Gpio.GPIO8
         self.axis.power_up()
@@ -142,7 +136,7 @@ class Controller:
 
     @property
     def address(self) -> int:
-        """The address to which it listens."""
+        """The device address."""
         return self.memory["device_address"]
 
     @property
@@ -253,7 +247,7 @@ class Controller:
 
     def _set_position(self, position: int) -> int:
         self.axis.position = position
-        return 0  # like an action: answered with the position, 6 and 7 would read as refusals
+        return 0  # answered with the position, like an action; 6 and 7 would read as refusals
 
     def _write_io(self, word: int) -> int:
         self.gpio = Gpio(word) & GPIO_EFFECTIVE

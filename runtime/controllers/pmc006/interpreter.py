@@ -43,15 +43,12 @@ class Host(Protocol):
     @property
     def levels(self) -> Level:
         """The pins, as instruction x reads them."""
-        ...
 
     def execute(self, code: int, data: int) -> int:
         """Carry out an instruction of the line."""
-        ...
 
     def abort(self) -> None:
         """End any motion at once."""
-        ...
 
 
 class Interpreter:
@@ -61,9 +58,8 @@ class Interpreter:
         line: the next line, from 0.
         counter: the internal counter.
         equal: the flag that CMP sets.
-        running: whether the program has been started and is not over.
+        running: whether the program has started and not ended.
         paused: whether PAUSE_EN's key holds it.
-        host: the controller.
     """
 
     def __init__(self, host: Host) -> None:
@@ -78,14 +74,14 @@ class Interpreter:
         self._due_ns = now_ns
 
     def stop(self) -> None:
-        """Stop the program and forget its state; the motor goes on."""
+        """Stop the program and reset its state; the motor continues."""
         self.running = self.paused = self.equal = False
         self.line = self.counter = 0
         self._reset_line: int | None = None
         self._pause_bound = False
 
     def next_ns(self, now_ns: int) -> int:
-        """Return when the next instruction is due, FOREVER without one."""
+        """Return the instant of the next instruction, FOREVER without one."""
         if not self.running or self.paused:
             return FOREVER
         if now_ns < self._due_ns:
@@ -147,7 +143,7 @@ class Interpreter:
         self.counter = 0
 
     def jump(self, line: UserInstruction, taken: bool) -> None:
-        """Go on at the line's target if the jump is taken."""
+        """Continue at the line's target if `taken`."""
         if taken:
             self.line = line.data
 

@@ -1,9 +1,9 @@
 """The serial line of a PMC006x3s: bytes and instants in, bytes out.
 
 The controller carries out a valid frame to its own address when its last byte is
-complete, and answers with one frame [4.1]; it ignores all else. It drops a frame
-that is incomplete at the receive time-out after its latest byte, so that a stub
-of a frame cannot swallow the begin of the next.
+complete, and answers with one frame [4.1]; it ignores everything else. At the
+receive time-out after its latest byte it drops an incomplete frame, so that a
+fragment cannot swallow the begin of the next frame.
 """
 
 from __future__ import annotations
@@ -23,10 +23,6 @@ class Pmc006:
     Attributes:
         controller: carries out the instructions.
         line_format: 9,600 baud, 8N1, fixed.
-
-    Args:
-        controller: carries out the instructions.
-        timeout_ns: the receive time-out.
     """
 
     line_format = LINE_FORMAT
@@ -52,7 +48,7 @@ class Pmc006:
         return None if next_ns == FOREVER else next_ns
 
     def receive(self, now_ns: int, data: bytes) -> None:
-        """Take bytes, the last one complete at `now_ns`."""
+        """Receive bytes; the last one is complete at `now_ns`."""
         self.controller.advance(now_ns)
         if now_ns - self._latest_ns > self._timeout_ns:
             self._framer.drop()

@@ -7,11 +7,7 @@ from ....io_images.pmc006.program import UserInstruction
 
 
 class Memory:
-    """A controller's memory as it leaves the factory.
-
-    Attributes:
-        lines: the user program in the EEPROM.
-    """
+    """A controller's memory as it leaves the factory, with the user program's lines in the EEPROM."""
 
     def __init__(self) -> None:
         self.lines: tuple[UserInstruction, ...] = ()
@@ -20,24 +16,23 @@ class Memory:
         self.load()
 
     def __getitem__(self, name: str) -> int:
-        """Return the value in force of a parameter."""
         return self._values[name]
 
     def __setitem__(self, name: str, value: int) -> None:
-        """Put a value into force; keep one of the EEPROM at once."""
+        """Set a parameter; store one of the EEPROM at once."""
         self._values[name] = value
         if BY_NAME[name].keeping is Keeping.EEPROM:
             self._eeprom[name] = value
 
     def save(self) -> None:
-        """Keep all values that can be kept: instruction t."""
+        """Save all parameters that can be kept: instruction t."""
         self._eeprom = {name: self._values[name] for name in self._eeprom}
 
     def load(self) -> None:
-        """Restore kept values at power-up; all others have their defaults."""
+        """Restore saved values at power-up; all others get their defaults."""
         self._values = {row.name: row.default for row in PARAMETERS} | self._eeprom
 
     def preset(self, name: str, value: int) -> None:
-        """Put a value into force and keep it, as if it had been saved earlier."""
+        """Set a parameter and save it, as if saved earlier."""
         self[name] = value
         self._eeprom[name] = value

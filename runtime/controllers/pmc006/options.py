@@ -21,8 +21,8 @@ class Pmc006Switches(Options):
         i_signed: whether instruction i accepts negative positions, too.
         max_microstep: 128 [4.3.2], or 256 as in the summary table [4.2].
         closed_loop: the closed-loop type E, which notices a stalled motor [2.3].
-        device_id: what instruction P reads.
-        firmware: what instruction R reads.
+        device_id: the answer to instruction P.
+        firmware: the answer to instruction R.
     """
 
     owner: ClassVar[str] = "simulated PMC006"

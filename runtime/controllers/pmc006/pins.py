@@ -1,4 +1,4 @@
-"""The input pins of a PMC006x3s: held at a level, or fed by a switch that the motor passes."""
+"""The input pins of a PMC006x3s: at a fixed level, or driven by a switch that the motor passes."""
 
 from __future__ import annotations
 
@@ -35,35 +35,35 @@ class Switch:
         return (position <= self.last) == self.high_below
 
     def next_change(self, position: int, direction: int) -> int | None:
-        """Return the next position in a direction at which the pin changes, None without one."""
+        """Return the next position, in a direction, at which the pin changes, or None."""
         if direction > 0:
             return self.last + 1 if position <= self.last else None
         return self.last if position > self.last else None
 
 
 class Pins:
-    """The pins, all of them held high at first: no opto-coupler conducts [3.11].
+    """The pins, all high at first: no opto-coupler conducts [3.11].
 
     Attributes:
         levels: mask of the pins that are high, as of the last `sense`.
-        on_change: called after a change with the mask of the pins that changed, and of those high now.
+        on_change: called after a change with the mask of the changed pins, and of those high now.
     """
 
     def __init__(self) -> None:
         self._held: dict[Pin, bool | Switch] = dict.fromkeys(Pin, True)
-        self._fixed = sum(Pin)  # those held high
+        self._fixed = sum(Pin)  # the pins that are held high
         self._switches: dict[Pin, Switch] = {}
         self.levels = sum(Pin)
         self.on_change: Callable[[int, int], None] | None = None
 
     def hold(self, pin: Pin, level: bool | Switch) -> None:
-        """Give a pin a level, True for high, or a switch to follow; `sense` reports it."""
+        """Set a pin's level, True for high, or connect a switch; `sense` reports the change."""
         self._held[pin] = level
         self._fixed = sum(pin for pin, level in self._held.items() if level is True)
         self._switches = {pin: level for pin, level in self._held.items() if isinstance(level, Switch)}
 
     def sense(self, position: int) -> None:
-        """Read the pins with the motor at a position, and report changes."""
+        """Read the pins with the motor at a position; report changes."""
         levels = self._fixed
         for pin, switch in self._switches.items():
             if switch.high(position):
@@ -73,7 +73,7 @@ class Pins:
             self.on_change(changed, levels)
 
     def next_change(self, position: int, direction: int) -> int | None:
-        """Return the next position in a direction at which a pin changes, None without one."""
+        """Return the next position, in a direction, at which a pin changes, or None."""
         changes = (switch.next_change(position, direction) for switch in self._switches.values())
         ahead = [at for at in changes if at is not None]
         return min(ahead, key=lambda at: abs(at - position), default=None)

@@ -31,11 +31,11 @@ class Speeds:
     """Speeds and ramps of a motion.
 
     Attributes:
-        start_sps: speed to which it jumps from rest.
-        max_sps: speed that it reaches, from the start and the stop speed on.
-        stop_sps: speed from which it jumps to rest.
-        acceleration: coefficient 0 to 8; 0 is not a ramp.
-        deceleration: coefficient 0 to 8.
+        start_sps: speed immediately after the start from rest.
+        max_sps: speed between the ramps.
+        stop_sps: speed immediately before rest.
+        acceleration: coefficient 0 to 8; 0 means no ramp.
+        deceleration: coefficient 0 to 8; 0 means no ramp.
     """
 
     start_sps: int
@@ -46,14 +46,7 @@ class Speeds:
 
 
 def plan_move(now_ns: int, origin: int, distance: int, speeds: Speeds) -> Motion:
-    """Plan a move over a distance in steps, which ends exactly on it.
-
-    Args:
-        now_ns: when it begins.
-        origin: step count at which it begins.
-        distance: steps, its sign the direction, not 0.
-        speeds: of the move.
-    """
+    """Plan a move of `distance` signed steps, not 0, from step count `origin`; it ends exactly."""
     steps = abs(distance)
     course = Course(now_ns)
     if steps < SHORT_MOVE_STEPS:
@@ -64,7 +57,7 @@ def plan_move(now_ns: int, origin: int, distance: int, speeds: Speeds) -> Motion
 
 
 def plan_run(now_ns: int, origin: int, direction: int, speeds: Speeds) -> Motion:
-    """Plan a motion without end [4.3.8]; arguments as for `plan_move`."""
+    """Plan an endless motion [4.3.8]; arguments as for `plan_move`."""
     course = Course(now_ns)
     top = NANO * speeds.max_sps
     _lay_ramp(
@@ -77,9 +70,9 @@ def plan_run(now_ns: int, origin: int, direction: int, speeds: Speeds) -> Motion
 
 
 def plan_slowing(motion: Motion, now_ns: int, stop_sps: int, coefficient: int) -> Motion:
-    """Plan how a motion slows to its stop speed and ends there on a whole step [4.3.8].
+    """Plan the ramp of a motion down to its stop speed, where it ends on a whole step [4.3.8].
 
-    With coefficient 0, or below the stop speed, the motion ends at once with the steps made.
+    With coefficient 0, or below the stop speed, the motion ends at once.
     """
     course, speed_nsps = takeover(motion, now_ns)
     ramp = _ramp_steps_fine(speed_nsps, NANO * stop_sps, coefficient)

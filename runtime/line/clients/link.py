@@ -95,7 +95,6 @@ class Link(Protocol):
         Raises:
             LinkError: the line is gone.
         """
-        ...
 
     def receive(self, count: int, seconds: float) -> bytes:
         """Return `count` bytes as soon as they have arrived, or fewer when the time is up.
@@ -103,7 +102,6 @@ class Link(Protocol):
         Raises:
             LinkError: the line is gone.
         """
-        ...
 
     def follow(self, line_format: LineFormat) -> None:
         """Send and receive in a format from now on; a link whose format is set elsewhere leaves it.
@@ -111,15 +109,12 @@ class Link(Protocol):
         Raises:
             LinkError: the line is gone.
         """
-        ...
 
     def pause(self, seconds: float) -> None:
         """Let time pass."""
-        ...
 
     def close(self) -> None:
         """Give the line back."""
-        ...
 
 
 def checked_answer_s(seconds: float) -> float:

@@ -66,18 +66,15 @@ class ModbusLine(Protocol):
         Raises:
             LinkError: no answer, one that cannot be right, or an exception.
         """
-        ...
 
     def pause(self, seconds: float) -> None:
         """Let time pass."""
-        ...
 
 
 class RtuLine(ModbusLine):
     """Modbus RTU over a link.
 
     Args:
-        link: the line.
         answer_s: how long an answer may take, 0.01 to 60 s.
     """
 
@@ -119,7 +116,6 @@ class TcpLine(ModbusLine):
     """Modbus TCP over a link; the transaction identifies answers to earlier questions, which are dropped.
 
     Args:
-        link: the connection.
         answer_s: how long an answer may take, 0.01 to 60 s.
     """
 

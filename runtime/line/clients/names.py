@@ -12,11 +12,9 @@ class Settable(Protocol):
     @property
     def allowed(self) -> str:
         """The values allowed, in words."""
-        ...
 
     def allows(self, value: int) -> bool:
         """Whether a value may be sent."""
-        ...
 
 
 RowType = TypeVar("RowType")

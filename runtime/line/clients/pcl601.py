@@ -45,9 +45,6 @@ class Registers(Seen):
 class Pcl601Client(MotionClient[Registers]):
     """A controller at the other end of a line.
 
-    Attributes:
-        unit: its address, 1 to 99.
-
     Args:
         line: Modbus RTU, 38,400 baud 8E1, or Modbus TCP.
         unit: of the controller.

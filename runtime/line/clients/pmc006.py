@@ -105,9 +105,6 @@ class _Search:
 class Pmc006Client(MotionClient[Seen]):
     """A controller at the other end of a line.
 
-    Attributes:
-        address: to which it listens, 1 to 120, or 255 as from the factory.
-
     Args:
         link: the line, 9,600 baud, 8N1.
         address: of the controller.

@@ -29,14 +29,7 @@ PMC006_ADDRESSES = (FACTORY_ADDRESS, *range(1, 121))
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """Something that has answered.
-
-    Attributes:
-        controller: what it is.
-        address: its address.
-        language: its protocol.
-        line_format: in which format.
-    """
+    """Something that has answered."""
 
     controller: str
     address: int

@@ -80,8 +80,6 @@ class Seen:
 
     Attributes:
         position: steps; final if it does not move.
-        moving: whether it moves.
-        errors: its error bits.
     """
 
     position: int
@@ -194,8 +192,6 @@ class MotionClient(ABC, Generic[SeenType]):
         """Send what starts something, once, and look whether it has begun; return the look before.
 
         Args:
-            name: of the command.
-            send: asks once.
             moves: it counts as begun only if a motion is seen.
 
         Raises:

@@ -13,8 +13,6 @@ class Traffic:
     """Bytes that went through a port.
 
     Attributes:
-        received: from the master.
-        sent: to the master.
         lost: times that the port went away.
     """
 
@@ -37,16 +35,12 @@ class Port(Protocol):
 
     def wait(self, seconds: float) -> bytes:
         """Return received bytes; b"" if none arrive in that time."""
-        ...
 
     def send(self, data: bytes) -> None:
         """Send; bytes that nothing receives are dropped, as on a line."""
-        ...
 
     def follow(self, line_format: LineFormat) -> None:
         """Change the character format, where the port has one."""
-        ...
 
     def close(self) -> None:
         """Close the port."""
-        ...

@@ -24,7 +24,6 @@ class PtyPort(Port):
 
     Attributes:
         name: the path to open.
-        traffic: what went through.
     """
 
     def __init__(self) -> None:

@@ -19,7 +19,6 @@ class RawTcpPort(Port):
 
     Attributes:
         name: host:port.
-        traffic: what went through.
 
     Args:
         host: the address to listen at.

@@ -21,7 +21,6 @@ class SerialPort(Port):
 
     Attributes:
         name: its path, such as /dev/ttyUSB0 or COM3.
-        traffic: what went through.
 
     Raises:
         PortError: it can't be opened.

@@ -22,11 +22,9 @@ class Server(Protocol):
 
     def step(self, longest_s: float) -> None:
         """Wait for something to do, at most that long, and do it."""
-        ...
 
     def close(self) -> None:
         """Give the port back."""
-        ...
 
 
 class LineListener(Protocol):
@@ -34,11 +32,9 @@ class LineListener(Protocol):
 
     def heard(self, now_ns: int, data: bytes) -> None:
         """The device has received."""
-        ...
 
     def said(self, now_ns: int, data: bytes) -> None:
         """The device has sent."""
-        ...
 
 
 class LineServer(Server):
@@ -47,7 +43,6 @@ class LineServer(Server):
     Args:
         device: a unit, or a `Segment` of several.
         port: where its line ends.
-        clock: its time.
         listener: receives every byte; None = no listener.
     """
 
@@ -91,7 +86,6 @@ class PduServer(Server):
         device: a unit, or a `Segment` of several.
         answer: answers a request PDU, at the present instant of the device.
         port: where the requests come in.
-        clock: its time.
         listener: receives every request and reply, unit and PDU; None = no listener.
     """
 
@@ -157,7 +151,6 @@ def serve_until_interrupted(
     """Serve until Ctrl-C, or until `stop` is set; then close the port.
 
     Args:
-        server: what is served.
         each_step: called after every step.
         stop: asks for a stop.
         longest_s: the longest that a step waits.

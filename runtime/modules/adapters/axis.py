@@ -29,7 +29,6 @@ class LinkedAxis(Generic[Drive]):
         substitutions: substitutions that have not been reported yet.
 
     Args:
-        driver: of the controller.
         capabilities: what it can't do.
     """
 

@@ -53,7 +53,6 @@ class CommandRow(Generic[AdapterOptions]):
     """Why a command is refused.
 
     Attributes:
-        features: the commands concerned.
         name: short name for events.
         applies: returns whether the row refuses.
         bits: error bits of input word 0.
@@ -92,7 +91,6 @@ class RowCapabilities(Capabilities, Generic[AdapterOptions]):
         configuration_rows: why a configuration is refused.
         command_rows: why a command is refused.
         substitution_rows: what is done differently.
-        options: of the adapter.
     """
 
     def __init__(

@@ -45,11 +45,9 @@ class Exchanges(Generic[Drive]):
     """A controller as the link knows it.
 
     Attributes:
-        state: of the controller.
         position: of the controller's counter, as read last.
         busy: whether the controller moves.
         task: the motion that runs.
-        tasks: motions that follow.
         cut: a hard stop is requested, or under way.
         setup: a configuration is requested, or under way.
         rebased: steps by which the counter was moved without motion.

@@ -28,7 +28,6 @@ class Finding:
     """One thing found out.
 
     Attributes:
-        kind: what it is.
         bits: of a complaint: bits of input word 0 that it sets.
         text: of a complaint: the reason.
     """

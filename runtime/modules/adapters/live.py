@@ -36,11 +36,7 @@ LOOK_S = 0.002
 
 
 class RealController(LinkedController):
-    """A controller at the end of a real line; its machine is a real one, too.
-
-    Args:
-        line: to it.
-    """
+    """A controller at the end of a real line; its machine is a real one, too."""
 
     def __init__(self, line: LiveLine) -> None:
         self._machine = Machine()
@@ -82,7 +78,6 @@ class LiveAdapter(Adapter[Drive]):
     """An adapter on a real port.
 
     Args:
-        line: to the controller.
         kit: what the controller is driven by.
     """
 

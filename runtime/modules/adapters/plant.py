@@ -22,32 +22,25 @@ class LinkedController(Protocol):
     @property
     def machine(self) -> Machine:
         """The machine that is bolted to the controller."""
-        ...
 
     @property
     def line(self) -> Line:
         """The line between controller and adapter."""
-        ...
 
     def next_event_ns(self, now_ns: int) -> int | None:
         """Return when something happens next on the line, behind it or at the machine."""
-        ...
 
     def run_until(self, now_ns: int) -> None:
         """Advance; no event lies in between."""
-        ...
 
     def sense(self, now_ns: int) -> None:
         """Update the machine from the motor, and the inputs from the machine."""
-        ...
 
     def rewire(self, now_ns: int, configuration: Configuration) -> None:
         """Wire the controller as a configuration needs it."""
-        ...
 
     def power_cycle(self, now_ns: int) -> None:
         """Cycle the controller's power; a reply on the line breaks off."""
-        ...
 
 
 class Plant(ABC):
@@ -60,7 +53,6 @@ class Plant(ABC):
 
     Args:
         machine: what is bolted to it; its shaft follows every step.
-        device: the controller.
 
     Raises:
         ValueError: the machine slips or jams, which is simulated with the 3601 only.

@@ -22,7 +22,6 @@ def adapter_record(
     """Return the record of an adapter, which answers as a 3601 of firmware 4.1.
 
     Args:
-        name: its catalog name.
         made: makes one with a simulated controller.
         live: how it is put on a real port.
         capabilities: the table of what it refuses.

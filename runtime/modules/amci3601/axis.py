@@ -42,108 +42,82 @@ class Axis(Protocol):
     @property
     def moving(self) -> bool:
         """Whether a motion is under way."""
-        ...
 
     @property
     def direction(self) -> int:
         """+1 CW, -1 CCW while moving, else 0."""
-        ...
 
     @property
     def ramp(self) -> int:
         """+1 accelerating, -1 decelerating, 0 constant speed or at rest."""
-        ...
 
     @property
     def position(self) -> int:
         """Step count at the present instant."""
-        ...
 
     @property
     def encoder(self) -> int:
         """Encoder or diagnostic count at the present instant; 0 where neither is configured."""
-        ...
 
     def configure(self, configuration: Configuration | None) -> None:
         """Take over an accepted configuration; None after one was discarded."""
-        ...
 
     def move(self, now_ns: int, distance: int, profile: Profile) -> None:
         """Start a move over `distance` steps (signed, not 0)."""
-        ...
 
     def step_slowly(self, now_ns: int, direction: int, speed_sps: int) -> None:
         """Start a motion of a single step at `speed_sps`."""
-        ...
 
     def pulse(self, now_ns: int, direction: int, steps: int = 1) -> None:
         """Output step pulses at once; no motion follows."""
-        ...
 
     def run(self, now_ns: int, direction: int, profile: Profile, registration: int | None = None) -> None:
         """Start a motion that lasts until it is stopped.
 
         Args:
-            now_ns: the instant.
             direction: +1 or -1.
-            profile: speeds and rates.
             registration: the steps that a later `register` will ask for, None if none will.
         """
-        ...
 
     def home(self, now_ns: int, direction: int, profile: Profile) -> None:
         """Search for the home switch and stop where it is left; for an axis that homes itself."""
-        ...
 
     def change_speed(self, now_ns: int, profile: Profile) -> None:
         """Ramp from the present speed to the profile's, which may be below its starting speed."""
-        ...
 
     def register(self, now_ns: int, steps: int, deceleration_spmss: Rate, shape: Shape) -> None:
         """End the motion after exactly `steps` more whole steps, deceleration included."""
-        ...
 
     def blend(self, now_ns: int, direction: int, program: BlendProgram) -> None:
         """Start a blend move over all segments of a stored program."""
-        ...
 
     def stop(self, now_ns: int, deceleration_spmss: Rate, shape: Shape) -> None:
         """Begin a controlled stop: ramp down to the starting speed, end on a whole step."""
-        ...
 
     def steps_to_stop(self, now_ns: int, deceleration_spmss: Rate, shape: Shape) -> int:
         """Steps that a controlled stop beginning now would still make."""
-        ...
 
     def cut(self, now_ns: int) -> None:
         """End the step output at once."""
-        ...
 
     def watch_steps(self, steps: int) -> None:
         """Ask for a tick when the motion has made `steps` steps."""
-        ...
 
     def watch_counts(self, counts: int, direction: int) -> None:
         """Ask for a tick when the encoder has come to `counts`, or past it in `direction`."""
-        ...
 
     def watch_marker(self) -> None:
         """Ask for a tick at the next marker pulse, and forget earlier ones."""
-        ...
 
     @property
     def marker_seen(self) -> bool:
         """Whether a marker pulse has come since `watch_marker`."""
-        ...
 
     def preset_position(self, value: int) -> None:
         """Let the present position be `value`."""
-        ...
 
     def preset_encoder(self, value: int) -> None:
         """Let the present encoder count be `value`."""
-        ...
 
     def reset_errors(self) -> None:
         """Clear what the axis itself shows as errors."""
-        ...

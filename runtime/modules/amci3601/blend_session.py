@@ -14,14 +14,12 @@ class BlendSession:
     """One session of the handshake, from the first block to the fall of the program bit.
 
     Attributes:
-        acknowledged: BLEND_ACK is shown.
         good: no block was faulty so far.
         blocks: how many have come, the header among them.
         wanted: segments that the header announces.
         types: acceleration type of each segment, from the header.
         segments: those that have come.
         final_deceleration: of the ramp at the end, steps/ms/s.
-        final_shape: its acceleration type.
     """
 
     acknowledged: bool = False

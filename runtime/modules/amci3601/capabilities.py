@@ -34,9 +34,7 @@ class Request:
     """A request to an axis that the 3601's own rules allow.
 
     Attributes:
-        feature: the function.
         command: the words that ask for it.
-        configuration: the accepted one.
         distance: of a move, steps, signed.
         minimum_registration: the stored distance, steps.
     """

@@ -51,7 +51,6 @@ class CommandLayer(Host):
     """Rules, modes and memory of a 3601 over any axis.
 
     Attributes:
-        state: the module's memory.
         operation: the motion that runs.
 
     Args:

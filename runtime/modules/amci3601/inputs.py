@@ -10,11 +10,7 @@ ESTOP = InputBit.ESTOP.value
 
 
 class InputWatch:
-    """Samples the inputs into the state, and obeys emergency stop, end limits and the external input.
-
-    Args:
-        host: the command layer.
-    """
+    """Samples the inputs into the state, and obeys emergency stop, end limits and the external input."""
 
     def __init__(self, host: Host) -> None:
         self.host = host

@@ -43,7 +43,6 @@ class Fault(NamedTuple):
     """A rule that is broken.
 
     Attributes:
-        rule: its id.
         alone: fire without the rows that usually fire together with it.
     """
 
@@ -87,7 +86,6 @@ class Latches:
         """Set the bits of a rule and of those that share its cause; return them all.
 
         Args:
-            now_ns: the instant.
             rule_id: a row of the rule table.
             alone: fire without the rows that usually fire together with it.
         """

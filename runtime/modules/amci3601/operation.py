@@ -54,7 +54,6 @@ class Host(Protocol):
         axis: makes the steps.
         firmware: decides which functions exist.
         options: switches of the model.
-        state: the module's memory.
         operation: the motion that runs.
     """
 
@@ -67,47 +66,36 @@ class Host(Protocol):
     @property
     def busy(self) -> bool:
         """Whether a move is under way that a new one has to wait for."""
-        ...
 
     def fire(self, now_ns: int, rule_id: str, *, alone: bool = False) -> None:
         """Set the bits of a broken rule."""
-        ...
 
     def fire_all(self, now_ns: int, faults: Iterable[Fault]) -> None:
         """Set the bits of all rules that one command breaks (reading A-110)."""
-        ...
 
     def refuse(self, now_ns: int, refusal: Refusal) -> None:
         """Show what the axis can't do."""
-        ...
 
     def unable(self, now_ns: int, feature: Feature, command: CommandWords, distance: int = 0) -> bool:
         """Refuse what the axis can't do, and return True; ask after the manual's own rules."""
-        ...
 
     def accept(self, operation: Operation) -> None:
         """Make `operation` the one that runs."""
-        ...
 
     def complete(self, now_ns: int) -> None:
         """End the running operation successfully, unless an error arose meanwhile (reading A-27)."""
-        ...
 
     def finish(self, now_ns: int, completion: int, how: str) -> None:
         """End the running operation with a completion bit, or 0."""
-        ...
 
     def cut(self, now_ns: int, *, stopped: bool = True) -> None:
         """End any motion without a ramp."""
-        ...
 
     def abort_homing(self, now_ns: int, rule_id: str) -> None:
         """End a search for home that end limits have stopped."""
-        ...
 
     def settle(self, now_ns: int) -> None:
         """Finish an operation that has come to its end."""
-        ...
 
 
 class Operation:

@@ -13,7 +13,6 @@ def make(firmware: str, machine: MachineSpec, seed: int, options: Options, wirin
     """Make a simulated 3601 bolted to a machine.
 
     Args:
-        firmware: its version.
         machine: what the machine consists of.
         seed: of what is left to chance in the machine.
         options: model switches by name.

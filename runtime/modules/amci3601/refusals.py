@@ -389,9 +389,6 @@ def refused(host: Host, now_ns: int, command: CommandWords, reasons: Refusals | 
     """Fire every broken rule, and return whether there is one.
 
     Args:
-        host: the command layer.
-        now_ns: the instant.
-        command: the words.
         reasons: the rules to look at; None = those of the single command bit.
     """
     faults = faults_of(host, command, refusals_of(host, command) if reasons is None else reasons)

@@ -46,7 +46,6 @@ class ModuleState:
         active: inputs that are active, as a mask of `InputBit`.
         risen: inputs that became active at this tick.
         reported_inputs: inputs that the image shows as active.
-        captured: the captured value.
     """
 
     latches: Latches

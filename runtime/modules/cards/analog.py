@@ -43,9 +43,7 @@ class SignalRange:
         name: as a rack file has it.
         unit: V or mA.
         low: lower end of the normal range.
-        high: upper end.
         least: lowest signal that is converted.
-        most: highest one.
     """
 
     name: str
@@ -153,7 +151,6 @@ class Channel:
 
     Attributes:
         range: what it is configured for.
-        convert: its data format.
     """
 
     range: SignalRange

@@ -20,7 +20,6 @@ class CardKind:
     """What a card has.
 
     Attributes:
-        name: its catalog name.
         inputs: number of its digital inputs.
         outputs: number of its digital outputs.
         channels_in: number of its analog inputs.

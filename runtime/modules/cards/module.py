@@ -39,7 +39,6 @@ class Change(NamedTuple):
     """An input changes.
 
     Attributes:
-        at_ns: when.
         input: which, by its name.
         acted_on: of a contact: True = operated from then on, False = released.
         value: of an analog input: what is at it from then on.
@@ -55,12 +54,10 @@ class GenericCard(Module):
     """A card with its power on, at t = 0.
 
     Attributes:
-        options: its wiring.
         kind: its row of the table.
         lit: mask of the digital outputs that are on.
 
     Args:
-        options: its wiring.
         kind: its row of the table.
 
     Raises:
@@ -159,7 +156,6 @@ class GenericCard(Module):
         """Give an analog input a value from now on.
 
         Args:
-            name: the input.
             value: V or mA of a channel with a range, -30 to 30; else the raw number, -32,768 to 32,767.
 
         Raises:

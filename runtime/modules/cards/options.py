@@ -94,7 +94,6 @@ class Cam(_Row):
 
     Attributes:
         input: the card's input, by its name.
-        slot: the stepper's slot.
         first: lowest position of the shaft that operates it, steps; left out = no lower end.
         last: highest position, inclusive.
         switch: instead of a range: the input of the stepper whose level it has, such as "home".

@@ -21,7 +21,6 @@ class Sender:
     """The axis, or the step of a list of steps, that writes the words of a slot.
 
     Attributes:
-        slot: the slot.
         text: what it sends and for which command, in words; empty for a step.
         line: where the command is awaited; `NOWHERE` if it is not.
     """
@@ -32,12 +31,7 @@ class Sender:
 
 
 def senders(logic: object, program: Path) -> list[Sender]:
-    """Return what writes words for a program, each with what it sends.
-
-    Args:
-        logic: the program.
-        program: its file.
-    """
+    """Return what writes words for a program, each with what it sends."""
     if isinstance(logic, Steps):
         return [Sender(logic.slot, "", Line(str(program), logic.line, "a step"))]
     if not isinstance(logic, SequenceLogic):

@@ -1,4 +1,4 @@
-"""What each instruction does: rows of register names and command codes, and a few short functions."""
+"""Actions of the instructions: rows of register names and command codes, and a few short functions."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ REGISTERS: Mapping[str, Register] = {
     "IOTF": Register.INDEX_ON_FLY,
     "REGINDEX": Register.STEPS,
 }
-"""The register that an instruction writes."""
+"""Register that an instruction writes."""
 
 COMMANDS: Mapping[str, int] = {
     "HOME0": 2,
@@ -47,7 +47,7 @@ COMMANDS: Mapping[str, int] = {
     "SETASPEED": 7,
     "ENCRESET": 15,
 }
-"""The command code that an instruction is [section 4]."""
+"""Command code of an instruction [section 4]."""
 
 
 def _parameter(register: Register) -> Action:
@@ -71,4 +71,4 @@ ACTIONS: Mapping[str, Action] = {
     "OUTPUTS": lambda axis, step: axis.set_outputs(int(step.values[0])),
     "TEXT": lambda axis, step: axis.send_text(str(step.values[0])),
 }
-"""Actions of the axis; the machine controls the flow of the program itself."""
+"""Actions of the axis; the machine itself controls the flow of the program."""

@@ -30,10 +30,7 @@ def read_program(file: Path) -> Program:
 
 
 def load(controller: Controller, program: Program) -> None:
-    """Put a program into program memory, and its `.autostart` into the autorun flag.
-
-    It does not start now; with autorun on it starts at power-up.
-    """
+    """Load a program and its `.autostart` flag into memory; it starts at power-up, not now."""
     controller.runner = ProgramMachine(program)
     if program.autostart is not None:
         controller.autorun = program.autostart

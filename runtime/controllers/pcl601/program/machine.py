@@ -26,13 +26,10 @@ INSTRUCTION_NS = 1_000_000
 class ProgramMachine:
     """Runs one stored program; see `ProgramRunner`.
 
-    Args:
-        program: what is in program memory; None = it is empty.
-
     Attributes:
-        program: what is in program memory.
-        line: index of the step that comes next.
-        next_wake_ns: when it is due; None while no program runs.
+        program: the program in memory, None if it is empty.
+        line: index of the next step.
+        next_wake_ns: instant of the next step; None while no program runs.
     """
 
     def __init__(self, program: Program | None = None) -> None:
@@ -61,7 +58,7 @@ class ProgramMachine:
         self.next_wake_ns = None if self.is_empty else now_ns
 
     def stop(self) -> None:
-        """End at the present line; a motion that it has started goes on."""
+        """Stop at the present line; a motion in progress continues."""
         self.next_wake_ns = None
 
     def advance(self, now_ns: int, axis: Axis601) -> None:
@@ -76,7 +73,7 @@ class ProgramMachine:
         self._previous = line
 
     def _carry_out(self, step: Step, axis: Axis601) -> bool:
-        """Carry out a step and go to the next one; return whether there is one."""
+        """Carry out a step and advance to the next one; return whether there is one."""
         if step.instruction.needs_idle and axis.busy:
             axis.report(Error.BUSY)
             return False
@@ -106,7 +103,7 @@ class ProgramMachine:
         return self._if(axis.inputs_raw() >> (number - 1) & 1 == level)
 
     def _if(self, matches: bool) -> bool:
-        """Go on with the next line, or with the one after it; after END the program ends."""
+        """Continue with the next line, or skip one; after END the program ends."""
         self.line += 1 if matches else 2
         return self.program is not None and self.line < len(self.program.steps)
 
@@ -139,7 +136,7 @@ class ProgramMachine:
         return [i for i, step in enumerate(steps) if step.target == label and step.name.startswith("LOOP")]
 
     def _loop(self, step: Step, _axis: Axis601) -> bool:
-        """Go back to the label until the body has run the given number of times in all."""
+        """Go back to the label until the body has run the given number of times."""
         left = self._passes.pop(self.line, int(step.values[0])) - 1
         if left == 0:
             self.line += 1
@@ -160,4 +157,4 @@ _FLOW: Mapping[str, Callable[[ProgramMachine, Step, Axis601], bool]] = {
     "LOOP OUTER": ProgramMachine._loop,
     "LOOP INNER": ProgramMachine._loop,
 }
-"""Instructions that decide what comes next."""
+"""Instructions that control the flow."""

@@ -38,7 +38,6 @@ class Pcl601Axis(LinkedAxis[Drive]):
     """An `Axis` whose steps a PCL601 makes.
 
     Args:
-        driver: of the controller.
         options: what is substituted, and how it is wired.
     """
 

@@ -219,11 +219,7 @@ SUBSTITUTION_ROWS: tuple[SubstitutionRow[Pcl601Options], ...] = (
 
 
 class Pcl601Capabilities(RowCapabilities[Pcl601Options]):
-    """The rows above.
-
-    Args:
-        options: of the adapter.
-    """
+    """The rows above."""
 
     def __init__(self, options: Pcl601Options) -> None:
         super().__init__(CONFIGURATION_ROWS, COMMAND_ROWS, SUBSTITUTION_ROWS, options)

@@ -61,8 +61,6 @@ class Pcl601Driver(Driver[Drive]):
 
     Attributes:
         encoder: its encoder count.
-        inputs: its input register.
-        errors: its error bits.
         limit_side: which hard limit is on: +1, -1, 0 for none, `BOTH_SIDES`.
         direction: of the last motion, 0 before the first.
         clear_errors: a request to clear the error bits.
@@ -74,7 +72,6 @@ class Pcl601Driver(Driver[Drive]):
 
     Args:
         options: how it is wired, and whether its own program is kept from starting again.
-        unit: its address.
     """
 
     def __init__(self, options: Pcl601Options, unit: int = 1) -> None:

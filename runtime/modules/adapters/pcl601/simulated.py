@@ -55,11 +55,7 @@ Wire = tuple[InputBit, str]
 
 @dataclass(frozen=True, slots=True)
 class Parallel(Contact):
-    """Contacts in parallel: closed while any of them is.
-
-    Attributes:
-        contacts: the single ones.
-    """
+    """Contacts in parallel: closed while any of them is."""
 
     contacts: tuple[Contact, ...] = ()
 

@@ -24,7 +24,6 @@ class Pmc006Axis(LinkedAxis[Speeds]):
     """An `Axis` whose steps a PMC006x3s makes.
 
     Args:
-        driver: of the controller.
         options: what is substituted, and how it is wired.
     """
 

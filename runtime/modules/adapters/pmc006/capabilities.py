@@ -244,11 +244,7 @@ SUBSTITUTION_ROWS: tuple[SubstitutionRow[Pmc006Options], ...] = (
 
 
 class Pmc006Capabilities(RowCapabilities[Pmc006Options]):
-    """The rows above.
-
-    Args:
-        options: of the adapter.
-    """
+    """The rows above."""
 
     homing = AxisHoming.MEETS_SWITCH
     home_is_ccw_limit = True

@@ -51,13 +51,11 @@ class Pmc006Driver(Driver[Speeds]):
     """A PMC006x3s as the link knows it.
 
     Attributes:
-        levels: of its pins.
         flags: external stops that are latched.
         clear_stops: a request to clear latched stops that are not active any more.
 
     Args:
         options: how far a search for home may go, and the current of the motor.
-        unit: its address.
     """
 
     def __init__(self, options: Pmc006Options, unit: int) -> None:

@@ -28,11 +28,7 @@ UNIT = 1
 
 @dataclass(frozen=True, slots=True)
 class Pulled(pins.Switch):
-    """A pin that is low while any of some switches energises its terminal.
-
-    Attributes:
-        switches: on the machine.
-    """
+    """A pin that is low while any of some switches energises its terminal."""
 
     switches: tuple[Switch, ...] = ()
 

@@ -42,8 +42,6 @@ class BlendBlock:
     Args:
         host: the command layer, which shows faults.
         session: takes what the block carries.
-        now_ns: the instant.
-        command: the words.
     """
 
     def __init__(self, host: Host, session: BlendSession, now_ns: int, command: CommandWords) -> None:
@@ -180,10 +178,6 @@ def obey_programming(
     """Obey the handshake bits of the command LSW [chapter 5, blend routine steps 1 to 6].
 
     Args:
-        host: the command layer.
-        now_ns: the instant.
-        command: the words.
-        previous: those before.
         reads: whether words 2 to 7 can be a block; in follower mode they are the follower's (A-112).
     """
     session = host.state.blending
