@@ -6,8 +6,8 @@ the rest of the motion from an instant on (`stop`, `change_speed`, `register`,
 instant, the instant of a step. Nothing advances, so nothing depends on the number
 of queries.
 
-Time is in ns, travel in 1e-12 step, speed in 1e-3 step/s, all integers; steps
-are whole ones.
+Time is in ns, travel in 1e-12 step, speed in 1e-3 step/s, all integers; step
+counts are whole.
 """
 
 from .blend import BlendLeg, blend, check_blend

@@ -1,7 +1,7 @@
-"""Blend moves: up to sixteen segments, each with a speed of its own, run as one motion.
+"""Blend moves: up to sixteen segments, each with its own speed, run as one motion.
 
-Each segment ramps from the speed of the one before it (the first from the
-starting speed) to its own, then goes on at it for the rest of its length. The
+Each segment ramps from the speed of the previous one (the first from the
+starting speed) to its own, then continues at it for the rest of its length. The
 last one also contains the final ramp down to the starting speed, so the
 lengths add up to the distance [chapter 4, Blend Move; chapter 5, blend blocks].
 """
@@ -36,11 +36,7 @@ def blend(
 
     Args:
         origin: step count at which it begins.
-        direction: +1 or -1.
-        start_sps: starting speed in steps/s.
         segments: length (from 1), speed (from the starting speed on), rate (from 1), shape, each.
-        final_deceleration_spmss: of the ramp down at the end, from 1.
-        final_shape: of the ramp down at the end.
 
     Raises:
         ValueError: an illegal direction, no segments, or a segment too short for its ramps.
@@ -59,13 +55,7 @@ def blend(
 def check_blend(
     start_sps: int, segments: Sequence[BlendLeg], final_deceleration_spmss: int, final_shape: Shape
 ) -> None:
-    """Check that every segment is long enough for the ramps that it contains.
-
-    Args:
-        start_sps: starting speed in steps/s.
-        segments: as for `blend`.
-        final_deceleration_spmss: as for `blend`.
-        final_shape: as for `blend`.
+    """Check that every segment is long enough for its ramps; arguments as for `blend`.
 
     Raises:
         ValueError: no segments, or one too short for its ramps (by chapter 2's distances, exactly).

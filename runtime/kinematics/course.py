@@ -1,4 +1,4 @@
-r"""A course: the segments of a motion while it is being planned, laid one after the other.
+r"""A course: the segments of a motion during planning, in order of time.
 
 A ramp is laid in phases, in each of which travel is one polynomial. With T the
 time of the ramp, dv = v1 - v0, and in a phase z the part of T gone before it,
@@ -22,13 +22,13 @@ The rates are in dv/T: the peak is the programmed rate a, so T = k*dv/a with the
 manual's k = 1, 2 and 4/3 [chapter 2]. The trapezoidal rate is constant for half
 of the time [chapter 4, Acceleration Types].
 
-The arithmetic usually gives fractions of a ns and of a step. So a course counts
-time in ticks, a fraction of a ns in which all phases so far are whole, and refines
-the ticks when a new phase is not. Nothing is rounded; a segment begins at the
+Exact results are fractions of a ns and of a step. A course therefore counts time
+in ticks, a fraction of a ns in which all phases so far are whole, and refines the
+ticks for a new phase where needed. Nothing is rounded; a segment begins at the
 first whole ns in its phase.
 
-Speeds are in 1e-9 step/s here. One of them for one tick is the unit of travel:
-1e-18 step divided by the scale, which is the number of ticks in a ns.
+Speeds are in 1e-9 step/s here. The unit of travel is one unit of speed times one
+tick: 1e-18 step divided by the scale, the number of ticks in a ns.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ from .segment import FOREVER, Polynomial, Segment, segment
 from .shape import FINE, MILLI, PICO, Rate, Shape
 
 Phase = tuple[int, int, int, int, int, int]
-"""Part of the ramp's time gone at its begin and at its end, made, speed, rate, jerk: in 72nds."""
+"""A phase in 72nds: begin and end as parts of the ramp's time, made, speed, rate, jerk."""
 
 CONSTANT_RATE: tuple[Phase, ...] = ((0, 72, 0, 0, 36, 0),)
 
@@ -62,11 +62,8 @@ class Course:
     Attributes:
         scale: ticks in a ns.
         now: end of the segments, in ticks.
-        travel: made there, in 1e-18 step divided by the scale.
-        segments: laid so far; none without a whole ns in it.
-
-    Args:
-        travel: made there, in 1e-18 step.
+        travel: travel at that end, in 1e-18 step divided by the scale.
+        segments: those that contain a whole ns.
     """
 
     __slots__ = ("_start_ns", "now", "scale", "segments", "travel")
@@ -116,10 +113,7 @@ class Course:
         return -(-end // (_STEP * self.scale))
 
     def arrive(self, steps: int, from_nsps: int, to_nsps: int, rate_spmss: Rate, shape: Shape) -> None:
-        """Lay constant speed and then any ramp down, to make an exact number of whole steps.
-
-        A ramp that is longer than the rest is run within the rest.
-        """
+        """Lay constant speed, then any ramp down, to an exact number of steps; shorten a longer ramp."""
         if from_nsps <= to_nsps:
             self.cruise_to(steps, from_nsps)
             return
@@ -132,12 +126,12 @@ class Course:
         self._ramp(from_nsps, to_nsps, 2 * left // sum_nsps, PHASES[shape])
 
     def ended(self, direction: int, origin: int) -> Motion:
-        """Return the motion that ends at the end of the course."""
+        """Return the course as a motion that ends with it."""
         rest = segment(-(-self.now // self.scale), FOREVER, 0, (0, 0, 0, self.travel, self.scale * FINE))
         return Motion(direction, origin, self._start_ns, self.segments, rest)
 
     def endless(self, direction: int, origin: int, speed_nsps: int) -> Motion:
-        """Return the motion that goes on at constant speed without end."""
+        """Return the course as a motion that continues at constant speed without end."""
         self._lay(self.now, FOREVER * self.scale, 0, (0, 0, speed_nsps, self.travel, 1))
         return Motion(direction, origin, self._start_ns, self.segments)
 
@@ -147,7 +141,7 @@ class Course:
         self.travel *= factor
 
     def _ramp_ticks(self, from_nsps: int, to_nsps: int, rate_spmss: Rate, shape: Shape) -> int:
-        """Return the time of a ramp, k * |v1 - v0| / a, in ticks such that a quarter of it is whole."""
+        """Return the time of a ramp, k * |v1 - v0| / a, in ticks; a quarter of it is a whole number."""
         dividend = shape.numerator * abs(to_nsps - from_nsps) * rate_spmss.denominator
         divisor = shape.denominator * rate_spmss.numerator * MILLI
         needed = 4 * divisor // gcd(4 * divisor, dividend)
@@ -155,7 +149,7 @@ class Course:
         return dividend * self.scale // divisor
 
     def _cruise(self, length: int, speed_nsps: int) -> None:
-        """Lay constant speed over a length in the unit of travel; do nothing unless it is positive."""
+        """Lay constant speed over a length in the unit of travel, if it is positive."""
         if length > 0:
             factor = speed_nsps // gcd(speed_nsps, length)
             self._refine(factor)

@@ -1,12 +1,12 @@
 """A motion: travel as a closed form of time, from its first step to its last.
 
-    travel_at      picosteps since it began, always upward
+    travel_at      picosteps since the start, never negative
     steps_at       whole steps: floor(travel)
     position_at    origin + direction * steps
-    instant_of     the least instant at which a number of steps is made
+    instant_of     the first instant at which a number of steps is made
 
-A motion is a value: evaluating it changes nothing. At a joint of two segments the
-later one holds; from `end_ns` on the axis stands still.
+A motion is a value: evaluating it changes nothing. At the joint of two segments the
+later one applies; from `end_ns` on the axis stands still.
 """
 
 from __future__ import annotations
@@ -23,7 +23,6 @@ class Motion:
     Instants before `start_ns` are not part of it and must not be queried.
 
     Attributes:
-        direction: +1 (CW) or -1 (CCW).
         origin: step count at which the travel was 0.
         segments: in order of time, without gap; empty if it ends as it begins.
         end_ns: the instant of its last step, None for an endless one.
@@ -32,7 +31,6 @@ class Motion:
     Args:
         direction: +1 or -1.
         origin: step count at which the travel was 0.
-        start_ns: its first instant.
         segments: in order of time, without gap.
         rest: the standstill after the last one, None for an endless motion.
 
@@ -86,7 +84,7 @@ class Motion:
         )
 
     def segment_at(self, t_ns: int) -> Segment:
-        """Return the segment that holds at an instant; from `end_ns` on, a standstill."""
+        """Return the segment that applies at an instant; from `end_ns` on, a standstill."""
         segment = self._latest
         if not segment.start_ns <= t_ns < segment.until_ns:
             segment = self._latest = self._track[bisect_right(self._ends, t_ns)]
@@ -116,15 +114,15 @@ class Motion:
         return self.segment_at(t_ns).ramp
 
     def on_last_ramp(self, t_ns: int) -> bool:
-        """Return whether nothing but deceleration is left; False for one that is endless or over."""
+        """Return whether only deceleration is left; False for an endless or ended motion."""
         left = [segment.ramp for segment in self.segments if segment.until_ns > t_ns]
         return self.end_ns is not None and bool(left) and all(ramp < 0 for ramp in left)
 
     def instant_of(self, steps: int) -> int | None:
-        """Return the least instant at which a number of whole steps is made.
+        """Return the first instant at which a number of whole steps is made.
 
         Args:
-            steps: counted from where the travel was 0.
+            steps: counted from the point where the travel was 0.
 
         Returns:
             `start_ns` for steps already made then, None for steps that the motion never makes.

@@ -1,18 +1,18 @@
-"""Plans: every begin of a motion, and every change of a motion that runs.
+"""Plans: every begin of a motion, and every change of a running motion.
 
     move            a distance: up, constant, down; exact
     run             no distance: up, then constant without end
     single_step     one step
     stop            down from any point to the starting speed, onto a whole step
     change_speed    from any point to another speed, then constant without end
-    register        a number of steps more, the deceleration included
-    go_on           the same, but going on accelerating until the deceleration is due
-    creep           down from any point to the starting speed, and at it to where the motion ends
+    register        a number of additional steps, the deceleration included
+    go_on           like `register`, but accelerates until the deceleration is due
+    creep           down from any point to the starting speed, then at it to the motion's end
 
-A change takes over at an instant: travel and speed go on from their present
+A change takes over at an instant: travel and speed continue from their present
 values; inside an S-curve the shape restarts.
 
-Two things are rounded, both down to 1e-9 step/s: the peak speed of a move too
+Two values are rounded, both down to 1e-9 step/s: the peak speed of a move too
 short for its programmed speed, and the present speed where a change takes over
 in the middle of a ramp. All else is exact by chapter 2.
 """
@@ -28,10 +28,10 @@ from .profile import Profile
 from .shape import FINE, NANO, PICO, Rate, Shape, stopping_distance
 
 FINEST = 10**6
-"""Greatest denominator of the travel, in 1e-18 step, with which a change takes over.
+"""Greatest denominator of the travel, in 1e-18 step, at which a change takes over.
 
-S-curves give finer fractions, which would grow without end in a motion that is changed repeatedly, so
-they are cut off.
+S-curves give finer fractions, which would grow without limit in a motion that is changed repeatedly, so
+they are rounded.
 """
 
 
@@ -45,7 +45,6 @@ def move(now_ns: int, origin: int, distance: int, profile: Profile) -> Motion:
     Args:
         origin: step count at which it begins.
         distance: in steps, its sign the direction, not 0.
-        profile: speeds, rates, shape.
 
     Raises:
         ValueError: the distance is 0.
@@ -79,16 +78,11 @@ def _peak_speed(steps: int, profile: Profile) -> int:
 
 
 def run(now_ns: int, origin: int, direction: int, profile: Profile) -> Motion:
-    """Plan a motion without end: accelerate, then constant speed [chapter 4, Manual Move].
+    """Plan an endless motion: accelerate, then constant speed [chapter 4, Manual Move].
 
     >>> endless = run(0, 0, -1, Profile(1000, 5000, 20, 10))
     >>> endless.position_at(1_200_000_000), endless.end_ns
     (-5600, None)
-
-    Args:
-        origin: step count at which it begins.
-        direction: +1 or -1.
-        profile: speeds, acceleration, shape; at or below the starting speed there is no ramp.
 
     Raises:
         ValueError: an illegal direction.
@@ -107,8 +101,6 @@ def single_step(now_ns: int, origin: int, direction: int, speed_sps: int) -> Mot
     1000000
 
     Args:
-        origin: step count at which it begins.
-        direction: +1 or -1.
         speed_sps: in steps/s, from 1.
 
     Raises:
@@ -121,7 +113,7 @@ def single_step(now_ns: int, origin: int, direction: int, speed_sps: int) -> Mot
 
 
 def stop(motion: Motion, now_ns: int, start_sps: int, deceleration_spmss: Rate, shape: Shape) -> Motion:
-    """Plan the controlled stop of a motion: less than one step on, then down to the starting speed.
+    """Plan the controlled stop of a motion: less than one step at its speed, then down to the starting speed.
 
     It ends on the first whole step that the deceleration allows. Below the starting
     speed there is no ramp, and it ends at once with the whole steps made.
@@ -132,7 +124,7 @@ def stop(motion: Motion, now_ns: int, start_sps: int, deceleration_spmss: Rate, 
     (5800, 1400000000)
 
     Args:
-        motion: the present one; a motion that is over stays over.
+        motion: the present one; an ended motion stays ended.
         now_ns: when it takes over, not before the motion's `start_ns`.
         start_sps: starting speed in steps/s.
         deceleration_spmss: in steps/ms/s, above 0.

@@ -1,4 +1,4 @@
-"""The profile of a move: what the command words ask for, in the module's own units."""
+"""The profile of a move: the parameters of the command words, in the module's own units."""
 
 from __future__ import annotations
 

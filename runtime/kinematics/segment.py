@@ -26,7 +26,7 @@ Polynomial = tuple[int, int, int, int, int]
 """(c3, c2, c1, c0, q)"""
 
 FOREVER = 1 << 100
-"""End of what never ends, in ns; later than any instant."""
+"""End of an endless segment, in ns; later than any instant."""
 
 
 class Segment:
@@ -35,7 +35,6 @@ class Segment:
     It may be asked for instants within it, `until_ns` included.
 
     Attributes:
-        ramp: +1 accelerating, -1 decelerating, 0 at constant speed.
         c3: coefficient of u^3.
         c2: coefficient of u^2.
         q: what the polynomial is divided by, greater than 0.
@@ -67,8 +66,8 @@ class Segment:
         self.ramp = ramp
         c3, c2, c1, c0, q = polynomial
         self.c3, self.c2, self.c1, self.c0, self.q = c3, c2, c1, c0, q
-        # The same in steps instead of picosteps, in the shortest numbers that give the same floor:
-        # a scan loop asks for nothing else.
+        # The same in steps instead of picosteps, in the smallest numbers with the same floor:
+        # the scan loop needs only this.
         step = q * PICO
         common = gcd(c3, c2, c1, step)
         self._c3, self._c2, self._c1, self._c0 = c3 // common, c2 // common, c1 // common, c0 // common

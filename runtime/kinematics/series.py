@@ -1,11 +1,10 @@
-"""Steps at many instants at once: what `Segment.steps_at` returns, instant by instant, by numpy.
+"""Steps at many instants at once: `Segment.steps_at` of each, computed by numpy.
 
     instants   first_ns, first_ns + every_ns, first_ns + 2 * every_ns, ...
-    steps      floor(P(k) / step), P a polynomial of the index k, all of its coefficients whole numbers
+    steps      floor(P(k) / step), P a polynomial of the index k with whole coefficients
 
-At constant speed the remainders fit 64 bits, and integers do it. A ramp's do not: floats estimate its
-quotients, with an error below `error`, and where one lies nearer than that to a whole number the
-segment itself is asked.
+At constant speed the remainders fit 64 bits, and integers suffice. A ramp's do not: floats estimate its
+quotients with an error below `error`; within that distance of a whole number the segment itself decides.
 """
 
 from __future__ import annotations
@@ -23,13 +22,7 @@ _ROUNDINGS = 16
 
 
 def steps_at_all(segment: Segment, first_ns: int, every_ns: int, count: int) -> NDArray[np.int64]:
-    """Return the whole steps made since the motion began, at `count` instants `every_ns` apart.
-
-    Args:
-        segment: holds at all of the instants.
-        every_ns: from instant to instant, 0 or more.
-        count: 1 or more.
-    """
+    """Return the whole steps made since the motion began, at `count` instants `every_ns` apart."""
     terms = segment.terms(first_ns, every_ns)
     step = segment.step
     index = _indices(count)

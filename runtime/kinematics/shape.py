@@ -32,8 +32,7 @@ MILLI = 1000
 FINE = 10**6
 """The finer unit of plans: speed in 1e-9 step/s, travel in 1e-18 step.
 
-A peak speed or the speed in the middle of a ramp can be any number. It is rounded down by too little to
-show: 1e-9 step/s is one step in thirty years.
+Peak speeds and speeds within a ramp are rounded to it: 1e-9 step/s is one step in thirty years.
 """
 
 NANO = MILLI * FINE
@@ -41,7 +40,7 @@ NANO = MILLI * FINE
 
 
 Rate = int | Fraction
-"""A rate in steps/ms/s, above 0; a controller that counts in steps/s/s has thousandths of it."""
+"""A rate in steps/ms/s, above 0; a fraction where a controller counts in steps/s/s."""
 
 
 class Shape(Enum):
@@ -74,8 +73,6 @@ def ramp_time_ns(from_msps: int, to_msps: int, rate_spmss: Rate, shape: Shape) -
     266666667
 
     Args:
-        from_msps: speed before, in 1e-3 step/s.
-        to_msps: speed after, in 1e-3 step/s; more or less than before.
         rate_spmss: programmed rate in steps/ms/s, above 0.
     """
     return int(-(-1000 * shape.numerator * abs(to_msps - from_msps) // (shape.denominator * rate_spmss)))
@@ -86,11 +83,6 @@ def ramp_distance(from_msps: int, to_msps: int, rate_spmss: Rate, shape: Shape) 
 
     >>> ramp_distance(1_000_000, 5_000_000, 20, Shape.CONSTANT) / PICO  # chapter 2's example: 600 steps
     Fraction(600, 1)
-
-    Args:
-        from_msps: speed before, in 1e-3 step/s.
-        to_msps: speed after, in 1e-3 step/s; more or less than before.
-        rate_spmss: programmed rate in steps/ms/s, above 0.
     """
     squares = abs(to_msps * to_msps - from_msps * from_msps)
     return Fraction(500 * shape.numerator * squares, shape.denominator * rate_spmss)
@@ -104,7 +96,6 @@ def stopping_distance(speed_msps: int, start_sps: int, deceleration_spmss: Rate,
 
     Args:
         speed_msps: present speed, in 1e-3 step/s; at or below the starting speed a stop takes no step.
-        start_sps: starting speed in steps/s.
         deceleration_spmss: programmed deceleration in steps/ms/s, above 0.
     """
     if speed_msps <= start_sps * MILLI:

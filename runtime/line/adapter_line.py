@@ -1,8 +1,8 @@
 """The line between an adapter and its controller; a simulated one can be disturbed.
 
-drop_next     so many replies are lost; the controller has acted
-corrupt_next  one bit is flipped in so many replies
-down          nothing gets through in either direction, a frame in flight included
+drop_next     the number of replies to lose; the controller has acted
+corrupt_next  the number of replies with one flipped bit
+down          nothing passes in either direction, not even a frame in flight
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ class Line(Protocol):
     """A line between an adapter and a controller, simulated or real."""
 
     def next_event_ns(self) -> int | None:
-        """Return when something happens next on the line or behind it, None if nothing does."""
+        """Return the instant of the next event on the line or in the device, or None."""
 
     def run_until(self, now_ns: int) -> None:
-        """Let time run."""
+        """Advance to `now_ns`."""
 
     def take(self) -> bytes:
         """Return what has been received since the last call."""
@@ -45,12 +45,12 @@ class FaultyDevice:
 
     @property
     def line_format(self) -> LineFormat:
-        """The device's."""
+        """The format of the device."""
         return self.device.line_format
 
     @property
     def next_wake_ns(self) -> int | None:
-        """The device's."""
+        """The next wake-up of the device."""
         return self.device.next_wake_ns
 
     def receive(self, now_ns: int, data: bytes) -> None:
@@ -59,7 +59,7 @@ class FaultyDevice:
             self.device.receive(now_ns, data)
 
     def advance(self, now_ns: int) -> bytes:
-        """Let time run; return the reply, lost or damaged as set."""
+        """Advance to `now_ns`; return the reply, lost or damaged as configured."""
         data = self.device.advance(now_ns)
         if not data or self.down:
             return b""
@@ -97,14 +97,14 @@ class SimulatedLine(Line):
         self._bus.send(data, line_format)
 
     def take_down(self) -> None:
-        """Cut the line; what is in flight is lost."""
+        """Cut the line; bytes in flight are lost."""
         self.faults.down = True
         self.silence()
 
     def silence(self) -> None:
-        """Lose what is in flight."""
+        """Drop the bytes in flight."""
         self._bus.silence()
 
     def put_up(self) -> None:
-        """Mend the line."""
+        """Repair the line."""
         self.faults.down = False

@@ -1,6 +1,6 @@
 """Host and port of a TCP address in text, IPv6 in brackets: `localhost:502`, `[::1]:502`.
 
-Without brackets the last colon counts: `::1:502` is port 502 of `::1`.
+Without brackets the port follows the last colon: `::1:502` is port 502 of `::1`.
 """
 
 from __future__ import annotations

@@ -1,11 +1,11 @@
-"""A real line to a controller: two threads that move bytes, and nothing more.
+"""A real line to a controller: two threads that only move bytes.
 
     adapter --send--> queue --sender--> port --receiver--> queue --take--> adapter
 
-The scan loop never waits for the port. A port that is lost is opened again when it is
-back; meanwhile what is sent is dropped, as on a line that is cut. Only the receiver closes
-and opens the port: a port must not be closed while another thread reads from it. No error
-ends a thread. Each one loses the port, and its reason is kept for the adapter's events.
+The scan loop never waits for the port. A lost port is reopened when it is available again;
+until then sent bytes are dropped, as on a cut line. Only the receiver closes and opens the port:
+a port must not be closed while another thread reads from it. No error ends a thread: each one
+closes the port, and its reason is kept for the adapter's events.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ Item = TypeVar("Item")
 
 TCP = "tcp:"
 RECEIVE_S = 0.05
-"""Longest wait of the receiver before it checks whether to end."""
+"""Longest wait of the receiver before it checks for the end."""
 
 REOPEN_S = 0.5
 """Time between two attempts to reopen a lost port."""
@@ -72,7 +72,7 @@ class LiveLine(Line):
     """A line whose bytes go through a port.
 
     Args:
-        opened: opens the port, now and whenever it was lost.
+        opened: opens the port, at the start and after each loss.
 
     Raises:
         LinkError: it can't be opened.
@@ -99,7 +99,7 @@ class LiveLine(Line):
 
     @override
     def run_until(self, now_ns: int) -> None:
-        """Do nothing: its time runs by itself."""
+        """Do nothing: real time runs by itself."""
 
     @override
     def take(self) -> bytes:
@@ -107,7 +107,7 @@ class LiveLine(Line):
         return b"".join(parts)
 
     def take_losses(self) -> list[str]:
-        """Return why the port was lost, once for each loss since the last call."""
+        """Return the reason of each loss of the port since the last call."""
         return list(_emptied(self._lost))
 
     @override
@@ -126,7 +126,7 @@ class LiveLine(Line):
         while not self._over.is_set():
             try:
                 self._listen()
-            except Exception as error:  # a mistake of ours, too, must not end the thread in silence
+            except Exception as error:  # an unexpected error, too, must not end the thread silently
                 self._lose(error)
 
     def _listen(self) -> None:
@@ -144,7 +144,7 @@ class LiveLine(Line):
             with self._lock:
                 try:
                     self._pass_on(*sending)
-                except Exception as error:  # see `_receive`, which loses the port for it
+                except Exception as error:  # see `_receive`, which reports the loss
                     self._failure = error
 
     def _pass_on(self, data: bytes, line_format: LineFormat) -> None:
@@ -153,7 +153,7 @@ class LiveLine(Line):
             self._port.send(data)
 
     def _lose(self, error: Exception) -> None:
-        """Give the port up and keep the reason; an opening that fails twice in the same way is kept once."""
+        """Close the port and keep the reason; repeated identical failures to open are kept once."""
         reason = _words_of(error)
         if self._port is not None or reason != self._reason:
             self._lost.put(reason)
@@ -168,11 +168,10 @@ class LiveLine(Line):
             return
         try:
             port.close()
-        except Exception as error:  # the port is given up in any case
+        except Exception as error:  # the port is closed in any case
             self._lost.put(_words_of(error))
 
     def _reopen(self) -> None:
-        """Wait a little, and open the port if it is back."""
         if self._over.wait(REOPEN_S):
             return
         try:
@@ -184,12 +183,11 @@ class LiveLine(Line):
 
 
 def _words_of(error: Exception) -> str:
-    """Return what a `LinkError` says; any other error with its type."""
+    """Return the text of a `LinkError`; any other error with its type."""
     return str(error) if isinstance(error, LinkError) else f"{type(error).__name__}: {error}"
 
 
 def _emptied(queue: SimpleQueue[Item]) -> Iterator[Item]:
-    """Yield what is in a queue, and take it out."""
     while True:
         try:
             yield queue.get_nowait()

@@ -1,14 +1,14 @@
-"""The master's end of a line: one request at a time, and a script that asks them.
+"""The master's end of a line: one request at a time, driven by a script.
 
     quiet   |  request  |  reply  |  quiet  |  request ...
     gap_ns                         gap_ns
             sent_ns ------ patience ------> failed
 
-An answer that has not come in time may come late, up to `LATE_NS`, and pass for that to a later question.
+An answer that misses its time may arrive up to `LATE_NS` later, and look like the answer to a later request.
 
-A script is a generator. It yields a `Request` and is sent the `Reply`, or None
-where the exchange failed: no reply, a damaged one, or a reply to another request.
-It yields a `Pause` to wait, and `PUBLISH` when the caller should take what it has read.
+A script is a generator. It yields a `Request` and receives the `Reply`, or None
+if the exchange failed: no reply, a damaged one, or a reply to another request.
+It yields a `Pause` to wait, and `PUBLISH` when the caller should read its results.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class Reply(NamedTuple):
     """An answer to a request.
 
     Attributes:
-        refused: the controller's reason not to do it, None if it has done it.
+        refused: the controller's reason for a refusal, None if it has obeyed.
     """
 
     data: bytes
@@ -48,8 +48,8 @@ class Request:
 
     Attributes:
         size: bytes of the reply.
-        read: judges the bytes received so far; returns the reply as soon as it is whole.
-        line_format: in which it is sent and answered; None = the line's usual one.
+        read: judges the bytes received so far; returns the reply as soon as it is complete.
+        line_format: format of request and reply; None = the line's usual one.
     """
 
     frame: bytes
@@ -77,17 +77,17 @@ Script = Generator[Step, Reply | None, None]
 
 
 LATE_NS = 1_000_000_000
-"""So long after its question has failed an answer may still come."""
+"""Longest delay of an answer after its request has failed."""
 
 
 @dataclass(frozen=True, slots=True)
 class LineTiming:
-    """How a line is used.
+    """Timing of a line.
 
     Attributes:
         gap_ns: silence before a request.
-        patience_ns: longest wait for a reply, its own time on the line not counted.
-        second_ns: wait for a second reply while answers may be late, where no reply says what it answers.
+        patience_ns: longest wait for a reply, in addition to its time on the line.
+        second_ns: wait for a second reply while answers may be late and replies do not name their request.
     """
 
     line_format: LineFormat
@@ -101,9 +101,9 @@ class Master:
 
     Attributes:
         now_ns: its present time; scripts read it.
-        published: the script has read something new; the caller takes it and clears this.
-        failures: exchanges that failed, so far.
-        line_format: in which the present exchange, or the latest one, is made.
+        published: the script has new results; the caller reads them and clears this.
+        failures: number of failed exchanges.
+        line_format: of the present or latest exchange.
     """
 
     def __init__(self, line_timing: LineTiming) -> None:
@@ -123,23 +123,23 @@ class Master:
 
     @property
     def overdue(self) -> int:
-        """How many answers have not come in time and may still come."""
+        """Number of missing answers that may still arrive."""
         self._late_until_ns = [each for each in self._late_until_ns if each > self.now_ns]
         return len(self._late_until_ns)
 
     def expect_nothing_late(self) -> None:
-        """Count no answer as overdue: the controller has lost what it was asked."""
+        """Clear the overdue answers: the controller has lost its requests."""
         self._late_until_ns.clear()
 
     def begin(self, script: Script) -> None:
-        """Start to carry out a script, from its beginning."""
+        """Start a script from its beginning."""
         self._script = script
         self._request = None
         self._pause_until_ns = self.now_ns
 
     @property
     def next_wake_ns(self) -> int:
-        """When `advance` wants to be called."""
+        """Instant for the next `advance`."""
         if self.published:
             return self.now_ns
         if self._request is None:
@@ -147,7 +147,7 @@ class Master:
         return self._deadline_ns if self._sent else max(self.now_ns, self._quiet_from_ns)
 
     def receive(self, now_ns: int, data: bytes) -> None:
-        """Take characters, the last one complete at `now_ns`; drop those that answer nothing."""
+        """Receive characters, the last one complete at `now_ns`; drop those outside an exchange."""
         if not data:
             return
         self.now_ns = now_ns
@@ -179,7 +179,7 @@ class Master:
         return b""
 
     def _end_wait(self, request: Request) -> None:
-        """Resume with the reply if there is one, and no second one."""
+        """Resume with the reply, if exactly one has arrived."""
         reply = request.read(bytes(self._heard))
         if isinstance(reply, Reply):
             self._resume(reply)
@@ -199,7 +199,6 @@ class Master:
         return request.frame
 
     def _resume(self, reply: Reply | None) -> None:
-        """Resume the script up to its next step."""
         assert self._script is not None
         self._request, self._sent, self._pause_until_ns = None, False, None
         self._heard.clear()

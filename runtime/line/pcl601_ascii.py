@@ -1,4 +1,4 @@
-"""The way back from AA ASCII, for a PCL601 that hears no Modbus [Anaheim Automation ASCII, Direct Talk].
+"""Return from AA ASCII, for a PCL601 that does not react to Modbus [Anaheim Automation ASCII, Direct Talk].
 
 8E1  | request, no answer |                              | request, answer
 8N1                       | @% CR  | 1 CR LF |  @1| CR  |
@@ -20,12 +20,12 @@ ANSWER_MAX = 4
 
 
 def ask_address(unit: int) -> Request:
-    """Return the question for an address; only that of `unit` is an answer."""
+    """Return the request for the address; only the answer of `unit` is accepted."""
     return Request(ASK, ANSWER_MAX, partial(_read, unit=unit), LINE_FORMAT)
 
 
 def back_to_modbus(unit: int) -> Request:
-    r"""Return the command that ends AA ASCII; nothing answers it.
+    r"""Return the command that ends AA ASCII; it has no answer.
 
     >>> back_to_modbus(1).frame
     b'@1|\r'

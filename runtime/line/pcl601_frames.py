@@ -1,4 +1,4 @@
-"""Requests to a PCL601, Modbus RTU, each with what its reply has to look like."""
+"""Requests to a PCL601, Modbus RTU, each with the expected form of its reply."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ HEAD = 3
 
 
 def _read(data: bytes, head: bytes, size: int) -> Reply | Verdict:
-    """Read a reply that has to begin with `head` and to be `size` long."""
+    """Read a reply that must begin with `head` and have `size` bytes."""
     refusal = bytes((head[0], head[1] | pdus.EXCEPTION))
     if len(data) == pdus.EXCEPTION_BYTES + AROUND and data.startswith(refusal) and is_frame(data):
         return Reply(data, data[2])
@@ -41,7 +41,7 @@ def _request(unit: int, pdu: bytes) -> Request:
 
 
 def read_registers(unit: int, first: Register, words: int) -> Request:
-    """Return the request for registers from the first of a value on."""
+    """Return the request for registers, beginning with the first word of a value."""
     return _request(unit, pdus.read_registers(first, words))
 
 
@@ -51,7 +51,7 @@ def read_inputs(unit: int) -> Request:
 
 
 def write_registers(unit: int, first: Register, words: Sequence[int]) -> Request:
-    """Return the request that writes words, unsigned, from the first of a value on."""
+    """Return the request that writes unsigned words, beginning with the first word of a value."""
     return _request(unit, pdus.write_registers(first, words))
 
 

@@ -1,4 +1,4 @@
-"""What a PCL601 is asked over Modbus, without its address and CRC, and what its answers look like.
+"""Modbus requests to a PCL601 and the form of its answers, without address and CRC.
 
     function  data             good answer               exception
     01 02     first, count     function, bytes, data     function + 80, code
@@ -7,8 +7,8 @@
     10        first, count ... function, first, count
     11                         function, 5, unit, 4 more
 
-An answer that passes the checksum may still be to another master's request, or a
-late one to an earlier one: function, length, byte count and echo are compared, too.
+An answer with a correct checksum may still belong to another master's request, or to an
+earlier one: function, length, byte count and echo are compared, too.
 """
 
 from __future__ import annotations
@@ -30,48 +30,48 @@ ID_BYTES = 7
 
 
 def read_outputs() -> bytes:
-    """Return the question for all outputs, one bit each."""
+    """Return the request for all outputs, one bit each."""
     return pack(">BHH", READ_COILS, 0, OUTPUT_COUNT)
 
 
 def read_inputs() -> bytes:
-    """Return the question for all inputs, one bit each."""
+    """Return the request for all inputs, one bit each."""
     return pack(">BHH", READ_INPUTS, 0, INPUT_COUNT)
 
 
 def read_input_register() -> bytes:
-    """Return the question for the inputs as one word."""
+    """Return the request for the inputs as one word."""
     return pack(">BHH", READ_INPUT_REGISTERS, 0, 1)
 
 
 def read_registers(first: Register, words: int) -> bytes:
-    """Return the question for registers from the first of a value on."""
+    """Return the request for registers, beginning with the first word of a value."""
     return pack(">BHH", READ_REGISTERS, ROWS[first].address, words)
 
 
 def write_output(output: int, on: bool) -> bytes:
-    """Return the question that switches an output, 1 to 8."""
+    """Return the request that switches an output, 1 to 8."""
     return pack(">BHH", WRITE_COIL, output - 1, 0xFF00 if on else 0)
 
 
 def write_register(register: Register, word: int) -> bytes:
-    """Return the question that writes one word, unsigned."""
+    """Return the request that writes one unsigned word."""
     return pack(">BHH", WRITE_REGISTER, ROWS[register].address, word)
 
 
 def write_registers(first: Register, words: Sequence[int]) -> bytes:
-    """Return the question that writes words, unsigned, from the first of a value on."""
+    """Return the request that writes unsigned words, beginning with the first word of a value."""
     count = len(words)
     return pack(f">BHHB{count}H", WRITE_REGISTERS, ROWS[first].address, count, 2 * count, *words)
 
 
 def command(code: Code) -> bytes:
-    """Return the question that carries out a command code."""
+    """Return the request that carries out a command code."""
     return write_register(Register.COMMAND, code)
 
 
 def report_id() -> bytes:
-    """Return the question for address and firmware; its answer has no run status, as printed."""
+    """Return the request for address and firmware; its answer has no run status, as printed."""
     return bytes((REPORT_ID,))
 
 
@@ -88,7 +88,7 @@ def answer_bytes(pdu: bytes) -> int:
 
 
 def answer_head(pdu: bytes, unit: int) -> bytes:
-    """Return the bytes with which a good answer of `unit` begins.
+    """Return the first bytes of a good answer of `unit`.
 
     >>> answer_head(bytes.fromhex("03 00 0c 00 02"), 1).hex(" ")
     '03 04'
@@ -108,6 +108,6 @@ def low_high(value: int) -> tuple[int, int]:
 
 
 def signed_pair(low: int, high: int) -> int:
-    """Return the value of two words, as `low_high` splits it."""
+    """Return the signed value of two words; the inverse of `low_high`."""
     value = low | high << 16
     return value - (1 << 32) if value >> 31 else value

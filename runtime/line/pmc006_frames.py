@@ -1,4 +1,4 @@
-"""Requests to a PMC006x3s; every instruction is answered with one frame that does not say to which."""
+"""Requests to a PMC006x3s; the one-frame answer does not name its instruction."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from .master import Reply, Request, Verdict
 from .wire import LineFormat
 
 LINE_FORMAT = LineFormat(BAUD)
-"""Nothing changes it."""
+"""The fixed format of the line."""
 
 
 def _read(data: bytes, unit: int, value: int | None) -> Reply | Verdict:
-    """Read a reply of a unit; an instruction that sets a value answers with it."""
+    """Read a reply of a unit; an instruction that sets a value answers with that value."""
     if len(data) < FRAME_BYTES:
         return Verdict.UNFINISHED
     frame = decode(data)
@@ -37,7 +37,7 @@ def instruction(unit: int, name: str, value: int = 0) -> Request:
 
 
 def reading(unit: int, name: str) -> Request:
-    """Return the request of a read; whatever it answers is a value."""
+    """Return the request of a read; any answer is a value."""
     row = BY_NAME[name]
     return Request(command(unit, row.code), FRAME_BYTES, partial(_read_value, unit=unit))
 

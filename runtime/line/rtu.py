@@ -1,15 +1,15 @@
-"""Modbus RTU framing: which bytes are a frame [Message Framing, Appendix 2].
+"""Modbus RTU framing: frames in a stream of bytes [Message Framing, Appendix 2].
 
 On a line with the baud rate's timing a frame is between two
-silences of 3.5 characters, and one that pauses for more than 1.5 characters is
-none:
+silences of 3.5 characters, and a pause of more than 1.5 characters
+within a frame makes it invalid:
 
     ...|  >= 3.5  |addr func data ... crc crc|  >= 3.5  |...
 
-Where the transport keeps no such time (TCP, pseudo-terminals, USB adapters) a
-frame is taken as soon as its length, known from its function, is there and its
-CRC is right. The silence, then a longer one, is the way back after anything
-else, and no frame is lost for what came before it.
+Transports such as TCP, pseudo-terminals and USB adapters do not keep such times.
+There a frame is taken as soon as its length, known from its function, has arrived and its
+CRC is right. A longer silence resynchronises after anything else, and garbage before a
+frame does not lose the frame.
 """
 
 from __future__ import annotations
@@ -52,11 +52,11 @@ def is_frame(data: bytes) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Timing:
-    """How the receiver separates frames.
+    """Rules by which the receiver separates frames.
 
     Attributes:
         gap_ns: silence that ends a frame.
-        pause_ns: silence within a frame that spoils it, None where pauses mean nothing.
+        pause_ns: silence within a frame that spoils it, None where pauses have no meaning.
         by_length: frames are taken as soon as they are complete.
     """
 
@@ -69,7 +69,7 @@ class Framer:
     """The receiver: bytes and the time in, frames out.
 
     Attributes:
-        deadline_ns: when silence ends the frame under way, None if there is none.
+        deadline_ns: the instant at which silence ends the present frame, None without one.
     """
 
     def __init__(self, timing: Timing) -> None:
@@ -85,11 +85,11 @@ class Framer:
         return self._timing.gap_ns
 
     def receive(self, start_ns: int, now_ns: int, data: bytes) -> list[bytes]:
-        """Take bytes that followed each other without pause; return frames complete without silence.
+        """Receive bytes without a pause between them; return frames that are complete without silence.
 
         Args:
-            start_ns: when the first of them began.
-            now_ns: when the last one was complete.
+            start_ns: begin of the first byte.
+            now_ns: end of the last byte.
         """
         timing = self._timing
         if self._buffer and timing.pause_ns is not None and start_ns - self._last_ns > timing.pause_ns:
@@ -105,7 +105,7 @@ class Framer:
         return []
 
     def silence(self) -> list[bytes]:
-        """The gap has passed: return the frames in what was received."""
+        """Return the frames received before the gap that has just passed."""
         data, spoilt = bytes(self._buffer), self._spoilt
         self.deadline_ns = None
         if is_frame(data):
@@ -116,7 +116,7 @@ class Framer:
         return frames
 
     def clear(self) -> None:
-        """Drop the bytes of the frame under way."""
+        """Drop the bytes of the present frame."""
         self._buffer.clear()
         self._spoilt = False
         self.deadline_ns = None
@@ -139,7 +139,7 @@ class Framer:
 
 
 def _length(buffer: bytes, at: int) -> int | None:
-    """Return the length of the request that begins at `at`, None if it is unknown (yet)."""
+    """Return the length of the request that begins at `at`, None if it is not known (yet)."""
     if at + 1 >= len(buffer):
         return None
     function = buffer[at + 1]

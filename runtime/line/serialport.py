@@ -1,4 +1,4 @@
-"""pyserial as the clients and the served ports use it: settings, and every error of a port that goes away.
+"""pyserial for clients and served ports: settings, and every error of a port that disappears.
 
 pyserial wraps most failures of a port in `SerialException`, an OSError. It does not wrap
 `termios.error`, which is not an OSError: `flush`, `apply_settings` and the constructor raise it
@@ -18,11 +18,11 @@ except ImportError:  # Windows has no termios, and pyserial raises OSErrors ther
     PORT_ERRORS: tuple[type[Exception], ...] = (OSError, ValueError)
 else:
     PORT_ERRORS = (OSError, ValueError, _TerminalError)
-"""What pyserial raises for a port that is not there, not there any more, or can't do a format."""
+"""Errors of pyserial for a port that is missing, unplugged, or without the requested format."""
 
 
 def is_pseudo_terminal(path: str) -> bool:
-    """Return whether a path leads to a pseudo-terminal, which has no parity and is an error with one."""
+    """Return whether a path leads to a pseudo-terminal; parity is an error on one."""
     return os.path.realpath(path).startswith("/dev/pts/")
 
 
@@ -37,7 +37,7 @@ def settings(path: str, line_format: LineFormat) -> dict[str, Any]:
 
 
 def reason(error: Exception) -> str:
-    """Return what is wrong, without pyserial's own words where the system has a message.
+    """Return the cause of an error, without pyserial's own words where the system has a message.
 
     >>> reason(OSError(2, "could not open port /dev/ttyUSB0: [Errno 2] No such file or directory"))
     'No such file or directory'

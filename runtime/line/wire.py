@@ -1,12 +1,12 @@
-"""The serial line: characters that take their time, in virtual time.
+"""The serial line: characters that take time, in virtual time.
 
     sender     |s|d d d d d d d d|p|s|s|d d d ...      11 bits of 8E1 at 38,400 baud: 286.46 µs
                                      ^ here the receiver has the character
 
-A device on the line is a state machine without I/O (`Device`): it gets
-the characters that it receives, says when it wants to be woken, and returns
-what it sends. The `SerialBus` carries characters between any number of devices
-and a master, one by one, each at the instant at which it is complete.
+A device on the line is a state machine without I/O (`Device`): it receives
+characters, says when it must be woken, and returns what it sends. The `SerialBus`
+carries characters between any number of devices and a master, one by one, each at
+the instant at which it is complete.
 
 The bus is ideal: characters of two senders that overlap arrive side by side,
 and nothing is garbled except on purpose.
@@ -33,9 +33,6 @@ class LineFormat:
 
     Attributes:
         baud: bits per second, from 1.
-        parity: "N", "E" or "O".
-        stop_bits: 1 or 2.
-        data_bits: 7 or 8.
 
     Raises:
         ValueError: a value that is none of these.
@@ -62,7 +59,7 @@ class LineFormat:
         return 1 + self.data_bits + (self.parity != "N") + self.stop_bits
 
     def span_ns(self, characters: int) -> int:
-        """Return the time that so many characters take, one after the other, in ns, rounded down."""
+        """Return the time of a number of successive characters in ns, rounded down."""
         return characters * self.bits * NS_PER_S // self.baud
 
     def __str__(self) -> str:
@@ -70,7 +67,7 @@ class LineFormat:
 
 
 class Device(Protocol):
-    """Something on a serial line. It never raises, whatever it receives."""
+    """A participant of a serial line. It never raises, whatever it receives."""
 
     @property
     def line_format(self) -> LineFormat:
@@ -81,21 +78,21 @@ class Device(Protocol):
         """The latest instant for the next `advance`, None while it waits for a request."""
 
     def receive(self, now_ns: int, data: bytes) -> None:
-        """Take characters that came one right after the other, the last one complete at `now_ns`.
+        """Receive characters without gaps, the last one complete at `now_ns`.
 
-        It is called after `advance(now_ns)`. What the characters cause may make `next_wake_ns` `now_ns`.
+        It is called after `advance(now_ns)`. The characters may set `next_wake_ns` to `now_ns`.
         """
 
     def advance(self, now_ns: int) -> bytes:
-        """Let time run to `now_ns`; return what is put on the line from then on.
+        """Advance to `now_ns`; return the bytes that go onto the line from then on.
 
-        What it does must not depend on how often this is called. Called later than `next_wake_ns`, it
+        The result must not depend on the number of calls. Called later than `next_wake_ns`, it
         catches up, and only the sending is late.
         """
 
 
 class _Character(NamedTuple):
-    """A character under way: when it is complete, in which order it was sent, by whom, what it is."""
+    """A character in transit; `order` is the order of sending."""
 
     complete_ns: int
     order: int
@@ -110,8 +107,8 @@ class SerialBus:
     """A line with one master and any number of devices.
 
     Attributes:
-        now_ns: where its time has got to.
-        heard: what the master has received and not taken yet, in order.
+        now_ns: the present instant of the line.
+        heard: bytes that the master has received and not taken yet, in order.
         quiet_since_ns: end of the last character so far, None if there was none.
     """
 
@@ -130,33 +127,29 @@ class SerialBus:
         return not self._under_way
 
     def send(self, data: bytes, line_format: LineFormat, gap_ns: int = 0) -> int:
-        """Let the master send from now on; return when its last character is complete.
-
-        Args:
-            line_format: in which they are sent.
-        """
+        """Send as the master from now on; return the instant at which the last character is complete."""
         return self._put(MASTER, data, line_format, gap_ns)
 
     def take(self) -> bytes:
-        """Return what the master has received since it last asked."""
+        """Return the bytes that the master has received since the last call."""
         data = bytes(self.heard)
         self.heard.clear()
         return data
 
     def silence(self) -> None:
-        """Lose what is under way, and what has been received and not taken."""
+        """Drop all characters in transit, and those received and not taken."""
         self._under_way.clear()
         self.heard.clear()
 
     def run_until(self, until_ns: int) -> None:
-        """Let time run: all characters and wake-ups up to and including that instant."""
+        """Advance through all characters and wake-ups up to and including that instant."""
         while (due_ns := self.next_event_ns()) is not None and due_ns <= until_ns:
             self._step(due_ns)
         if until_ns > self.now_ns:
             self._step(until_ns)
 
     def next_event_ns(self) -> int | None:
-        """Return when the next character is complete or the next device wakes, None if never."""
+        """Return the instant of the next complete character or wake-up, or None."""
         due_ns = self._under_way[0].complete_ns if self._under_way else None
         for device in self.devices:
             wake_ns = device.next_wake_ns

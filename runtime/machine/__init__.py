@@ -1,10 +1,9 @@
-"""The machine that a module is bolted to: its parts and their behaviour.
+"""The machine that a module drives: its parts and their behaviour.
 
-`spec` is data: switches, encoder, timeline, stations, slips and jams, each checked when it is made. `Machine`
+`spec` is data: switches, encoder, timeline, stations, slips and jams, each checked when it is made.
+`Machine`
 is their behaviour in time: the module reports its motor steps, the machine decides how far the shaft follows
-and which inputs are energised. A module asks ahead, so that nothing loops over steps or ticks.
-
-This room knows events of the loop and the names of a 3601's inputs, and no module.
+and which inputs are energised. A module asks for the next event, so that nothing loops over steps or ticks.
 """
 
 from __future__ import annotations

@@ -1,12 +1,11 @@
 """The encoder: counts by the shaft, counts by hand, and the Z line.
 
     counts by the shaft  c = direction * floor(shaft * counts_per_step)
-    counts               c + what has been turned by hand
+    counts               c + counts turned by hand
 
-The Z line lies at the counts m = marker_at + n * marker_every of c. A Z pulse
-is given by the step with which c comes to m, or passes over it, from either
-side: going up from c0 to c1 if c0 < m <= c1, going down if c1 <= m < c0. Standing on m is no
-pulse; leaving it gives none, either.
+The Z line lies at the counts m = marker_at + n * marker_every of c. The step with
+which c reaches or passes m, from either side, gives a Z pulse: going up from c0 to c1
+if c0 < m <= c1, going down if c1 <= m < c0. Standing on m or leaving it gives no pulse.
 """
 
 from __future__ import annotations
@@ -29,7 +28,7 @@ class ShaftEncoder:
     """The encoder's counts by the shaft's travel.
 
     Args:
-        spec: the encoder; None = no encoder, which counts 0 for ever.
+        spec: the encoder; None = no encoder, which always counts 0.
     """
 
     __slots__ = ("_denominator", "_marker_at", "_marker_every", "_numerator", "direction")
@@ -59,7 +58,7 @@ class ShaftEncoder:
         return shafts
 
     def shaft_reaching(self, direction: int, counts: int) -> int:
-        """Return the shaft position at which, turning in `direction`, the counts come to `counts` or past it.
+        """Return the shaft position at which, turning in `direction`, the counts reach or pass `counts`.
 
         Only for an encoder on the shaft, and for counts that lie ahead.
         """
@@ -70,7 +69,7 @@ class ShaftEncoder:
         return -(-(turned + 1) * self._denominator // self._numerator) - 1
 
     def next_marker(self, direction: int, shaft: int) -> int | None:
-        """Return the count of the next Z line that the shaft, turning in `direction`, comes to."""
+        """Return the count of the next Z line that the shaft, turning in `direction`, reaches."""
         if self._marker_every is None:
             return None
         sense = direction * self.direction
@@ -115,7 +114,7 @@ class HandTurning:
         """Plan a turn.
 
         Raises:
-            ValueError: it ends before it starts, or starts before the turn planned last ends.
+            ValueError: it ends before it starts, or starts before the previous turn ends.
         """
         if end_ns < start_ns:
             raise ValueError(f"turn_encoder: end_ns is {end_ns}; allowed: {start_ns} (start_ns) or more")
@@ -126,13 +125,13 @@ class HandTurning:
             self._end_ns = end_ns
 
     def counts(self, now_ns: int) -> int:
-        """Return the counts turned by `now_ns`; time never goes back from one call to the next."""
+        """Return the counts turned by `now_ns`; calls must be in order of time."""
         while self._turns and now_ns >= self._turns[0].end_ns:
             self._done += self._turns.popleft().counts
         return self._done + self._turns[0].counted(now_ns) if self._turns else self._done
 
     def turning(self, now_ns: int) -> bool:
-        """Return whether a turn is under way or planned."""
+        """Return whether a turn is in progress or planned."""
         self.counts(now_ns)
         return bool(self._turns)
 
@@ -155,12 +154,12 @@ class HandTurning:
         insort(self._markers, at_ns)
 
     def next_marker_ns(self, now_ns: int) -> int | None:
-        """Return the instant of the next Z pulse after `now_ns`; forget earlier ones."""
+        """Return the instant of the next Z pulse after `now_ns`; drop earlier ones."""
         del self._markers[: bisect_right(self._markers, now_ns)]
         return self._markers[0] if self._markers else None
 
     def let_go(self, now_ns: int) -> None:
-        """Cancel what is planned for later than `now_ns`."""
+        """Cancel turns and pulses planned for later than `now_ns`."""
         self._done = self.counts(now_ns)
         self._turns.clear()
         del self._markers[bisect_right(self._markers, now_ns) :]

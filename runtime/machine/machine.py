@@ -1,4 +1,4 @@
-"""The machine that a module is bolted to.
+"""The machine that a module drives.
 
 Its true position is not the module's count: the module reports its motor steps,
 and the machine decides how far the shaft follows, and which inputs switches,
@@ -32,10 +32,10 @@ NOTHING_WIRED = MachineSpec()
 class Machine:
     """A machine at rest at t = 0 with its shaft at 0.
 
-    `now_ns` never goes back from one call to the next, whatever is called.
+    `now_ns` never decreases between calls of any methods.
 
     Attributes:
-        before_change: called before a person changes something: an input, the encoder, a Z pulse.
+        before_change: called before a manual change of an input, the encoder or a Z pulse.
     """
 
     __slots__ = (
@@ -87,37 +87,25 @@ class Machine:
         self._forget_levels()
 
     def follow(self, direction: int, steps: int, now_ns: int) -> None:
-        """Follow motor steps, all of them up to and including `now_ns`.
-
-        Args:
-            direction: +1 or -1.
-            steps: 0 or more; 0 has no effect.
-        """
+        """Follow motor steps in a direction, all of them up to and including `now_ns`."""
         if steps:
             if not self._moving:
                 self.depart(now_ns)
             self._shaft.follow(direction, steps)
 
     def rest(self, now_ns: int) -> None:
-        """Note the end of the motion: a station with the shaft at its position begins its work.
-
-        Without a motion since the last call it has no effect.
-        """
+        """Note the end of a motion: a station at the shaft's position begins its work."""
         if self._moving:
             self._moving = False
             self._stimuli.rest(now_ns, self._shaft.position)
             self._forget_levels()
 
     def steps_to_shaft(self, direction: int, target: int) -> int | None:
-        """Return the motor steps in `direction` until the shaft is at `target`.
-
-        Returns:
-            0 = it is there. None = never: `target` lies behind, or beyond a jam.
-        """
+        """Return the motor steps in `direction` to `target`; None = it is behind, or beyond a jam."""
         return self._shaft.steps_to(direction, target)
 
     def free_steps(self, direction: int) -> int:
-        """Return how many motor steps in `direction` the shaft follows one to one, 0 at a slip or jam."""
+        """Return the motor steps in `direction` that the shaft follows one to one, 0 at a slip or jam."""
         return self._shaft.free_steps(direction)
 
     # --- inputs
@@ -138,26 +126,23 @@ class Machine:
 
     @property
     def held(self) -> int:
-        """Mask of the inputs that timeline or bench hold at a level, as of the last query of `levels`."""
+        """Mask of the inputs held by timeline or bench, as of the last query of `levels`."""
         return self._stimuli.held_mask
 
     def _refresh(self) -> None:
-        """Compute the levels, and the shaft positions between which they hold."""
+        """Compute the levels, and the shaft positions between which they apply."""
         stimuli = self._stimuli
         self._first, self._last, mask = self._switches.row(self._shaft.position)
         self._levels = (mask | stimuli.pulses) & ~stimuli.held_mask | stimuli.held
 
     def _forget_levels(self) -> None:
-        """Make the next query compute the levels: no position is between these two."""
+        """Invalidate the computed levels: no position is between these two."""
         self._first, self._last = FAR, -FAR
 
     def steps_to_switch(self, direction: int) -> int | None:
-        """Return the motor steps in `direction` until a switch next changes its input.
+        """Return the motor steps, 1 or more, until a switch next changes its input; None = never.
 
         The timeline may hold that input, which then does not show the change.
-
-        Returns:
-            1 or more; None = never.
         """
         first, last, _ = self._switches.row(self._shaft.position)
         target = last + 1 if direction > 0 else first - 1
@@ -165,7 +150,7 @@ class Machine:
 
     @property
     def acts_next_ns(self) -> int:
-        """The next instant at which timeline or stations act, as far as they have acted; FAR = never."""
+        """The next instant at which timeline or stations act, as far as computed; FAR = never."""
         return self._stimuli.next_ns
 
     def next_change_ns(self, now_ns: int) -> int | None:
@@ -176,7 +161,7 @@ class Machine:
         return self._stimuli.next_ns if self._stimuli.next_ns < FAR else None
 
     def set_input(self, bit: InputBit, energised: bool) -> None:
-        """Give an input a level from the bench, from now on.
+        """Set an input from the bench, from now on.
 
         Raises:
             ValueError: a switch, a station or the timeline feeds that input.
@@ -190,11 +175,10 @@ class Machine:
         self._forget_levels()
 
     def operate(self, bit: InputBit, energised: bool | None, now_ns: int) -> None:
-        """Act on an input from now on as an entry of the timeline does, and tell of it as an event.
+        """Act on an input from now on as an entry of the timeline does, and record it as an event.
 
         Args:
-            energised: its level, whatever switches and stations say; None = as they say, or de-energised if
-                there are none.
+            energised: its level, which overrides switches and stations; None = released.
         """
         self.before_change()
         self._stimuli.operate(bit, energised, now_ns)
@@ -207,17 +191,14 @@ class Machine:
         return self._encoder.counts(self._shaft.position) + self._hand.counts(now_ns)
 
     def encoder_counts_all(self, shafts: NDArray[np.int64], now_ns: int) -> NDArray[np.int64]:
-        """Return the x4 counts with the shaft at many positions, and the hand at rest from `now_ns` on."""
+        """Return the x4 counts with the shaft at many positions, without hand turning after `now_ns`."""
         return self._encoder.counts_all(shafts) + self._hand.counts(now_ns)
 
     def steps_to_counts(self, direction: int, counts: int, now_ns: int) -> int | None:
-        """Return the motor steps in `direction` until the encoder reaches or passes `counts`.
+        """Return the motor steps in `direction` until the encoder reaches or passes `counts`; None = never.
 
-        Past it is meant in the motor's direction: `counts` or more for +1,
-        `counts` or less for -1. The hand is taken to rest from `now_ns` on.
-
-        Returns:
-            0 = reached. None = never: a jam, no encoder, or one that counts the other way.
+        "Past" is in the motor's direction: `counts` or more for +1, `counts` or less for -1. Hand
+        turning after `now_ns` is ignored.
         """
         wanted = counts - self._hand.counts(now_ns)
         if (self._encoder.counts(self._shaft.position) - wanted) * direction >= 0:
@@ -227,39 +208,27 @@ class Machine:
         return self._shaft.steps_to(direction, self._encoder.shaft_reaching(direction, wanted))
 
     def steps_to_marker(self, direction: int) -> int | None:
-        """Return the motor steps in `direction` until the shaft gives the next Z pulse.
-
-        Returns:
-            1 or more; None = never: a jam, or no Z line.
-        """
+        """Return the motor steps, 1 or more, until the next Z pulse of the shaft; None = never."""
         marker = self._encoder.next_marker(direction, self._shaft.position)
         if marker is None:
             return None
         return self._shaft.steps_to(direction, self._encoder.shaft_reaching(direction, marker))
 
     def turn_encoder(self, counts: int, start_ns: int, end_ns: int) -> None:
-        """Turn the encoder by hand: `counts` spread evenly, the last one at `end_ns`.
-
-        Args:
-            counts: x4, signed.
-            start_ns: not before the turn given last has ended.
-            end_ns: `start_ns` or later.
+        """Turn the encoder by hand: `counts` (x4, signed) spread evenly, the last one at `end_ns`.
 
         Raises:
-            ValueError: the times are not in this order.
+            ValueError: it ends before it starts, or starts before the previous turn ends.
         """
         self.before_change()
         self._hand.turn(counts, start_ns, end_ns)
 
     def turning(self, now_ns: int) -> bool:
-        """Return whether counts by hand come after `now_ns`."""
+        """Return whether counts by hand are planned after `now_ns`."""
         return self._hand.turning(now_ns)
 
     def counts_reached_ns(self, counts: int, now_ns: int) -> int | None:
-        """Return when turning by hand alone makes the encoder reach or pass `counts`; None = never.
-
-        The direction follows from its value at `now_ns`; if that is `counts`, the answer is `now_ns`.
-        """
+        """Return when hand turning alone makes the encoder reach or pass `counts`; None = never."""
         return self._hand.reached_ns(counts - self._encoder.counts(self._shaft.position), now_ns)
 
     def marker_at(self, at_ns: int) -> None:

@@ -4,13 +4,13 @@ The law, for a single motor step in direction d with the shaft at p:
 
     a jam at p against d            the step is lost
     the first step from p in d      every slip at p that acts in d may begin: its steps are lost
-    steps of a slip left to lose    the step is lost
+    remaining steps of a slip       the step is lost
     otherwise                       the shaft moves to p + d
 
 A step in the other direction, or against a jam, ends a slip at p. Between the
 positions of slips and jams nothing happens, so `follow` goes from one to the next
-and `steps_to` adds up the losses on the way. Chance is drawn one passage ahead, so
-that `steps_to` is exact.
+and `steps_to` adds up the losses on the way. Random numbers are drawn one passage
+ahead, so that `steps_to` is exact.
 """
 
 from __future__ import annotations
@@ -37,14 +37,13 @@ class _SlipState:
         self._draw = draw
         self._steps = slip.steps
         self._left = FAR if slip.times is None else slip.times
-        self._threshold = ceil(slip.chance * (1 << _CHANCE_BITS))  # exact: a draw below it is below chance
+        self._threshold = ceil(slip.chance * (1 << _CHANCE_BITS))  # exact: a draw below it is below `chance`
         self._will = self._drawn()
 
     def _drawn(self) -> bool:
         return self._draw.getrandbits(_CHANCE_BITS) < self._threshold
 
     def due(self) -> int:
-        """Steps that the next passage will lose."""
         return self._steps if self._will and self._left else 0
 
     def begin(self) -> int:
@@ -63,8 +62,7 @@ class Shaft:
 
     Args:
         slips: positions that lose steps.
-        jams: positions that block the shaft.
-        seed: of the chances; the same seed gives the same run.
+        seed: of the random numbers; the same seed gives the same run.
     """
 
     __slots__ = ("_departing", "_high", "_jams", "_left", "_low", "_obstacles", "_slips", "position")
@@ -79,8 +77,8 @@ class Shaft:
                 if slip.direction != -direction:
                     self._slips.setdefault((slip.at, direction), []).append(state)
         self._obstacles = sorted({at for at, _ in self._jams} | {at for at, _ in self._slips})
-        self._departing = 0  # direction in which the motor sets out from `position`, 0 = not yet
-        self._left = 0  # steps it has still to lose before the shaft leaves
+        self._departing = 0  # direction in which the motor leaves `position`, 0 = not yet
+        self._left = 0  # steps still to be lost before the shaft leaves
         self._survey()
 
     def _survey(self) -> None:
@@ -99,7 +97,7 @@ class Shaft:
             self._follow_past_obstacles(direction, steps)
 
     def free_steps(self, direction: int) -> int:
-        """Return how many motor steps in `direction` the shaft follows one to one; 0 at a slip or jam."""
+        """Return the motor steps in `direction` that the shaft follows one to one; 0 at a slip or jam."""
         if not self._low < self.position < self._high:
             return 0
         return self._high - self.position if direction > 0 else self.position - self._low
@@ -126,7 +124,6 @@ class Shaft:
         return lost
 
     def _clear(self, direction: int) -> int:
-        """Steps to the next obstacle strictly ahead."""
         if direction > 0:
             index = bisect_right(self._obstacles, self.position)
             return self._obstacles[index] - self.position if index < len(self._obstacles) else FAR
@@ -134,19 +131,13 @@ class Shaft:
         return self.position - self._obstacles[index - 1] if index else FAR
 
     def steps_to(self, direction: int, target: int) -> int | None:
-        """Return the motor steps in `direction` until the shaft is at `target`.
+        """Return the motor steps in `direction` to `target`; None = it is behind, or beyond a jam.
 
-        `follow` with one step fewer does not reach it, with exactly that many it does.
+        `follow` with exactly that many steps reaches it, with one fewer it does not.
 
         >>> shaft = Shaft([Slip(100, 7)], [Jam(500, 1)])
         >>> shaft.steps_to(1, 100), shaft.steps_to(1, 101), shaft.steps_to(1, 501)
         (100, 108, None)
-
-        Args:
-            direction: +1 or -1.
-
-        Returns:
-            0 or more; None = never: a jam in between, or `target` is the other way.
         """
         distance = (target - self.position) * direction
         if distance <= 0:
@@ -159,7 +150,6 @@ class Shaft:
         return distance + lost
 
     def _obstacles_before(self, direction: int, target: int) -> list[int]:
-        """Obstacles from the position on, short of `target`."""
         if direction > 0:
             return self._obstacles[
                 bisect_left(self._obstacles, self.position) : bisect_left(self._obstacles, target)

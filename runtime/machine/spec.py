@@ -1,10 +1,10 @@
 """The parts of a machine: switches, timeline, encoder, slips, jams, stations.
 
-Positions are true shaft positions in motor steps, 0 where the machine stands
-when the rack powers up, CW positive. Times are ns since power-up. Everything
-here is data; `machine.Machine` has the behaviour. A part that can't be built
-raises a ValueError that names field, value and what is allowed. A rack file
-describes the parts by the same names; the field types say how it writes them.
+Positions are true shaft positions in motor steps, CW positive, 0 at power-up of
+the rack. Times are ns since power-up. Everything here is data; `machine.Machine`
+has the behaviour. An illegal part raises a ValueError that names field, value and
+the allowed values. A rack file describes the parts by the same names; the field
+types define their form in the file.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ def input_of(value: object) -> InputBit:
 def _number(value: object) -> Fraction:
     if isinstance(value, int | float | Decimal) and not isinstance(value, bool):
         try:
-            return Fraction(str(value))  # of a float its shortest decimal reading
+            return Fraction(str(value))  # of a float its shortest decimal form
         except ValueError:
             pass
     raise PydanticCustomError("allowed", "a number")
@@ -78,7 +78,7 @@ Ratio = Annotated[Fraction, PlainValidator(_ratio)]
 
 Chance = Annotated[float | Fraction, PlainValidator(_number)]
 Times = Annotated[StrictInt | None, BeforeValidator(_times)]
-"""A number of times; None, in a file "always", has no end."""
+"""A number of times; None, in a file "always", is unlimited."""
 
 NO_MORE_KEYS = ConfigDict(extra="forbid")
 
@@ -115,7 +115,6 @@ class Switch:
     circuit). One input can't have both kinds.
 
     Attributes:
-        input: the module's input it is wired to.
         first: lowest shaft position that operates it, steps; None = open-ended.
         last: highest shaft position that operates it, steps; None = open-ended.
         normally_closed: the input is energised outside the range instead of inside.
@@ -159,8 +158,8 @@ class TimelineEntry:
     contact (True) or a broken wire (False), until an entry with None repairs it.
 
     Attributes:
-        at_ns: when, ns since power-up.
-        energised: the level from then on; None = as the machine's switch or station says.
+        at_ns: ns since power-up.
+        energised: the level from then on; None = controlled by the machine's switch or station.
     """
 
     at_ns: int
@@ -182,9 +181,7 @@ def press(
     [(3200, True), (3250, False)]
 
     Args:
-        at_ns: when it is pressed.
-        input: the input it is wired to.
-        for_ns: how long it is held, 1 or more.
+        for_ns: duration, 1 or more.
         normally_closed: pressing it de-energises the input. (The level before the first
             press is then an entry of its own, at 0.)
 
@@ -228,7 +225,7 @@ class EncoderSpec:
 
 @dataclass(frozen=True, slots=True)
 class Slip:
-    """Steps that the motor makes and the shaft does not, where the load is heavy.
+    """Steps that the motor makes without the shaft, where the load is heavy.
 
     When the motor sets out from shaft position `at` in `direction`, the shaft
     stays there for `steps` motor steps and follows from then on. Reversing the
@@ -237,7 +234,7 @@ class Slip:
     Attributes:
         steps: motor steps lost each time, 1 or more.
         direction: +1 or -1 for that direction only, 0 for both.
-        times: number of occurrences, 1 or more; None = without end.
+        times: number of occurrences, 1 or more; None = unlimited.
         chance: 0 to 1, the probability each time the motor sets out from there.
     """
 
@@ -262,7 +259,7 @@ class Slip:
 
 @dataclass(frozen=True, slots=True)
 class Jam:
-    """A position that the shaft can't pass in one direction; the other way it moves at once.
+    """A position that the shaft can't pass in one direction; the other way is free.
 
     Attributes:
         at: the last shaft position it reaches.
@@ -283,15 +280,9 @@ class Jam:
 class Station:
     """A station that works on the part at it and signals the end of its work.
 
-    When a motion has come to rest with the shaft exactly at `position`, the
-    station works for `work_ns` and then energises its input for `pulse_ns`. A
-    motion that begins before the pulse cancels it; a pulse that has begun lasts its
-    time.
-
-    Attributes:
-        input: the module's input it is wired to; several stations may share one.
-        work_ns: 0 or more.
-        pulse_ns: 1 or more.
+    When a motion ends with the shaft exactly at `position`, the station works for `work_ns`
+    (0 or more) and then energises its input for `pulse_ns` (1 or more). A motion that begins
+    before the pulse cancels it; a pulse that has begun is completed. Stations may share an input.
     """
 
     position: int
@@ -308,15 +299,10 @@ class Station:
 
 @dataclass(frozen=True, slots=True)
 class MachineSpec:
-    """All parts of a machine. Without parts it is a motor on a bench, its inputs not wired.
+    """All parts of a machine. Without parts it is a motor on a bench with unwired inputs.
 
     Attributes:
-        switches: operated by the shaft's position.
         timeline: actions of people, in any order; entries of the same instant act in the order given.
-        encoder: the encoder on the shaft, or None.
-        slips: positions that lose steps.
-        jams: positions that block the shaft.
-        stations: signal the end of their work.
     """
 
     switches: tuple[Switch, ...] = ()

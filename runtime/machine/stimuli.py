@@ -2,10 +2,10 @@
 
     rest                 depart                 (another motion)
      |<---- work_ns ---->|                       work cancelled: no pulse
-     |<---- work_ns ---->|<-- pulse_ns -->|      the pulse has begun: it lasts its time
+     |<---- work_ns ---->|<-- pulse_ns -->|      a pulse that has begun is completed
 
-An input is *held* once a timeline entry or the bench has given it a level; a
-held input shows that level, any other one what switches and stations feed it.
+An input is *held* once a timeline entry or the bench has set its level; other
+inputs follow switches and stations.
 """
 
 from __future__ import annotations
@@ -34,19 +34,17 @@ class _Work:
 
     def __init__(self, station: Station) -> None:
         self.station = station
-        self.due_ns = FAR  # when its pulse begins, FAR = it is not working
-        self.until_ns = FAR  # when its pulse ends, FAR = there is none
+        self.due_ns = FAR  # begin of its pulse, FAR = it is not working
+        self.until_ns = FAR  # end of its pulse, FAR = there is none
 
 
 class Stimuli:
-    """Timeline, stations and bench: they change the inputs by time.
-
-    Time never goes back from one call to the next.
+    """Timeline, stations and bench: changes of the inputs by time. Calls must be in order of time.
 
     Attributes:
         next_ns: instant of the next action, FAR = never.
         held_mask: inputs that are held.
-        held: those of them that are energised.
+        held: the energised ones among them.
         pulses: inputs that a station is pulsing.
         events: actions so far, in order of time; the reader empties it.
     """
@@ -97,7 +95,7 @@ class Stimuli:
     def operate(self, bit: InputBit, energised: bool | None, now_ns: int) -> None:
         """Act on an input as an entry of the timeline does.
 
-        An input without a switch or a station has nothing to follow: released, it is de-energised.
+        A released input without a switch or a station is de-energised.
         """
         self.advance(now_ns)
         fed = bool(self._fed & bit.value)

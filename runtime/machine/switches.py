@@ -36,10 +36,7 @@ class SwitchTable:
                 self._masks.append(mask)
 
     def row(self, shaft: int) -> tuple[int, int, int]:
-        """Return (first, last, mask): the closed range around `shaft` in which no level changes.
-
-        An open end is -FAR or +FAR.
-        """
+        """Return (first, last, mask): the range around `shaft` without a change; open ends are ±FAR."""
         index = bisect_right(self._bounds, shaft)
         first = self._bounds[index - 1] if index else -FAR
         last = self._bounds[index] - 1 if index < len(self._bounds) else FAR
@@ -55,7 +52,7 @@ def _edges(switches: Iterable[Switch]) -> Iterable[int]:
 
 
 def energised(switches: Iterable[Switch], shaft: int) -> int:
-    """Return the mask of inputs that these switches energise with the shaft at a position.
+    """Return the mask of inputs that these switches energise at a shaft position.
 
     Normally open switches on one input are in parallel, normally closed ones in series.
 

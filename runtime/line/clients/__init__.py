@@ -1,6 +1,6 @@
-"""Clients for real use: a PMC006x3s or a PCL601 at the other end of a serial line or a network.
+"""Clients of real controllers: a PMC006x3s or a PCL601 at the other end of a serial line or a network.
 
-The law of this room: what only reads, or writes what may be written twice, is
-tried again when the answer is missing or damaged; what starts a motion is never
-sent twice. When its answer is missing, the controller is asked what it is doing.
+Reads, and writes that may be repeated, are tried again when the answer is missing or
+damaged. A command that starts a motion is never sent twice: when its answer is missing, the
+client reads the controller's state.
 """

@@ -1,4 +1,4 @@
-"""The line to a controller as its master uses it, and its errors."""
+"""A master's view of the line to a controller, and its errors."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ ANSWER_S = 0.2
 """Longest wait for an answer; on the line itself an answer takes 6 to 28 ms."""
 
 ANSWER_RANGE_S = (0.01, 60.0)
-"""Range of an answer time that the user gives."""
+"""Range of an answer time that the user sets."""
 
 SILENCE_S = 0.004
-"""Silence before a question, so that a doubled answer is noticed: four characters at 9,600 baud."""
+"""Silence before a request, which reveals a doubled answer: four characters at 9,600 baud."""
 
 LATE_S = 0.1
-"""After a missing answer, the client waits so much longer for a late one, and drops it."""
+"""Additional wait after a missing answer; a late one is dropped."""
 
 TRIES = 3
-"""Attempts per question, where repeating it does no harm."""
+"""Attempts per request, where repeating it does no harm."""
 
 POLL_S = 0.05
-"""Time between two looks at a motion."""
+"""Time between two reads of a motion's state."""
 
 Progress = Callable[[int], None]
 """Called with the position while a motion runs."""
@@ -87,38 +87,26 @@ def until_answered(ask: Callable[[], Answer]) -> Answer:
 
 
 class Link(Protocol):
-    """Bytes to and from a controller, and the time between them."""
+    """Bytes to and from a controller, and the time between them. A lost line raises LinkError."""
 
     def send(self, data: bytes) -> None:
-        """Put bytes on the line.
-
-        Raises:
-            LinkError: the line is gone.
-        """
+        """Put bytes on the line."""
 
     def receive(self, count: int, seconds: float) -> bytes:
-        """Return `count` bytes as soon as they have arrived, or fewer when the time is up.
-
-        Raises:
-            LinkError: the line is gone.
-        """
+        """Return `count` bytes as soon as they have arrived, or fewer when the time is up."""
 
     def follow(self, line_format: LineFormat) -> None:
-        """Send and receive in a format from now on; a link whose format is set elsewhere leaves it.
-
-        Raises:
-            LinkError: the line is gone.
-        """
+        """Send and receive in a format from now on; a link with a format of its own ignores it."""
 
     def pause(self, seconds: float) -> None:
-        """Let time pass."""
+        """Wait."""
 
     def close(self) -> None:
-        """Give the line back."""
+        """Release the line."""
 
 
 def checked_answer_s(seconds: float) -> float:
-    """Return how long an answer may take, if that is allowed.
+    """Return an answer time after a check of its range.
 
     Raises:
         ValueError: it is out of `ANSWER_RANGE_S`.
@@ -130,9 +118,9 @@ def checked_answer_s(seconds: float) -> float:
 
 
 def drain(link: Link, quiet_s: float) -> bytes:
-    """Drop received bytes until the line is silent for `quiet_s`; return the dropped bytes.
+    """Drop received bytes until the line is silent for `quiet_s`; return them.
 
-    Give up on a line that never falls silent after 4096 bytes.
+    It gives up after 4096 bytes.
     """
     dropped = b""
     while len(dropped) < 4096 and (came := link.receive(1, quiet_s)):
@@ -144,7 +132,6 @@ class SerialLink(Link):
     """A serial port of this machine.
 
     Args:
-        path: its path, such as /dev/ttyUSB0 or COM3.
         line_format: speed and character format; a pseudo-terminal has no parity and is opened without.
 
     Raises:
@@ -165,7 +152,7 @@ class SerialLink(Link):
 
     @override
     def follow(self, line_format: LineFormat) -> None:
-        """Change the format; bytes already sent have left."""
+        """Change the format; bytes already sent have left the port."""
         try:
             self._port.apply_settings(settings(self._path, line_format))
         except PORT_ERRORS as error:
@@ -225,7 +212,7 @@ class TcpLink(Link):
 
     @override
     def receive(self, count: int, seconds: float) -> bytes:
-        """Return `count` bytes, or fewer when nothing has come for `seconds`."""
+        """Return `count` bytes, or fewer after a silence of `seconds`."""
         data = b""
         self._socket.settimeout(seconds)
         while len(data) < count:

@@ -1,10 +1,10 @@
-"""A Modbus master that takes for an answer only what can be the answer to its question.
+"""A Modbus master that accepts only possible answers to its request.
 
     RTU    unit, PDU, CRC                                      serial line, or its bytes over TCP
     TCP    transaction, 0, length, unit, PDU                   Modbus TCP
 
-What is checked: CRC, unit, function, byte count, and in the answer to a write
-its address and its value or quantity. Nothing is repeated here.
+It checks CRC, unit, function, byte count, and in the answer to a write its address and its
+value or quantity. Nothing is repeated here.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def check_answer(pdu: bytes, answer: bytes) -> bytes:
     """Return the data of an answer, without function and byte count.
 
     Raises:
-        BadAnswerError: it cannot be the answer to this question.
+        BadAnswerError: it does not match the request.
         RefusedError: it is an exception.
     """
     if len(answer) == EXCEPTION_BYTES and answer[0] == pdu[0] | EXCEPTION:
@@ -58,17 +58,17 @@ def check_answer(pdu: bytes, answer: bytes) -> bytes:
 
 
 class ModbusLine(Protocol):
-    """Carries a question to a unit and its answer back."""
+    """Carries a request to a unit and its answer back."""
 
     def ask(self, unit: int, pdu: bytes) -> bytes:
         """Ask once; return the data of the answer.
 
         Raises:
-            LinkError: no answer, one that cannot be right, or an exception.
+            LinkError: no answer, one that does not match, or an exception.
         """
 
     def pause(self, seconds: float) -> None:
-        """Let time pass."""
+        """Wait."""
 
 
 class RtuLine(ModbusLine):
@@ -98,7 +98,7 @@ class RtuLine(ModbusLine):
         self._link.pause(seconds)
 
     def _received(self, unit: int, pdu: bytes) -> bytes:
-        """Return the PDU of a frame that is whole and the unit's own."""
+        """Return the PDU of a complete frame of the unit."""
         least = 1 + EXCEPTION_BYTES + 2
         received = self._link.receive(least, self._answer_s)
         if len(received) == least and not received[1] & EXCEPTION:
@@ -113,7 +113,7 @@ class RtuLine(ModbusLine):
 
 
 class TcpLine(ModbusLine):
-    """Modbus TCP over a link; the transaction identifies answers to earlier questions, which are dropped.
+    """Modbus TCP over a link; answers to earlier requests are recognised by their transaction and dropped.
 
     Args:
         answer_s: how long an answer may take, 0.01 to 60 s.

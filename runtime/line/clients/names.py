@@ -1,4 +1,4 @@
-"""Values by name: which a client knows, and what they may be set to."""
+"""Values by name: the names that a client knows, and their allowed values."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ class Settable(Protocol):
 
     @property
     def allowed(self) -> str:
-        """The values allowed, in words."""
+        """The allowed values, in words."""
 
     def allows(self, value: int) -> bool:
         """Whether a value may be sent."""
@@ -25,7 +25,7 @@ def known(rows: Mapping[str, RowType], name: str, deed: str) -> RowType:
     """Return the row of a name that can be "read", or "set".
 
     Raises:
-        ValueError: there is none of that name.
+        ValueError: the name is unknown.
     """
     if name not in rows:
         raise ValueError(f"{name} can't be {deed}: can be {', '.join(rows)}")
@@ -36,7 +36,7 @@ def settable(rows: Mapping[str, SettableRow], name: str, value: int) -> Settable
     """Return the row of a name that can be set to a value.
 
     Raises:
-        ValueError: there is none of that name, or it does not allow the value.
+        ValueError: the name is unknown, or the value is not allowed.
     """
     row = known(rows, name, "set")
     if not row.allows(value):

@@ -23,31 +23,30 @@ READABLE: dict[str, Row] = {row.register.name.lower(): row for row in ROWS.value
 SETTABLE: dict[str, Row] = {
     name: row for name, row in READABLE.items() if row.writable and row.register is not Register.COMMAND
 }
-"""Those that can be set; commands are `Pcl601Client.command`."""
+"""Registers that can be set; for commands see `Pcl601Client.command`."""
 
 SHOWN = [(row, word) for row, word in WORDS if Register.POSITION <= row.register <= Register.ERROR_CODE]
-"""Words of a look: all that a motion shows lies between position and errors, and comes in one answer."""
+"""Words of one read: everything that a motion changes lies between position and errors."""
 
 MOTIONS = frozenset({Code.GO, Code.GO_SLEW, Code.HOME_TYPE_0, Code.HOME_TYPE_1})
 
 
 @dataclass(frozen=True, slots=True)
 class Registers(Seen):
-    """A look at a PCL601.
-
-    Attributes:
-        values: registers from the position to the errors.
-    """
+    """One read of a PCL601: its registers from the position to the errors."""
 
     values: Mapping[Register, int] = field(compare=False, default_factory=dict)
 
 
 class Pcl601Client(MotionClient[Registers]):
-    """A controller at the other end of a line.
+    """A PCL601 at the other end of a line.
+
+    Every method raises LinkError without a good answer, and RefusedError if the controller refuses; for
+    motions
+    see `MotionClient`.
 
     Args:
         line: Modbus RTU, 38,400 baud 8E1, or Modbus TCP.
-        unit: of the controller.
     """
 
     harmless = Error.ENCODER_CORRECTED
@@ -65,8 +64,7 @@ class Pcl601Client(MotionClient[Registers]):
         """Return a register by its name in `READABLE`, signed where its range is.
 
         Raises:
-            ValueError: there is none of that name.
-            LinkError: no good answer.
+            ValueError: the name is unknown.
         """
         row = known(READABLE, name, "read")
         words = unpack(f">{row.words}H", self._asked(pdus.read_registers(row.register, row.words)))
@@ -76,8 +74,7 @@ class Pcl601Client(MotionClient[Registers]):
         """Set a register by its name in `SETTABLE`, and read it back.
 
         Raises:
-            ValueError: it can't be set, or not to that.
-            LinkError: no good answer, or the controller refuses it.
+            ValueError: it can't be set, or not to that value.
         """
         row = settable(SETTABLE, name, value)
         if row.register is Register.ADDRESS:
@@ -120,12 +117,12 @@ class Pcl601Client(MotionClient[Registers]):
 
     @property
     def hard_limit(self) -> bool:
-        """Whether a hard limit is active, read; the controller does not show which."""
+        """Whether a hard limit is active, read; the controller does not say which."""
         return bool(self.inputs >> HARD_LIMIT_BIT & 1)
 
     @property
     def inputs(self) -> int:
-        """The input bits as function 02 has them, read; bit 0 is input 1, 1 is active."""
+        """The input bits of function 02, read; bit 0 is input 1, 1 is active."""
         return int.from_bytes(self._asked(pdus.read_inputs()), "little")
 
     @property
@@ -138,7 +135,6 @@ class Pcl601Client(MotionClient[Registers]):
 
         Raises:
             ValueError: no such output.
-            LinkError: no good answer, or the controller refuses it.
         """
         if not 1 <= number <= OUTPUT_COUNT:
             raise ValueError(f"output {number}: allowed is 1 to {OUTPUT_COUNT}")
@@ -150,12 +146,11 @@ class Pcl601Client(MotionClient[Registers]):
     # -- commands ----------------------------------------------------------------------------
 
     def command(self, code: Code) -> None:
-        """Write a command code; one that starts something is written once, others until answered.
+        """Write a command code; one that starts a motion is written once, others until answered.
 
         Raises:
             RefusedError: the controller refuses it, or sets an error bit for it.
-            UncertainError: it was to start a motion, and nothing moves; or it was not answered.
-            LinkError: no good answer.
+            UncertainError: a start without a visible motion, or without an answer.
         """
         if code in NEEDS_IDLE:
             self._start(code)
@@ -163,22 +158,16 @@ class Pcl601Client(MotionClient[Registers]):
             self._asked(pdus.command(code))
 
     def clear(self) -> None:
-        """Clear the error register, and read it.
-
-        Raises:
-            LinkError: no good answer, or errors that stay.
-        """
+        """Clear the error register, and read it; raise RefusedError for errors that stay."""
         self.command(Code.CLEAR_ERRORS)
         if left := self.errors:
             raise RefusedError(f"the errors were cleared and are still set{_told(left)}")
 
     def start_move(self, steps: int) -> int:
-        """Start a move over so many steps, its sign the direction; return where it should end.
+        """Start a move over signed steps; return its target.
 
         Raises:
             ValueError: 0, or too many steps.
-            LostSightError: the line failed when it had been started.
-            LinkError: it was refused, or it is not known to have begun.
         """
         if not 1 <= abs(steps) <= POSITION_LIMIT:
             raise ValueError(f"{steps} steps: allowed is 1 to {POSITION_LIMIT} in either direction")
@@ -187,13 +176,11 @@ class Pcl601Client(MotionClient[Registers]):
         return self._start(Code.GO).position + steps
 
     def move(self, steps: int, progress: Progress = lambda _: None) -> int:
-        """Move over so many steps and wait for the end; return the position.
+        """Move over signed steps and wait for the end; return the position.
 
         Raises:
             ValueError: 0, or too many steps.
             StoppedError: it ended elsewhere, with an error, or with the encoder outside its window.
-            LostSightError: the line failed when it had been started.
-            LinkError: it was refused, or it is not known to have begun.
         """
         before = self.look().values
         target = self.start_move(steps)
@@ -207,17 +194,14 @@ class Pcl601Client(MotionClient[Registers]):
         return seen.position
 
     def home(self, kind: int, progress: Progress = lambda _: None) -> int:
-        """Look for the home switch by the manual's home type 0 or 1; return the position at the end.
+        """Search for the home switch by the manual's home type 0 or 1; return the position at the end.
 
-        The position is left as counted: the controller does not set it to 0. It does not show its home
-        input either: a search counts as done if a motion was seen, has ended without an error, and no hard
-        limit is active.
+        The controller does not set the position to 0 and does not report its home input. A search has
+        succeeded if a motion was seen and has ended without an error and without an active hard limit.
 
         Raises:
             ValueError: no such type.
             StoppedError: it ended on a hard limit, or with an error.
-            LostSightError: the line failed when it had been started.
-            LinkError: it was refused, or it is not known to have begun.
         """
         if kind not in (0, 1):
             raise ValueError(f"home type {kind}: allowed are 0 and 1")
@@ -234,7 +218,7 @@ class Pcl601Client(MotionClient[Registers]):
 
     @override
     def halt(self) -> None:
-        """Stop motion and program at once; asked again until it is answered."""
+        """Stop motion and program at once; repeat until answered."""
         self._asked(pdus.command(Code.STOP_MOTION))
 
     @override
@@ -250,14 +234,13 @@ class Pcl601Client(MotionClient[Registers]):
         return self.begin(code.name, lambda: self._once(pdus.command(code)), moves=code in MOTIONS)
 
     def _check_encoder(self, seen: Registers, expected: int) -> None:
-        """Raise StoppedError if the encoder is outside its window after a move."""
         off, window = seen.values[Register.ENCODER_POSITION] - expected, seen.values[Register.ENCODER_WINDOW]
         if abs(off) > window:
             message = f"the move ended with the encoder {off:+} pulses off, its window is ±{window}"
             raise StoppedError(f"{message}{self.reasons(seen.errors)}")
 
     def _set_address(self, value: int) -> None:
-        """Change the address: the former one answers, the new one listens afterwards."""
+        """Change the address: the old address answers, then the new one is valid."""
         former, pdu = self.unit, _write(ROWS[Register.ADDRESS], value)
         try:
             self._once(pdu)
@@ -289,7 +272,7 @@ def value_of(row: Row, words: Sequence[int]) -> int:
 
 
 def _write(row: Row, value: int) -> bytes:
-    """Return the question that writes a value, both words of it at once."""
+    """Return the request that writes all words of a value at once."""
     words = [word_of(value, at) for at in range(row.words)]
     if row.words == 1:
         return pdus.write_register(row.register, words[0])
@@ -297,5 +280,5 @@ def _write(row: Row, value: int) -> bytes:
 
 
 def _told(errors: Error) -> str:
-    """Return what error bits mean, to be put after a sentence."""
+    """Return the meaning of error bits, to follow a sentence."""
     return "".join(f"; {error.name}: {CAUSES[error]}" for error in errors)

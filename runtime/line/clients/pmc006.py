@@ -1,14 +1,14 @@
-"""A client of a PMC006x3s: everything by name, over one line, one question at a time.
+"""A client of a PMC006x3s: everything by name, over one line, one request at a time.
 
-A reply does not say which instruction it answers [4.1.1], so the line is kept
-silent before every question, and longer after an answer that did not come: a
-late or a doubled answer is dropped, and not taken for the next one.
+A reply does not name its instruction [4.1.1]. The client therefore keeps the line silent
+before every request, and longer after a missing answer, so that late and doubled answers
+are dropped.
 
 Values are read by read instructions. Seven parameters have none; their setting
 instructions may or may not read with data 0: the manual says that "some" do
-[4.1.1]. On a controller where one does not, asking would set the parameter to 0,
-so it is done only on request. The address is never asked for so: an address out
-of range cuts the controller off [4.1.2], and every answer carries it.
+[4.1.1]. On a controller without that feature, such a read would set the parameter to 0,
+so it is an option. The address is never read this way: an address out of
+range cuts the controller off [4.1.2], and every answer contains it.
 """
 
 from __future__ import annotations
@@ -46,27 +46,27 @@ _MOTIONS = ("step", "zero_back", "speed_mode", "run_user_program")
 
 
 ADDRESS = "device_address"
-"""Every answer carries it."""
+"""Every answer contains it."""
 
 READABLE: dict[str, Instruction] = {
     row.shows or row.name.removeprefix("read_"): row for row in INSTRUCTIONS if row.kind is Kind.READ
 }
-"""What can be read by a read instruction, and by which."""
+"""Values with a read instruction, and that instruction."""
 
 BY_ZERO: dict[str, Instruction] = {
     row.name: row for row in PARAMETERS if row.asks_by_zero and row.name != ADDRESS
 }
-"""What may be readable by its setting instruction with data 0; the manual offers no reading of the rest."""
+"""Parameters whose setting instruction may read them with data 0; others have no documented read."""
 
 SETTABLE: dict[str, Instruction] = {
     row.name: row
     for row in sorted(INSTRUCTIONS, key=lambda row: row.name)
     if row.kind is Kind.SET and row.name != "speed_mode"
 }
-"""What can be set."""
+"""Values that can be set."""
 
 NAMED = Status1.EXT1 | Status1.EXT2 | Status1.STALL | Status1.UVL
-"""The bits of status register 1 that say why a motion was not made, or not well."""
+"""Bits of status register 1 that explain a missing or faulty motion."""
 
 
 def _unreadable(name: str, readable: Iterable[str]) -> str:
@@ -80,11 +80,11 @@ def _unreadable(name: str, readable: Iterable[str]) -> str:
 
 
 class _Search:
-    """What is seen of the switch during a zero-back.
+    """State of the home switch during a zero-back.
 
     Attributes:
         began_on_switch: it was active at the start.
-        was_free: it was seen free, or the motor going back, which it does only from a free switch [4.3.13].
+        was_free: it was free, or the motor moved back, which it does only from a free switch [4.3.13].
     """
 
     def __init__(self, on_switch: Callable[[], bool]) -> None:
@@ -94,7 +94,7 @@ class _Search:
         self.was_free = not self.began_on_switch
 
     def look(self, position: int) -> None:
-        """Take a position, and look at the switch as long as it has not been seen free."""
+        """Note a position; read the switch until it has been free once."""
         if self.was_free:
             return
         went_back = self._furthest is not None and position < self._furthest
@@ -103,13 +103,16 @@ class _Search:
 
 
 class Pmc006Client(MotionClient[Seen]):
-    """A controller at the other end of a line.
+    """A PMC006x3s at the other end of a line.
+
+    Every method raises LinkError without a good answer, and RefusedError if the controller refuses; for
+    motions
+    see `MotionClient`.
 
     Args:
         link: the line, 9,600 baud, 8N1.
-        address: of the controller.
-        answer_s: how long an answer may take, 0.01 to 60 s.
-        by_zero: also read what is in `BY_ZERO`.
+        answer_s: longest time of an answer, 0.01 to 60 s.
+        by_zero: also read the values of `BY_ZERO`.
     """
 
     def __init__(
@@ -128,7 +131,7 @@ class Pmc006Client(MotionClient[Seen]):
 
     @property
     def readable(self) -> tuple[str, ...]:
-        """The names that `read` takes, sorted."""
+        """The names that `read` accepts, sorted."""
         return tuple(sorted({*self._readable, ADDRESS}))
 
     def read(self, name: str) -> int:
@@ -136,7 +139,6 @@ class Pmc006Client(MotionClient[Seen]):
 
         Raises:
             ValueError: it can't be read.
-            LinkError: no good answer.
         """
         if name == ADDRESS:
             self.read("status1")
@@ -147,13 +149,12 @@ class Pmc006Client(MotionClient[Seen]):
         return self._asked(row.code, 0)
 
     def set(self, name: str, value: int) -> None:
-        """Set a parameter by its name in `SETTABLE`; where it can be read, it is read back.
+        """Set a parameter by its name in `SETTABLE`, and read it back where possible.
 
-        It is in force until power goes; `save` keeps what can be kept.
+        It is lost at power-off unless `save` keeps it.
 
         Raises:
-            ValueError: it can't be set, or not to that.
-            LinkError: no good answer, or the controller refuses it.
+            ValueError: it can't be set, or not to that value.
         """
         row = settable(SETTABLE, name, value)
         if name == ADDRESS:
@@ -166,11 +167,10 @@ class Pmc006Client(MotionClient[Seen]):
             raise RefusedError(f"{name} was set to {value} and reads {kept}")
 
     def do(self, name: str, data: int = 0) -> None:
-        """Carry out an action that may be carried out twice, such as clearing a flag.
+        """Carry out an action that may be repeated, such as clearing a flag.
 
         Raises:
             ValueError: it starts a motion, or is not an action.
-            LinkError: no good answer, or the controller refuses it.
         """
         row = BY_NAME.get(name)
         if row is None or row.kind is not Kind.ACTION or name in _MOTIONS:
@@ -178,22 +178,14 @@ class Pmc006Client(MotionClient[Seen]):
         self._check(row, self._asked(row.code, data), None)
 
     def clear(self) -> None:
-        """Clear the emergency stops of EXT1 and EXT2, and read them.
-
-        Raises:
-            LinkError: no good answer, or stops that stay.
-        """
+        """Clear and read the emergency stops of EXT1 and EXT2; raise RefusedError for those that stay."""
         self.do("clear_ext1_flag")
         self.do("clear_ext2_flag")
         if left := self.status1 & (Status1.EXT1 | Status1.EXT2):
             raise RefusedError(f"the emergency stops were cleared and are still set{self.reasons(left)}")
 
     def save(self) -> None:
-        """Keep the parameters in force in the EEPROM, which does not last for ever [4.3.17].
-
-        Raises:
-            LinkError: no good answer.
-        """
+        """Save the parameters in the EEPROM, whose write cycles are limited [4.3.17]."""
         self._check(BY_NAME["save_parameters"], self._once(BY_NAME["save_parameters"].code, 0), None)
 
     @property
@@ -225,12 +217,10 @@ class Pmc006Client(MotionClient[Seen]):
         return Seen(self.position, bool(status & (Status1.BUSY | Status1.HOME)), status & NAMED)
 
     def start_move(self, steps: int) -> int:
-        """Start a move over so many steps, its sign the direction; return where it should end.
+        """Start a move over signed steps; return its target.
 
         Raises:
             ValueError: 0, or too many steps.
-            LostSightError: the line failed when it had been started.
-            LinkError: it was refused, or it is not known to have begun.
         """
         if not 1 <= abs(steps) <= BY_NAME["step"].high:  # type: ignore[operator]
             raise ValueError(f"{steps} steps: allowed is 1 to {BY_NAME['step'].high} in either direction")
@@ -238,13 +228,11 @@ class Pmc006Client(MotionClient[Seen]):
         return self._start(BY_NAME["step"], abs(steps)).position + steps
 
     def move(self, steps: int, progress: Progress = lambda _: None) -> int:
-        """Move over so many steps and wait for the end; return the position.
+        """Move over signed steps and wait for the end; return the position.
 
         Raises:
             ValueError: 0, or too many steps.
             StoppedError: it ended elsewhere, or with a stall; the message says why.
-            LostSightError: the line failed when it had been started.
-            LinkError: it was refused, or it is not known to have begun.
         """
         target = self.start_move(steps)
         seen = self.watch(progress)
@@ -256,24 +244,22 @@ class Pmc006Client(MotionClient[Seen]):
     def home(self, stroke: int, progress: Progress = lambda _: None) -> int:
         """Go back to the switch on EXT1 and wait for it; return the position there.
 
-        It counts as found if EXT1 is at its active level at the end and was seen to be free before, or the
-        motor was seen to go back: a switch that is stuck is active all the time, and the motor only retreats.
+        The switch is found if EXT1 is active at the end and was free before, or the motor was seen to go
+        back: a stuck switch is always active, and the motor only retreats.
 
         Args:
-            stroke: the most that it may travel, in steps.
+            stroke: longest travel, in steps.
             progress: called with the position.
 
         Raises:
             ValueError: no such stroke.
             StoppedError: the switch was not found, or is stuck.
-            LostSightError: the line failed when it had been started.
-            LinkError: it was refused, or it is not known to have begun.
         """
         row = BY_NAME["zero_back"]
         if not row.allows(stroke):
             raise ValueError(f"stroke {stroke}: allowed is {row.allowed}")
         search = _Search(self._on_switch)
-        self._start(row, stroke, moves=False)  # short ones are over before a look; the switch shows the end
+        self._start(row, stroke, moves=False)  # short ones are over before a read; the switch shows the end
 
         def looked(position: int) -> None:
             search.look(position)
@@ -290,19 +276,11 @@ class Pmc006Client(MotionClient[Seen]):
         return seen.position
 
     def run(self) -> None:
-        """Run at the maximum speed in the chosen direction, until `slow_down` or `stop`.
-
-        Raises:
-            LinkError: it was refused, or it is not known to have begun.
-        """
+        """Run at the maximum speed in the selected direction, until `slow_down` or `stop`."""
         self._start(BY_NAME["speed_mode"], 1)
 
     def slow_down(self) -> None:
-        """Leave speed mode by the ramp, and look whether it was left.
-
-        Raises:
-            LinkError: no good answer, or the motor is still in speed mode.
-        """
+        """Leave speed mode by the ramp; raise RefusedError if the motor is still in speed mode."""
         self._check(BY_NAME["speed_mode"], self._asked(BY_NAME["speed_mode"].code, 0), None)
         if self.status2 & Status2.SPEED_MODE:
             raise RefusedError("speed_mode 0 was answered, and the motor is still in speed mode")
@@ -311,7 +289,7 @@ class Pmc006Client(MotionClient[Seen]):
 
     @override
     def halt(self) -> None:
-        """Stop at once, without a ramp; asked again until it is answered."""
+        """Stop at once, without a ramp; repeat until answered."""
         self.do("abort")
 
     @override
@@ -327,12 +305,12 @@ class Pmc006Client(MotionClient[Seen]):
         return self.begin(row.name, lambda: self._check(row, self._once(row.code, data), None), moves=moves)
 
     def _on_switch(self) -> bool:
-        """Return whether EXT1 is at the level to which its edge leads."""
+        """Return whether EXT1 has the level that follows its configured edge."""
         rising = self.read("ext_trigger_mode") & 1
         return (self.read("levels") >> 2 & 1) == rising
 
     def _set_address(self, row: Instruction, value: int) -> None:
-        """Change the address, which counts at once: the answer may come from either."""
+        """Change the address, which takes effect at once: the answer may have either address."""
         former = self.address
         try:
             answer = self._once(row.code, value, value)
@@ -348,7 +326,7 @@ class Pmc006Client(MotionClient[Seen]):
         self.address = value
 
     def _check(self, row: Instruction, answer: int, value: int | None) -> None:
-        """Raise what an answer says; 6 and 7 are values, too, where 6 or 7 was set."""
+        """Raise a refusal; 6 and 7 are values where 6 or 7 was set."""
         if answer in _ERRORS and answer != value:
             raise RefusedError(f"{row.name} is refused with error {_ERRORS[answer]}")
 
@@ -357,7 +335,6 @@ class Pmc006Client(MotionClient[Seen]):
         return until_answered(lambda: self._once(code, data))
 
     def _once(self, code: int, data: int, new_address: int | None = None) -> int:
-        """Ask once; return the data of the answer."""
         drain(self._link, self._quiet_s)
         self._quiet_s = self._answer_s + LATE_S
         self.faults += 1

@@ -1,10 +1,10 @@
-"""What answers on a line: questions that only read, to one address after the other.
+"""Detection of controllers on a line: read-only requests to one address after the other.
 
     PCL601 in Modbus RTU    function 11h, report address and firmware      38,400 8E1
     PCL601 in AA ASCII      @% CR, verify axis number, to any address      38,400 8N1
     PMC006x3s               j, read status register 1                       9,600 8N1
 
-No question changes anything, and none starts a motion.
+No request changes anything, and none starts a motion.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from ..wire import LineFormat
 from .link import SILENCE_S, Link, drain
 
 ANSWER_S = 0.1
-"""How long an answer may let one wait; USB adapters hold back what they receive for 16 ms."""
+"""Longest wait for an answer; USB adapters hold back received bytes for 16 ms."""
 
 PCL601_ADDRESSES = range(1, 100)
 PMC006_ADDRESSES = (FACTORY_ADDRESS, *range(1, 121))
@@ -29,7 +29,7 @@ PMC006_ADDRESSES = (FACTORY_ADDRESS, *range(1, 121))
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """Something that has answered."""
+    """A controller that has answered."""
 
     controller: str
     address: int
@@ -41,22 +41,22 @@ class Found:
 
 
 Asked = Callable[[str, int], None]
-"""Called before every question with its receiver: a language and an address, 0 for any."""
+"""Called before every request with its receiver: a language and an address, 0 for any."""
 
 Opened = Callable[[LineFormat], Link]
 """Opens the line in a format."""
 
 
 def probe(opened: Opened, addresses: Iterable[int] | None, asked: Asked) -> Iterator[Found]:
-    """Ask, language by language; yield what answers as soon as it does.
+    """Ask in one language after the other; yield each controller as soon as it answers.
 
     Args:
         opened: opens the line in a format; it is closed before it is opened in another one.
-        addresses: to ask; None = all that there can be.
-        asked: called before every question.
+        addresses: to ask; None = all possible ones.
+        asked: called before every request.
 
     Raises:
-        LinkError: the line can't be opened, or is gone.
+        LinkError: the line can't be opened, or is lost.
     """
     chosen = None if addresses is None else tuple(addresses)
     units = [each for each in PCL601_ADDRESSES if chosen is None or each in chosen]
@@ -67,7 +67,7 @@ def probe(opened: Opened, addresses: Iterable[int] | None, asked: Asked) -> Iter
 
 
 def questions(addresses: Iterable[int] | None) -> int:
-    """Return how many questions a probe asks at most.
+    """Return the maximum number of requests of a probe.
 
     >>> questions(None), questions([1, 255])
     (221, 4)
@@ -78,7 +78,7 @@ def questions(addresses: Iterable[int] | None) -> int:
 
 
 def answer_to(link: Link, request: Request) -> bool:
-    """Ask once; return whether what comes can be the answer."""
+    """Ask once; return whether the received bytes are a valid answer."""
     drain(link, SILENCE_S)
     link.send(request.frame)
     heard = b""
@@ -112,7 +112,6 @@ def _answering(
     question: Callable[[int], Request],
     asked: Asked,
 ) -> Iterator[int]:
-    """Yield the addresses that answer."""
     link = opened(line_format)
     try:
         for address in addresses:
@@ -124,7 +123,7 @@ def _answering(
 
 
 def _ascii(opened: Opened, chosen: tuple[int, ...] | None, asked: Asked) -> Iterator[Found]:
-    """Ask units in ASCII for their address; several answer at once and garble each other."""
+    """Ask units in ASCII for their address; simultaneous answers garble each other."""
     line_format = ascii.LINE_FORMAT
     link = opened(line_format)
     try:

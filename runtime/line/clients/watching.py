@@ -1,12 +1,12 @@
-"""What counts as done, and what a client does when it can no longer see a motor that it has started.
+"""The end of a motion as a client sees it, and the loss of the line during a motion.
 
-    start, sent once --> a sign of motion --> rest, looked at again --> done
-                       > none: the fault says what was not seen
-    fault while watching --> stop, asked for again and again --> seen to stand
-                                                             --> not seen: it may still be moving
+    start, sent once --> a sign of motion --> rest, confirmed --> done
+                       > none: the fault says what is missing
+    fault while watching --> stop, repeated --> seen at rest
+                                            --> not seen: it may still be moving
 
-An answer is never taken for what it is not older than: after answers that did not come, rest counts only when
-more looks agree on it than answers may be late.
+A late answer may describe an earlier state: after missing answers, rest is confirmed only by more
+agreeing reads than there can be late answers.
 """
 
 from __future__ import annotations
@@ -30,15 +30,15 @@ from .link import (
 )
 
 SIGN_LOOKS = 4
-"""Looks for a sign of a motion whose start was answered, `POLL_S` apart."""
+"""Reads for a sign of motion after an answered start, `POLL_S` apart."""
 
 
 class LostSightError(LinkError):
     """A motion was started and can no longer be watched.
 
     Attributes:
-        stopped: whether the motor was seen to stand since.
-        why: what went wrong, in words.
+        stopped: whether the motor was seen at rest since.
+        why: the cause, in words.
     """
 
     def __init__(self, why: str, *, stopped: bool, received: bytes = b"") -> None:
@@ -51,7 +51,7 @@ class LostSightError(LinkError):
 
 
 def try_to_stop(stop: Callable[[], None]) -> bool:
-    """Stop the motor; return whether it was seen to stand."""
+    """Stop the motor; return whether it was seen at rest."""
     try:
         stop()
     except LinkError:
@@ -61,7 +61,7 @@ def try_to_stop(stop: Callable[[], None]) -> bool:
 
 @contextmanager
 def stopped_when_lost(stop: Callable[[], None]) -> Iterator[None]:
-    """Stop the motor if the line fails meanwhile.
+    """Stop the motor if the line fails inside the block.
 
     Raises:
         LostSightError: the line has failed.
@@ -76,11 +76,7 @@ def stopped_when_lost(stop: Callable[[], None]) -> Iterator[None]:
 
 @dataclass(frozen=True, slots=True)
 class Seen:
-    """What a look shows of a controller.
-
-    Attributes:
-        position: steps; final if it does not move.
-    """
+    """One read of a controller: position in steps, final if it does not move."""
 
     position: int
     moving: bool
@@ -91,11 +87,14 @@ SeenType = TypeVar("SeenType", bound=Seen)
 
 
 class MotionClient(ABC, Generic[SeenType]):
-    """A client of something that moves.
+    """A client of a controller that moves.
+
+    Motions raise LinkError if they were refused or are not known to have begun, and LostSightError if the
+    line fails after the start.
 
     Attributes:
-        faults: answers so far that were missing or could not be right.
-        harmless: error bits with which a motion may be done.
+        faults: number of missing or impossible answers.
+        harmless: error bits that a successful motion may leave.
     """
 
     harmless: ClassVar[int] = 0
@@ -105,7 +104,7 @@ class MotionClient(ABC, Generic[SeenType]):
         self._faults_before = 0
         self._errors_before = 0
 
-    # -- what a controller brings -------------------------------------------------------------
+    # -- implemented by each client ------------------------------------------------------------
 
     @abstractmethod
     def look(self) -> SeenType:
@@ -113,45 +112,37 @@ class MotionClient(ABC, Generic[SeenType]):
 
     @abstractmethod
     def reasons(self, errors: int) -> str:
-        """Return what error bits and the limits say, to be put after a sentence."""
+        """Return the meaning of error bits and limits, to follow a sentence."""
 
     @abstractmethod
     def halt(self) -> None:
-        """Ask for a stop at once, until it is answered."""
+        """Request a stop at once, until it is answered."""
 
     @abstractmethod
     def pause(self, seconds: float) -> None:
-        """Let time pass."""
+        """Wait."""
 
     # -- motions ------------------------------------------------------------------------------
 
     def stop(self) -> None:
-        """Stop at once, without a ramp, and look whether it stands.
+        """Stop at once, without a ramp, and check that the motor stands.
 
         Raises:
             RefusedError: the stop was answered, and the motor still moves.
-            LinkError: no good answer.
         """
         if self._rest_soon(self.halt) is None:
             raise RefusedError("the stop was answered, and the motor still moves")
 
     def wait(self, progress: Progress = lambda _: None) -> int:
-        """Wait for the end of a motion; return the position.
-
-        Raises:
-            LostSightError: the line failed.
-        """
+        """Wait for the end of a motion; return the position."""
         return self.watch(progress).position
 
     def watch(self, progress: Progress, pause_s: float = POLL_S) -> SeenType:
-        """Wait for the end of a motion; return what is seen of the rest.
+        """Wait for the end of a motion; return the confirmed state at rest.
 
         Args:
             progress: called with every position.
-            pause_s: time between two looks.
-
-        Raises:
-            LostSightError: the line failed.
+            pause_s: time between two reads.
         """
         with stopped_when_lost(self.stop):
             while (rest := self._rest(1, progress)) is None:
@@ -160,17 +151,14 @@ class MotionClient(ABC, Generic[SeenType]):
             return rest
 
     def _rest(self, again: int, progress: Progress = lambda _: None) -> SeenType | None:
-        """Look, and look again so often, and for each answer that may be late; return what all agree on.
-
-        Answers that have not come since the end of the last motion may be late.
-        """
+        """Return a state at rest on which `again` + 1 reads, and one per late answer, agree; or None."""
         seen = self.look()
         progress(seen.position)
         again += self.faults - self._faults_before
         return None if seen.moving or any(self.look() != seen for _ in range(again)) else seen
 
     def _rest_soon(self, first: Callable[[], None] = lambda: None) -> SeenType | None:
-        """Return the rest if one of `TRIES` attempts shows it, each after doing something."""
+        """Return the state at rest if one of `TRIES` attempts, each after `first`, shows it."""
         for _ in range(TRIES):
             first()
             if (rest := self._rest(0)) is not None:
@@ -184,20 +172,19 @@ class MotionClient(ABC, Generic[SeenType]):
             raise StoppedError(f"{message}{self.reasons(seen.errors)}")
 
     def check_errors(self, what: str, seen: SeenType) -> None:
-        """Raise StoppedError if a motion has ended with an error that was not there at its start."""
+        """Raise StoppedError if a motion has ended with a new error."""
         if fresh := seen.errors & ~self._errors_before & ~self.harmless:
-            raise StoppedError(f"the {what} ended at {seen.position}, not well{self.reasons(fresh)}")
+            raise StoppedError(f"the {what} ended at {seen.position} with an error{self.reasons(fresh)}")
 
     def begin(self, name: str, send: Callable[[], object], *, moves: bool = True) -> SeenType:
-        """Send what starts something, once, and look whether it has begun; return the look before.
+        """Send a start once and check that it has begun; return the state before.
 
         Args:
-            moves: it counts as begun only if a motion is seen.
+            moves: it has begun only if a motion is seen.
 
         Raises:
             RefusedError: the controller refuses it, or moves already.
             UncertainError: no motion was seen.
-            LostSightError: the line failed when it had been started.
         """
         before = self._rest_soon()
         if before is None:
@@ -209,7 +196,7 @@ class MotionClient(ABC, Generic[SeenType]):
         return before
 
     def _sent(self, name: str, send: Callable[[], object], before: SeenType, moves: bool) -> LinkError | None:
-        """Send what starts something, once; return why it has not begun, None if it has."""
+        """Send a start once; return why it has not begun, None if it has."""
         failure: LinkError | None = None
         try:
             send()
@@ -217,7 +204,7 @@ class MotionClient(ABC, Generic[SeenType]):
             failure = fault
         seen = self._sign_of_motion(before, SIGN_LOOKS if moves and failure is None else 1)
         raised, self._errors_before = seen.errors & ~before.errors, seen.errors
-        if seen.moving or seen.position != before.position:  # also if the question was doubled on the line
+        if seen.moving or seen.position != before.position:  # also if the request was doubled on the line
             return None
         if failure is not None and not isinstance(failure, RefusedError):
             return UncertainError(f"{name} was not answered, and nothing moves; it is not repeated")
@@ -229,7 +216,7 @@ class MotionClient(ABC, Generic[SeenType]):
         return failure
 
     def _sign_of_motion(self, before: SeenType, looks: int) -> SeenType:
-        """Look until something moves or has changed, so often at most; return the last look."""
+        """Read until the state changes, at most `looks` times; return the last one."""
         seen = self.look()
         for _ in range(looks - 1):
             if seen != before:

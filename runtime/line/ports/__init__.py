@@ -1,8 +1,7 @@
-"""Ports: where a simulated controller's serial line ends, on this machine or on its network.
+"""Ports: real ends of a simulated controller's serial line, on this machine or on its network.
 
-The law of this room: a port moves bytes and knows no device, a device knows no port, and the loop
-in `server` is all there is between them. Sockets are bound to the loopback address unless set
-otherwise.
+A port moves bytes and knows no device, a device knows no port; the loop in `server` connects
+them. Sockets are bound to the loopback address unless set otherwise.
 """
 
 from __future__ import annotations

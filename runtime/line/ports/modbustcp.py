@@ -1,9 +1,9 @@
-"""Modbus TCP: requests with a seven-byte header, each answered by its transaction number.
+"""Modbus TCP: requests with a seven-byte header, each answered with its transaction number.
 
     0-1  transaction   2-3  protocol, 0   4-5  length of the rest   6  unit   7...  PDU
 
-Requests may be sent one after the other without waiting: each is answered, in
-order. A connection on which something else is spoken is ended.
+Requests may follow each other without waiting: each is answered, in order. Bytes that are
+not Modbus TCP end their connection.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ PDU_MAX = 253
 """The longest PDU, bytes [Modbus application protocol]."""
 
 AnswerPdu = Callable[[int, bytes], bytes | None]
-"""From a unit's address and a request PDU to the reply PDU; None = it is not answered."""
+"""From a unit's address and a request PDU to the reply PDU; None = no reply."""
 
 
 class ModbusTcpPort:
@@ -28,14 +28,14 @@ class ModbusTcpPort:
 
     Attributes:
         name: host:port.
-        traffic: what went through, headers included.
+        traffic: bytes sent and received, headers included.
 
     Args:
         host: the address to listen at.
         port: the port, 0 = any that is free.
 
     Raises:
-        PortError: it can't be listened there.
+        PortError: it can't listen there.
     """
 
     def __init__(self, host: str, port: int) -> None:
@@ -46,11 +46,11 @@ class ModbusTcpPort:
 
     @property
     def connections(self) -> int:
-        """How many clients are connected."""
+        """Number of connected clients."""
         return len(self._listener.connections)
 
     def serve(self, seconds: float, answer: AnswerPdu) -> None:
-        """Answer the requests that have come in; return within that time."""
+        """Answer the received requests; return within that time."""
         for connection, data in self._listener.wait(seconds):
             if not data:
                 self._end(connection)
@@ -85,10 +85,10 @@ class NotModbusError(ValueError):
 
 
 def split_frames(data: bytes) -> tuple[list[bytes], bytes]:
-    """Return the whole frames at the head of a stream, and what is left of it.
+    """Return the whole frames at the head of a stream, and the rest.
 
     Raises:
-        NotModbusError: what should be a header is none.
+        NotModbusError: the header is invalid.
     """
     frames: list[bytes] = []
     start = 0
@@ -105,7 +105,7 @@ def split_frames(data: bytes) -> tuple[list[bytes], bytes]:
 
 
 def reply_to(request: bytes, answer: AnswerPdu) -> bytes:
-    """Return the reply frame to a request frame; b"" where it is not answered."""
+    """Return the reply frame to a request frame; b"" if there is no reply."""
     transaction, _, _, unit = HEADER.unpack_from(request)
     pdu = answer(unit, request[HEADER.size :])
     return b"" if pdu is None else HEADER.pack(transaction, 0, len(pdu) + 1, unit) + pdu

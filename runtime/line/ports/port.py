@@ -1,4 +1,4 @@
-"""What every port can do, and its count of bytes."""
+"""The interface of every port, and its count of bytes."""
 
 from __future__ import annotations
 
@@ -10,11 +10,7 @@ from ..wire import LineFormat
 
 @dataclass(slots=True)
 class Traffic:
-    """Bytes that went through a port.
-
-    Attributes:
-        lost: times that the port went away.
-    """
+    """Bytes that went through a port, and the number of times that it was lost."""
 
     received: int = 0
     sent: int = 0
@@ -22,7 +18,7 @@ class Traffic:
 
 
 class PortError(ValueError):
-    """A port that can't be opened; the message says which and why."""
+    """A port that can't be opened; the message names it and the cause."""
 
 
 class Port(Protocol):
@@ -37,10 +33,10 @@ class Port(Protocol):
         """Return received bytes; b"" if none arrive in that time."""
 
     def send(self, data: bytes) -> None:
-        """Send; bytes that nothing receives are dropped, as on a line."""
+        """Send; bytes without a receiver are dropped, as on a line."""
 
     def follow(self, line_format: LineFormat) -> None:
-        """Change the character format, where the port has one."""
+        """Change the character format, if the port has one."""
 
     def close(self) -> None:
         """Close the port."""

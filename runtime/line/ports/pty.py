@@ -1,4 +1,4 @@
-"""A pseudo-terminal: a serial port without hardware, found by the path that is printed."""
+"""A pseudo-terminal: a serial port without hardware, whose path is printed."""
 
 from __future__ import annotations
 
@@ -14,13 +14,11 @@ CHUNK = 4096
 
 
 class PtyPort(Port):
-    """A pseudo-terminal in raw mode.
+    """A pseudo-terminal in raw mode; not on Windows.
 
-    Programs may open and close its path as often as they like: its other end is kept open here,
-    so that it is never hung up. Speed and parity mean nothing on it; a program that insists on
-    even parity gets an error from the operating system, and has to be set to none.
-
-    Not on Windows.
+    Programs may open and close its path at any time: its other end is kept open here, so that it
+    never hangs up. Speed and parity have no meaning on it; a program that requires even parity gets an
+    error from the operating system and must be set to none.
 
     Attributes:
         name: the path to open.

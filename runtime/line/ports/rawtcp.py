@@ -1,4 +1,4 @@
-"""The line's own bytes over TCP, as a serial device server passes them on."""
+"""The line's own bytes over TCP, like a serial device server."""
 
 from __future__ import annotations
 
@@ -14,8 +14,7 @@ from .sockets import Listener
 class RawTcpPort(Port):
     """The bytes of the line over TCP: RTU frames, or ASCII while the unit uses that.
 
-    Several clients may connect, but there is one line behind them: the one that was heard last gets
-    what is sent.
+    Several clients may connect, but they share one line: replies go to the latest sender.
 
     Attributes:
         name: host:port.
@@ -25,7 +24,7 @@ class RawTcpPort(Port):
         port: the port, 0 = any that is free.
 
     Raises:
-        PortError: it can't be listened there.
+        PortError: it can't listen there.
     """
 
     def __init__(self, host: str, port: int) -> None:

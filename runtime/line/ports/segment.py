@@ -2,11 +2,11 @@
 
     master   |request|
     unit 1             |reply|
-    unit 2   |request|  |reply|  quiet |    a unit's own characters do not come back to it
+    unit 2   |request|  |reply|  quiet |    a unit does not hear its own characters
 
-What the master sends while a unit's characters are still on the line waits for the line to be
-quiet: a port delivers a frame at once, and on the real line it would have been complete after the
-reply, not on top of it.
+A port delivers a frame at once. Bytes of the master that arrive while a unit still
+sends therefore wait until the line is quiet: on the real line they would have been complete
+after the reply, not on top of it.
 """
 
 from __future__ import annotations
@@ -18,19 +18,15 @@ from typing_extensions import override
 from ..wire import Device, LineFormat
 
 QUIET_CHARACTERS = 5
-"""Silence after a unit has spoken, in characters: more than the 3.5 that end a Modbus frame."""
+"""Silence after a unit has sent, in characters: more than the 3.5 that end a Modbus frame."""
 
 
 class Segment(Device):
     """A line with several units, as one device.
 
-    Attributes:
-        units: the units, in the order of their addresses.
-
     Args:
-        units: the units, one at least.
-        quiet_ns: silence after a unit has spoken, ns; None = what the line's speed makes of
-            `QUIET_CHARACTERS`.
+        units: at least one, in the order of their addresses.
+        quiet_ns: silence after a unit has sent, ns; None = `QUIET_CHARACTERS` at the line's speed.
     """
 
     def __init__(self, *units: Device, quiet_ns: int | None = None) -> None:
@@ -46,7 +42,7 @@ class Segment(Device):
 
     @property
     def next_wake_ns(self) -> int | None:
-        """When a unit wants to be woken, or what has waited for a quiet line can be heard."""
+        """Instant of the next wake-up of a unit, or of the end of a wait for silence."""
         times = [wake_ns for unit in self.units if (wake_ns := unit.next_wake_ns) is not None]
         if self._waiting:
             times.append(self._free_ns)
@@ -61,7 +57,7 @@ class Segment(Device):
 
     @override
     def advance(self, now_ns: int) -> bytes:
-        """Return what the units have put on the line."""
+        """Return the bytes that the units have put on the line."""
         said = b""
         while (wake_ns := self.next_wake_ns) is not None and wake_ns <= now_ns:
             said += self._step(wake_ns)
@@ -73,7 +69,7 @@ class Segment(Device):
         return b"".join(self._speak(unit, now_ns) for unit in self.units)
 
     def _speak(self, unit: Device, now_ns: int) -> bytes:
-        """Let a unit's time run, and the others hear what it says."""
+        """Advance a unit, and deliver its bytes to the others."""
         said = unit.advance(now_ns)
         if said:
             span_ns = unit.line_format.span_ns(QUIET_CHARACTERS) if self._quiet_ns is None else self._quiet_ns

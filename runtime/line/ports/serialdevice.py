@@ -1,4 +1,4 @@
-"""A real serial port; one that is unplugged is opened again when it is back."""
+"""A real serial port; an unplugged one is reopened when it is available again."""
 
 from __future__ import annotations
 
@@ -17,10 +17,7 @@ RETRY_S = 0.5
 
 
 class SerialPort(Port):
-    """A serial port of this machine.
-
-    Attributes:
-        name: its path, such as /dev/ttyUSB0 or COM3.
+    """A serial port of this machine; `name` is its path, such as /dev/ttyUSB0 or COM3.
 
     Raises:
         PortError: it can't be opened.
@@ -108,8 +105,8 @@ def open_serial(path: str, line_format: LineFormat) -> serial.Serial:
 
     Raises:
         OSError: it does not exist, or another process uses it.
-        ValueError: it does not do that format.
-        termios.error: it went away while it was set.
+        ValueError: it does not support the format.
+        termios.error: it was unplugged during the setup.
     """
     port = serial.Serial(path, exclusive=True, timeout=0)
     try:

@@ -1,4 +1,4 @@
-"""The loop between a port and a device without I/O: bytes in, bytes out, time in step with the wall clock."""
+"""The loop between a port and a device without I/O: bytes in, bytes out, in step with the wall clock."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ class Server(Protocol):
     """Serves a device at a port, a step at a time."""
 
     def step(self, longest_s: float) -> None:
-        """Wait for something to do, at most that long, and do it."""
+        """Wait for the next event, at most that long, and handle it."""
 
     def close(self) -> None:
-        """Give the port back."""
+        """Close the port."""
 
 
 class LineListener(Protocol):
     """Called with the bytes that pass on a line."""
 
     def heard(self, now_ns: int, data: bytes) -> None:
-        """The device has received."""
+        """Receive bytes on their way to the device."""
 
     def said(self, now_ns: int, data: bytes) -> None:
-        """The device has sent."""
+        """Receive bytes that the device has sent."""
 
 
 class LineServer(Server):
@@ -42,7 +42,6 @@ class LineServer(Server):
 
     Args:
         device: a unit, or a `Segment` of several.
-        port: where its line ends.
         listener: receives every byte; None = no listener.
     """
 
@@ -80,12 +79,11 @@ class LineServer(Server):
 
 
 class PduServer(Server):
-    """A device at a Modbus TCP port: requests do not pass its serial line, but its time runs.
+    """A device at a Modbus TCP port: requests bypass its serial line, but its time runs.
 
     Args:
         device: a unit, or a `Segment` of several.
         answer: answers a request PDU, at the present instant of the device.
-        port: where the requests come in.
         listener: receives every request and reply, unit and PDU; None = no listener.
     """
 
@@ -124,13 +122,13 @@ class PduServer(Server):
 
 
 class Stop:
-    """Set by Ctrl-C."""
+    """A request to stop, set by Ctrl-C."""
 
     def __init__(self) -> None:
         self.asked = False
 
     def ask(self) -> None:
-        """Ask for a stop after the present step."""
+        """Request a stop after the present step."""
         self.asked = True
 
 
@@ -152,8 +150,7 @@ def serve_until_interrupted(
 
     Args:
         each_step: called after every step.
-        stop: asks for a stop.
-        longest_s: the longest that a step waits.
+        longest_s: longest wait of a step.
     """
     stop = stop or Stop()
     with _closing(server), stopping_on_interrupt(stop.ask, server.step.__code__):

@@ -1,4 +1,4 @@
-"""TCP: a listening socket and the connections it has taken."""
+"""TCP: a listening socket and its connections."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ class Listener:
     """A listening TCP socket with its connections.
 
     Attributes:
-        name: host:port, with the port that was given by the system where 0 was asked for.
-        connections: those that are open.
+        name: host:port; for port 0 the port that the system has chosen.
+        connections: the open ones.
 
     Args:
         host: the address to listen at.
         port: the port, 0 = any that is free.
 
     Raises:
-        PortError: it can't be listened there.
+        PortError: it can't listen there.
     """
 
     def __init__(self, host: str, port: int) -> None:
@@ -40,7 +40,7 @@ class Listener:
         self._selector.register(self._socket, selectors.EVENT_READ)
 
     def wait(self, seconds: float) -> Iterator[tuple[socket.socket, bytes]]:
-        """Take new connections; yield what has come in on the others, and b"" for one that has ended."""
+        """Accept new connections; yield received data of the others, b"" for one that has ended."""
         for key, _ in self._selector.select(seconds):
             if key.fileobj is self._socket:
                 self._accept()
@@ -48,7 +48,7 @@ class Listener:
                 yield key.fileobj, self._read(key.fileobj)
 
     def send(self, connection: socket.socket, data: bytes) -> bool:
-        """Send to a connection; one that does not take it is dropped. Return whether it was taken."""
+        """Send to a connection, or drop it if that fails; return whether the data was sent."""
         try:
             taken = connection.send(data) == len(data)
         except OSError:
@@ -58,7 +58,7 @@ class Listener:
         return taken
 
     def drop(self, connection: socket.socket) -> None:
-        """End a connection; nothing happens if it has ended."""
+        """End a connection, if it has not ended yet."""
         if connection in self.connections:
             self.connections.remove(connection)
             self._selector.unregister(connection)
@@ -74,7 +74,7 @@ class Listener:
     def _accept(self) -> None:
         try:
             connection, _ = self._socket.accept()
-        except OSError:  # it was gone before it was taken
+        except OSError:  # closed before it was accepted
             return
         connection.setblocking(False)
         connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)

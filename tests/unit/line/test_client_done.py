@@ -149,7 +149,7 @@ def test_an_error_on_the_way_is_no_success() -> None:
         if position > 100:
             device.controller.report(Error.TRANSMIT)
 
-    with pytest.raises(StoppedError, match="the move ended at 700, not well; TRANSMIT: "):
+    with pytest.raises(StoppedError, match="the move ended at 700 with an error; TRANSMIT: "):
         client.move(700, trouble)
 
 
@@ -160,7 +160,7 @@ def test_a_search_for_home_that_ends_with_an_error_has_not_found_it() -> None:
     def trouble(position: int) -> None:
         device.controller.report(Error.MODE)
 
-    with pytest.raises(StoppedError, match="the search for home ended at 300, not well; MODE: "):
+    with pytest.raises(StoppedError, match="the search for home ended at 300 with an error; MODE: "):
         pcl601_client(device).home(0, trouble)
 
 

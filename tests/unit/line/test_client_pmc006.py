@@ -216,7 +216,7 @@ def test_a_stall_on_the_last_step_is_no_success() -> None:
         if position == 700:
             controller.axis.stalled = True
 
-    with pytest.raises(StoppedError, match="the move ended at 700, not well: STALL"):
+    with pytest.raises(StoppedError, match="the move ended at 700 with an error: STALL"):
         client.move(700, stall_at_the_end)
 
 
