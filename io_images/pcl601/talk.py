@@ -26,10 +26,8 @@ VERSION_TEXT = "PCL601 1.00"
 class Action(Enum):
     """What a command does with its parameters."""
 
-    SET = auto()
-    """Write a register; without parameters, where the row has a code, carry that out."""
-    DO = auto()
-    """Carry out the row's code; takes no parameters."""
+    SET = auto()  # write a register; without parameters, where the row has a code, carry that out
+    DO = auto()  # carry out the row's code; takes no parameters
     HOME = auto()
     DIRECTION = auto()
     ANALOG_POSITION = auto()

@@ -8,18 +8,13 @@ from enum import IntFlag
 class Status1(IntFlag):
     """Status register 1, instruction j [4.3.16]."""
 
-    BUSY = 1 << 0
-    """The motor is moving; says nothing about the end of a zero-back."""
-    EXT1 = 1 << 1
-    """Emergency stop by EXT1, until `b` clears it."""
-    EXT2 = 1 << 2
-    """Emergency stop by EXT2, until `l` clears it."""
+    BUSY = 1 << 0  # the motor is moving; says nothing about the end of a zero-back
+    EXT1 = 1 << 1  # emergency stop by EXT1, until `b` clears it
+    EXT2 = 1 << 2  # emergency stop by EXT2, until `l` clears it
     AUTO_DEC = 1 << 3
     STALL = 1 << 4
-    HOME = 1 << 6
-    """A zero-back is running."""
-    UVL = 1 << 7
-    """Supply below its limit."""
+    HOME = 1 << 6  # a zero-back is running
+    UVL = 1 << 7  # supply below its limit
 
 
 class Status2(IntFlag):
@@ -29,12 +24,10 @@ class Status2(IntFlag):
     EXT1_EN = 1 << 1
     COIL = 1 << 2
     SPEED_MODE = 1 << 3
-    DIR = 1 << 4
-    """1 is forward."""
+    DIR = 1 << 4  # 1 is forward
     OFFLINE_AUTO = 1 << 5
     EXT2_EN = 1 << 6
-    OTS = 1 << 7
-    """Overheated."""
+    OTS = 1 << 7  # overheated
 
 
 def firmware_text(value: int) -> str:
@@ -60,13 +53,10 @@ class Gpio(IntFlag):
     """The GPIO word of instruction y [4.3.14]; the bits without a word of explanation have no effect."""
 
     AN = 1 << 0
-    GPIO8 = 1 << 1
-    """Level of the 5 V output."""
+    GPIO8 = 1 << 1  # level of the 5 V output
     EXT1 = 1 << 2
-    AN_EN = 1 << 3
-    """Analog enable."""
-    AN_PUD = 1 << 4
-    """Input form of AN."""
+    AN_EN = 1 << 3  # analog enable
+    AN_PUD = 1 << 4  # input form of AN
     GPIO8_PUD = 1 << 5
     AN_DIR = 1 << 6
     GPIO8_DIR = 1 << 7

@@ -75,14 +75,10 @@ REFUSED = ("JSR", "SBR", "RET", "FOR", "BRK")
 class Way(Enum):
     """How a parameter goes between a call and its instance."""
 
-    INPUT = "INPUT"
-    """By value, before the routine runs."""
-    OUTPUT = "OUTPUT"
-    """By value, after the routine has run."""
-    INOUT = "INOUT"
-    """By reference: the routine works on the caller's tag itself."""
-    LOCAL = "LOCAL"
-    """Not at all: a tag of the instance's own."""
+    INPUT = "INPUT"  # by value, before the routine runs
+    OUTPUT = "OUTPUT"  # by value, after the routine has run
+    INOUT = "INOUT"  # by reference: the routine works on the caller's tag itself
+    LOCAL = "LOCAL"  # not at all: a tag of the instance's own
 
 
 @dataclass(frozen=True, slots=True)

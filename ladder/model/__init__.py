@@ -1,1 +1,1 @@
-"""What a program is made of: types, tags, tree, expressions, operands, one instruction."""
+"""The program model: types, tags, the tree, expressions, operands, instruction specs."""

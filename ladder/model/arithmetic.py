@@ -1,4 +1,4 @@
-"""How Logix computes: conversion, rounding, wrapping, division. Pure functions on Python numbers.
+"""Arithmetic of Logix: conversion, rounding, wrapping, division. Pure functions on Python numbers.
 
 | conversion | rule | source |
 |---|---|---|
@@ -70,7 +70,7 @@ def quotient(a: int, b: int) -> int:
 
 
 def remainder(a: int, b: int) -> int:
-    """What division leaves, with the sign of a; b is not 0 [1756-RM003N p. 281].
+    """Return the remainder of a division, with the sign of a; b is not 0 [1756-RM003N p. 281].
 
     >>> remainder(7, 3), remainder(-7, 3), remainder(7, -3)
     (1, -1, 1)
@@ -79,7 +79,7 @@ def remainder(a: int, b: int) -> int:
 
 
 def real_remainder(a: float, b: float) -> float:
-    """The same for floating-point values; NaN where it is undefined.
+    """Return the remainder of a floating-point division; NaN where it is undefined.
 
     >>> real_remainder(-7.5, 2.0)
     -1.5
@@ -114,29 +114,17 @@ def power(a: float, b: float) -> float:
 
 
 def square_root(value: float) -> float:
-    """Root of the size of a number: the sign does not count [1756-RM003N p. 284].
-
-    >>> square_root(-25.0)
-    5.0
-    """
+    """Root of the absolute value [1756-RM003N p. 284]."""
     return math.sqrt(abs(value))
 
 
 def root(value: float) -> float:
-    """Root in double precision.
-
-    >>> root(2.25)
-    1.5
-    """
+    """Root in double precision."""
     return math.sqrt(value)
 
 
 def integer_root(value: int) -> int:
-    """The same for an integer, its fraction cut off.
-
-    >>> integer_root(-27)
-    5
-    """
+    """Root of the absolute value of an integer, truncated."""
     return math.isqrt(abs(value))
 
 
@@ -145,16 +133,12 @@ MOST_DECIMAL = 10**8
 
 
 def to_digits(value: int) -> int:
-    """Return a number from 0 as binary coded decimal.
-
-    >>> hex(to_digits(1254))
-    '0x1254'
-    """
+    """Return a number >= 0 in binary coded decimal."""
     return int(str(value), 16)
 
 
 def from_digits(pattern: int) -> int:
-    """Return the number of a pattern of binary coded decimal; a digit above 9 counts as it is.
+    """Return the number of a binary coded decimal; a digit above 9 counts with its value.
 
     >>> from_digits(0x1254), from_digits(0x1A)
     (1254, 20)
@@ -167,7 +151,7 @@ def from_digits(pattern: int) -> int:
 
 
 def decimal(value: int) -> int:
-    """TOD in an expression: the last eight digits; 0 of a negative number.
+    """TOD in an expression: the last eight digits in BCD; 0 for a negative number.
 
     >>> hex(decimal(1254)), hex(decimal(123_456_789)), decimal(-1)
     ('0x1254', '0x23456789', 0)
@@ -176,7 +160,7 @@ def decimal(value: int) -> int:
 
 
 def real_decimal(value: float) -> float:
-    """The same for a REAL, without its fraction; 0 of infinity and NaN."""
+    """TOD of a REAL, without its fraction; 0 for infinity and NaN."""
     return float(decimal(int(value))) if math.isfinite(value) else 0.0
 
 
@@ -190,61 +174,37 @@ def from_decimal(value: int) -> int:
 
 
 def real_from_decimal(value: float) -> float:
-    """The same for a REAL, without its fraction; 0 of infinity and NaN."""
+    """FRD of a REAL, without its fraction; 0 for infinity and NaN."""
     return float(from_decimal(int(value))) if math.isfinite(value) else 0.0
 
 
 def sine(value: float) -> float:
-    """Sine of radians; infinity and NaN have none.
-
-    >>> sine(0.0)
-    0.0
-    """
+    """Sine of radians; NaN for infinity and NaN."""
     return _or_nan(math.sin, value)
 
 
 def cosine(value: float) -> float:
-    """Cosine of radians.
-
-    >>> cosine(0.0)
-    1.0
-    """
+    """Cosine of radians."""
     return _or_nan(math.cos, value)
 
 
 def tangent(value: float) -> float:
-    """Tangent of radians.
-
-    >>> tangent(0.0)
-    0.0
-    """
+    """Tangent of radians."""
     return _or_nan(math.tan, value)
 
 
 def arc_sine(value: float) -> float:
-    """Angle of a sine, radians; NaN for a size above 1.
-
-    >>> arc_sine(1.0), arc_sine(1.5)
-    (1.5707963267948966, nan)
-    """
+    """Angle of a sine, radians; NaN for a size above 1."""
     return _or_nan(math.asin, value)
 
 
 def arc_cosine(value: float) -> float:
-    """Angle of a cosine, radians; NaN for a size above 1.
-
-    >>> arc_cosine(1.0), arc_cosine(-1.5)
-    (0.0, nan)
-    """
+    """Angle of a cosine, radians; NaN for a size above 1."""
     return _or_nan(math.acos, value)
 
 
 def arc_tangent(value: float) -> float:
-    """Angle of a tangent, radians.
-
-    >>> arc_tangent(math.inf)
-    1.5707963267948966
-    """
+    """Angle of a tangent, radians."""
     return _or_nan(math.atan, value)
 
 
@@ -267,20 +227,12 @@ def common_log(value: float) -> float:
 
 
 def degrees(value: float) -> float:
-    """Degrees of an angle in radians.
-
-    >>> degrees(math.pi)
-    180.0
-    """
+    """Degrees of an angle in radians."""
     return value * (180 / math.pi)
 
 
 def radians(value: float) -> float:
-    """Radians of an angle in degrees.
-
-    >>> radians(180.0)
-    3.141592653589793
-    """
+    """Radians of an angle in degrees."""
     return value * (math.pi / 180)
 
 
@@ -292,7 +244,7 @@ def _or_nan(function: Callable[[float], float], value: float) -> float:
 
 
 def truncated(value: float) -> int:
-    """Cut off the fraction; infinity and NaN give 0.
+    """Truncate; infinity and NaN give 0.
 
     >>> truncated(-357.06)
     -357
@@ -301,11 +253,7 @@ def truncated(value: float) -> int:
 
 
 def real_truncated(value: float) -> float:
-    """Cut a floating-point value off toward zero.
-
-    >>> real_truncated(-2.9)
-    -2.0
-    """
+    """Truncate a floating-point value."""
     return float(truncated(value))
 
 
@@ -328,7 +276,7 @@ def swapped(value: int, bits: int, mode: str) -> int:
 
 
 def distributed(source: int, source_bit: int, target: int, target_bit: int, length: int, bits: int) -> int:
-    """Copy a field of bits into a number; bits that find no room are lost [1756-RM003N p. 303].
+    """Copy a field of bits into a number; bits beyond its width are lost [1756-RM003N p. 303].
 
     >>> bin(distributed(0b1100, 2, 0, 6, 4, 8) & 0xFF)
     '0b11000000'

@@ -13,7 +13,7 @@ from contextlib import contextmanager
 
 @contextmanager
 def collector_paused() -> Iterator[None]:
-    """Pause the collector for the time of a `with`, if it is on."""
+    """Pause the collector inside a `with`, if it is on."""
     was_on = gc.isenabled()
     gc.disable()
     try:

@@ -1,4 +1,4 @@
-"""What can be wrong with a program: its text, its logic, or what it does in a scan."""
+"""Errors in a program's text and logic, and the faults of a scan."""
 
 from __future__ import annotations
 
@@ -11,14 +11,13 @@ class LadderError(ValueError):
 
 
 class RungTextError(LadderError):
-    """Rung text with an error; names file, rung, line, column and what was expected.
+    """Rung text with an error; the message names file, rung, line, column and what was expected.
 
     Attributes:
-        file: the file, "" without one.
+        file: the file, "" if unknown.
         line: line in the file, from 1.
         column: column in that line, from 1.
         rung: number of the rung in its routine, None outside of rungs.
-        expected: what was expected there.
     """
 
     def __init__(
@@ -32,13 +31,12 @@ class RungTextError(LadderError):
 
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """Something that keeps a program from being built.
+    """A reason why a program can't be built.
 
     Attributes:
-        where: routine and rung, or the tag.
+        where: routine and rung, or the tag, for people.
         rung: the rung as text, "" if it is not a rung.
         text: what is wrong, with the value and what is allowed.
-        remedy: what helps.
         routine: full name of the routine, "" if it is not in one.
         number: the rung or line in that routine, None if it is not in one.
     """
@@ -83,12 +81,12 @@ class Site:
 
     @property
     def place(self) -> str:
-        """Its place in the routine: `rung 3`, `line 12`."""
+        """`rung 3` or `line 12`."""
         return f"{self.unit} {self.rung}"
 
     @property
     def call(self) -> str:
-        """What it is without its program."""
+        """The site without its program."""
         routine = self.routine.removeprefix(f"\\{self.program}.")
         return f"routine {routine}, {self.place}, {self.instruction}"
 
@@ -97,15 +95,7 @@ class Site:
 
 
 class LadderFault(Exception):  # noqa: N818 - what the trade calls it
-    """A major fault: the scan stops.
-
-    Attributes:
-        site: program, routine, rung and instruction.
-        tag: the tag it is about.
-        type: fault type, 4 = program fault, 6 = watchdog.
-        code: fault code.
-        calls: in an add-on instruction its call, the call that this is a part of, and so on.
-    """
+    """A major fault: the scan stops."""
 
     def __init__(self, site: Site, tag: str, text: str, code: int, kind: int = 4) -> None:
         self.site, self.tag, self.type, self.code = site, tag, kind, code
@@ -113,7 +103,7 @@ class LadderFault(Exception):  # noqa: N818 - what the trade calls it
         super().__init__(f"{site}: {tag}: {text} (major fault, type {self.type} code {code})")
 
     def called_by(self, site: Site) -> None:
-        """Note the call of the add-on instruction in which it happened."""
+        """Add the call of the add-on instruction around the fault."""
         self.calls += (site,)
 
     def __str__(self) -> str:
@@ -140,13 +130,13 @@ STRING_CODE = 51
 """Minor: LEN of a string is above the size of its DATA, or the result is [1756-RM003N p. 610]."""
 
 SHORT_STRING_CODE = 52
-"""Minor: the string of a number is longer than its destination [1756-RM003N p. 629]."""
+"""Minor: the destination is too short for the string of a number [1756-RM003N p. 629]."""
 
 STRING_NUMBER_CODE = 53
 """Minor: the number in a string does not fit its destination [1756-RM003N p. 623]."""
 
 STRING_PLACE_CODE = 56
-"""Minor: a start or a quantity is not inside of a string [1756-RM003N p. 614, 618]."""
+"""Minor: a start or a quantity is outside of a string [1756-RM003N p. 614, 618]."""
 
 PID_TIME_CODE, PID_SETPOINT_CODE = 35, 36
 """Minor: the update time of a PID is not above 0; its setpoint is out of range [1756-PM014]."""
@@ -156,11 +146,7 @@ OVERFLOW_CODE = 4
 
 
 class TooLongError(LadderError):
-    """A routine that compiles to too much Python.
-
-    Attributes:
-        routine: its full name.
-    """
+    """A routine whose Python text is too long."""
 
     def __init__(self, text: str, routine: str) -> None:
         self.routine = routine
@@ -168,24 +154,16 @@ class TooLongError(LadderError):
 
 
 class OutOfLinesError(Exception):
-    """As many rungs and statements have run as were allowed, see `Interpreter.lines_left`."""
+    """The limit of executed rungs and statements is reached, see `Interpreter.lines_left`."""
 
 
 class ScanEndedError(Exception):
-    """The scan ends here, in whatever routine: TND of an SLC 500."""
+    """The scan ends in any routine: TND of an SLC 500."""
 
 
 @dataclass(frozen=True, slots=True)
 class MinorFault:
-    """A minor fault: recorded, and the scan goes on.
-
-    Attributes:
-        site: program, routine, rung and instruction.
-        now_ns: when.
-        text: what happened.
-        type: fault type, 4 = program fault.
-        code: fault code.
-    """
+    """A minor fault: it is recorded and the scan continues."""
 
     site: Site
     now_ns: int

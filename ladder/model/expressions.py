@@ -36,7 +36,7 @@ TAG_NAME = r"[A-Za-z_]\w*(?:(?::\d{1,5})?:(?:[IOCSiocs]|[Ss][IOCioc])\d{0,2}(?!\
 """Names that a tag may have: `Run`, and those of modules: `Rack:3:O`, `Drive:I1`, `Local:1:C`, `Gate:SI`."""
 
 TAG_BASE = rf"[Ss]:[A-Za-z]+|\\[A-Za-z_]\w*\.[A-Za-z_]\w*|{TAG_NAME}"
-"""Names that an address begins with, as a regular expression."""
+r"""Regular expression of the beginning of an address: a tag, `S:FS`, `\Program.Tag`."""
 
 _BASE = re.compile(TAG_BASE)
 _FILE = re.compile(r":(\d+)")
@@ -52,7 +52,7 @@ _NUMBER = re.compile(
 )
 _INFINITE = ("1.$", "1.#INF")
 _NOT_A_NUMBER = ("1.#QNAN", "1.#SNAN", "1.#NAN", "1.#IND")
-"""How exports print values that are not numbers."""
+"""Exports print NaN this way."""
 
 _TIME_PART = re.compile(r"([0-9_]+(?:\.[0-9_]*)?)(d|h|ms|m|s)", re.IGNORECASE)
 _PART_MS = {"d": 86_400_000, "h": 3_600_000, "m": 60_000, "s": 1_000, "ms": 1}
@@ -75,13 +75,13 @@ _HIGHEST = (1 << 64) - 1
 
 
 class ExpressionParser(Scanner):
-    """Reads expressions and addresses."""
+    """Recursive descent over expressions and addresses."""
 
     _open = 0
-    """Levels around what is being read."""
+    """Nested levels around the current position."""
 
     def whole_expression(self) -> Operand:
-        """Read an expression that is not part of another one."""
+        """Read an outermost expression."""
         start = self.at
         operand = self.expression()
         if levels_of(operand) > LEVELS:
@@ -292,13 +292,10 @@ class ExpressionParser(Scanner):
 
 
 def parse_address(text: str) -> Address:
-    """Read an address, as `tags[...]` and aliases take it.
+    """Read an address, as `tags[...]` and aliases accept it, or raise a RungTextError.
 
     >>> str(parse_address("Local:1:I.Data[0].14"))
     'Local:1:I.Data[0].14'
-
-    Raises:
-        RungTextError: it is not an address.
     """
     parser = ExpressionParser(text, file="", line=1, rung=None)
     address = parser.address()
@@ -308,11 +305,7 @@ def parse_address(text: str) -> Address:
 
 
 def parse_expression(text: str) -> Operand:
-    """Read an expression, a number or an address.
-
-    Raises:
-        RungTextError: it is not an expression.
-    """
+    """Read an expression, a number or an address, or raise a RungTextError."""
     parser = ExpressionParser(text, file="", line=1, rung=None)
     operand = parser.whole_expression()
     if not parser.ended():

@@ -1,4 +1,4 @@
-"""What operands have to be: a check for each use, in code and in words, and what to do if it is not met."""
+"""Checks of operands by use, each with its text and its remedy."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ _BLOCKS = (FBD_TIMER, FBD_COUNTER, FBD_ONESHOT, *BLOCK_TYPES.values(), *SAFETY.v
 
 
 class OperandError(ValueError):
-    """An operand that an instruction does not take."""
+    """An operand that an instruction does not accept."""
 
     def __init__(self, text: str, remedy: str) -> None:
         self.remedy = remedy
@@ -52,7 +52,7 @@ class OperandError(ValueError):
 
 
 def described(resolved: Resolved) -> str:
-    """Say what an operand is."""
+    """Describe an operand with its article."""
     if isinstance(resolved, Constant):
         return f"the number {resolved.value}"
     if isinstance(resolved, Place):
@@ -64,13 +64,7 @@ def described(resolved: Resolved) -> str:
 
 @dataclass(frozen=True, slots=True)
 class OperandCheck:
-    """What a use requires of its operand.
-
-    Attributes:
-        accepts: whether an operand is that.
-        text: the same in words.
-        remedy: what to do if it is not.
-    """
+    """The requirement of a use: its predicate, the same in words, and a remedy."""
 
     accepts: Callable[[Resolved], bool]
     text: str
@@ -108,23 +102,19 @@ def _is_axis(resolved: Resolved) -> bool:
     return isinstance(resolved, Group) and not resolved.dims and is_axis(resolved.type)
 
 
-def _is_arithmetic(resolved: Resolved) -> bool:
+def is_arithmetic(resolved: Resolved) -> bool:
+    """Whether this is an arithmetic expression."""
     if not isinstance(resolved, Calculation):
         return is_number(resolved)
     if is_truth(resolved):  # 1 or 0
         return _is_condition(resolved)
     if resolved.name in BITWISE:
-        return all(is_integer(each) and _is_arithmetic(each) for each in resolved.operands)
-    return all(map(_is_arithmetic, resolved.operands))
-
-
-def is_arithmetic(resolved: Resolved) -> bool:
-    """Whether this is an arithmetic expression."""
-    return _is_arithmetic(resolved)
+        return all(is_integer(each) and is_arithmetic(each) for each in resolved.operands)
+    return all(map(is_arithmetic, resolved.operands))
 
 
 def is_logical(resolved: Resolved) -> bool:
-    """Whether this is a condition of structured text: bits, comparisons, 0 and 1, and operators on them."""
+    """Whether this is a condition of structured text: bits, comparisons, 0, 1, and operators on them."""
     if isinstance(resolved, Constant):
         return resolved.type.is_integer and resolved.value in (0, 1)
     if not isinstance(resolved, Calculation):
@@ -133,14 +123,14 @@ def is_logical(resolved: Resolved) -> bool:
         return resolved.name in BITWISE and all(map(is_logical, resolved.operands))
     if any(map(is_truth, resolved.operands)):
         return all(map(is_logical, resolved.operands))
-    return all(map(_is_arithmetic, resolved.operands)) or all(map(is_string, resolved.operands))
+    return all(map(is_arithmetic, resolved.operands)) or all(map(is_string, resolved.operands))
 
 
 def _is_condition(resolved: Resolved) -> bool:
     if not isinstance(resolved, Calculation):
         return False
     if resolved.name in RELATIONS:
-        return all(map(_is_arithmetic, resolved.operands)) or all(map(is_string, resolved.operands))
+        return all(map(is_arithmetic, resolved.operands)) or all(map(is_string, resolved.operands))
     return resolved.name in BITWISE and all(map(_is_condition, resolved.operands))
 
 
@@ -166,7 +156,7 @@ def _has_dims(resolved: Resolved) -> bool:
 
 
 def array_of(resolved: Resolved) -> tuple[int, ...]:
-    """Return the dimensions of the array that an operand is or is an element of; none if it is neither."""
+    """Return the dimensions of the array that an operand is, or is an element of; else none."""
     if isinstance(resolved, Group) and resolved.dims:
         return resolved.dims
     return resolved.array if isinstance(resolved, (Place, Group)) else ()
@@ -233,7 +223,7 @@ OPERAND_CHECKS: Mapping[Use, OperandCheck] = {
         "use a SINT, INT, DINT or LINT",
     ),
     Use.EXPRESSION: OperandCheck(
-        _is_arithmetic, "an arithmetic expression", "compare with CMP; AND, OR, XOR, NOT take integers"
+        is_arithmetic, "an arithmetic expression", "compare with CMP; AND, OR, XOR, NOT take integers"
     ),
     Use.CONDITION: OperandCheck(
         _is_condition, "a comparison", "write a relation such as a>b, or a>b AND c<=d"
@@ -305,4 +295,3 @@ OPERAND_CHECKS: Mapping[Use, OperandCheck] = {
         lambda each: isinstance(each, Constant) and each.type.is_integer, "a constant", "write a whole number"
     ),
 }
-"""What an operand has to be, by its use."""

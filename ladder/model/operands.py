@@ -17,9 +17,9 @@ DOUBLE = -1
 
 @dataclass(frozen=True, slots=True)
 class Constant:
-    """A number with its type: DINT, LINT if it needs to be, or REAL.
+    """A number with its type: DINT, LINT if needed, or REAL.
 
-    The value has double precision: a computation in LREAL takes it as it is, any other rounds it.
+    Its value has double precision: LREAL computations use it as it is, others round it.
     """
 
     value: int | float
@@ -31,11 +31,10 @@ class Place:
     """One elementary value.
 
     Attributes:
-        leaf: where it lies.
         indices: one per dimension of the leaf.
-        bit: the bit meant, None for the whole value.
+        bit: None for the whole value.
         text: the address as written.
-        array: dimensions of the array of which it is an element, none if it is not an element.
+        array: dimensions of its array, none if it is not an element.
     """
 
     leaf: Leaf
@@ -51,17 +50,17 @@ class Place:
 
     @property
     def frame(self) -> str:
-        """The add-on instruction of whose instances this is a part, in capitals; "" in a program."""
+        """The add-on instruction that it is a part of, in capitals; "" in a program."""
         return self.leaf.frame
 
     @property
     def can_fault(self) -> bool:
-        """Whether an index or bit is computed, and may be out of range."""
+        """Whether an index or bit is computed."""
         return self.fixed_index is None or not (self.bit is None or isinstance(self.bit, Constant))
 
     @property
     def fixed_index(self) -> int | None:
-        """Index of the element in the leaf, 0 for a single value; None if it is computed."""
+        """Flat index in the leaf, 0 for a single value; None if it is computed."""
         flat = 0
         for index, length in zip(self.indices, self.leaf.dims, strict=True):
             if not isinstance(index, Constant):
@@ -72,16 +71,14 @@ class Place:
 
 @dataclass(frozen=True, slots=True)
 class Group:
-    """A structure, an array, or the elements of an array from one on.
+    """A structure, an array, or an array from one element on.
 
     Attributes:
-        type: type of an element.
         path: tag and members, without subscripts.
-        indices: of the dimensions that are settled.
-        dims: dimensions that are left.
-        layout: the memory it is in.
+        indices: of the resolved dimensions.
+        dims: the remaining dimensions.
         text: the address as written.
-        array: dimensions of the array of which it is an element, none if it is not an element.
+        array: dimensions of its array, none if it is not an element.
     """
 
     type: DataType
@@ -94,7 +91,7 @@ class Group:
 
     @property
     def frame(self) -> str:
-        """The add-on instruction of whose instances this is a part, in capitals; "" in a program."""
+        """The add-on instruction that it is a part of, in capitals; "" in a program."""
         return self.layout.frame
 
     def member(self, path: str) -> Place:
@@ -104,7 +101,7 @@ class Group:
 
 @dataclass(frozen=True, slots=True)
 class Calculation:
-    """An operator or function with its resolved operands."""
+    """An operator or function with resolved operands."""
 
     name: str
     operands: tuple[Resolved, ...]
@@ -121,11 +118,11 @@ Resolved = Constant | Place | Group | Calculation | Quoted
 
 
 MOST_CHARACTERS = 8
-"""Characters that a number can be: those of a LINT."""
+"""Characters in a string constant used as a number: the bytes of a LINT."""
 
 
 def as_number(resolved: Resolved) -> Resolved:
-    """Return the number that a string constant is where a number is needed, in ASCII; others unchanged.
+    """Return a string constant as its ASCII number where a number is needed; others unchanged.
 
     The first character is the most significant byte, as the display style ASCII has it.
 
@@ -139,7 +136,7 @@ def as_number(resolved: Resolved) -> Resolved:
 
 
 def leaves_in(resolved: Place | Group) -> list[Leaf]:
-    """Return the leaves that a place or a group consists of."""
+    """Return the leaves of a place or group."""
     if isinstance(resolved, Place):
         return [resolved.leaf]
     paths = [each.path for each in fields_of(resolved.type)]
@@ -147,7 +144,7 @@ def leaves_in(resolved: Place | Group) -> list[Leaf]:
 
 
 def first_leaf(resolved: Place | Group) -> Leaf:
-    """Return the leaf with which a place or a group begins."""
+    """Return the first leaf of a place or group."""
     if isinstance(resolved, Place):
         return resolved.leaf
     path = fields_of(resolved.type)[0].path
@@ -155,14 +152,14 @@ def first_leaf(resolved: Place | Group) -> Leaf:
 
 
 def constant(value: int | float) -> Constant:
-    """Return a constant of the type that a literal of this value has."""
+    """Return a constant of a literal's type."""
     if isinstance(value, float):
         return Constant(value, REAL)
     return Constant(value, DINT if DINT.lowest <= value <= DINT.highest else LINT)
 
 
 def is_integer(resolved: Resolved) -> bool:
-    """Whether this has an integer value."""
+    """Whether the value is an integer."""
     if isinstance(resolved, (Constant, Place)):
         return resolved.type.is_integer
     if not isinstance(resolved, Calculation) or _is_real_function(resolved):
@@ -171,14 +168,14 @@ def is_integer(resolved: Resolved) -> bool:
 
 
 def is_number(resolved: Resolved) -> bool:
-    """Whether this has a value that one can compute with."""
+    """Whether the value is numeric."""
     if isinstance(resolved, (Constant, Place)):
         return not resolved.type.is_bool
     return isinstance(resolved, Calculation) and all(map(is_number, resolved.operands))
 
 
 def is_truth(resolved: Resolved) -> bool:
-    """Whether this is true or false: a bit, a comparison, or AND, OR, XOR, NOT of such."""
+    """Whether this is a bit, a comparison, or AND, OR, XOR, NOT of such."""
     if isinstance(resolved, Place):
         return resolved.type.is_bool
     if not isinstance(resolved, Calculation):
@@ -187,7 +184,7 @@ def is_truth(resolved: Resolved) -> bool:
 
 
 def types_in(resolved: Resolved) -> set[Elementary]:
-    """Types of all values in an operand, those in subscripts apart."""
+    """Types of all values in an operand, except subscripts."""
     if isinstance(resolved, (Constant, Place)):
         return {resolved.type}
     if isinstance(resolved, Calculation):
@@ -202,7 +199,7 @@ def _is_real_function(calculation: Calculation) -> bool:
 
 
 def can_fault(resolved: Resolved) -> bool:
-    """Whether taking this value may hit a subscript out of range."""
+    """Whether reading the value may raise a subscript fault."""
     if isinstance(resolved, (Place, Group)):
         if any(not isinstance(index, Constant) for index in resolved.indices):
             return True
@@ -211,11 +208,9 @@ def can_fault(resolved: Resolved) -> bool:
 
 
 def width_of(*operands: Resolved) -> int:
-    """Return the width in which operands are computed together.
+    """Return the width of a computation that holds all operands.
 
-    Returns:
-        DOUBLE with an LREAL, SINGLE with a REAL, 128 with a ULINT, 64 with a LINT or a UDINT, else 32: a
-        width that holds all their values.
+    DOUBLE with an LREAL, SINGLE with a REAL, 128 with a ULINT, 64 with a LINT or a UDINT, else 32.
     """
     types = set().union(*map(types_in, operands))
     if LREAL in types:
@@ -228,11 +223,11 @@ def width_of(*operands: Resolved) -> int:
 
 
 def width_moved(source: Resolved, *kinds: Elementary) -> int:
-    """Return the width in which a value is taken that goes into tags of these types."""
+    """Return the width in which a value is computed for tags of these types."""
     return DOUBLE if LREAL in kinds else width_of(source)
 
 
 def place_of(operand: Resolved) -> Place:
-    """Return an operand that is known to be a place."""
+    """Return an operand whose type the checks have ensured."""
     assert isinstance(operand, Place)
     return operand

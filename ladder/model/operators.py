@@ -1,4 +1,4 @@
-"""The operators and functions of expressions, by the names that the tree uses."""
+"""Operators and functions of expressions, by the names in the tree."""
 
 from __future__ import annotations
 
@@ -13,13 +13,12 @@ class Function:
     """A function in expressions.
 
     Attributes:
-        name: the name it prints under.
         real: its value for a REAL or an LREAL, in double precision.
-        whole: its value for an integer; None for a function that makes its expression REAL, or LREAL.
+        whole: its value for an integer; None for functions with a REAL or LREAL result.
         other: its second name, "" without one.
-        safe: `real` is finite for whatever is finite.
+        safe: `real` is finite for finite values.
         positive: its value is never negative.
-        most: its highest value for an integer; 0 if that is the highest of the integer.
+        most: its highest value for an integer; 0 = the integer's highest.
     """
 
     name: str
@@ -81,13 +80,12 @@ CALLED = {
     for function in (each.real, each.whole)
     if function is not None
 }
-"""Python functions that the compiled program calls for them, by the name under which it does."""
+"""Functions of expressions that the compiled program calls, by their name there."""
 
 FUNCTION_NAMES = {name: each.name for each in FUNCTIONS.values() for name in (each.name, each.other) if name}
-"""Functions by any of their names, to the one they print under."""
+"""Canonical name of a function by each of its names."""
 
 RELATIONS = ("=", "<>", "<", "<=", ">", ">=")
-"""Operators that compare."""
 
 BITWISE = ("AND", "OR", "XOR", "NOT")
 """Operators on bits: computed in integers, even where the rest of the expression is REAL or LREAL."""

@@ -21,7 +21,7 @@ _SPECIAL = re.compile(r"[$'\x00-\x1f\x7f]")
 
 
 def unquoted(text: str) -> str:
-    r"""Return the characters that the text of a string literal, without its quotes, stands for.
+    r"""Replace the escapes in a string literal's text, without its quotes.
 
     >>> unquoted("It$'s 5$$$0A")
     "It's 5$\n"

@@ -43,15 +43,11 @@ from .tree import (
 from .types import DINT, INT, Elementary, Member, Structure
 
 _NAMES_LISTED = 12
-"""Tags that a message lists at most."""
+"""Tags listed in a message."""
 
 
 class AddressError(LadderError):
-    """An address that means nothing.
-
-    Attributes:
-        remedy: what helps.
-    """
+    """An address that can't be resolved, with its remedy."""
 
     def __init__(self, text: str, remedy: str) -> None:
         self.remedy = remedy
@@ -59,7 +55,7 @@ class AddressError(LadderError):
 
 
 class AmbiguousTagError(AddressError):
-    """A name that several programs have."""
+    """A name that several programs declare."""
 
 
 def _bits(word: int, bits: Iterable[object]) -> dict[str, tuple[int, int]]:
@@ -75,18 +71,18 @@ MEANINGS: Mapping[str, tuple[bool, Mapping[str, tuple[int, int]]]] = {
     "COMMAND": (True, _bits(0, CommandMsw) | _bits(1, CommandLsw)),
     "CONFIG": (True, _bits(0, ConfigMsw)),
 }
-"""Bits of a slot by meaning: group -> (output image?, name -> (word, bit))."""
+"""Bits of a slot by meaning: group -> (whether in the output image, name -> (word, bit))."""
 
 _PROFILE_BITS = {name.upper(): bit for name, bit in PROFILE_BITS.items()}
 
 _WORDS = {f"DATA{word}": word for word in range(WORDS)} | {f"CH{word}DATA": word for word in range(WORDS)}
-"""Words by the names of that profile and of an analog card's; the generic profile has one array Data."""
+"""Words by the names of the AMCI profile and of analog cards; the generic profile has one array Data."""
 
 MODULE_TYPES: Mapping[bool, Structure] = {
     False: Structure("AM:1769_3601:I:0", (Member("Fault", DINT), Member("Data", INT, (WORDS,)))),
     True: Structure("AM:1769_3601:O:0", (Member("Data", INT, (WORDS,)),)),
 }
-"""A module's tags as a whole: output image? -> type. The bytes are the same in either profile."""
+"""Type of a module's image, by whether it is the output image; equal bytes in both profiles."""
 
 _WORD_BITS = 16
 
@@ -104,7 +100,7 @@ _SLOT_FILE = re.compile(r"([IO]):(\d+)")
 
 
 def is_image(name: str) -> bool:
-    r"""Whether a name means a slot's image, or a tag of a certain program, without a declaration.
+    r"""Whether a name needs no declaration here: a slot's image, or a tag of a named program.
 
     >>> is_image("Local:1:I"), is_image("O:2"), is_image(r"\Main.Run"), is_image("Run")
     (True, True, True, False)
@@ -114,7 +110,7 @@ def is_image(name: str) -> bool:
 
 
 def slot_of_image(name: str) -> int | None:
-    """Return the slot whose image a tag such as `Local:1:I` is, None for any other tag.
+    """Return the slot of an image such as `Local:1:I`, None for any other tag.
 
     >>> slot_of_image("Local:1:I"), slot_of_image("Local:1:C")
     (1, None)
@@ -124,11 +120,10 @@ def slot_of_image(name: str) -> int | None:
 
 
 class Resolver:
-    """Finds what addresses mean.
+    """Resolves addresses in a memory.
 
     Args:
-        layout: the memory.
-        program: whose tags a plain name means first, before those of the controller; "" for none.
+        program: its tags precede the controller's; "" for none.
     """
 
     def __init__(self, layout: Layout, program: str = "") -> None:
@@ -138,11 +133,7 @@ class Resolver:
         self._open: list[Address] = []
 
     def operand(self, operand: Operand) -> Resolved:
-        """Resolve an operand with all that is inside.
-
-        Raises:
-            AddressError: an address in it means nothing.
-        """
+        """Resolve an operand and everything in it, or raise an AddressError."""
         if isinstance(operand, Address):
             truth = TRUTHS.get(operand.name.upper()) if not operand.steps else None
             if truth is not None and self._layout.declaration(operand.name.upper(), self._program) is None:
@@ -161,11 +152,7 @@ class Resolver:
         raise AddressError("? is in place of a value", "write the tag or the number")
 
     def address(self, address: Address) -> Place | Group:
-        """Resolve an address.
-
-        Raises:
-            AddressError: it means nothing.
-        """
+        """Resolve an address, or raise an AddressError."""
         known = self._known.get(address)
         if known is None:
             if address in self._open:
@@ -178,10 +165,10 @@ class Resolver:
         return known
 
     def meant(self, text: str) -> Address:
-        """Return the address that a person's name of a tag means, see `io_images.tag_names`.
+        """Return the address that a tag name of a user means, see `io_images.tag_names`.
 
         Raises:
-            LadderError: it is no name, or several programs have a tag of that name.
+            LadderError: it is not a name, or several programs declare it.
         """
         address = parse_address(normal(text))
         name = address.name.upper()
@@ -193,19 +180,11 @@ class Resolver:
             raise AmbiguousTagError(str(error), "write one of them") from None
 
     def named(self, text: str) -> Place | Group:
-        """Resolve a person's name of a tag.
-
-        Raises:
-            LadderError: there is nothing of that name, or several programs have it.
-        """
+        """Resolve a tag name of a user, as `meant` does."""
         return self.address(self.meant(text))
 
     def full_name(self, text: str) -> str:
-        """Return the program's own name of what a person's name means, as it is declared.
-
-        Raises:
-            LadderError: as `named`.
-        """
+        """Return the declared name that a tag name of a user means, as `meant` finds it."""
         address = self.meant(text)
         where = self.address(address)
         declaration = self._layout.declaration(address.name.upper(), self._program)
@@ -227,7 +206,7 @@ class Resolver:
                 yield step
 
     def hold(self) -> str:
-        """Return the name of a new tag that keeps a subscript for the time of a call."""
+        """Return the name of a new tag that stores a subscript during a call."""
         return self._layout.held().path
 
     def _find(self, address: Address, shown: Address, program: str, depth: int) -> Place | Group:

@@ -1,4 +1,4 @@
-"""A text that is read from left to right, with a position for messages."""
+"""A text with a reading position, which messages name."""
 
 from __future__ import annotations
 
@@ -11,13 +11,11 @@ _SPACE = re.compile(r"\s*")
 
 
 class Scanner:
-    """Reads from a text at a position that moves on.
+    """Reads a text from left to right.
 
     Args:
-        text: what is read.
-        file: where it is from, for messages.
         line: number of its first line.
-        rung: number of the rung, None if it is not a rung.
+        rung: number of the rung, None outside of rungs.
     """
 
     def __init__(self, text: str, *, file: str, line: int, rung: int | None) -> None:
@@ -26,18 +24,18 @@ class Scanner:
         self._space()
 
     def ended(self) -> bool:
-        """Whether all has been read."""
+        """Whether everything has been read."""
         return self.at == len(self.text)
 
     def skip(self, mark: str) -> bool:
-        """Move past `mark` and white space, if it is here."""
+        """Move past `mark` and white space, if present."""
         if not self.text.startswith(mark, self.at):
             return False
         self._move_to(self.at + len(mark))
         return True
 
     def fail(self, expected: str, found: str | None = None) -> NoReturn:
-        """Raise: something else was expected here."""
+        """Raise a RungTextError at the current position."""
         before = self.text[: self.at]
         line = self._line + before.count("\n")
         column = self.at - (before.rfind("\n") + 1) + 1

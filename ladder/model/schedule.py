@@ -1,9 +1,9 @@
-"""When programs run: tasks, as they are declared, and the schedule that the back ends follow.
+"""Declared tasks, and the schedule that the back ends follow.
 
 | task | runs |
 |---|---|
 | continuous | once in every scan; there is one at most |
-| periodic | when a multiple of its rate has come, counted from power-up |
+| periodic | at multiples of its rate after power-up |
 | event | when EVENT has triggered it |
 
 Between two scans of the continuous task all due tasks run, the lowest priority number first, in the order
@@ -28,7 +28,7 @@ LONGEST_NS = 2_000_000 * 1_000_000
 
 
 class TaskKind(Enum):
-    """When a task is due."""
+    """Condition on which a task is due."""
 
     CONTINUOUS = "CONTINUOUS"
     PERIODIC = "PERIODIC"
@@ -40,10 +40,9 @@ class Task:
     """A task of a controller.
 
     Attributes:
-        kind: when it is due.
-        programs: what it runs, in this order.
-        rate_ns: time from due to due of a periodic task, ns; 0 of the others.
-        priority: 1 to 15, 1 before all others.
+        programs: in order of execution.
+        rate_ns: period of a periodic task, else 0.
+        priority: 1 to 15, 1 first.
         preempt: whether it also runs at the end of a rung of the continuous task.
 
     Raises:
@@ -75,7 +74,7 @@ class ScheduledProgram:
     """A program of a schedule.
 
     Attributes:
-        main: its main routine, in capitals; None if it has no routines.
+        main: its main routine, in capitals; None without routines.
         fault: its fault routine, in capitals; None without one.
         started: leaf that is true from its first scan on.
         fault_type: leaf with the type of its latest major fault, 0 without one.
@@ -95,8 +94,6 @@ class ScheduledTask:
     """A task of a schedule.
 
     Attributes:
-        task: its declaration.
-        programs: what it runs.
         due: leaf with the time at which it is due next, ns.
         pending: leaf that is true while an event task is due.
         overlaps: leaf with the number of its overlaps.
@@ -111,13 +108,12 @@ class ScheduledTask:
 
 @dataclass(frozen=True, slots=True)
 class Schedule:
-    """What a scan runs, and when.
+    """The tasks of a scan, in order of declaration.
 
-    Its state is in leaves of the memory, so that a snapshot of the memory is all of a run.
+    Its state is in leaves of the memory: a snapshot of the memory includes it.
 
     Attributes:
-        tasks: in the order of their declaration.
-        before: leaf with the time of the scan before, ns; -1 before the first.
+        before: leaf with the time of the previous scan, ns; -1 before the first.
     """
 
     tasks: tuple[ScheduledTask, ...]
@@ -130,23 +126,23 @@ class Schedule:
 
     @property
     def called(self) -> tuple[ScheduledTask, ...]:
-        """The other tasks in the order in which they run if they are due at the same time."""
+        """The other tasks, by priority and declaration."""
         others = [each for each in self.tasks if each.task.kind is not TaskKind.CONTINUOUS]
         return tuple(sorted(others, key=lambda each: each.task.priority))
 
     @property
     def programs(self) -> tuple[ScheduledProgram, ...]:
-        """All programs in the order of the tasks."""
+        """All programs in task order."""
         return tuple(program for task in self.tasks for program in task.programs)
 
     @property
     def roots(self) -> frozenset[str]:
-        """Routines that are called by nothing in the rungs, in capitals."""
+        """Main and fault routines, in capitals."""
         return frozenset(name for each in self.programs for name in (each.main, each.fault) if name)
 
     @property
     def preempted(self) -> frozenset[str]:
-        """Programs, in capitals, at the end of whose rungs another task may run."""
+        """Programs, in capitals, whose rungs another task may follow."""
         if self.continuous is None or not any(each.task.preempt for each in self.tasks):
             return frozenset()
         return frozenset(each.name.upper() for each in self.continuous.programs)
@@ -154,13 +150,7 @@ class Schedule:
 
 @dataclass(frozen=True, slots=True)
 class ProgramRoutines:
-    """What a task and a fault call of a program.
-
-    Attributes:
-        name: the program.
-        main: its main routine, full name in capitals; None without routines.
-        fault: its fault routine, full name in capitals; None without one.
-    """
+    """The main and fault routine of a program, full names in capitals; None without one."""
 
     name: str
     main: str | None
@@ -168,13 +158,7 @@ class ProgramRoutines:
 
 
 def schedule_of(layout: Layout, tasks: Iterable[Task], programs: Iterable[ProgramRoutines]) -> Schedule:
-    """Return the schedule of tasks; their state becomes leaves of the memory.
-
-    Args:
-        layout: the memory.
-        tasks: in the order of their declaration; each names programs that there are.
-        programs: all programs.
-    """
+    """Return the schedule of tasks, with leaves for their state."""
     known = {each.name.upper(): _scheduled_program(layout, each) for each in programs}
     scheduled = tuple(
         _scheduled_task(layout, task, tuple(known[name.upper()] for name in task.programs)) for task in tasks
@@ -206,5 +190,5 @@ def _scheduled_task(layout: Layout, task: Task, programs: tuple[ScheduledProgram
 
 
 def task_named(tasks: Iterable[ScheduledTask], name: str) -> ScheduledTask | None:
-    """Return the task of that name, in any case; None without one."""
+    """Return a task by name, in any case; None without one."""
     return next((each for each in tasks if each.task.name.upper() == name.upper()), None)

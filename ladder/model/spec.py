@@ -1,4 +1,4 @@
-"""One instruction: its name, its operands, and the functions that check, execute and compile it.
+"""Specification of an instruction: its name, operands, and the functions that check, run and compile it.
 
 A family file in `instructions` holds one `Spec` per instruction. The parser, the Python front end,
 the checks, both back ends, the debugger and the drawing read what they need from it, so that an
@@ -20,99 +20,60 @@ from .tree import Address, Instruction, Unknown
 class Use(Enum):
     """How an instruction uses an operand. `operand_checks` says what each use accepts."""
 
-    BIT = auto()
-    """Reads a bit."""
-    COIL = auto()
-    """Writes a bit on a true and a false rung: one rung per bit may."""
-    LATCH = auto()
-    """Writes a bit when true."""
-    STORAGE = auto()
-    """Remembers the rung's state of the last scan in a bit of its own."""
-    NUMBER = auto()
-    """Reads a number."""
-    TEXT_OR_NUMBER = auto()
-    """Reads a number or a STRING."""
-    INTEGER = auto()
-    """Reads an integer."""
-    TEXT = auto()
-    """Reads a string."""
-    TEXT_TARGET = auto()
-    """Writes a string."""
-    TARGET = auto()
-    """Writes a number."""
-    TEXT_OR_NUMBER_TARGET = auto()
-    """Writes a number or a STRING."""
-    INTEGER_TARGET = auto()
-    """Writes an integer."""
-    EXPRESSION = auto()
-    """Reads an expression."""
-    CONDITION = auto()
-    """Reads an expression that is true or false."""
-    TRUTH = auto()
-    """Reads a bit, or an expression of bits and comparisons."""
+    BIT = auto()  # reads a bit
+    COIL = auto()  # writes a bit on a true and a false rung: once per bit
+    LATCH = auto()  # writes a bit when true
+    STORAGE = auto()  # remembers the rung condition of the last scan in a bit
+    NUMBER = auto()  # reads a number
+    TEXT_OR_NUMBER = auto()  # reads a number or a STRING
+    INTEGER = auto()  # reads an integer
+    TEXT = auto()  # reads a string
+    TEXT_TARGET = auto()  # writes a string
+    TARGET = auto()  # writes a number
+    TEXT_OR_NUMBER_TARGET = auto()  # writes a number or a STRING
+    INTEGER_TARGET = auto()  # writes an integer
+    EXPRESSION = auto()  # reads an expression
+    CONDITION = auto()  # reads an expression that is true or false
+    TRUTH = auto()  # reads a bit, or an expression of bits and comparisons
     TIMER = auto()
     COUNTER = auto()
-    BLOCK = auto()
-    """Reads and writes the structure with the parameters of an instruction."""
+    BLOCK = auto()  # reads and writes an instruction's structure of parameters
     CONTROL = auto()
     MESSAGE = auto()
     PID = auto()
     SLC_TIMER = auto()
     SLC_COUNTER = auto()
     SLC_CONTROL = auto()
-    SLC_RESETTABLE = auto()
-    """A timer, counter or control of an SLC 500."""
-    SERIAL = auto()
-    """A SERIAL_PORT_CONTROL."""
-    HMI_BUTTON = auto()
-    """An HMIBC."""
+    SLC_RESETTABLE = auto()  # a timer, counter or control of an SLC 500
+    SERIAL = auto()  # a SERIAL_PORT_CONTROL
+    HMI_BUTTON = auto()  # an HMIBC
     AXIS = auto()
-    MOTION = auto()
-    """A MOTION_INSTRUCTION."""
+    MOTION = auto()  # a MOTION_INSTRUCTION
     MOTION_GROUP = auto()
     COORDINATE_SYSTEM = auto()
     ALARM_DIGITAL = auto()
     ALARM_ANALOG = auto()
-    SWITCH = auto()
-    """Reads a bit, or is 0 or 1."""
-    OPTIONAL_TARGET = auto()
-    """Writes a number; 0 for none."""
-    IGNORED = auto()
-    """Is not used here."""
-    RESETTABLE = auto()
-    """A TIMER, COUNTER or CONTROL."""
-    PRESET = auto()
-    """Number or `?` in an exported rung: initial value of PRE or ACC, or of LEN or POS of a CONTROL."""
-    PASSES = auto()
-    """How many elements FAL and FSC operate on in a scan: ALL, INC or a number."""
-    SOURCE = auto()
-    """First element to copy from."""
-    DESTINATION = auto()
-    """First element to copy to."""
-    TABLE = auto()
-    """First of the elements of an array to read."""
-    ARRAY = auto()
-    """First of the elements of an array to read and write."""
-    ITEM = auto()
-    """Reads a number or a structure."""
-    ITEM_TARGET = auto()
-    """Writes a number or a structure."""
-    CONSTANT = auto()
-    """An integer constant."""
-    MODE = auto()
-    """Byte order of SWPB."""
-    KEYWORD = auto()
-    """A word of a list, such as `Units per sec`, or its number."""
-    ANYTHING = auto()
-    """Any number of operands of any kind: tags, numbers, words."""
+    SWITCH = auto()  # reads a bit, or is 0 or 1
+    OPTIONAL_TARGET = auto()  # writes a number; 0 for none
+    IGNORED = auto()  # has no effect here
+    RESETTABLE = auto()  # a TIMER, COUNTER or CONTROL
+    PRESET = auto()  # initial value of PRE, ACC, LEN or POS in an exported rung: a number or `?`
+    PASSES = auto()  # elements per scan of FAL and FSC: ALL, INC or a number
+    SOURCE = auto()  # first element to copy from
+    DESTINATION = auto()  # first element to copy to
+    TABLE = auto()  # first of the elements of an array to read
+    ARRAY = auto()  # first of the elements of an array to read and write
+    ITEM = auto()  # reads a number or a structure
+    ITEM_TARGET = auto()  # writes a number or a structure
+    CONSTANT = auto()  # an integer constant
+    MODE = auto()  # byte order of SWPB
+    KEYWORD = auto()  # a keyword such as `Units per sec`, or its number
+    ANYTHING = auto()  # any number of operands of any kind: tags, numbers, words
     LABEL = auto()
     ROUTINE = auto()
-    PARAMETERS = auto()
-    """Any number of further operands: values into and out of a routine."""
-    INSTANCE = auto()
-    """A tag of an add-on instruction's type."""
-    ARGUMENT = auto()
-    """The argument for a parameter of an add-on instruction."""
+    PARAMETERS = auto()  # any number of further operands: values into and out of a routine
+    INSTANCE = auto()  # a tag of an add-on instruction's type
+    ARGUMENT = auto()  # the argument for a parameter of an add-on instruction
 
 
 WITH_PRESETS = {
@@ -122,18 +83,15 @@ WITH_PRESETS = {
     Use.ALARM_DIGITAL: ("MinDurationPRE", "MinDurationACC"),
     Use.ALARM_ANALOG: ("HHLimit", "HLimit", "LLimit", "LLLimit"),
 }
-"""Uses of structures whose members exported rungs show, and which members."""
+"""Structures whose members exported rungs show, and those members."""
 
 
 class Kind(Enum):
-    """When an instruction acts."""
+    """Rung condition on which an instruction acts."""
 
-    INPUT = auto()
-    """On a true rung: decides whether the rung stays true."""
-    OUTPUT = auto()
-    """On a true rung; the rung stays true."""
-    BOTH = auto()
-    """On a true and a false rung; the rung stays as it is."""
+    INPUT = auto()  # on a true rung: decides whether the rung stays true
+    OUTPUT = auto()  # on a true rung; the rung stays true
+    BOTH = auto()  # on a true and a false rung; the rung stays as it is
 
 
 def _always(*_operands: Any) -> bool:
@@ -148,32 +106,29 @@ class Spec:
     tags, numbers, or addresses as text, in the order of the rung text; missing presets become `?`.
 
     `run` executes the instruction in the interpreter, `write` writes it as Python. Both get the back end
-    first, then the rung's power where the table says so, then the resolved operands:
+    first, then the rung condition where the table says so, then the resolved operands:
 
-    | kind | called on | power passed | `run` returns | `write` returns |
+    | kind | called on | condition passed | `run` returns | `write` returns |
     |---|---|---|---|---|
     | INPUT | a true rung | no | whether the rung stays true | the same as Python text |
     | OUTPUT | a true rung | no | nothing | nothing |
     | BOTH | any rung | yes | nothing | nothing |
-    | any, `decides` | any rung | yes | whether the rung is true after it | the same as Python text |
+    | any, `decides` | any rung | yes | the condition after it | the same as Python text |
 
     Attributes:
-        name: the name it prints under.
-        kind: when it acts.
-        operands: the use of each operand.
         run: executes it, see `interpreter.Interpreter`.
-        write: writes it as Python, see `compiler.rungs.RungWriter`; None for an instruction that the compiled
-            program leaves to `run`: right for rare and slow ones that do not jump, call or leave a routine.
-        prescan: what prescan does, called like `run` without power; None if it does nothing.
-        check: raises OperandError for resolved operands that do not go together; None if all do.
+        write: writes it as Python, see `compiler.rungs.RungWriter`; None makes the compiled program call
+            `run`: for rare and slow instructions that do not jump, call or leave a routine.
+        prescan: called like `run` without the condition; None if prescan does nothing.
+        check: raises an OperandError for resolved operands that do not match; None without such a rule.
         resolve: resolves the operands itself, see `lowering.Lowering`; None to resolve each by its use.
         inline: whether `write` of these operands returns an expression without writing lines (INPUT).
-        optional: how many of the last operands may be missing.
-        other: its second name, the one that Studio 5000 prints from revision 36 on; None if it has none.
-        decides: whether it also runs on a false rung, and decides the power after it.
-        alone: whether a rung may consist of it alone although it is an input.
+        optional: number of last operands that may be missing.
+        other: its second name, which Studio 5000 prints from revision 36 on; None without one.
+        decides: whether it also runs on a false rung, and decides the condition after it.
+        alone: whether it may be the only element of a rung although it is an input.
         in_rungs: whether rungs have it, not only structured text.
-        leaves: whether the program may continue elsewhere, so that the power after it does not count.
+        leaves: whether execution may continue elsewhere, so that the condition after it does not count.
     """
 
     name: str
@@ -194,15 +149,11 @@ class Spec:
 
     @property
     def variadic(self) -> bool:
-        """Takes any number of further operands."""
+        """Whether it takes any number of further operands."""
         return Use.PARAMETERS in self.operands or Use.ANYTHING in self.operands
 
     def __call__(self, *given: object) -> Instruction:
-        """Return the instruction with these operands.
-
-        Raises:
-            LadderError: it takes another number of operands, or one of them is not an operand.
-        """
+        """Return the instruction with these operands, or raise a LadderError."""
         operands = [
             Address(str(each)) if self._is_name(place) and isinstance(each, str) else operand_of(each)
             for place, each in enumerate(given)
@@ -238,11 +189,11 @@ def always(name: str, *operands: Use, **parts: Any) -> Spec:
 
 
 WITH_CONTROL = (Use.CONTROL, Use.PRESET, Use.PRESET)
-"""A CONTROL as an exported rung writes it: the tag, LEN and POS. Rungs in Python may omit the numbers."""
+"""A CONTROL as exported rungs print it: the tag, LEN and POS; Python may omit the numbers."""
 
 
 def on_control(name: str, *operands: Use, **parts: Any) -> Spec:
-    """Return an instruction like `always` whose last operand is a CONTROL."""
+    """Return an instruction like `always` with a final CONTROL."""
     return always(name, *operands, *WITH_CONTROL, optional=2, **parts)
 
 

@@ -1,4 +1,4 @@
-"""Structured text in the tree: statements, whose operands are those of rungs.
+"""Statements of structured text in the tree; their operands are those of rungs.
 
 A routine has rungs or statements. A block is statements in order; IF, CASE, FOR, WHILE, REPEAT and
 regions hold blocks. `str()` of a statement is its text, one statement a line, four spaces per level.
@@ -15,10 +15,10 @@ from .tree import Address, Block, Instruction, Number, NumberedLine, Operand, Or
 INDENT = "    "
 
 BLOCKS = 32
-"""Most nested blocks."""
+"""Maximum depth of blocks."""
 
 LOOPS = 12
-"""Most nested loops; Python takes 20, and few programs have more than three."""
+"""Maximum depth of loops; Python allows 20."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,8 +26,6 @@ class Assignment(Statement):
     """`target := value;`.
 
     Attributes:
-        target: what is set.
-        value: what it is set to.
         retentive: False for `[:=]`, whose target prescan clears.
     """
 
@@ -57,30 +55,21 @@ class Invocation(Statement):
 class Exit(Statement):
     """`EXIT;`: leaves the innermost loop."""
 
-    @property
-    def head(self) -> str:
-        """See `Statement`."""
-        return "EXIT;"
+    head = "EXIT;"
 
 
 @dataclass(frozen=True, slots=True)
 class Return(Statement):
     """`RETURN;`: leaves the routine."""
 
-    @property
-    def head(self) -> str:
-        """See `Statement`."""
-        return "RETURN;"
+    head = "RETURN;"
 
 
 @dataclass(frozen=True, slots=True)
 class Empty(Statement):
-    """`;`: nothing, or a comment after the last statement of a block."""
+    """`;`: no operation, or the place of a comment after the last statement of a block."""
 
-    @property
-    def head(self) -> str:
-        """See `Statement`."""
-        return ";"
+    head = ";"
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,7 +77,7 @@ class If(Statement):
     """IF, ELSIF, ELSE.
 
     Attributes:
-        arms: conditions with their blocks; the first that is true is executed.
+        arms: the first one with a true condition runs.
         otherwise: the block of ELSE, None without one.
     """
 
@@ -113,13 +102,10 @@ class If(Statement):
 
 @dataclass(frozen=True, slots=True)
 class Arm:
-    """A condition with its block.
+    """A condition of IF or ELSIF, with its block.
 
     Attributes:
-        condition: the condition of IF or ELSIF.
-        body: what is executed if it is true.
         line: line of its keyword in the routine, see `Statement`.
-        origin: where it was written.
     """
 
     condition: Operand
@@ -130,7 +116,7 @@ class Arm:
 
 @dataclass(frozen=True, slots=True)
 class Range:
-    """Labels of a CASE from a number to another, both included; a single label is from it to itself."""
+    """Labels of a CASE from `low` to `high` inclusive; equal for a single label."""
 
     low: Number
     high: Number
@@ -141,13 +127,7 @@ class Range:
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """Labels of a CASE with their block.
-
-    Attributes:
-        labels: which values choose it.
-        body: what is executed then.
-        comment: what is said of it.
-    """
+    """Labels of a CASE with their block."""
 
     labels: tuple[Range, ...]
     body: Block
@@ -162,11 +142,9 @@ class Choice:
 
 @dataclass(frozen=True, slots=True)
 class Case(Statement):
-    """CASE: the first choice that has the value of the selector is executed.
+    """CASE: the first choice with the value of the selector runs.
 
     Attributes:
-        selector: the value.
-        choices: labels with their blocks.
         otherwise: the block of ELSE, None without one.
     """
 
@@ -193,14 +171,11 @@ class Case(Statement):
 
 @dataclass(frozen=True, slots=True)
 class For(Statement):
-    """FOR: a block per value of a count.
+    """FOR: a block per value of a counter.
 
     Attributes:
-        count: the tag that counts.
-        first: its first value.
-        last: the last value of the count; computed before each pass.
-        step: what is added after each pass, None = 1; computed then.
-        body: the block.
+        last: evaluated before each pass.
+        step: evaluated and added after each pass, None = 1.
     """
 
     count: Address
@@ -224,7 +199,7 @@ class For(Statement):
 
 @dataclass(frozen=True, slots=True)
 class While(Statement):
-    """WHILE: a block, as long as a condition is true before each pass."""
+    """WHILE: a block, repeated while a condition is true before the pass."""
 
     condition: Operand
     body: Block
@@ -243,11 +218,9 @@ class While(Statement):
 
 @dataclass(frozen=True, slots=True)
 class Repeat(Statement):
-    """REPEAT: a block, until a condition is true after a pass.
+    """REPEAT: a block, repeated until a condition is true after the pass.
 
     Attributes:
-        body: the block.
-        until: the condition.
         until_line: line of UNTIL in the routine, see `Statement`.
     """
 
@@ -255,10 +228,7 @@ class Repeat(Statement):
     until: Operand
     until_line: int = field(default=0, compare=False)
 
-    @property
-    def head(self) -> str:
-        """See `Statement`."""
-        return "REPEAT"
+    head = "REPEAT"
 
     @property
     def tail(self) -> str:
@@ -275,7 +245,7 @@ class Repeat(Statement):
 
 @dataclass(frozen=True, slots=True)
 class Region(Statement):
-    """`#region name`: statements under a name; it does nothing."""
+    """`#region name`: a named block without effect."""
 
     name: str
     body: Block
@@ -296,8 +266,7 @@ def numbered_lines(block: Block, *, closed: bool = True) -> Iterator[NumberedLin
     """Yield the lines of a block, comments included.
 
     Args:
-        block: the statements.
-        closed: whether a keyword or the end follows, before which a comment needs no statement.
+        closed: whether a keyword or the end follows, so that a final comment needs no statement.
     """
     for number, each in enumerate(block, start=1):
         if isinstance(each, Empty) and each.comment and closed and number == len(block):
@@ -307,7 +276,7 @@ def numbered_lines(block: Block, *, closed: bool = True) -> Iterator[NumberedLin
 
 
 def block_lines(block: Block) -> Iterator[str]:
-    """Yield the lines of a block as text, which reads as the same block."""
+    """Yield the text of a block, line by line."""
     yield from (text for _, text in numbered_lines(block))
 
 
@@ -319,7 +288,7 @@ def _indented(block: Block, *, closed: bool = True) -> Iterator[NumberedLine]:
 
 
 def blocks_in(statement: Statement) -> tuple[Block, ...]:
-    """Return the blocks in a statement, in order."""
+    """Return the blocks directly inside a statement."""
     if isinstance(statement, If):
         return (*(arm.body for arm in statement.arms), *_some(statement.otherwise))
     if isinstance(statement, Case):
@@ -334,7 +303,7 @@ def _some(block: Block | None) -> tuple[Block, ...]:
 
 
 def statements_in(block: Block) -> Iterator[Statement]:
-    """Yield all statements of a block in the order of the text, those in blocks inside included."""
+    """Yield all statements of a block in text order, nested ones included."""
     for each in block:
         yield each
         for inner in blocks_in(each):
@@ -342,7 +311,7 @@ def statements_in(block: Block) -> Iterator[Statement]:
 
 
 def operands_in(statement: Statement) -> tuple[Operand, ...]:
-    """Return the operands of a statement, those in its blocks apart."""
+    """Return the operands of a statement, without those in its blocks."""
     found: list[Operand] = []
 
     def collect(operand: Operand) -> Operand:
@@ -354,12 +323,7 @@ def operands_in(statement: Statement) -> tuple[Operand, ...]:
 
 
 def with_operands(block: Block, change: Callable[[Statement, Operand], Operand]) -> Block:
-    """Return a block in which every operand is replaced by what `change` makes of it.
-
-    Args:
-        block: the statements.
-        change: called with the statement and one of its operands; addresses give addresses.
-    """
+    """Return a block with each operand replaced by `change(statement, operand)`; addresses stay addresses."""
     return tuple(
         _changed(each, lambda operand, each=each: change(each, operand), lambda b: with_operands(b, change))  # type: ignore[misc]
         for each in block
@@ -412,7 +376,7 @@ def _inner(block: Block | None, inner: Callable[[Block], Block]) -> Block | None
 
 
 def too_deep(block: Block) -> str | None:
-    """Return what of a block is nested too deep for the tools that walk it, None if nothing is."""
+    """Return the reason why a block is nested too deep, None if it is not."""
     todo: list[tuple[Statement, int, int]] = [(each, 0, 0) for each in block]
     while todo:
         statement, blocks, loops = todo.pop()

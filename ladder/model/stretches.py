@@ -1,8 +1,8 @@
-"""Where the values of a structure lie in a list: the memory of what is passed by reference.
+"""Stretches: the memory of values that are passed by reference.
 
-Most tags are variables of the compiled program. An instance of an add-on instruction, and a tag that a call
-hands to an InOut, is a stretch of a list instead: its elementary values in a row, in one order for every
-tag of the type. A list and an offset are then all that a function needs to work on any of them.
+Most tags are variables of the compiled program. An instance of an add-on instruction, and a tag passed to an
+InOut, is a stretch of a list: its elementary values in one order for every tag of the type. A function that
+takes a list and an offset works on all of them.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ class Part:
     """The values of one path in a stretch.
 
     Attributes:
-        offset: of the first one.
-        dims: lengths of the arrays in the structure that it lies in, the outermost first.
-        strides: how far apart neighbours are, per dimension.
+        offset: of the first value.
+        dims: lengths of the arrays in the structure around it, the outermost first.
+        strides: distance between neighbours, per dimension.
     """
 
     offset: int
@@ -30,11 +30,11 @@ class Part:
 
 @dataclass(frozen=True, slots=True)
 class Stretch:
-    """What one element of a type takes.
+    """The list of one element of a type.
 
     Attributes:
-        parts: where they are, by path in capitals; "" for an elementary type itself.
-        zeros: the values that it begins with.
+        parts: by path in capitals; "" for an elementary type itself.
+        zeros: the initial values.
     """
 
     parts: dict[str, Part]
@@ -74,7 +74,7 @@ def stretch_of(kind: DataType) -> Stretch:
 
 
 def row_strides(dims: tuple[int, ...], size: int) -> tuple[int, ...]:
-    """Return how far apart neighbours are in an array of elements of that size, per dimension."""
+    """Return the distance between neighbours per dimension, for elements of that size."""
     strides: tuple[int, ...] = ()
     for length in reversed(dims):
         strides = (size, *strides)
@@ -84,14 +84,14 @@ def row_strides(dims: tuple[int, ...], size: int) -> tuple[int, ...]:
 
 @dataclass(frozen=True, slots=True)
 class Spot:
-    """Where a leaf lies in a list.
+    """The place of a leaf in a list.
 
     Attributes:
         ident: variable of the list in the compiled program.
-        base: variable of the offset at which the stretch begins, "" for 0.
-        size: values of one element of the tag.
-        part: where in an element the leaf is.
-        strides: of all dimensions of the leaf, those of the tag included.
+        base: variable of the stretch's offset, "" for 0.
+        size: values per element of the tag.
+        part: the leaf in an element.
+        strides: of all dimensions of the leaf, the tag's included.
     """
 
     ident: str
@@ -101,7 +101,7 @@ class Spot:
     strides: tuple[int, ...]
 
     def at(self, index: int) -> int:
-        """Return how far from the beginning a value lies, by its number among all of the leaf."""
+        """Return the offset of a value from its flat index in the leaf."""
         part = self.part
         if not part.dims:
             return index * self.size + part.offset
@@ -114,11 +114,11 @@ class Spot:
 
 
 def spot_of(kind: DataType, dims: tuple[int, ...], rest: str, ident: str, base: str = "") -> Spot:
-    """Return where a path of a tag lies.
+    """Return the place of a path of a tag.
 
     Args:
         kind: type of the tag.
-        dims: its dimensions.
+        dims: dimensions of the tag.
         rest: members, in any case.
         ident: variable of the list.
         base: variable of the offset.

@@ -1,4 +1,4 @@
-"""Stubs: replacements of instructions, and of the other end of those that leave the controller.
+"""Stubs: replacements of instructions, and the results of messages.
 
 | text | means |
 |---|---|
@@ -23,7 +23,7 @@ from typing import Any
 from .errors import LadderError
 
 ALL_MESSAGES = "MSG"
-"""Name of the stub of every message without one of its own."""
+"""Name of the default stub of messages."""
 
 NEVER_STUBBED = frozenset({"JMP", "LBL", "JSR", "SBR", "RET", "TND", "MCR", "FOR", "BRK"})
 """Instructions that decide what runs next: no stub can replace them."""
@@ -37,11 +37,10 @@ _POWER = {"FALSE": False, "TRUE": True}
 
 @dataclass(frozen=True, slots=True)
 class Ending:
-    """How a message, or another instruction that takes its time, ends.
+    """The result of a message or of another instruction that takes time.
 
     Attributes:
-        after_ns: how long it takes, ns.
-        error: 0 if it succeeds, else what its ERR becomes, 1 to 65,535.
+        error: 0 for success, else its ERR, 1 to 65,535.
     """
 
     after_ns: int
@@ -54,11 +53,7 @@ class Ending:
 
 @dataclass(frozen=True, slots=True)
 class Power:
-    """An instruction that does nothing.
-
-    Attributes:
-        behind: whether a true rung stays true after it.
-    """
+    """An instruction without effect; `behind` is the power after it on a true rung."""
 
     behind: bool
 
@@ -68,11 +63,11 @@ class Power:
 
 @dataclass(frozen=True, slots=True)
 class InPython:
-    """A Python function that does what the instruction does.
+    """A Python function that replaces an instruction.
 
-    It is called in every scan as `f(tags, rung, *operands)`: the tags of the program, whether the rung is
-    true, and the operands as numbers, characters or `Argument`. What it returns, if not None, is the rung
-    after the instruction.
+    It is called in every scan as `f(tags, rung, *operands)`: the tags of the program, the rung condition, and
+    the operands as numbers, characters or `Argument`. A result other than None is the rung condition after
+    it.
 
     Attributes:
         address: `path:function`.
@@ -90,14 +85,13 @@ Stub = Ending | Power | InPython
 
 @dataclass(frozen=True, slots=True)
 class Stubs:
-    """The stubs that a rack file gives to its program.
+    """The stubs of a rack file for its program.
 
     Attributes:
         by_name: by instruction or message tag, in capitals.
-        missing_tags: whether tags that the program uses and does not declare are declared by their use.
-        refused: whether an export runs of which something is refused: its refused rungs, routines and
-            add-ons do nothing.
-        cards: what sits in the slots of the rack: catalog numbers.
+        missing_tags: whether undeclared tags are declared by their use.
+        refused: whether an export runs although parts of it are refused; they do nothing.
+        cards: catalog numbers by slot.
     """
 
     by_name: Mapping[str, Stub] = field(default_factory=dict)
@@ -114,9 +108,6 @@ def parse_stub(text: str) -> Ending | Power:
 
     >>> str(parse_stub("done after 20 ms")), parse_stub("error 203 after 0.5 ms"), parse_stub("false")
     ('done after 20 ms', Ending(after_ns=500000, error=203), Power(behind=False))
-
-    Raises:
-        LadderError: it is something else.
     """
     power = _POWER.get(text.strip().upper())
     if power is not None:
@@ -132,35 +123,18 @@ def parse_stub(text: str) -> Ending | Power:
 
 
 def check_stubbed(name: str) -> None:
-    """Refuse an instruction that no stub can replace.
-
-    Args:
-        name: in capitals.
-
-    Raises:
-        LadderError: it is one.
-    """
+    """Raise a LadderError for an instruction, in capitals, that no stub can replace."""
     if name in NEVER_STUBBED:
         raise LadderError(f"{name} decides what runs next: no stub can replace it")
 
 
 def stub_of(stubs: Mapping[str, Stub], path: str) -> Ending | None:
-    """Return how a message ends, None if nothing says so.
-
-    Args:
-        stubs: by name in capitals.
-        path: the message's tag.
-    """
+    """Return the result of a message from stubs by name in capitals, None without one."""
     found = stubs.get(path.upper()) or stubs.get(ALL_MESSAGES)
     return found if isinstance(found, Ending) else None
 
 
 def replaces(stubs: Mapping[str, Stub], name: str) -> Stub | None:
-    """Return the stub that replaces an instruction; None if the instruction does its own work.
-
-    Args:
-        stubs: by name in capitals.
-        name: the instruction, in capitals.
-    """
+    """Return the stub that replaces an instruction, in capitals; None without one."""
     found = stubs.get(name)
     return None if name == ALL_MESSAGES and isinstance(found, Ending) else found

@@ -1,4 +1,4 @@
-"""Tags and expressions in Python: operands of the tree with Python's operators."""
+"""Python operators on tags and expressions."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _COMPARE = {"=": "EQU", "<>": "NEQ", "<": "LES", "<=": "LEQ", ">": "GRT", ">=": 
 
 
 class Expression:
-    """Something with a value: an operand with Python's operators."""
+    """An operand with Python's operators."""
 
     __slots__ = ("operand",)
 
@@ -128,7 +128,7 @@ class TagRef(Expression):
 
 
 def operand_of(given: object) -> Operand:
-    """Return the operand that a Python value stands for: a tag, a number, an address as text."""
+    """Return the operand of a Python value: a tag, a number, or an address as text."""
     if isinstance(given, Expression):
         return given.operand
     if isinstance(given, bool) or not isinstance(given, (int, float, str)):

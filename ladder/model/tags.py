@@ -24,10 +24,9 @@ from .types import BOOL, DINT, HIDDEN, INT, DataType, Elementary, Member, Struct
 
 @dataclass(frozen=True, slots=True)
 class Tag:
-    """A tag with memory of its own.
+    """A tag with memory of its own; case does not matter in its name.
 
     Attributes:
-        name: its name; case does not matter.
         dims: length per dimension, none for a single value.
         initial: what it starts with: a value, a list per dimension, a dict of members; None = zero.
     """
@@ -44,10 +43,7 @@ class Alias:
     """A second name of an address.
 
     Attributes:
-        name: the second name.
-        target: the address.
-        comment: what the program's text says about it.
-        type: of a module's image the structure whose names its parts have here; None keeps its own.
+        type: structure that names the parts of a module's image; None keeps its own.
     """
 
     name: str
@@ -58,7 +54,7 @@ class Alias:
 
 @dataclass(frozen=True, slots=True)
 class SlotAlias:
-    """A name for the module in a slot, whose bits go by their meaning: `axis.status.MOVE_COMPLETE`."""
+    """A name for the module in a slot, with named bits: `axis.status.MOVE_COMPLETE`."""
 
     name: str
     slot: int
@@ -70,17 +66,17 @@ Declaration = Tag | Alias | SlotAlias
 
 @dataclass(frozen=True, slots=True)
 class Leaf:
-    """An elementary value, or all elements of it that lie in arrays.
+    """An elementary value, or all of one path in arrays.
 
     Attributes:
         path: tag and members, without subscripts.
-        dims: dimensions of all arrays it lies in, the outermost first.
+        dims: dimensions of all arrays around it, the outermost first.
         ident: its identifier in the compiled program.
-        slot: number of the slot, if it belongs to a module: its image or its fault; None if not.
+        slot: slot of a module's image or fault, else None.
         output: of a module: whether the program writes it.
-        frame: the add-on instruction of whose instances it is a part, in capitals; "" for a tag's.
-        root: in an add-on instruction what its path begins with: `OWN`, or an InOut in capitals.
-        outer: in an add-on instruction how many dimensions are the InOut's own.
+        frame: the add-on instruction whose instances contain it, in capitals; "" for tags.
+        root: in an add-on instruction the start of its path: `OWN`, or an InOut in capitals.
+        outer: in an add-on instruction the number of the InOut's own dimensions.
     """
 
     path: str
@@ -100,17 +96,17 @@ class Leaf:
 
     @property
     def inner(self) -> int:
-        """Number of elements in one element of what its path begins with."""
+        """Number of elements per element of its root."""
         return count_of(self.dims[self.outer :])
 
     @property
     def rest(self) -> str:
-        """What follows in its path, with a dot, the name of the instance or of the argument."""
+        """Its path after the root, with a dot."""
         return f".{self.path}" if self.root == OWN else self.path[len(self.root) :]
 
     @property
     def is_image(self) -> bool:
-        """Whether it is the eight words of a slot's image, which are the rack's memory."""
+        """Whether it is a slot's image: eight words in the rack's memory."""
         return self.slot is not None and bool(self.dims)
 
 
@@ -122,19 +118,19 @@ STATUS_FLAGS = {
     "S:C": "carry",
     "S:MINOR": "a minor fault has been recorded",
 }
-"""Bits that every program has, and what they tell."""
+"""Status bits of every program, with their meaning."""
 
 TRUTHS = {"TRUE": 1, "FALSE": 0}
-"""Names that mean a value where no tag has them."""
+"""Names of values, unless a tag has the name."""
 
 Presets = Mapping[tuple[str, int], int | float]
-"""Initial values in rungs, by path of a leaf and index in it."""
+"""Initial values in rungs, by leaf path and flat index."""
 
 OVERRIDE = "~mcr"
-"""Leaf of the override that MCR toggles."""
+"""Leaf of the MCR zone's state."""
 
 HELD = "~held"
-"""Leaves that keep a subscript for the time of a call, followed by a number."""
+"""Prefix of leaves that store a subscript during a call."""
 
 
 OWN = "~"
@@ -145,7 +141,7 @@ OPEN = 1 << 31
 
 
 def scoped(program: str, name: str) -> str:
-    r"""Return the full name of a program's tag or routine; the name itself if the program is "".
+    r"""Return the full name of a program's tag or routine; without a program the name itself.
 
     >>> print(scoped("Main", "Run"), scoped("", "Run"))
     \Main.Run Run
@@ -154,7 +150,7 @@ def scoped(program: str, name: str) -> str:
 
 
 def program_of(name: str) -> str:
-    r"""Return the program that a full name is of, "" for the controller.
+    r"""Return the program in a full name, "" for the controller.
 
     >>> program_of(r"\Main.Run"), program_of("Run")
     ('Main', '')
@@ -174,21 +170,21 @@ def tag_in(path: str) -> str:
 
 
 class Layout:
-    """Where everything in a program's memory is.
+    """The memory layout of a program.
 
     Attributes:
         declarations: by full name in capitals, see `scoped`.
         leaves: by path in capitals.
-        boxed: tags whose values lie in one list, by name in capitals; with the list's identifier.
+        boxed: identifier of the list of each tag that has one, by name in capitals.
 
     Args:
         declarations: tags and aliases, under their full names.
-        files: they are data files of an SLC, whose elements are written N7:0.
-        cards: what sits in the slots of the rack, as far as it is known: catalog numbers.
+        files: whether the tags are data files of an SLC, with elements like N7:0.
+        cards: known catalog numbers by slot.
     """
 
     frame = ""
-    """The add-on instruction whose instances it is for, in capitals; "" for a program."""
+    """The add-on instruction that is laid out, in capitals; "" for a program."""
 
     def __init__(
         self,
@@ -214,17 +210,12 @@ class Layout:
                     self._add(f"{declaration.name}.{path}" if path else declaration.name, kind, dims)
 
     def declaration(self, name: str, program: str = "") -> Declaration | None:
-        """Return what a name means in a program: its own declaration, else the controller's, else None.
-
-        Args:
-            name: in capitals.
-            program: the program, "" for the controller.
-        """
+        """Return a declaration by name in capitals: the program's, else the controller's, else None."""
         own = self.declarations.get(scoped(program, name).upper()) if program else None
         return own or self.declarations.get(name)
 
     def names(self, program: str = "") -> Iterator[str]:
-        """Yield the names that can be used in a program: its own without its name, then the controller's."""
+        """Yield the names visible in a program: its own without its prefix, then the controller's."""
         own = scoped(program, "")
         for each in self.declarations.values():
             if program and each.name.upper().startswith(own.upper()):
@@ -238,11 +229,11 @@ class Layout:
         yield from (each.name for each in self.declarations.values() if program_of(each.name))
 
     def hidden(self, path: str, kind: Elementary) -> Leaf:
-        """Add a leaf that no address reaches; return it."""
+        """Add and return a leaf without an address."""
         return self._add(path, kind, ())
 
     def leaf(self, path: str) -> Leaf:
-        """Return the leaf of that path, in any case."""
+        """Return a leaf by path, in any case."""
         return self.leaves[path.upper()]
 
     def image(self, slot: int, *, output: bool) -> Leaf:
@@ -259,14 +250,14 @@ class Layout:
         return self.leaves.get(path.upper()) or self._add(path, DINT, (), slot=slot)
 
     def held(self) -> Leaf:
-        """Return a new leaf that keeps a subscript for the time of a call."""
+        """Return a new leaf that stores a subscript during a call."""
         self._held += 1
         return self._add(f"{HELD}{self._held}", DINT, ())
 
     # --- lists
 
     def box(self, leaf: Leaf) -> None:
-        """Lay out the tag of a leaf as a stretch of a list, unless it is a list by itself."""
+        """Lay out a leaf's tag as a stretch of a list, unless it already is a list."""
         name = leaf.path if leaf.slot is not None else tag_in(leaf.path)
         tag = self.declarations.get(name.upper())
         plain = isinstance(tag, Tag) and isinstance(tag.type, Elementary) and bool(tag.dims)
@@ -274,7 +265,7 @@ class Layout:
             self.boxed[name.upper()] = self._ident(name)
 
     def spot(self, leaf: Leaf) -> Spot | None:
-        """Return where a leaf lies in a list, None if it has a variable of its own."""
+        """Return the place of a leaf in a list, None if it has a variable of its own."""
         name = leaf.path.upper()
         known = self._spots.get(name)
         if known is None and self.boxed:
@@ -295,7 +286,7 @@ class Layout:
 
     @property
     def single(self) -> list[Leaf]:
-        """The leaves that have a variable of their own, because they lie in no list with others."""
+        """The leaves with a variable of their own."""
         boxed = self.boxed
         if not boxed:
             return list(self.leaves.values())
@@ -308,7 +299,7 @@ class Layout:
 
     @property
     def lists(self) -> Iterator[tuple[str, list[Any]]]:
-        """The lists in which tags lie, as they begin, by identifier."""
+        """The lists of tags with their initial values, by identifier."""
         for name, ident in self.boxed.items():
             tag = self.declarations.get(name)
             if isinstance(tag, Tag):
@@ -318,21 +309,21 @@ class Layout:
 
     @property
     def idents(self) -> list[str]:
-        """The variables of the compiled program: leaves that lie in no list, and the lists."""
+        """The variables of the compiled program: single leaves, then lists."""
         return [*(leaf.ident for leaf in self.single), *self.boxed.values()]
 
     @property
     def images(self) -> tuple[Leaf, ...]:
-        """The images that the program uses."""
+        """The images in use."""
         return tuple(leaf for leaf in self.leaves.values() if leaf.is_image)
 
     @property
     def faults(self) -> tuple[Leaf, ...]:
-        """The connection faults that the program uses."""
+        """The connection faults in use."""
         return tuple(leaf for leaf in self.leaves.values() if leaf.slot is not None and not leaf.is_image)
 
     def tags(self) -> Mapping[str, Tag]:
-        """The tags with memory of their own, by name in capitals."""
+        """The tags by name in capitals."""
         return {name: each for name, each in self.declarations.items() if isinstance(each, Tag)}
 
     def _add(
@@ -370,7 +361,7 @@ class Layout:
 
 
 class FrameLayout(Layout):
-    """Where everything is that the routines of an add-on instruction name: one layout for all instances.
+    """The layout of an add-on instruction's routines, shared by all instances.
 
     Members of the instance lie in the list `frame` from `base` on. An InOut is a list, an offset and the
     number of elements from there to the end of its array; for a bit of an integer also a mask.
@@ -380,10 +371,7 @@ class FrameLayout(Layout):
         inouts: variables of the InOuts, by name in capitals.
 
     Args:
-        frame: the add-on instruction.
-        own: type of an instance.
-        inouts: what is passed, as tags.
-        program: the layout of the program, for status flags.
+        program: the program's layout, for status flags.
     """
 
     def __init__(self, frame: str, own: Structure, inouts: Iterable[Tag], program: Layout) -> None:
@@ -393,18 +381,18 @@ class FrameLayout(Layout):
         super().__init__((*(_declared(each) for each in own.members), *handed))
 
     def leaf(self, path: str) -> Leaf:
-        """Return the leaf of that path, in any case; status flags and kept subscripts are the program's."""
+        """Return a leaf by path, in any case; status flags and held subscripts are the program's."""
         name = path.upper()
         if name.startswith(("S:", HIDDEN)):
             return self._program.leaf(name)
         return self.leaves[name]
 
     def held(self) -> Leaf:
-        """Return a new leaf that keeps a subscript for the time of a call."""
+        """Return a new leaf that stores a subscript during a call."""
         return self._program.held()
 
     def spot(self, leaf: Leaf) -> Spot | None:
-        """Return where a leaf lies in a list."""
+        """Return the place of a leaf in a list."""
         if not leaf.frame:
             return self._program.spot(leaf)
         name = leaf.path.upper()
@@ -437,7 +425,7 @@ def _declared(member: Member) -> Declaration:
 
 
 FRAME, BASE = "frame", "base"
-"""Variables of a compiled add-on instruction: the list in which its instance lies, and where it begins."""
+"""Variables of a compiled add-on instruction: the list of its instance, and the offset in it."""
 
 RESERVED = frozenset(
     [
@@ -493,4 +481,4 @@ RESERVED = frozenset(
         "set_text_in",
     ]
 )
-"""Names that the compiled program uses itself; its temporaries start with two underscores."""
+"""Identifiers of the compiled program; its temporaries start with two underscores."""

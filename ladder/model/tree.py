@@ -1,4 +1,4 @@
-"""The one tree that every front end builds and every back end runs.
+"""The tree that every front end builds and every back end runs.
 
 A program is tags plus routines; a routine is rungs, or statements of structured text (`statements`); a
 rung is a series; a series is instructions and branches; a branch is legs, each a series. Operands are
@@ -19,11 +19,7 @@ from .quoting import quoted
 
 @dataclass(frozen=True, slots=True)
 class Number:
-    """A number as it was written. Numbers are equal when their texts are: a NaN equals itself, too.
-
-    Attributes:
-        text: how it prints; `16#FF` stays `16#FF`.
-    """
+    """A number as written. Numbers are equal when their texts are, so that a NaN equals itself."""
 
     value: int | float = field(compare=False)
     text: str
@@ -56,7 +52,7 @@ class Characters:
 
 @dataclass(frozen=True, slots=True)
 class Unknown:
-    """The `?` that exported rungs have in place of a value of the tag."""
+    """The `?` of exported rungs in place of a tag's value."""
 
     def __str__(self) -> str:
         return "?"
@@ -118,12 +114,7 @@ Step = MemberStep | SubscriptStep | BitStep | WordStep | SlashStep
 
 @dataclass(frozen=True, slots=True)
 class Address:
-    """A tag, or a part of one.
-
-    Attributes:
-        name: the tag; also `Local:1:I`, `I:1`, `S:FS`.
-        steps: what leads from there to the part.
-    """
+    """A tag or a part of one; `Local:1:I`, `I:1` and `S:FS` are names, too."""
 
     name: str
     steps: tuple[Step, ...] = ()
@@ -134,11 +125,10 @@ class Address:
 
 @dataclass(frozen=True, slots=True)
 class Operation:
-    """An operator or a function with its operands, in an expression.
+    """An operator or a function with its operands.
 
     Attributes:
         name: `+ - * / ** MOD AND OR XOR = <> < <= > >=`, `NEG NOT`, or a function.
-        operands: one or two.
     """
 
     name: str
@@ -211,12 +201,7 @@ def _ends_in_file(node: Operand) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Instruction:
-    """An instruction with its operands.
-
-    Attributes:
-        name: the one name it prints under (EQU, not EQ).
-        operands: in their order.
-    """
+    """An instruction with its operands, under its one name (EQU, not EQ)."""
 
     name: str
     operands: tuple[Operand, ...] = ()
@@ -246,7 +231,7 @@ def series_text(series: Series) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Origin:
-    """Where a rung was written: file and line; unknown ones are "" and 0."""
+    """File and line of a rung; "" and 0 if unknown."""
 
     file: str = ""
     line: int = 0
@@ -254,12 +239,7 @@ class Origin:
 
 @dataclass(frozen=True, slots=True)
 class Rung:
-    """A rung.
-
-    Attributes:
-        series: its instructions and branches from left to right.
-        origin: where it was written; no part of its identity.
-    """
+    """A series with its comment; its origin is not part of its identity."""
 
     series: Series
     comment: str = ""
@@ -274,9 +254,7 @@ class Statement:
     """A statement of structured text; `statements` has the kinds.
 
     Attributes:
-        comment: what is said of it.
-        line: its line in its routine, from 1; 0 for one that was never text. No part of its identity.
-        origin: where it was written; no part of its identity.
+        line: its line in its routine, from 1; 0 without text. Not part of its identity, like `origin`.
     """
 
     comment: str = ""
@@ -285,7 +263,7 @@ class Statement:
 
     @property
     def head(self) -> str:
-        """Its text without the blocks in it, on one line."""
+        """Its text on one line, without inner blocks."""
         raise NotImplementedError
 
     def numbered(self) -> Iterator[NumberedLine]:
@@ -304,23 +282,17 @@ class Statement:
 Block = tuple[Statement, ...]
 
 NumberedLine = tuple[int, str]
-"""A line as it prints, after the number that it had in the text that was read; 0 if nothing runs there."""
+"""A printed line after its number in the original text; 0 if nothing runs there."""
 
 
 def comment_lines(comment: str) -> Iterator[NumberedLine]:
-    """Yield the lines of a comment, none for an empty one."""
+    """Yield the lines of a comment."""
     yield from ((0, f"// {line}".rstrip()) for line in comment.split("\n") if comment)
 
 
 @dataclass(frozen=True, slots=True)
 class Routine:
-    """A routine of rungs or of statements.
-
-    Attributes:
-        rungs: its rungs, none in a routine of statements.
-        comment: what is said of it.
-        statements: its structured text, see `statements`; None in a routine of rungs.
-    """
+    """A routine of rungs, or of statements if `statements` is not None."""
 
     name: str
     rungs: tuple[Rung, ...]
@@ -329,22 +301,18 @@ class Routine:
 
     @property
     def unit(self) -> str:
-        """What its numbers count: rung or line."""
+        """Unit of its line numbers: rung or line."""
         return "rung" if self.statements is None else "line"
 
     @property
     def numbers(self) -> Sequence[int]:
-        """Numbers of its rungs from 0, or of the lines with statements from 1."""
+        """Numbers of its rungs from 0, or of lines with statements from 1."""
         if self.statements is None:
             return range(len(self.rungs))
         return sorted({number for each in self.statements for number, _ in each.numbered() if number})
 
     def numbered(self, number: int) -> str:
-        """Return the text of the rung, or of the statements, of that number.
-
-        Raises:
-            LadderError: there is none.
-        """
+        """Return the rung or the statements of a number, or raise a LadderError."""
         if number not in self.numbers:
             there = ", ".join(map(str, self.numbers)) if self.statements else f"0 to {len(self.rungs) - 1}"
             raise LadderError(f"routine {self.name} has no {self.unit} {number}: {there}")
@@ -355,12 +323,12 @@ class Routine:
 
     @property
     def text(self) -> str:
-        """Rungs without their comments, or statements."""
+        """Rungs without comments, or statements."""
         return "\n".join(map(str, self.rungs if self.statements is None else self.statements))
 
 
 def instructions_of(series: Series) -> Iterator[Instruction]:
-    """Yield the instructions of a series in the order in which they execute."""
+    """Yield the instructions of a series in order of execution."""
     for element in series:
         if isinstance(element, Instruction):
             yield element
@@ -370,17 +338,16 @@ def instructions_of(series: Series) -> Iterator[Instruction]:
 
 
 BRANCHES = 32
-"""Most nested branches; Studio 5000 draws no more than six."""
+"""Maximum depth of branches; Studio 5000 draws six."""
 
 LEVELS = 100
-"""Levels that an operand may have: an operator or a function is one, a subscript `SUBSCRIPT`."""
+"""Maximum levels of an operand: one per operator or function, `SUBSCRIPT` per subscript."""
 
 SUBSCRIPT = 3
-"""Levels of a subscript."""
 
 
 def too_deep(series: Series) -> str | None:
-    """Return what of a series is nested too deep for the tools that walk it, None if nothing is.
+    """Return the reason why a series is nested too deep, None if it is not.
 
     >>> too_deep((Instruction("CPT", (Address("A"), number(1))),)) is None
     True
@@ -398,7 +365,7 @@ def too_deep(series: Series) -> str | None:
 
 
 def levels_of(operand: Operand) -> int:
-    """Return the levels of an operand, see `LEVELS`; no call is made per level."""
+    """Return the levels of an operand, see `LEVELS`; iterative, for deep operands."""
     if not isinstance(operand, Operation) and not (isinstance(operand, Address) and operand.steps):
         return 0
     deepest = 0
@@ -418,9 +385,9 @@ def levels_of(operand: Operand) -> int:
 
 
 def addresses_in(operand: Operand) -> Iterator[Address]:
-    """Yield the addresses in an operand: itself, in its subscripts, in its expression; from left to right.
+    """Yield the addresses in an operand, those in subscripts included, from left to right.
 
-    No call is made per level: a sum of 90 terms is 90 levels deep.
+    Iterative: a sum of 90 terms is 90 levels deep.
     """
     todo: list[Operand] = [operand]
     while todo:

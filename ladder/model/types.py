@@ -1,4 +1,4 @@
-"""Data types of tags: the elementary ones, structures, and how they lie in bytes.
+"""Data types of tags, and their layout in bytes.
 
 | type | values | bits |
 |---|---|--:|
@@ -22,18 +22,12 @@ from functools import lru_cache
 from .errors import LadderError
 
 MAX_DIMENSIONS = 3
-"""Dimensions an array may have."""
+"""Maximum dimensions of an array."""
 
 
 @dataclass(frozen=True, slots=True)
 class Elementary:
-    """A type that is one value.
-
-    Attributes:
-        name: as Logix calls it.
-        bits: width.
-        code: its letter in the `struct` module.
-    """
+    """A type of one value; `code` is its letter in the `struct` module."""
 
     name: str
     bits: int
@@ -41,22 +35,22 @@ class Elementary:
 
     @property
     def is_bool(self) -> bool:
-        """One bit, no number."""
+        """Whether it is one bit."""
         return self.bits == 1
 
     @property
     def is_real(self) -> bool:
-        """Floating point of single precision."""
+        """Whether it is floating point in single precision."""
         return self.code == "f"
 
     @property
     def is_double(self) -> bool:
-        """Floating point of double precision."""
+        """Whether it is floating point in double precision."""
         return self.code == "d"
 
     @property
     def is_integer(self) -> bool:
-        """SINT, INT, DINT, LINT, or one of the four without a sign."""
+        """Whether it is an integer type, signed or unsigned."""
         return not (self.is_bool or self.is_real or self.is_double)
 
     @property
@@ -66,22 +60,22 @@ class Elementary:
 
     @property
     def wraps(self) -> int:
-        """Its bits, negative without a sign: how `arithmetic.wrap` makes a number fit."""
+        """Its bits for `arithmetic.wrap`, negative if unsigned."""
         return self.bits if self.is_signed else -self.bits
 
     @property
     def lowest(self) -> int:
-        """Least value of an integer type."""
+        """Lowest value of an integer type."""
         return -1 << self.bits - 1 if self.is_signed else 0
 
     @property
     def highest(self) -> int:
-        """Greatest value of an integer type."""
+        """Highest value of an integer type."""
         return (1 << self.bits - self.is_signed) - 1
 
     @property
     def zero(self) -> bool | int | float:
-        """Initial value of a tag without one of its own."""
+        """Default initial value."""
         return False if self.is_bool else 0 if self.is_integer else 0.0
 
 
@@ -103,12 +97,10 @@ class Member:
     """A member of a structure.
 
     Attributes:
-        dims: length per dimension, none for a single value.
-        bit: for a BOOL of a predefined structure: its bit in the DINT that comes first.
-        initial: what it starts with, see `tags.Tag`; None = zero. No part of its identity.
-        at: the part of the structure that it is another name of: `Host.3`, `Delay.PRE`; "" for a member with
-            memory of its own.
-        hidden: whether it is left out where people see the structure, as the host of packed bits is.
+        bit: of a predefined structure's BOOL: its bit in the first DINT.
+        initial: see `tags.Tag`; None = zero. Not part of its identity.
+        at: the part of the structure that it names: `Host.3`, `Delay.PRE`; "" if it has memory of its own.
+        hidden: whether views omit it, like the host of packed bits.
     """
 
     name: str
@@ -122,12 +114,7 @@ class Member:
 
 @dataclass(frozen=True, slots=True)
 class Structure:
-    """A type with members.
-
-    Attributes:
-        members: in order.
-        hidden: members of ours that no address reaches: what an instruction remembers.
-    """
+    """A type with members; `hidden` ones have no address and hold an instruction's state."""
 
     name: str
     members: tuple[Member, ...]
@@ -135,7 +122,7 @@ class Structure:
 
     @property
     def is_string(self) -> bool:
-        """Whether it is a STRING, or a string type of another length: LEN and characters."""
+        """Whether it is a STRING of any length: LEN and characters."""
         if len(self.members) != 2:
             return False
         length, data = self.members
@@ -144,15 +131,11 @@ class Structure:
         )
 
     def __hash__(self) -> int:
-        """Hash the name alone: types are keys often, and structures of one name are rare."""
+        """Hash the name alone: types are frequent keys, equal names are rare."""
         return hash(self.name)
 
     def __post_init__(self) -> None:
-        """Refuse a second name of what has no memory.
-
-        Raises:
-            LadderError: `at` of a member names no member with memory of its own.
-        """
+        """Raise a LadderError if `at` of a member names no member with memory of its own."""
         for each in self.members:
             host = self.member(re.split(r"[.\[]", each.at)[0]) if each.at else each
             if host is None or (each.at and host.at):
@@ -162,11 +145,11 @@ class Structure:
 
     @property
     def own(self) -> tuple[Member, ...]:
-        """The members that have memory of their own."""
+        """The members with memory of their own."""
         return tuple(each for each in self.members if not each.at)
 
     def member(self, name: str) -> Member | None:
-        """Return the member of that name in any case, None without one."""
+        """Return a member by name, in any case; None without one."""
         place = _places(self).get(name.upper())
         return None if place is None else self.members[place]
 
@@ -178,60 +161,66 @@ def _places(kind: Structure) -> Mapping[str, int]:
 
 DataType = Elementary | Structure
 
+
+def members(kind: DataType, names: str, *dims: int) -> tuple[Member, ...]:
+    """Return members of one type."""
+    return tuple(Member(name, kind, dims) for name in names.split())
+
+
 HIDDEN = "~"
 """Prefix of a hidden member's name in its path."""
 
 
-def _status(*names: str) -> tuple[Member, ...]:
-    return tuple(Member(name, BOOL, bit=31 - number) for number, name in enumerate(names))
+def status_bits(names: str) -> tuple[Member, ...]:
+    """Return BOOLs in the first DINT, from bit 31 down."""
+    return tuple(Member(name, BOOL, bit=31 - number) for number, name in enumerate(names.split()))
 
 
-_PRE_ACC = (Member("PRE", DINT), Member("ACC", DINT))
+_PRE_ACC = members(DINT, "PRE ACC")
 
-TIMER = Structure("TIMER", _status("EN", "TT", "DN") + _PRE_ACC, hidden=(Member("last_ns", LINT),))
+TIMER = Structure("TIMER", status_bits("EN TT DN") + _PRE_ACC, hidden=(Member("last_ns", LINT),))
 """PRE and ACC in ms; `last_ns` is the instant up to which ACC has been counted."""
 
-COUNTER = Structure("COUNTER", _status("CU", "CD", "DN", "OV", "UN") + _PRE_ACC)
+COUNTER = Structure("COUNTER", status_bits("CU CD DN OV UN") + _PRE_ACC)
 
 CONTROL = Structure(
     "CONTROL",
-    (*_status("EN", "EU", "DN", "EM", "ER", "UL", "IN", "FD"), Member("LEN", DINT), Member("POS", DINT)),
+    (*status_bits("EN EU DN EM ER UL IN FD"), *members(DINT, "LEN POS")),
 )
 
 STRING = Structure("STRING", (Member("LEN", DINT), Member("DATA", SINT, (82,))))
 
-_ENABLES = (Member("EnableIn", BOOL), Member("EnableOut", BOOL))
+_ENABLES = members(BOOL, "EnableIn EnableOut")
 
 FBD_TIMER = Structure(
     "FBD_TIMER",
     (
         *_ENABLES,
-        *(Member(name, BOOL) for name in ("TimerEnable", "Reset", "EN", "TT", "DN")),
-        *(Member(name, BOOL) for name in ("InstructFault", "PresetInv")),
+        *members(BOOL, "TimerEnable Reset EN TT DN InstructFault PresetInv"),
         *_PRE_ACC,
         Member("Status", DINT),
     ),
     hidden=(Member("last_ns", LINT),),
 )
-"""What TONR, TOFR and RTOR work on."""
+"""Structure of TONR, TOFR and RTOR."""
 
 FBD_COUNTER = Structure(
     "FBD_COUNTER",
     (
         *_ENABLES,
-        *(Member(name, BOOL) for name in ("CUEnable", "CDEnable", "Reset", "CU", "CD", "DN", "OV", "UN")),
+        *members(BOOL, "CUEnable CDEnable Reset CU CD DN OV UN"),
         *_PRE_ACC,
     ),
-    hidden=(Member("up", BOOL), Member("down", BOOL)),
+    hidden=members(BOOL, "up down"),
 )
-"""What CTUD works on; `up` and `down` are CUEnable and CDEnable of the scan before."""
+"""Structure of CTUD; `up` and `down` are CUEnable and CDEnable of the previous scan."""
 
 FBD_ONESHOT = Structure(
     "FBD_ONESHOT",
-    (*_ENABLES, Member("InputBit", BOOL), Member("OutputBit", BOOL)),
+    (*_ENABLES, *members(BOOL, "InputBit OutputBit")),
     hidden=(Member("before", BOOL),),
 )
-"""What OSRI and OSFI work on; `before` is InputBit of the scan before."""
+"""Structure of OSRI and OSFI; `before` is InputBit of the previous scan."""
 
 MESSAGE_BITS = {"EW": 2, "ER": 4, "DN": 5, "ST": 6, "EN": 7, "TO": 8, "EN_CC": 9}
 """Bits of FLAGS of a MESSAGE [Studio 5000 help, MESSAGE structure]."""
@@ -242,56 +231,40 @@ MESSAGE = Structure(
         Member("FLAGS", INT),
         *(Member(name, BOOL, at=f"FLAGS.{bit}") for name, bit in MESSAGE_BITS.items()),
         *(Member("ERR", INT), Member("EXERR", DINT), Member("ERR_SRC", SINT)),
-        *(Member(name, INT) for name in ("DN_LEN", "REQ_LEN", "DestinationLink", "DestinationNode")),
-        *(Member(name, INT) for name in ("SourceLink", "Class", "Attribute")),
-        *(Member(name, DINT) for name in ("Instance", "LocalIndex")),
-        *(Member(name, SINT) for name in ("Channel", "Rack", "Group", "Slot")),
+        *members(INT, "DN_LEN REQ_LEN DestinationLink DestinationNode SourceLink Class Attribute"),
+        *members(DINT, "Instance LocalIndex"),
+        *members(SINT, "Channel Rack Group Slot"),
         *(Member("Path", STRING), Member("RemoteIndex", DINT), Member("RemoteElement", STRING)),
-        *(Member("UnconnectedTimeout", DINT), Member("ConnectionRate", DINT)),
+        *members(DINT, "UnconnectedTimeout ConnectionRate"),
         Member("TimeoutMultiplier", SINT),
     ),
     hidden=(Member("started_ns", LINT), Member("waiting", BOOL)),
 )
-"""What MSG works on; `waiting` is set while one of structured text is under way."""
+"""Structure of MSG; `waiting` is set while structured text executes one."""
 
 PID_BITS = {
-    **{name: 31 - number for number, name in enumerate(("EN", "CT", "CL", "PVT", "DOE", "SWM", "CA", "MO"))},
-    **{name: 23 - number for number, name in enumerate(("PE", "NDF", "NOBC", "NOZC"))},
-    **{name: 15 - number for number, name in enumerate(("INI", "SPOR", "OLL", "OLH", "EWD"))},
-    **{name: 10 - number for number, name in enumerate(("DVNA", "DVPA", "PVLA", "PVHA"))},
+    **{name: 31 - number for number, name in enumerate(["EN", "CT", "CL", "PVT", "DOE", "SWM", "CA", "MO"])},
+    **{name: 23 - number for number, name in enumerate(["PE", "NDF", "NOBC", "NOZC"])},
+    **{name: 15 - number for number, name in enumerate(["INI", "SPOR", "OLL", "OLH", "EWD"])},
+    **{name: 10 - number for number, name in enumerate(["DVNA", "DVPA", "PVLA", "PVHA"])},
 }
 """Bits of CTL of a PID [1756-RM003N p. 512]."""
 
 _PID_REALS = (
-    *("SP", "KP", "KI", "KD", "BIAS", "MAXS", "MINS", "DB", "SO", "MAXO", "MINO", "UPD", "PV", "ERR", "OUT"),
-    *(
-        "PVH",
-        "PVL",
-        "DVP",
-        "DVN",
-        "PVDB",
-        "DVDB",
-        "MAXI",
-        "MINI",
-        "TIE",
-        "MAXCV",
-        "MINCV",
-        "MINTIE",
-        "MAXTIE",
-    ),
+    "SP KP KI KD BIAS MAXS MINS DB SO MAXO MINO UPD PV ERR OUT PVH PVL "
+    "DVP DVN PVDB DVDB MAXI MINI TIE MAXCV MINCV MINTIE MAXTIE"
 )
-
 PID = Structure(
     "PID",
     (
         Member("CTL", DINT),
         *(Member(name, BOOL, at=f"CTL.{bit}") for name, bit in PID_BITS.items()),
-        *(Member(name, REAL) for name in _PID_REALS),
+        *members(REAL, _PID_REALS),
         Member("DATA", REAL, (17,)),
     ),
     hidden=(Member("sum", LREAL), Member("last", LREAL), Member("error", LREAL), Member("crossed", BOOL)),
 )
-"""What PID works on; `sum` is the integral term, `last` and `error` are those of the update before."""
+"""Structure of PID; `sum` is the integral term, `last` and `error` are those of the previous update."""
 
 _ALARM_COMMANDS = ("Suppress", "Unsuppress", "Disable", "Enable")
 
@@ -305,25 +278,24 @@ _ALARM_HIDDEN = (Member("active", BOOL), Member("since_ns", LINT))
 ALARM_DIGITAL = Structure(
     "ALARM_DIGITAL",
     (
-        *(Member(name, BOOL) for name in ("EnableIn", "In", "InFault")),
+        *members(BOOL, "EnableIn In InFault"),
         *(Member("Condition", BOOL, initial=True), Member("AckRequired", BOOL, initial=True)),
         Member("Latched", BOOL),
         *_commands("Ack", "Reset", *_ALARM_COMMANDS),
-        *(Member(name, BOOL) for name in ("AlarmCountReset", "UseProgTime")),
+        *members(BOOL, "AlarmCountReset UseProgTime"),
         *(Member("ProgTime", LINT), Member("Severity", DINT, initial=500), Member("MinDurationPRE", DINT)),
-        *(Member(name, BOOL) for name in ("EnableOut", "InAlarm")),
+        *members(BOOL, "EnableOut InAlarm"),
         Member("Acked", BOOL, initial=True),
-        *(Member(name, BOOL) for name in ("InAlarmUnack", "Suppressed", "Disabled")),
+        *members(BOOL, "InAlarmUnack Suppressed Disabled"),
         *(Member("MinDurationACC", DINT), Member("InAlarmTime", LINT), Member("AlarmCount", DINT)),
-        *(Member(name, BOOL) for name in ("InstructFault", "InFaulted", "SeverityInv")),
+        *members(BOOL, "InstructFault InFaulted SeverityInv"),
         Member("Status", DINT),
     ),
     hidden=(Member("Ack", BOOL), Member("Reset", BOOL), *_ALARM_HIDDEN),
 )
-"""What ALMD works on [1756-RM003N p. 45-48]."""
+"""Structure of ALMD [1756-RM003N p. 45-48]."""
 
 ALARM_LEVELS = ("HH", "H", "L", "LL")
-"""Levels of an ALARM_ANALOG."""
 
 ALARM_ANALOG = Structure(
     "ALARM_ANALOG",
@@ -335,14 +307,14 @@ ALARM_ANALOG = Structure(
         *(Member(f"{name}Limit", REAL) for name in ALARM_LEVELS),
         *(Member(f"{name}Severity", DINT, initial=500) for name in (*ALARM_LEVELS, "ROCPos", "ROCNeg")),
         *(Member("MinDurationPRE", DINT), Member("Deadband", REAL)),
-        *(Member(name, REAL) for name in ("ROCPosLimit", "ROCNegLimit", "ROCPeriod", "ROC")),
-        *(Member(name, BOOL) for name in ("EnableOut", "InAlarm", "AnyInAlarmUnack")),
+        *members(REAL, "ROCPosLimit ROCNegLimit ROCPeriod ROC"),
+        *members(BOOL, "EnableOut InAlarm AnyInAlarmUnack"),
         *(
             Member(f"{name}{state}", BOOL, initial=state == "Acked" or None)
             for state in ("InAlarm", "Acked", "InAlarmUnack")
             for name in (*ALARM_LEVELS, "ROCPos", "ROCNeg")
         ),
-        *(Member(name, BOOL) for name in ("Suppressed", "Disabled")),
+        *members(BOOL, "Suppressed Disabled"),
         *(Member("MinDurationACC", DINT), Member("Status", DINT)),
     ),
     hidden=(
@@ -350,7 +322,7 @@ ALARM_ANALOG = Structure(
         *(Member("sampled", BOOL), Member("sampled_ns", LINT), Member("sample", REAL)),
     ),
 )
-"""What ALMA works on [1756-RM003N p. 56-63]."""
+"""Structure of ALMA [1756-RM003N p. 56-63]."""
 
 TYPES: Mapping[str, DataType] = {
     kind.name: kind
@@ -360,18 +332,17 @@ TYPES: Mapping[str, DataType] = {
         *(FBD_TIMER, FBD_COUNTER, FBD_ONESHOT, MESSAGE, PID, ALARM_DIGITAL, ALARM_ANALOG),
     )
 }
-"""The types that every program has, by name."""
 
 
 @dataclass(frozen=True, slots=True)
 class Field:
-    """Where an elementary value lies in the bytes of its type.
+    """The place of an elementary value in the bytes of its type.
 
     Attributes:
-        path: members down to it, joined by dots; "" for an elementary type itself.
+        path: members joined by dots; "" for an elementary type itself.
         offset: byte.
         bit: bit from the low end of the byte, for a BOOL.
-        index: its index among the values of the same path (arrays inside structures).
+        index: its index among the values of the path.
     """
 
     path: str
@@ -383,7 +354,7 @@ class Field:
 
 @lru_cache(maxsize=1024)
 def size_of(kind: DataType) -> int:
-    """Bytes that one element of a type takes.
+    """Bytes of one element of a type.
 
     >>> size_of(INT), size_of(TIMER), size_of(STRING)
     (2, 12, 88)
@@ -393,13 +364,13 @@ def size_of(kind: DataType) -> int:
 
 @lru_cache(maxsize=1024)
 def fields_of(kind: DataType) -> tuple[Field, ...]:
-    """Elementary values of one element of a type, with their places in its bytes."""
+    """Elementary values in one element of a type."""
     return tuple(_Layout(kind).fields)
 
 
 @lru_cache(maxsize=1024)
 def members_at(kind: Structure) -> tuple[tuple[Member, int, int | None], ...]:
-    """Members with memory of their own: each with its byte, and its bit in that for a BOOL.
+    """Members with memory of their own, each with its byte and, for a BOOL, its bit.
 
     >>> [(each.name, at, bit) for each, at, bit in members_at(COUNTER)][-3:]
     [('UN', 3, 3), ('PRE', 4, None), ('ACC', 8, None)]
@@ -487,7 +458,7 @@ def count_of(dims: tuple[int, ...]) -> int:
 def leaves_of(
     kind: DataType, dims: tuple[int, ...] = ()
 ) -> Iterator[tuple[str, Elementary, tuple[int, ...]]]:
-    """Yield path, type and dimensions of every elementary value below a type, hidden ones last."""
+    """Yield path, type and dimensions of every elementary value of a type, hidden ones last."""
     if isinstance(kind, Elementary):
         yield "", kind, dims
         return

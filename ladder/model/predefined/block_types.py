@@ -64,7 +64,6 @@ BLOCKS: Mapping[str, Structure] = {
     "RESD": DOMINANT_RESET,
     "SETD": DOMINANT_SET,
 }
-"""What each instruction works on."""
+"""Structure of each block instruction."""
 
 BLOCK_TYPES: Mapping[str, Structure] = {each.name: each for each in BLOCKS.values()}
-"""The structures, by name."""

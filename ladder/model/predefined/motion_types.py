@@ -1,7 +1,7 @@
-"""Data types of motion: axes, what motion instructions work on, groups, coordinate systems, cams.
+"""Data types of motion: axes, motion instructions, groups, coordinate systems, cams.
 
 Bits and members are those of the motion reference manual [MOTION-RM002, appendix "Axis Data Types" and
-chapter "Motion Instruction Structure"]. All kinds of axis have the same members here, those that programs
+chapter "Motion Instruction Structure"]. All kinds of axis have the same members here, those which programs
 name most; a missing member is refused at its line; an L5X adds it to the type.
 """
 
@@ -9,11 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ..types import BOOL, DINT, INT, LINT, LREAL, REAL, SINT, DataType, Member, Structure
-
-
-def _members(kind: DataType, names: str, *dims: int) -> tuple[Member, ...]:
-    return tuple(Member(name, kind, dims) for name in names.split())
+from ..types import BOOL, DINT, INT, LINT, LREAL, REAL, SINT, DataType, Member, Structure, members
 
 
 def _word(host: str, names: str = "") -> tuple[Member, ...]:
@@ -49,7 +45,7 @@ MOTION_INSTRUCTION = Structure(
     ),
     hidden=(Member("started_ns", LINT), Member("ticket", DINT)),
 )
-"""What motion instructions show; `ticket` is the number of the request that the axis carries out."""
+"""Status of a motion instruction; `ticket` is the number of its request to the axis."""
 
 _MOTION_STATUS = (
     "AccelStatus DecelStatus MoveStatus JogStatus GearingStatus HomingStatus StoppingStatus AxisHomedStatus "
@@ -128,8 +124,8 @@ AXIS_MEMBERS: tuple[Member, ...] = (
     *_word("ServoFault", _SERVO_FAULT),
     *_word("CIPAxisStatus", _CIP_STATUS),
     *_word("DriveStatus", _IO_STATUS),
-    *_members(REAL, _AXIS_REALS),
-    *_members(DINT, _AXIS_NUMBERS),
+    *members(REAL, _AXIS_REALS),
+    *members(DINT, _AXIS_NUMBERS),
 )
 
 _OF_AXES = (Member("position", LREAL), Member("shown_ns", LINT), Member("axis", DINT))
@@ -138,7 +134,7 @@ _ANALOG_MEMBERS = tuple(
     Member("DriveFault", BOOL, at="ServoFault.9") if each.name == "DriveFault" else each
     for each in AXIS_MEMBERS
 )
-"""Of an axis with an analog drive, whose fault is a bit of ServoFault."""
+"""Members of an axis with an analog drive, whose fault is a bit of ServoFault."""
 
 AXIS_TYPES: Mapping[str, Structure] = {
     **{
@@ -158,7 +154,7 @@ number of the axis in the rack, from 1; 0 if it has none."""
 
 
 def is_axis(kind: DataType) -> bool:
-    """Whether a type is one of `AXIS_TYPES`, or one of them with further members."""
+    """Whether a type is one of `AXIS_TYPES`, possibly with more members."""
     return isinstance(kind, Structure) and kind.name in AXIS_TYPES and kind.hidden == _OF_AXES
 
 
@@ -177,11 +173,11 @@ MOTION_GROUP = Structure(
             "AxisFault",
             "PhysicalAxisFault ModuleFault ConfigFault AxisMotionFault AxisGuardFault InitializationFault",
         ),
-        *_members(
+        *members(
             DINT, "Cycle AutoTagUpdate CoarseUpdatePeriod Instance TaskAverageIOTime TaskAverageScanTime"
         ),
-        *_members(DINT, "TaskLastIOTime TaskLastScanTime TaskMaximumIOTime TaskMaximumScanTime TimeOffset"),
-        *_members(LINT, "CycleStartTime MaximumInterval MinimumInterval StartTime"),
+        *members(DINT, "TaskLastIOTime TaskLastScanTime TaskMaximumIOTime TaskMaximumScanTime TimeOffset"),
+        *members(LINT, "CycleStartTime MaximumInterval MinimumInterval StartTime"),
     ),
 )
 
@@ -196,35 +192,35 @@ COORDINATE_SYSTEM = Structure(
             "TransformSourceStatus TransformTargetStatus CoordMotionLockStatus",
         ),
         *_word("AxisFault", "PhysicalAxisFault ModuleFault ConfigFault"),
-        *_members(DINT, "AxesInhibitedStatus AxesShutdownStatus AxesServoOnStatus AxesConfigurationFaulted"),
-        *_members(REAL, "ActualPosition CommandPosition", 6),
-        *_members(REAL, "MovePercentComplete DynamicsPercent"),
+        *members(DINT, "AxesInhibitedStatus AxesShutdownStatus AxesServoOnStatus AxesConfigurationFaulted"),
+        *members(REAL, "ActualPosition CommandPosition", 6),
+        *members(REAL, "MovePercentComplete DynamicsPercent"),
     ),
 )
 
-CAM = Structure("CAM", (*_members(REAL, "Master Slave"), Member("SegmentType", DINT)))
+CAM = Structure("CAM", (*members(REAL, "Master Slave"), Member("SegmentType", DINT)))
 
 CAM_PROFILE = Structure(
     "CAM_PROFILE",
     (Member("Status", DINT),),
-    hidden=(*_members(REAL, "master slave c0 c1 c2 c3"), Member("kind", DINT)),
+    hidden=(*members(REAL, "master slave c0 c1 c2 c3"), Member("kind", DINT)),
 )
 
 OUTPUT_CAM = Structure(
     "OUTPUT_CAM",
     (
-        *_members(DINT, "OutputBit LatchType UnlatchType"),
-        *_members(REAL, "Left Right Duration"),
-        *_members(DINT, "EnableType EnableBit"),
+        *members(DINT, "OutputBit LatchType UnlatchType"),
+        *members(REAL, "Left Right Duration"),
+        *members(DINT, "EnableType EnableBit"),
     ),
 )
 
 OUTPUT_COMPENSATION = Structure(
     "OUTPUT_COMPENSATION",
     (
-        *_members(REAL, "Offset LatchDelay UnlatchDelay"),
+        *members(REAL, "Offset LatchDelay UnlatchDelay"),
         Member("Mode", DINT),
-        *_members(REAL, "CycleTime DutyCycle"),
+        *members(REAL, "CycleTime DutyCycle"),
     ),
 )
 
@@ -233,7 +229,7 @@ BY_CLASS: Mapping[str, Structure] = {
     "MOTIONGROUP": MOTION_GROUP,
     "COORDINATESYSTEM": COORDINATE_SYSTEM,
 }
-"""What the instances of classes are whose attributes GSV and SSV name; in capitals."""
+"""Type of the instances of a class in GSV and SSV, by class in capitals."""
 
 MOTION_TYPES: Mapping[str, Structure] = {
     each.name: each
@@ -242,4 +238,3 @@ MOTION_TYPES: Mapping[str, Structure] = {
         *(CAM, CAM_PROFILE, OUTPUT_CAM, OUTPUT_COMPENSATION),
     )
 }
-"""All of them, by name."""

@@ -1,4 +1,4 @@
-"""The words that operands of motion instructions take, as rungs print them [MOTION-RM002].
+"""Keywords of motion instructions as rungs print them [MOTION-RM002].
 
 A number means the word at its place, from 0: `MAS(Axis,Stop,2,...)` stops a Move.
 """
@@ -52,4 +52,3 @@ LISTS = (
     ("CW Full", "CCW Full", "Inverse", "Module", "Axis"),
     ("Master Axis", "Slave Axis", "Position", "Torque", "Velocity", "Acceleration"),
 )
-"""All lists."""

@@ -25,4 +25,3 @@ SLC_COUNTER = _words("SLC_COUNTER", "CU CD DN OV UN UA", "PRE", "ACC")
 SLC_CONTROL = _words("SLC_CONTROL", "EN EU DN EM ER UL IN FD", "LEN", "POS")
 
 SLC_TYPES = {each.name: each for each in (SLC_TIMER, SLC_COUNTER, SLC_CONTROL)}
-"""By name."""

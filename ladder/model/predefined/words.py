@@ -1,4 +1,4 @@
-"""The words of lists that operands take: those of motion and of the safety instructions."""
+"""Keywords of motion and safety operands."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from . import motion_words, safety_types
 
 
 def plain(word: str) -> str:
-    """Return a word in capitals without spaces and hyphens, as structured text has it.
+    """Return a keyword in capitals without spaces and hyphens, as structured text has it.
 
     >>> plain("Units per sec2"), plain("S-Curve")
     ('UNITSPERSEC2', 'SCURVE')
@@ -15,4 +15,4 @@ def plain(word: str) -> str:
 
 
 KEYWORDS = frozenset(plain(word) for words in (*motion_words.LISTS, safety_types.WORDS) for word in words)
-"""All words, as `plain` has them."""
+"""All keywords, as `plain` returns them."""

@@ -12,20 +12,13 @@ class ErrorId(IntFlag):
     INVALID_PROFILE = 2
     HOME_INVALID = 4
     INPUT_ERROR = 8
-    CONFIG_ERROR = 16
-    """Or the module has lost its configuration: configure again."""
-    MODULE_LOST = 32
-    """MODULE_OK is off."""
-    WRONG_STATE = 64
-    """Refused: the state of the axis does not allow the command."""
-    PARAMETER = 128
-    """Refused: a parameter is out of range."""
-    POSITION_INVALID = 256
-    """Refused: an absolute move needs a valid position, see `home` and `set_position`."""
-    LINK_LOST = 512
-    """The link to the module was lost during the command."""
-    NOT_DONE = 1024
-    """The axis is at rest, and the command has not begun or has ended otherwise."""
+    CONFIG_ERROR = 16  # or the module has lost its configuration: configure again
+    MODULE_LOST = 32  # MODULE_OK is off
+    WRONG_STATE = 64  # refused: the state of the axis does not allow the command
+    PARAMETER = 128  # refused: a parameter is out of range
+    POSITION_INVALID = 256  # refused: an absolute move needs a valid position, see `home` and `set_position`
+    LINK_LOST = 512  # the link to the module was lost during the command
+    NOT_DONE = 1024  # the axis is at rest, and the command has not begun or has ended otherwise
 
 
 WORDS = {

@@ -14,16 +14,13 @@ from ....io_images.amci3601.bits import CommandMsw, StatusMsw
 class State(IntEnum):
     """The state of an axis, by PLCopen's names and with the numbers of the rung library."""
 
-    DISABLED = 0
-    """Not configured, or the module is lost."""
+    DISABLED = 0  # not configured, or the module is lost
     STANDSTILL = 1
     DISCRETE_MOTION = 2
     CONTINUOUS_MOTION = 3
     HOMING = 4
-    STOPPING = 5
-    """`stop` keeps the axis."""
-    ERROR_STOP = 6
-    """A command has failed: `reset`."""
+    STOPPING = 5  # `stop` keeps the axis
+    ERROR_STOP = 6  # a command has failed: `reset`
     SYNCHRONIZED_MOTION = 7
 
 
