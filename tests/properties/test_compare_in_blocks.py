@@ -14,7 +14,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from plain_compare import plainly
-from scanrack.traces.compare import SAME_CLOCK, Clock, Tolerance, before, blocks, compare_parts
+from scanrack.traces.compare import SAME_CLOCK, Clock, Tolerance, blocks, compare_parts, findings
 from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.read.columns import Columns
 
@@ -28,7 +28,7 @@ COLUMNS = np.array([0, 1, 6, 8, 9, 10, 11, 12, 20, 25])  # words in which someth
 def _short_reports() -> Iterator[None]:
     """A report looks back three scans, so that what is farther back is forgotten."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(before, "LOOKED_AT", 3)
+        patch.setattr(findings, "LOOKED_AT", 3)
         patch.setattr(blocks, "LOOKED_AT", 3)
         yield
 

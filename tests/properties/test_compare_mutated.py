@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scanrack.io_images.thousands import split_reported
-from scanrack.traces.compare import EXACT, Tolerance, compare_columns
+from scanrack.traces.compare import EXACT, Tolerance, compare_parts
 from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.read.columns import Columns
 
@@ -36,7 +36,7 @@ def idle() -> np.ndarray:
 
 
 def differ(a: Columns, b: Columns, tolerance: Tolerance = EXACT, slots=SLOTS):
-    return compare_columns((slots, a), (slots, b), tolerance)
+    return compare_parts((slots, [a]), (slots, [b]), tolerance)
 
 
 @given(
@@ -163,9 +163,9 @@ def test_scans_that_are_missing_are_counted(first: int, scans: int) -> None:
 def test_slots_that_only_one_has_are_told_and_the_others_compared() -> None:
     words = idle()
     words[7, 20] = 5
-    one = (SLOTS, columns(words))
-    other = ((SLOTS[1],), columns(idle()[:, 16:]))
-    found = compare_columns(one, other)
+    one = (SLOTS, [columns(words)])
+    other = ((SLOTS[1],), [columns(idle()[:, 16:])])
+    found = compare_parts(one, other)
     assert (found.slots_only_a, found.slots_only_b, found.same) == ((1,), (), False)
     assert [extent.name for extent in found.extents] == ["slot4.out.word4"]
 

@@ -10,9 +10,9 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 from scanrack.traces.compare import Clock, Comparison, Extent, First, Tolerance
-from scanrack.traces.compare.before import changes_before
-from scanrack.traces.compare.differing import Differing, Side
 from scanrack.traces.compare.fields import TIME, Field, Kind, all_fields
+from scanrack.traces.compare.findings import Differing, changes_before
+from scanrack.traces.compare.stream import Side
 from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.read.columns import Columns
 
@@ -149,7 +149,7 @@ def extents_of(field: Field, rows: Found, a: Side, b: Side) -> Iterator[Extent]:
 
 def number_of(field: Field, side: Side, row: int) -> float:
     image = side.images(field, np.array([row]))
-    return float((field.values if field.kind in (Kind.COUNT, Kind.VALUE) else field.key)(image)[0])
+    return float(field.values(image)[0])
 
 
 def first_of(

@@ -5,16 +5,23 @@
     for line in report(found, ("one", "other")):
         print(line)
 
-Exactly, scans are paired by number, and every word counts. With a tolerance, as
-for recordings of real hardware, they are paired by time, and what one trace
-shows has to be shown by the other within the tolerance; see `bytime.tolerantly`.
+Both are read block by block, in one pass:
+
+    stream      scans of a trace in memory, in the order of a key: their number, or their time
+    blocks      the scans of two streams that are set against each other
+    differing   the fields of them that differ, those of `fields` and `tagged`
+    findings    the first difference, and the extent of each, over all blocks
+    report      the findings as text
+
+Exactly, scans are paired by number, and every word counts. With a tolerance, as for recordings of real
+hardware, they are paired by time, and what one trace shows the other shows within the tolerance.
 """
 
 from .alignment import SAME_CLOCK, Clock, align, realign
-from .comparison import Comparison, compare, compare_columns, compare_parts
-from .differing import Detail, Extent, First
+from .comparison import Comparison, compare, compare_parts
+from .fields import EXACT, Tolerance
+from .findings import Detail, Extent, First
 from .report import report
-from .tolerance import EXACT, Tolerance
 
 __all__ = [
     "EXACT",
@@ -27,7 +34,6 @@ __all__ = [
     "Tolerance",
     "align",
     "compare",
-    "compare_columns",
     "compare_parts",
     "realign",
     "report",

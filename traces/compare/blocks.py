@@ -3,6 +3,14 @@
     one     | o  o  o  o | o  o  o  o | o  o        a block: some scans of one, and those of the
     other      o  o  o    o  o  o  o    o  o  o     other that are set against them
 
+by number    scan n of one against scan n of the other
+by time      each scan against the one in force in the other trace at its time, and against
+             all that are in force there within the tolerance:
+
+    one      |     |     |     x     |     |
+    other       |  o  |  o  |  o  |  o  |
+                   <-- tolerance -->
+
 By time, a block of one trace needs the scans of the other within the tolerance as well, and
 the other way round: these stay in memory, and so do as many scans as a report looks back.
 """
@@ -14,36 +22,66 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .before import LOOKED_AT
-from .differing import Side
-from .pairing import Ends, Pairs, Windows, by_number, by_time
-from .streaming import Keys, Stream
+from ..read.columns import Columns
+from .findings import LOOKED_AT
+from .stream import Keys, Rows, Side, Stream
 
 BLOCK_SCANS = 1 << 14
 """How many scans of a trace are compared at once, at most, where neither has a gap."""
 
 
-class NumberedBlock(NamedTuple):
-    """Scans that are paired by number; all rows are those of the sides.
+class Windows(NamedTuple):
+    """What rows of one trace are set against in the other.
+
+    Attributes:
+        rows: the rows that can be judged, ascending.
+        held: for each of them the row of the other trace that is in force at its time.
+        first: the first row of the other trace that is in force within the tolerance.
+        end: the row after the last one.
+        scans: how many rows have anything to be set against, those that can't be judged included.
+    """
+
+    rows: Rows
+    held: Rows
+    first: Rows
+    end: Rows
+    scans: int = 0
+
+    def at(self, places: Rows) -> Windows:
+        """Return some of the rows."""
+        rows, held, first, end, _ = self
+        return Windows(rows[places], held[places], first[places], end[places])
+
+
+class Block(NamedTuple):
+    """Scans that are compared at once; all rows are those of the sides.
 
     Attributes:
         one: what is in memory of the first trace.
         other: what is in memory of the second.
-        pairs: the rows that have a partner.
+        there: what the scans of the first are set against.
+        back: what those of the second are set against: scans of the block, in force at their times.
     """
 
     one: Side
     other: Side
-    pairs: Pairs
+    there: Windows
+    back: Windows
 
 
-def blocks_by_number(a: Stream, b: Stream, block_scans: int) -> Iterator[NumberedBlock]:
-    """Yield two traces block by block, their scans paired by number."""
+NONE = np.zeros(0, np.intp)
+
+
+def blocks_by_number(a: Stream, b: Stream, block_scans: int) -> Iterator[Block]:
+    """Yield two traces block by block, their scans paired by number; of pairs those that differ anywhere."""
     while _read_rows(a, b, block_scans):
         ends = _cut(a, b, block_scans)
-        own, others = a.keys[a.row : ends[0]], b.keys[b.row : ends[1]]
-        pairs = by_number(own, others)
-        yield NumberedBlock(a.side, b.side, pairs._replace(a=pairs.a + a.row, b=pairs.b + b.row))
+        rows_a, rows_b = _pairs(a.keys[a.row : ends[0]], b.keys[b.row : ends[1]])
+        rows_a, rows_b = rows_a + a.row, rows_b + b.row
+        unequal = _unequal(_at(a.side.columns, rows_a), _at(b.side.columns, rows_b))
+        held = rows_b[unequal]
+        there = Windows(rows_a[unequal], held, held, held + 1, len(rows_a))
+        yield Block(a.side, b.side, there, Windows(NONE, NONE, NONE, NONE, len(rows_b)))
         for stream, end in ((a, ends[0]), (b, ends[1])):
             stream.go_to(end, end - 1 - LOOKED_AT)
 
@@ -65,31 +103,40 @@ def _cut(a: Stream, b: Stream, block_scans: int) -> tuple[int, int]:
     end = max(min(ends), least + 1)  # it goes on, even if a whole block has one key
     for each in streams:
         each.read_beyond(end)
-    return _row(a.keys, end), _row(b.keys, end)
+    return a.row_of(end), b.row_of(end)
 
 
-def _row(keys: Keys, key: int) -> int:
-    """Return the first row with this key or a greater one."""
-    return int(np.searchsorted(keys, key, "left"))
+def _pairs(a: Keys, b: Keys) -> tuple[Rows, Rows]:
+    """Return the rows of equal keys.
 
-
-class TimedBlock(NamedTuple):
-    """Scans that are paired by time; all rows are those of the sides.
-
-    Attributes:
-        one: what is in memory of the first trace.
-        other: what is in memory of the second.
-        there: what the scans of the first are set against.
-        back: what those of the second are set against: scans of the block, in force at their times.
+    >>> a, b = _pairs(np.array([0, 1, 2, 4]), np.array([1, 2, 3]))
+    >>> a.tolist(), b.tolist()
+    ([1, 2], [0, 1])
     """
+    if len(a) == len(b) and np.array_equal(a, b):
+        return np.arange(len(a)), np.arange(len(a))
+    _, in_a, in_b = np.intersect1d(a, b, return_indices=True)
+    return in_a, in_b
 
-    one: Side
-    other: Side
-    there: Windows
-    back: Windows
+
+def _unequal(a: Columns, b: Columns) -> Rows:
+    """Return which rows differ anywhere."""
+    unequal = (a.time_ns != b.time_ns) | (a.flags != b.flags)
+    if not np.array_equal(a.words, b.words):
+        unequal |= (a.words != b.words).any(axis=1)
+    if a.tags is not None and b.tags is not None and a.tags.dtype.names:
+        unequal |= a.tags != b.tags
+    return np.flatnonzero(unequal)
 
 
-def blocks_by_time(a: Stream, b: Stream, tolerance_ns: int, block_scans: int) -> Iterator[TimedBlock]:
+def _at(columns: Columns, rows: Rows) -> Columns:
+    """Return some of the rows, ascending; without a copy if none between them is left out."""
+    if len(rows) and rows[-1] - rows[0] + 1 == len(rows):
+        return columns.rows(rows[0], rows[-1] + 1)
+    return columns.at(rows)
+
+
+def blocks_by_time(a: Stream, b: Stream, tolerance_ns: int, block_scans: int) -> Iterator[Block]:
     """Yield two traces block by block, their scans paired by time.
 
     A scan of the second trace belongs to the block of the scan of the first that is in force at
@@ -98,30 +145,37 @@ def blocks_by_time(a: Stream, b: Stream, tolerance_ns: int, block_scans: int) ->
     _skip_to(b, a, tolerance_ns)
     while _read_rows(a, b, block_scans) and a.row < len(a):
         end_a = _end_by_time(a, b, block_scans)
-        end_b = _others_until(a, b, end_a, tolerance_ns)
+        until = int(a.keys[end_a]) if end_a < len(a) else a.reach_ns(tolerance_ns) + 1
+        b.read_beyond(until)
+        end_b = b.row_of(until)
         b.read_beyond(int(a.keys[end_a - 1]) + tolerance_ns)
         if end_b > b.row:
             a.read_beyond(int(b.keys[end_b - 1]) + tolerance_ns)
-        there = by_time(a.keys[a.row : end_a], b.keys, tolerance_ns, _ends(b))
-        back = by_time(b.keys[b.row : end_b], a.keys, tolerance_ns, _ends(a))
-        yield TimedBlock(
-            a.side,
-            b.side,
-            there._replace(rows=there.rows + a.row),
-            back._replace(rows=back.rows + b.row),
-        )
+        there, back = windows(a, end_a, b, tolerance_ns), windows(b, end_b, a, tolerance_ns)
+        yield Block(a.side, b.side, there, back)
         _go_on(a, b, (end_a, end_b), tolerance_ns)
     while not b.ended:
         b.read_rows(0)
         b.go_to(len(b), len(b))
 
 
-def _ends(stream: Stream) -> Ends | None:
-    """Return the ends of a trace as far as it has been read, None if it has no scans."""
-    if stream.first_key is None:
-        return None
-    period = (stream.last_key - stream.first_key) // (stream.scans - 1) if stream.scans > 1 else 0
-    return Ends(stream.first_key, stream.last_key, period, begun=not stream.first_scan)
+def windows(own: Stream, end: int, other: Stream, tolerance_ns: int) -> Windows:
+    """Set the rows of a block against those of the other trace by time.
+
+    A scan is in force until the next one. Rows beyond the other trace's ends by more than the
+    tolerance are left out, and not judged are those whose window it does not fill.
+    """
+    if other.first_key is None:
+        return Windows(NONE, NONE, NONE, NONE)
+    times = own.keys[own.row : end]
+    met = (times >= other.first_key - tolerance_ns) & (times <= other.reach_ns(tolerance_ns))
+    judged = met & (times + tolerance_ns < other.last_key + other.period_ns)
+    if other.first_scan:  # something was before it
+        judged &= times - tolerance_ns >= other.first_key
+    times = times[judged]
+    held, first = (np.maximum(other.in_force(at), 0) for at in (times, times - tolerance_ns))
+    last = other.in_force(times + tolerance_ns)
+    return Windows(own.row + np.flatnonzero(judged), held, first, last + 1, int(met.sum()))
 
 
 def _skip_to(stream: Stream, other: Stream, tolerance_ns: int) -> None:
@@ -131,10 +185,10 @@ def _skip_to(stream: Stream, other: Stream, tolerance_ns: int) -> None:
         return
     earliest = other.first_key - tolerance_ns
     stream.read_rows(0)
-    while len(stream) and stream.keys[-1] < earliest and not stream.ended:
+    while len(stream) and stream.last_key < earliest and not stream.ended:
         stream.go_to(len(stream), len(stream) - 1 - LOOKED_AT)
         stream.read_rows(0)
-    row = _row(stream.keys, earliest)
+    row = stream.row_of(earliest)
     stream.go_to(row, row - 1 - LOOKED_AT)
 
 
@@ -142,17 +196,8 @@ def _end_by_time(a: Stream, b: Stream, block_scans: int) -> int:
     """Return the row of the first trace at which the next block ends: one or more, no block of either."""
     end = min(len(a), a.row + block_scans)
     if len(b) > b.row + block_scans:
-        end = min(end, _row(a.keys, int(b.keys[b.row + block_scans])))
+        end = min(end, a.row_of(int(b.keys[b.row + block_scans])))
     return max(end, a.row + 1)
-
-
-def _others_until(a: Stream, b: Stream, end: int, tolerance_ns: int) -> int:
-    """Return the row of the second trace at which a block ends that ends so in the first."""
-    ends = _ends(a)
-    assert ends is not None, "there is a block of it"
-    until = int(a.keys[end]) if end < len(a) else ends.reach_ns(tolerance_ns) + 1
-    b.read_beyond(until)
-    return _row(b.keys, until)
 
 
 def _go_on(a: Stream, b: Stream, ends: tuple[int, int], tolerance_ns: int) -> None:
@@ -162,5 +207,4 @@ def _go_on(a: Stream, b: Stream, ends: tuple[int, int], tolerance_ns: int) -> No
         return
     early = int(a.keys[ends[0]]) - tolerance_ns
     for stream, end in ((a, ends[0]), (b, ends[1])):
-        in_force = int(np.searchsorted(stream.keys, early, "right")) - 1
-        stream.go_to(end, min(end - 1 - LOOKED_AT, in_force))
+        stream.go_to(end, min(end - 1 - LOOKED_AT, int(stream.in_force(early))))

@@ -2,26 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import zip_longest
 
 from ..format.layout import SlotInfo
+from ..format.topics import SEQUENCES
 from ..read.arrays import column_chunks
 from ..read.columns import Columns
 from ..read.reader import Trace
+from ..read.sequence_steps import OVER, Step, step_of
 from .alignment import SAME_CLOCK, Clock
-from .before import rules_in
 from .blocks import BLOCK_SCANS, blocks_by_number, blocks_by_time
-from .bytime import tolerantly
-from .differing import Extent, First
-from .exactly import exactly
-from .fields import all_fields
-from .findings import Findings
-from .reading import Progress, read_parts
-from .sequenced import Difference, differing_sequences
-from .streaming import Stream, keyed_by_number, keyed_by_time
+from .differing import differing
+from .fields import EXACT, TIME, Tolerance, all_fields
+from .findings import Extent, Findings, First, rules_in
+from .stream import Stream, keyed_by_number, keyed_by_time
 from .tagged import CommonTags
-from .tolerance import EXACT, Tolerance
+
+Difference = tuple[str, str, str]
+"""A sequence, and its first step that differs in either trace."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,12 +79,12 @@ def compare(
     tolerance: Tolerance = EXACT,
     *,
     clock: Clock = SAME_CLOCK,
-    progress: Progress = lambda scans: None,
+    progress: Callable[[int], None] = lambda scans: None,
 ) -> Comparison:
     """Compare two traces.
 
     Without a tolerance scans are paired by number and every bit and their times count; with one
-    they are paired by time, see `bytime.tolerantly`. Both are read block by block, so memory stays
+    they are paired by time, see `differing`. Both are read block by block, so memory stays
     flat however long they are; a block holds the scans within the tolerance as well.
 
     Args:
@@ -92,43 +93,36 @@ def compare(
         tolerance: what may differ.
         clock: turns times of the second trace into times of the first, see `align`; another than
             that of both makes it a comparison by time.
-        progress: called at each chunk with the scans of the first trace read so far.
+        progress: called at each chunk with the number of further scans of the first trace read.
 
     Raises:
         TraceError: one of the files is damaged beyond what can be left out.
     """
+
+    def read_parts() -> Iterator[Columns]:
+        for columns in column_chunks(one, tags=True):
+            progress(len(columns.scan))
+            yield columns
+
     tags = CommonTags(one, other)
     found = compare_parts(
-        (one.head.slots, tags.rows(read_parts(one, progress), 0)),
+        (one.head.slots, tags.rows(read_parts(), 0)),
         (other.head.slots, tags.rows(column_chunks(other, tags=True), 1)),
         tolerance,
         clock=clock,
-        heads=_heads(one, other) + _tags_of_one(tags),
         tags=tags,
     )
     exact = tolerance.exact and clock == SAME_CLOCK
-    found = replace(found, sequences=differing_sequences(one, other, exact=exact))
-    if found.first is None:
-        return found
-    slots = {detail.slot for detail in found.first.details}
+    heads, sequences = _heads(one, other, tags), tuple(differing_sequences(one, other, exact=exact))
     first = found.first
-    rules = (
-        rules_in(one, first.scan, first.time_ns, slots),
-        rules_in(other, first.scan_b, first.time_b_ns, slots),
-    )
-    return replace(found, first=replace(first, rules_a=rules[0], rules_b=rules[1]))
-
-
-def compare_columns(
-    one: tuple[Sequence[SlotInfo], Columns],
-    other: tuple[Sequence[SlotInfo], Columns],
-    tolerance: Tolerance = EXACT,
-    *,
-    clock: Clock = SAME_CLOCK,
-    only: frozenset[tuple[int | None, str]] | None = None,
-) -> Comparison:
-    """Compare scans that are in memory, see `compare_parts`."""
-    return compare_parts((one[0], [one[1]]), (other[0], [other[1]]), tolerance, clock=clock, only=only)
+    if first is not None:
+        slots = {detail.slot for detail in first.details}
+        first = replace(
+            first,
+            rules_a=rules_in(one, first.scan, first.time_ns, slots),
+            rules_b=rules_in(other, first.scan_b, first.time_b_ns, slots),
+        )
+    return replace(found, first=first, heads=heads, sequences=sequences)
 
 
 def compare_parts(
@@ -137,7 +131,6 @@ def compare_parts(
     tolerance: Tolerance = EXACT,
     *,
     clock: Clock = SAME_CLOCK,
-    heads: tuple[tuple[str, str, str], ...] = (),
     only: frozenset[tuple[int | None, str]] | None = None,
     tags: CommonTags | None = None,
     block_scans: int = BLOCK_SCANS,
@@ -149,7 +142,6 @@ def compare_parts(
         other: those of the second.
         tolerance: what may differ.
         clock: turns times of the second into times of the first.
-        heads: metadata that differ, for the result.
         only: which images are compared: slot and direction; all if left out. (None, "cpu") stands
             for flags and times.
         tags: the recorded tags of the scans; None = they have none.
@@ -161,48 +153,87 @@ def compare_parts(
     numbers = [{slot.number for slot in slots} for slots, _ in (one, other)]
     both = numbers[0] & numbers[1]
     common = [slot for slot in one[0] if slot.number in both]
+    by_number = tolerance.exact and clock == SAME_CLOCK
     fields = [field for field in all_fields(common) if only is None or (field.slot, field.direction) in only]
+    fields = [field for field in fields if by_number or field is not TIME]
     fields += [] if tags is None else tags.fields()
     row = None if tags is None else tags.dtype
-    by_number = tolerance.exact and clock == SAME_CLOCK
     keyed = (
-        [keyed_by_number(parts) for _, parts in (one, other)]
+        (keyed_by_number(one[1]), keyed_by_number(other[1]))
         if by_number
-        else [keyed_by_time(one[1], SAME_CLOCK), keyed_by_time(other[1], clock)]
+        else (keyed_by_time(one[1], SAME_CLOCK), keyed_by_time(other[1], clock))
     )
     a, b = Stream(one[0], both, keyed[0], row), Stream(other[0], both, keyed[1], row)
-    found = Findings(common)
-    if by_number:
-        for numbered in blocks_by_number(a, b, block_scans):
-            paired = len(numbered.pairs.a), len(numbered.pairs.b)
-            found.add(numbered.one, numbered.other, exactly(fields, numbered), paired)
-    else:
-        for timed in blocks_by_time(a, b, tolerance.time_ns, block_scans):
-            set_against = len(timed.there.rows), len(timed.back.rows)
-            found.add(timed.one, timed.other, tolerantly(fields, timed, tolerance), set_against)
+    blocks = (
+        blocks_by_number(a, b, block_scans)
+        if by_number
+        else blocks_by_time(a, b, tolerance.time_ns, block_scans)
+    )
+    found, compared = Findings(common), (0, 0)
+    for block in blocks:
+        found.add(block.one, block.other, differing(fields, block, None if by_number else tolerance.counts))
+        compared = compared[0] + block.there.scans, compared[1] + block.back.scans
     return Comparison(
         first=found.first,
         extents=found.extents,
         scans_a=a.scans,
         scans_b=b.scans,
-        only_a=a.scans - found.compared[0],
-        only_b=b.scans - found.compared[1],
+        only_a=a.scans - compared[0],
+        only_b=b.scans - compared[1],
         differing=found.differing,
         slots_only_a=tuple(sorted(numbers[0] - numbers[1])),
         slots_only_b=tuple(sorted(numbers[1] - numbers[0])),
-        heads=heads,
+        heads=(),
         tolerance=tolerance,
         aligned=clock != SAME_CLOCK,
     )
 
 
-def _tags_of_one(tags: CommonTags) -> tuple[tuple[str, str, str], ...]:
-    """Return the tags that only one trace has, as an entry of what differs beside the scans."""
-    a, b = (", ".join(names) for names in tags.only)
-    return (("tags of one trace only", a, b),) if a or b else ()
-
-
-def _heads(one: Trace, other: Trace) -> tuple[tuple[str, str, str], ...]:
+def _heads(one: Trace, other: Trace, tags: CommonTags) -> tuple[tuple[str, str, str], ...]:
+    """Return the entries of the metadata that differ, and the tags that only one trace has."""
     a, b = one.head.metadata, other.head.metadata
     names = dict.fromkeys([*a, *b])
-    return tuple((name, a.get(name, ""), b.get(name, "")) for name in names if a.get(name) != b.get(name))
+    heads = [(name, a.get(name, ""), b.get(name, "")) for name in names if a.get(name) != b.get(name)]
+    if any(tags.only):
+        heads.append(("tags of one trace only", ", ".join(tags.only[0]), ", ".join(tags.only[1])))
+    return tuple(heads)
+
+
+def differing_sequences(one: Trace, other: Trace, *, exact: bool) -> Iterator[Difference]:
+    """Yield the first difference of each sequence whose waits differ in the two traces.
+
+    Lines do not count: a comment above them moves them all. Both traces are read side by side, so
+    memory stays flat however often their sequences go on.
+
+    Args:
+        one: the first trace.
+        other: the second.
+        exact: whether waits are compared with their scans.
+    """
+    waiting: dict[str, tuple[deque[Step], deque[Step]]] = {}
+    differ: dict[str, tuple[Step, Step]] = {}
+    for both in zip_longest(_steps(one), _steps(other)):
+        for side, step in enumerate(both):
+            if step is None:
+                continue
+            queues = waiting.setdefault(step.sequence, (deque(), deque()))
+            if step.sequence in differ:
+                continue
+            queues[side].append(step)
+            if all(queues):
+                a, b = (queue.popleft() for queue in queues)
+                if a.wait != b.wait or (exact and a.scan != b.scan):
+                    differ[step.sequence] = a, b
+    for name, queues in waiting.items():
+        first, second = differ.get(name) or [queue[0] if queue else None for queue in queues]
+        if first is not None or second is not None:
+            yield name, _wait(first), _wait(second)
+
+
+def _steps(trace: Trace) -> Iterator[Step]:
+    if SEQUENCES.name in trace.head.channels:
+        yield from (step_of(event) for event in trace.events() if event.topic == SEQUENCES.name)
+
+
+def _wait(step: Step | None) -> str:
+    return "nothing more" if step is None else f"{step.wait or OVER} from scan {step.scan} on"

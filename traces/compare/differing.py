@@ -1,194 +1,160 @@
-"""Where fields differ, and what a report says of it."""
+"""Finding the fields that differ in a block of two traces.
+
+What one trace shows, the other shows within the tolerance: a word, or the level of a bit, at some time
+within it; a count may lie between those that are shown. So an edge may be early or late by the tolerance,
+and a position that moves may be off by as much as it moves meanwhile and the tolerance in counts.
+
+Paired by number, a window is one scan and every bit of it counts: the tolerance is zero.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from itertools import groupby
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ...io_images.image import WORDS
-from ..read.changes import Row
-from ..read.columns import Columns
-from .fields import TIME, Field, Kind
-from .pairing import Rows
-
-Array = NDArray[Any]
+from .blocks import Block, Windows
+from .fields import TIME, Array, Field, Kind
+from .findings import Differing
+from .stream import Rows
 
 
-@dataclass(frozen=True, slots=True)
-class Extent:
-    """How much of two traces differs in one bit, value or word.
+def differing(fields: Sequence[Field], block: Block, counts: int | None) -> list[Differing]:
+    """Return the fields that differ in a block.
 
-    Attributes:
-        name: its name, such as "slot1.in.COMMAND_ERROR".
-        scans: in how many scans.
-        first: number of the first of them, in the first trace.
-        last: number of the last.
-        most: the greatest difference of a number; None for a bit.
+    Args:
+        fields: what is compared.
+        block: the scans of either trace, and what they are set against.
+        counts: by how much a count may differ from what it passes; None = every bit of it counts.
     """
-
-    name: str
-    scans: int
-    first: int
-    last: int
-    most: int | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Detail:
-    """A field that differs in the first scan that does.
-
-    Attributes:
-        slot: number of the slot; None for the CPU.
-        direction: "in", "out", "cpu" or "tags".
-        name: name of the word or value in its image.
-        word: index of the (first) word in the image.
-        words_a: the word or words in the first trace.
-        words_b: the same in the second.
-        a: the value that the words stand for; None for bits, and where they stand for none.
-        b: the same in the second trace.
-        bits: of a word of bits, each that differs: name, level in the first trace, in the second.
-        text_a: of a tag, its value in the first trace in words.
-        text_b: the same in the second.
-    """
-
-    slot: int | None
-    direction: str
-    name: str
-    word: int
-    words_a: tuple[int, ...]
-    words_b: tuple[int, ...]
-    a: int | None = None
-    b: int | None = None
-    bits: tuple[tuple[str, bool, bool], ...] = ()
-    text_a: str = ""
-    text_b: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class First:
-    """The first scan that differs.
-
-    Attributes:
-        scan: its number in the first trace.
-        time_ns: its virtual time there.
-        scan_b: number of the scan that it is set against in the second trace.
-        time_b_ns: the time of that.
-        details: what differs in it, inputs before outputs.
-        before_a: what changed in the first trace in the scans before it, and in it.
-        before_b: the same of the second trace.
-        rules_a: the rules that fired in it in the first trace, in words.
-        rules_b: those that fired in the second.
-    """
-
-    scan: int
-    time_ns: int
-    scan_b: int
-    time_b_ns: int
-    details: tuple[Detail, ...]
-    before_a: tuple[Row, ...] = ()
-    before_b: tuple[Row, ...] = ()
-    rules_a: tuple[str, ...] = ()
-    rules_b: tuple[str, ...] = ()
-
-
-class Side(NamedTuple):
-    """One trace: its columns, and the first column of each slot."""
-
-    columns: Columns
-    places: Mapping[int, int]
-
-    def images(self, field: Field, rows: Rows | None = None) -> Array:
-        """Return what a field is read from, in all rows or some."""
-        if field.kind is Kind.TAG:
-            assert self.columns.tags is not None, "tags are compared"
-            images: Array = self.columns.tags
-        elif field.slot is None:
-            images = self.columns.time_ns if field is TIME else self.columns.flags
-        else:
-            first = self.places[field.slot] + (WORDS if field.direction == "in" else 0)
-            images = self.columns.words[:, first : first + WORDS]
-        return images if rows is None else images[rows]
-
-
-class Differing(NamedTuple):
-    """The rows in which a field differs, paired; `bits` tells which ones in each, of a word of bits."""
-
-    field: Field
-    a: Rows
-    b: Rows
-    bits: Array | None = None
-
-    def extents(self, one: Side, other: Side) -> Iterator[Extent]:
-        """Yield how much differs: of each bit, or of the field."""
-        numbers = one.columns.scan
-        if self.bits is None:
-            most = self._most(one, other)
-            yield _extent(self.field.path, numbers, self.a, most)
-            return
-        for number, name in enumerate(self.field.bits):
-            rows = self.a[(self.bits >> number & 1).astype(bool)]
-            if len(rows):
-                yield _extent(f"{self.field.stem}.{name}", numbers, rows, None)
-
-    def _most(self, one: Side, other: Side) -> int | None:
-        if self.field.kind is Kind.TAG:
-            return None
-        values = [
-            _numbers(self.field, side.images(self.field, rows))
-            for side, rows in ((one, self.a), (other, self.b))
-        ]
-        apart = np.abs(values[0] - values[1])
-        return None if np.isnan(apart).all() else int(np.nanmax(apart))
-
-    def detail(self, one: Side, other: Side, row_a: int) -> Detail | None:
-        """Return what differs in one row of the first trace, None if nothing does."""
-        places = np.flatnonzero(self.a == row_a)
-        if not len(places):
-            return None
-        field, place = self.field, places[0]
-        images = [
-            side.images(field, rows[place : place + 1]) for side, rows in ((one, self.a), (other, self.b))
-        ]
-        place_in_image = field.slot, field.direction, field.name, field.word
-        if field.kind is Kind.TAG:
-            texts = [field.text(image[0]) for image in images]
-            return Detail(*place_in_image, (), (), text_a=texts[0], text_b=texts[1])
-        words = _words(field, images[0]), _words(field, images[1])
-        if self.bits is not None:
-            keys = [int(field.key(image)[0]) for image in images]
-            return Detail(*place_in_image, *words, bits=tuple(field.differing_bits(*keys)))
-        values = [_whole(_numbers(field, image)[0]) for image in images]
-        return Detail(*place_in_image, *words, values[0], values[1])
-
-
-def by_image(fields: Sequence[Field]) -> Iterator[tuple[Field, list[Field]]]:
-    """Yield the fields of each image together, after the first of them."""
+    one, other = block.one, block.other
+    found = []
     for _, group in groupby(fields, lambda field: (field.stem, field is TIME)):
-        parts = list(group)
-        yield parts[0], parts
+        parts = list(group)  # all of one image
+        images = one.images(parts[0]), other.images(parts[0])
+        ahead = _otherwise(images[0], images[1], block.there)
+        behind = _otherwise(images[1], images[0], block.back)
+        for field in parts if len(ahead.own) or len(behind.own) else ():
+            there, back = _missing(field, ahead, counts), _missing(field, behind, counts)
+            if len(there.a) or len(back.a):
+                found.append(_merged(there, back))
+    return found
 
 
-def _extent(name: str, numbers: NDArray[np.int64], rows: Rows, most: int | None) -> Extent:
-    return Extent(name, len(rows), int(numbers[rows[0]]), int(numbers[rows[-1]]), most)
+class _Question(NamedTuple):
+    """Scans of one trace whose image is another one than that in force in the other trace.
+
+    Attributes:
+        windows: the scans, and what they are set against.
+        own: the images of the scans.
+        held: the images in force in the other trace.
+        others: all images of the other trace that the windows reach.
+    """
+
+    windows: Windows
+    own: Array
+    held: Array
+    others: Array
 
 
-def _numbers(field: Field, images: Array) -> Array:
-    """Return the values of a field as numbers: whole ones, or floats with NaN where it has none."""
-    if field.kind in (Kind.COUNT, Kind.VALUE):
-        return field.values(images)
-    return field.key(images).astype(np.int64)
+def _otherwise(own: Array, other: Array, windows: Windows) -> _Question:
+    """Return the scans in which anything can be missing."""
+    mine, held = own[windows.rows], other[windows.held]
+    unequal = mine != held
+    there = np.flatnonzero(unequal if unequal.ndim == 1 else unequal.any(axis=1))
+    return _Question(windows.at(there), mine[there], held[there], other)
 
 
-def _words(field: Field, image: Array) -> tuple[int, ...]:
-    if field.slot is None:
-        return (int(image[0]),)
-    return tuple(int(word) for word in image[0, field.word : field.word + field.words])
+def _missing(field: Field, asked: _Question, counts: int | None) -> Differing:
+    """Return the scans whose value the other trace does not have within the tolerance."""
+    wanted, held = field.key(asked.own), field.key(asked.held)
+    rows = np.flatnonzero(wanted != held)
+    wanted, windows = wanted[rows], asked.windows.at(rows)
+    span = windows.first, windows.end
+    alone = bool((windows.end - windows.first == 1).all())  # only what is in force is within the tolerance
+    bits = None
+    if field.kind is Kind.BITS:
+        bits = wanted ^ held[rows] if alone else _missing_bits(wanted, field.key(asked.others), *span)
+        missing = bits != 0
+        bits = bits[missing]
+    elif field.kind is Kind.COUNT and counts is not None and len(rows):
+        missing = _beyond(field.values(asked.own[rows]), field.values(asked.others), *span, counts)
+    else:
+        missing = np.ones(len(rows), bool) if alone else ~occurs(wanted, field.key(asked.others), *span)
+    return Differing(field, windows.rows[missing], windows.held[missing], bits)
 
 
-def _whole(value: float) -> int | None:
-    return None if np.isnan(value) else int(value)
+def _missing_bits(wanted: Array, values: Array, first: Rows, end: Rows) -> Array:
+    """Return which bits differ throughout the window."""
+    never_set = ~over_windows(values, first, end, np.bitwise_or)
+    always_set = over_windows(values, first, end, np.bitwise_and)
+    missing: Array = (wanted & never_set) | (~wanted & always_set)
+    return missing
+
+
+def _beyond(wanted: Array, values: Array, first: Rows, end: Rows, counts: int) -> Array:
+    """Return which counts lie outside what the window spans; nothing does where there are none."""
+    least = over_windows(values, first, end, np.fmin)
+    most = over_windows(values, first, end, np.fmax)
+    beyond: Array = (wanted < least - counts) | (wanted > most + counts)
+    return beyond
+
+
+def _merged(there: Differing, back: Differing) -> Differing:
+    """Join the findings of both directions, by rows of the first trace; a row once."""
+    if not len(back.a):
+        return there
+    a, b = np.concatenate((there.a, back.b)), np.concatenate((there.b, back.a))
+    rows, place = np.unique(a, return_index=True)
+    if there.bits is None or back.bits is None:
+        return Differing(there.field, rows, b[place])
+    bits = np.zeros(len(rows), np.uint16)
+    np.bitwise_or.at(bits, np.searchsorted(rows, a), np.concatenate((there.bits, back.bits)))
+    return Differing(there.field, rows, b[place], bits)
+
+
+def over_windows(values: Array, first: Rows, end: Rows, join: np.ufunc) -> Array:
+    """Return what `join` makes of each window of some values, such as its least or greatest.
+
+    A window of any length is covered by two of a power of two that may overlap, and the values of
+    these are made of those half as long:
+
+    >>> values = np.array([5, 3, 8, 1])
+    >>> over_windows(values, np.array([0, 1, 0]), np.array([2, 4, 4]), np.minimum).tolist()
+    [3, 1, 1]
+
+    Args:
+        values: the values.
+        first: first row of each window.
+        end: the row after its last; more than `first`.
+        join: of two values; the same value twice must make that value.
+    """
+    result = values[first]
+    width = end - first
+    step, level = 1, values
+    while 2 * step <= width.max(initial=1):
+        level = join(level[:-step], level[step:])  # of windows 2 * step long
+        step *= 2
+        fits = np.flatnonzero((width >= step) & (width < 2 * step))
+        result[fits] = join(level[first[fits]], level[end[fits] - step])
+    return result
+
+
+def occurs(wanted: Array, values: Array, first: Rows, end: Rows) -> Array:
+    """Return for each window of some values whether the wanted value is in it.
+
+    >>> occurs(np.array([8, 8]), np.array([5, 3, 8, 1]), np.array([0, 1]), np.array([2, 4])).tolist()
+    [False, True]
+    """
+    order = np.argsort(values, kind="stable")  # by value, then by row
+    ranked = values[order]
+    start, stop = (np.searchsorted(ranked, wanted, side) for side in ("left", "right"))
+    rows = len(values) + 1
+    group = np.searchsorted(np.unique(values), values[order])
+    keys = group * rows + order  # ascending, as both parts of it are
+    known = stop > start
+    asked = group[np.minimum(start, len(values) - 1)] * rows
+    found = np.searchsorted(keys, asked + end) > np.searchsorted(keys, asked + first)
+    return known & found

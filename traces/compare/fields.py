@@ -1,4 +1,4 @@
-"""What is compared of a scan: bits, decoded values and words, each with the words of the image it is made of.
+"""What is compared of a scan: bits, decoded values and words, and how far they may be off.
 
 A 3601's image means something else in configuration mode, where its words echo the
 configuration. So a bit or value of command mode is 0 or missing there, and a
@@ -24,10 +24,36 @@ from ..format.layout import SlotInfo
 from ..signals import decode
 
 Array = NDArray[Any]
-Words = NDArray[np.int16]
-"""An image in some scans: a row per scan, a column per word."""
 
-_MODE_CONFIG = CommandMsw.MODE_CONFIG.value
+
+@dataclass(frozen=True, slots=True)
+class Tolerance:
+    """How far two traces that count as the same may be apart.
+
+    Attributes:
+        time_ns: by how much an edge, a word or a position may come earlier or later, ns.
+        counts: by how much position, encoder count and captured value of a 3601 may differ.
+
+    Raises:
+        ValueError: one of them is negative.
+    """
+
+    time_ns: int = 0
+    counts: int = 0
+
+    def __post_init__(self) -> None:
+        for name, value in (("time_ns", self.time_ns), ("counts", self.counts)):
+            if value < 0:
+                raise ValueError(f"a tolerance of {name} = {value} is not allowed: 0 or more")
+
+    @property
+    def exact(self) -> bool:
+        """Whether nothing may differ."""
+        return not (self.time_ns or self.counts)
+
+
+EXACT = Tolerance()
+"""Nothing may differ."""
 
 
 class Kind(Enum):
@@ -86,14 +112,16 @@ class Field:
         return self.direction if self.slot is None else f"slot{self.slot}.{self.direction}"
 
     def values(self, images: Array) -> Array:
-        """Return its value in some scans, float64; NaN where it has none. Of COUNT and VALUE only."""
-        return decode.value(images, self.word)
+        """Return its value in some scans as float64, NaN where it has none; of a word the word."""
+        if self.kind in (Kind.COUNT, Kind.VALUE):
+            return decode.value(images, self.word)
+        return self.key(images).astype(np.int64)
 
-    def differing_bits(self, one: int, other: int) -> Iterator[tuple[str, bool, bool]]:
-        """Yield name and both levels of each bit that differs."""
-        for number, name in enumerate(self.bits):
-            if (one ^ other) >> number & 1:
-                yield name, bool(one >> number & 1), bool(other >> number & 1)
+    def words_in(self, image: Array) -> tuple[int, ...]:
+        """Return its words in the first of some scans."""
+        if self.slot is None:
+            return (int(image[0]),)
+        return tuple(int(word) for word in image[0, self.word : self.word + self.words])
 
 
 FLAG_BITS = ("mode.0", "mode.1", *(CPU_FLAGS.get(number, f"flags.{number}") for number in range(2, 16)))
@@ -101,96 +129,102 @@ FLAG_BITS = ("mode.0", "mode.1", *(CPU_FLAGS.get(number, f"flags.{number}") for 
 
 _COMPARED_FLAGS = np.uint32(~OVERRUN & 0xFFFF)
 
-
-def _flags(flags: Array) -> Array:
-    return (flags & _COMPARED_FLAGS).astype(np.uint16)
-
-
-FLAGS = Field(None, "cpu", "flags", Kind.BITS, 0, 1, _flags, FLAG_BITS)
+FLAGS = Field(
+    None,
+    "cpu",
+    "flags",
+    Kind.BITS,
+    0,
+    1,
+    lambda flags: (flags & _COMPARED_FLAGS).astype(np.uint16),
+    FLAG_BITS,
+)
 """What the CPU was doing; that a scan began late is a matter of the computer it ran on, and may differ."""
 
 TIME = Field(None, "cpu", "time_ns", Kind.WORD, 0, 1, lambda times: times)
 """When the scan was; compared where scans are paired by number."""
 
 
-def fields_of(slot: SlotInfo) -> Iterator[Field]:
-    """Yield the fields of a slot's images, inputs first: the logic reads before it writes."""
+def all_fields(slots: Sequence[SlotInfo]) -> list[Field]:
+    """Return the fields of a trace in the order of a report: the logic reads inputs before it writes."""
+    return [TIME, FLAGS, *(field for slot in slots for field in _fields_of(slot))]
+
+
+def _fields_of(slot: SlotInfo) -> Iterator[Field]:
     if slot.is_stepper:
-        yield from _inputs_3601(slot.number)
-        yield from _outputs_3601(slot.number)
+        for direction, fields in IMAGES_3601.items():
+            yield from (_field_3601(slot.number, direction, *each) for each in fields)
+            for word in range(WORDS):
+                key = partial(_where_configured, word)
+                name = f"configuration.word{word}"
+                yield Field(slot.number, direction, name, Kind.WORD, word, 1, key)
         return
     for direction, image, words in (("in", "I", slot.words.inputs), ("out", "O", slot.words.outputs)):
         for word, name in enumerate(words):
             named = {bit: of for of, bit in slot.words.bits(image, word)}
             if named:
                 bits = tuple(named.get(bit, f"{name}.{bit}") for bit in range(16))
-                yield Field(slot.number, direction, name, Kind.BITS, word, 1, partial(_bits_of, word), bits)
+                yield Field(slot.number, direction, name, Kind.BITS, word, 1, partial(_bits, word), bits)
             else:
-                yield Field(slot.number, direction, name, Kind.WORD, word, 1, partial(_plain, word))
+                yield Field(slot.number, direction, name, Kind.WORD, word, 1, partial(_word, word))
 
 
-def _inputs_3601(slot: int) -> Iterator[Field]:
-    bits = partial(_bits, slot, "in")
-    yield bits("status_msw", 0, StatusMsw, LIVE_BITS)
-    yield bits("status_lsw", 1, StatusLsw, 0)
-    for name, word in (("position", 2), ("encoder", 4), ("captured", 6)):
-        yield Field(slot, "in", name, Kind.COUNT, word, 2, partial(_pair, word))
-    yield from _configuration(slot, "in")
+IMAGES_3601: dict[str, tuple[tuple[str, int, Kind, type[IntFlag] | None, int], ...]] = {
+    "in": (
+        ("status_msw", 0, Kind.BITS, StatusMsw, LIVE_BITS),
+        ("status_lsw", 1, Kind.BITS, StatusLsw, 0),
+        ("position", 2, Kind.COUNT, None, 0),
+        ("encoder", 4, Kind.COUNT, None, 0),
+        ("captured", 6, Kind.COUNT, None, 0),
+    ),
+    "out": (
+        ("command_msw", 0, Kind.BITS, CommandMsw, CommandMsw.MODE_CONFIG.value),
+        ("command_lsw", 1, Kind.BITS, CommandLsw, 0),
+        ("target", 2, Kind.VALUE, None, 0),
+        ("programmed_speed", 4, Kind.VALUE, None, 0),
+        ("acceleration", 6, Kind.WORD, None, 0),
+        ("deceleration", 7, Kind.WORD, None, 0),
+    ),
+}
+"""A 3601's fields: name, first word, kind, bits, and those that mean the same in configuration mode."""
 
 
-def _outputs_3601(slot: int) -> Iterator[Field]:
-    bits = partial(_bits, slot, "out")
-    yield bits("command_msw", 0, CommandMsw, _MODE_CONFIG)
-    yield bits("command_lsw", 1, CommandLsw, 0)
-    for name, word in (("target", 2), ("programmed_speed", 4)):
-        yield Field(slot, "out", name, Kind.VALUE, word, 2, partial(_pair, word))
-    for name, word in (("acceleration", 6), ("deceleration", 7)):
-        yield Field(slot, "out", name, Kind.WORD, word, 1, partial(_command_word, word))
-    yield from _configuration(slot, "out")
+def _field_3601(
+    slot: int, direction: str, name: str, word: int, kind: Kind, bits: type[IntFlag] | None, live: int
+) -> Field:
+    if bits is not None:
+        names = tuple(
+            str(bits(1 << number).name) if 1 << number in bits.__members__.values() else f"{name}.{number}"
+            for number in range(16)
+        )
+        return Field(slot, direction, name, kind, word, 1, partial(_masked, word, live), names)
+    if kind is Kind.WORD:
+        return Field(slot, direction, name, kind, word, 1, partial(_where_commanded, word))
+    return Field(slot, direction, name, kind, word, 2, partial(_pair, word))
 
 
-def _bits(slot: int, direction: str, name: str, word: int, bits: type[IntFlag], live: int) -> Field:
-    """Return the field of a word of bits; `live` are those that mean the same in configuration mode."""
-    names = tuple(
-        str(bits(1 << number).name) if 1 << number in bits.__members__.values() else f"{name}.{number}"
-        for number in range(16)
-    )
-    return Field(slot, direction, name, Kind.BITS, word, 1, partial(_masked, word, live), names)
-
-
-def _configuration(slot: int, direction: str) -> Iterator[Field]:
-    for word in range(WORDS):
-        name = f"configuration.word{word}"
-        yield Field(slot, direction, name, Kind.WORD, word, 1, partial(_configuration_word, word))
-
-
-def _plain(word: int, images: Words) -> Array:
+def _word(word: int, images: Array) -> Array:
     return images[:, word]
 
 
-def _bits_of(word: int, images: Words) -> Array:
+def _bits(word: int, images: Array) -> Array:
     return np.ascontiguousarray(images[:, word]).view(np.uint16)
 
 
-def _masked(word: int, live: int, images: Words) -> Array:
-    bits = np.ascontiguousarray(images[:, word]).view(np.uint16)
+def _masked(word: int, live: int, images: Array) -> Array:
+    bits = _bits(word, images)
     return np.where(decode.in_command_mode(images), bits, bits & np.uint16(live))
 
 
-def _pair(word: int, images: Words) -> Array:
+def _pair(word: int, images: Array) -> Array:
     """Return two words as one number, not decoded: two pairs may decode to one value."""
     pair = images[:, word].astype(np.int32) << 16 | images[:, word + 1].view(np.uint16).astype(np.int32)
     return np.where(decode.in_command_mode(images), pair, 0)
 
 
-def _command_word(word: int, images: Words) -> Array:
+def _where_commanded(word: int, images: Array) -> Array:
     return np.where(decode.in_command_mode(images), images[:, word], 0)
 
 
-def _configuration_word(word: int, images: Words) -> Array:
+def _where_configured(word: int, images: Array) -> Array:
     return np.where(decode.in_command_mode(images), 0, images[:, word])
-
-
-def all_fields(slots: Sequence[SlotInfo]) -> list[Field]:
-    """Return the fields of a trace in the order of a report."""
-    return [TIME, FLAGS, *(field for slot in slots for field in fields_of(slot))]

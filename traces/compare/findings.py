@@ -1,15 +1,161 @@
-"""Joins the findings of all blocks: the first scan that differs, and how much differs in all."""
+"""The findings of all blocks: the first scan that differs, what led to it, and how much differs in all."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Iterator, Sequence, Set
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
+from ..format.flags import flag_names
 from ..format.layout import SlotInfo
-from .before import changes_before
-from .differing import Differing, Extent, First, Side
+from ..read.changes import Changes, Row
+from ..read.event_text import describe
+from ..read.reader import Scan, Trace
+from .fields import Array, Field, Kind
+from .stream import Rows, Side
+
+SCANS_BEFORE = 5
+"""How many scans with changes a report lists."""
+
+LOOKED_AT = 4096
+"""How far back these are looked for, scans."""
+
+
+@dataclass(frozen=True, slots=True)
+class Extent:
+    """How much of two traces differs in one bit, value or word.
+
+    Attributes:
+        name: its name, such as "slot1.in.COMMAND_ERROR".
+        scans: in how many scans.
+        first: number of the first of them, in the first trace.
+        last: number of the last.
+        most: the greatest difference of a number; None for a bit.
+    """
+
+    name: str
+    scans: int
+    first: int
+    last: int
+    most: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Detail:
+    """A field that differs in the first scan that does.
+
+    Attributes:
+        slot: number of the slot; None for the CPU.
+        direction: "in", "out", "cpu" or "tags".
+        name: name of the word or value in its image.
+        word: index of the (first) word in the image.
+        words_a: the word or words in the first trace.
+        words_b: the same in the second.
+        a: the value that the words stand for; None for bits, and where they stand for none.
+        b: the same in the second trace.
+        bits: of a word of bits, each that differs: name, level in the first trace, in the second.
+        text_a: of a tag, its value in the first trace in words.
+        text_b: the same in the second.
+    """
+
+    slot: int | None
+    direction: str
+    name: str
+    word: int
+    words_a: tuple[int, ...]
+    words_b: tuple[int, ...]
+    a: int | None = None
+    b: int | None = None
+    bits: tuple[tuple[str, bool, bool], ...] = ()
+    text_a: str = ""
+    text_b: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class First:
+    """The first scan that differs.
+
+    Attributes:
+        scan: its number in the first trace.
+        time_ns: its virtual time there.
+        scan_b: number of the scan that it is set against in the second trace.
+        time_b_ns: the time of that.
+        details: what differs in it, inputs before outputs.
+        before_a: what changed in the first trace in the scans before it, and in it.
+        before_b: the same of the second trace.
+        rules_a: the rules that fired in it in the first trace, in words.
+        rules_b: those that fired in the second.
+    """
+
+    scan: int
+    time_ns: int
+    scan_b: int
+    time_b_ns: int
+    details: tuple[Detail, ...]
+    before_a: tuple[Row, ...] = ()
+    before_b: tuple[Row, ...] = ()
+    rules_a: tuple[str, ...] = ()
+    rules_b: tuple[str, ...] = ()
+
+
+class Differing(NamedTuple):
+    """The rows in which a field differs, paired; `bits` tells which ones in each, of a word of bits."""
+
+    field: Field
+    a: Rows
+    b: Rows
+    bits: Array | None = None
+
+    def extents(self, one: Side, other: Side) -> Iterator[Extent]:
+        """Yield how much differs: of each bit, or of the field."""
+        numbers = one.columns.scan
+        if self.bits is None:
+            yield _extent(self.field.path, numbers[self.a], self._most(one, other))
+            return
+        for number, name in enumerate(self.field.bits):
+            rows = self.a[(self.bits >> number & 1).astype(bool)]
+            if len(rows):
+                yield _extent(f"{self.field.stem}.{name}", numbers[rows], None)
+
+    def _most(self, one: Side, other: Side) -> int | None:
+        if self.field.kind is Kind.TAG:
+            return None
+        values = (self.field.values(side.images(self.field, rows)) for side, rows in self._rows(one, other))
+        apart = np.abs(np.subtract(*values))
+        return None if np.isnan(apart).all() else int(np.nanmax(apart))
+
+    def _rows(self, one: Side, other: Side) -> tuple[tuple[Side, Rows], tuple[Side, Rows]]:
+        return (one, self.a), (other, self.b)
+
+    def detail(self, one: Side, other: Side, row_a: int) -> Detail | None:
+        """Return what differs in one row of the first trace, None if nothing does."""
+        places = np.flatnonzero(self.a == row_a)[:1]
+        if not len(places):
+            return None
+        field = self.field
+        a, b = (side.images(field, rows[places]) for side, rows in self._rows(one, other))
+        place_in_image = field.slot, field.direction, field.name, field.word
+        if field.kind is Kind.TAG:
+            return Detail(*place_in_image, (), (), text_a=field.text(a[0]), text_b=field.text(b[0]))
+        words = field.words_in(a), field.words_in(b)
+        if self.bits is not None:
+            levels = zip(field.bits, *(_levels(int(field.key(image)[0])) for image in (a, b)), strict=True)
+            return Detail(*place_in_image, *words, bits=tuple(bit for bit in levels if bit[1] != bit[2]))
+        return Detail(*place_in_image, *words, _whole(field.values(a)[0]), _whole(field.values(b)[0]))
+
+
+def _whole(value: float) -> int | None:
+    return None if np.isnan(value) else int(value)
+
+
+def _levels(word: int) -> list[bool]:
+    return [bool(word >> number & 1) for number in range(16)]
+
+
+def _extent(name: str, numbers: Array, most: int | None) -> Extent:
+    return Extent(name, len(numbers), int(numbers[0]), int(numbers[-1]), most)
 
 
 class Findings:
@@ -18,7 +164,6 @@ class Findings:
     Attributes:
         first: the first scan that differs; None if none does.
         differing: in how many scans anything differs.
-        compared: how many scans of either trace have been compared with any of the other.
     """
 
     def __init__(self, slots: Sequence[SlotInfo]) -> None:
@@ -26,18 +171,15 @@ class Findings:
         self._extents: dict[str, Extent] = {}
         self.first: First | None = None
         self.differing = 0
-        self.compared = (0, 0)
 
-    def add(self, one: Side, other: Side, found: Sequence[Differing], compared: tuple[int, int]) -> None:
+    def add(self, one: Side, other: Side, found: Sequence[Differing]) -> None:
         """Add what was found in a block that follows those before.
 
         Args:
             one: what is in memory of the first trace; the rows of the fields are rows of it.
             other: the same of the second.
             found: the fields that differ, each with its rows in ascending order.
-            compared: how many scans of either have been compared.
         """
-        self.compared = self.compared[0] + compared[0], self.compared[1] + compared[1]
         if not found:
             return
         if self.first is None:
@@ -70,3 +212,40 @@ def _first(found: Sequence[Differing], a: Side, b: Side, slots: Sequence[SlotInf
 def _joined(before: Extent, after: Extent) -> Extent:
     most = max((each.most for each in (before, after) if each.most is not None), default=None)
     return replace(before, scans=before.scans + after.scans, last=after.last, most=most)
+
+
+def changes_before(side: Side, slots: Sequence[SlotInfo], row: int) -> tuple[Row, ...]:
+    """Return what changed in the last scans before a row, and in it."""
+    begin = max(0, row - LOOKED_AT)
+    words, flags = side.columns.words[begin : row + 1], side.columns.flags[begin : row + 1]
+    changed = (words[1:] != words[:-1]).any(axis=1) | (flags[1:] != flags[:-1])
+    rows = begin + 1 + np.flatnonzero(changed)
+    listed = [each for each in rows.tolist() if each < row][-SCANS_BEFORE:]
+    return tuple(line for each in [*listed, row] for line in _rows(side, slots, each))
+
+
+def _rows(side: Side, slots: Sequence[SlotInfo], row: int) -> Iterator[Row]:
+    changes = Changes(slots, flag_names, every=True)
+    if row:
+        changes.skip(_scan(side, row - 1))
+    return changes.rows(_scan(side, row))
+
+
+def _scan(side: Side, row: int) -> Scan:
+    columns = side.columns
+    places = {slot: 2 * place for slot, place in side.places.items()}
+    memory = columns.words[row].tobytes()
+    return Scan(int(columns.scan[row]), int(columns.time_ns[row]), int(columns.flags[row]), memory, places)
+
+
+_LONGEST_EXCHANGE_NS = 2_000_000_000
+"""Longest time from an event to the scan that it is known in: two exchanges of the slowest rack."""
+
+
+def rules_in(trace: Trace, scan: int, time_ns: int, slots: Set[int | None]) -> tuple[str, ...]:
+    """Return the rules that fired in a scan in any of some slots, in words."""
+    return tuple(
+        describe(event.topic, event.scan, event.fields)
+        for event in trace.events(time_ns - _LONGEST_EXCHANGE_NS, time_ns)
+        if event.scan == scan and event.fields.get("kind") == "rule" and event.fields.get("slot") in slots
+    )

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from ..read.changes import Row
 from ..read.image_text import seconds
 from .comparison import Comparison
-from .differing import Detail, Extent, First
+from .findings import Detail, Extent, First
 
 Names = tuple[str, str]
 """What the two traces are called."""

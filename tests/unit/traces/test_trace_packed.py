@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from made_traces import A3601, idle, record
-from scanrack.traces.compare import compare_columns
+from scanrack.traces.compare import compare_parts
 from scanrack.traces.read import packed
 from scanrack.traces.read.columns import Columns, join
 from scanrack.traces.read.packed import PackedScans, memory_blocks
@@ -75,9 +75,9 @@ def test_a_replay_is_compared_as_two_traces_are(
             break
     found = follower.comparison()
     count = follower.scans
-    expected = compare_columns(
-        ([A3601], recorded.rows(0, count)),
-        ([A3601], recorded.rows(0, count)._replace(words=answers[:count])),
+    expected = compare_parts(
+        ([A3601], [recorded.rows(0, count)]),
+        ([A3601], [recorded.rows(0, count)._replace(words=answers[:count])]),
         only=frozenset({(1, "in")}),
     )
     assert found.same is (differing is None)

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from made_traces import A3601, idle, record
-from scanrack.traces.compare.before import rules_in
+from scanrack.traces.compare.findings import rules_in
 from scanrack.traces.format import flags, limits
 from scanrack.traces.plot.axis import STEPS_NS, label
 from scanrack.traces.plot.pack import whole

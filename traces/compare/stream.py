@@ -11,27 +11,26 @@ first scan in memory, so they change when scans are forgotten.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...io_images.image import WORDS
 from ..format.layout import SlotInfo
 from ..read.columns import SLOT_WORDS, Columns, join, no_columns
 from .alignment import Clock
-from .differing import Side
+from .fields import TIME, Array, Field, Kind
 
+Rows = NDArray[np.intp]
 Keys = NDArray[np.int64]
 Keyed = Iterator[tuple[Columns, Keys]]
 """Parts of a trace, each with a key for every scan; the keys of a trace never descend."""
 
 
 def keyed_by_time(parts: Iterable[Columns], clock: Clock) -> Keyed:
-    """Yield the parts of a trace with the times of their scans.
-
-    Args:
-        parts: scans of the trace, part by part.
-        clock: turns the times of the scans into those that are wanted.
+    """Yield the parts of a trace with the times of their scans by a clock.
 
     Raises:
         ValueError: time goes back from one scan to the next.
@@ -69,6 +68,25 @@ def keyed_by_number(parts: Iterable[Columns]) -> Keyed:
             yield columns, columns.scan + _RUN * runs
 
 
+class Side(NamedTuple):
+    """Scans of one trace that are in memory: their columns, and the first column of each slot."""
+
+    columns: Columns
+    places: Mapping[int, int]
+
+    def images(self, field: Field, rows: Rows | None = None) -> Array:
+        """Return what a field is read from, in all rows or some."""
+        if field.kind is Kind.TAG:
+            assert self.columns.tags is not None, "tags are compared"
+            images: Array = self.columns.tags
+        elif field.slot is None:
+            images = self.columns.time_ns if field is TIME else self.columns.flags
+        else:
+            first = self.places[field.slot] + (WORDS if field.direction == "in" else 0)
+            images = self.columns.words[:, first : first + WORDS]
+        return images if rows is None else images[rows]
+
+
 class Stream:
     """Scans of one trace in blocks: those of the present block, some before it and some after it.
 
@@ -84,29 +102,27 @@ class Stream:
         ended: whether all have been read.
         first_scan: number of the first scan of all.
         first_key: its key; None if there is none, or it has not been read.
+        last_key: the key of the last scan read.
     """
 
     def __init__(
         self, slots: Sequence[SlotInfo], wanted: set[int], parts: Keyed, tags: np.dtype[np.void] | None = None
     ) -> None:
-        self._columns_of = [
-            slice(SLOT_WORDS * place, SLOT_WORDS * (place + 1))
-            for place, slot in enumerate(slots)
-            if slot.number in wanted
-        ]
-        self._all = len(self._columns_of) == len(slots)
-        numbers = [slot.number for slot in slots if slot.number in wanted]
-        self._places = {number: SLOT_WORDS * place for place, number in enumerate(numbers)}
+        places = [place for place, slot in enumerate(slots) if slot.number in wanted]
+        self._places = {slots[place].number: SLOT_WORDS * to for to, place in enumerate(places)}
+        self._wanted = None
+        if len(places) < len(slots):
+            self._wanted = np.add.outer(SLOT_WORDS * np.array(places, int), np.arange(SLOT_WORDS)).ravel()
         self._parts = parts
-        self._held = [no_columns(len(numbers), tags)]
-        self._held_keys = [np.zeros(0, np.int64)]
+        self._columns = [no_columns(len(places), tags)]
+        self._keys = [np.zeros(0, np.int64)]
         self._rows = 0
-        self._last_key: int | None = None
         self.row = 0
         self.scans = 0
         self.ended = False
-        self.first_key: int | None = None
         self.first_scan = 0
+        self.first_key: int | None = None
+        self.last_key = 0
 
     def __len__(self) -> int:
         """How many rows are in memory."""
@@ -115,22 +131,34 @@ class Stream:
     @property
     def side(self) -> Side:
         """What is in memory."""
-        if len(self._held) > 1:
-            self._held = [join(self._held)]
-        return Side(self._held[0], self._places)
+        if len(self._columns) > 1:
+            self._columns = [join(self._columns)]
+        return Side(self._columns[0], self._places)
 
     @property
     def keys(self) -> Keys:
         """The keys of what is in memory."""
-        if len(self._held_keys) > 1:
-            self._held_keys = [np.concatenate(self._held_keys)]
-        return self._held_keys[0]
+        if len(self._keys) > 1:
+            self._keys = [np.concatenate(self._keys)]
+        return self._keys[0]
+
+    def row_of(self, key: int) -> int:
+        """Return the first row with this key or a greater one."""
+        return int(np.searchsorted(self.keys, key, "left"))
+
+    def in_force(self, at: Keys | int) -> Rows:
+        """Return the row in force at each time, -1 before the first."""
+        return np.searchsorted(self.keys, at, "right") - 1
+
+    def reach_ns(self, tolerance_ns: int) -> int:
+        """Return the last time at which anything can be compared with the scans read so far."""
+        return self.last_key + max(self.period_ns, tolerance_ns)
 
     @property
-    def last_key(self) -> int:
-        """The key of the last scan read; there has to be one."""
-        assert self._last_key is not None
-        return self._last_key
+    def period_ns(self) -> int:
+        """How long the last scan is in force: as long as scans last on the average."""
+        assert self.first_key is not None, "scans have been read"
+        return (self.last_key - self.first_key) // (self.scans - 1) if self.scans > 1 else 0
 
     def read_rows(self, count: int) -> None:
         """Have more than so many rows of the next block in memory, if there are."""
@@ -139,7 +167,7 @@ class Stream:
 
     def read_beyond(self, key: int) -> None:
         """Have the scans with keys up to this one in memory, and one after them, if there is any."""
-        while (self._last_key is None or self._last_key <= key) and not self.ended:
+        while (self.first_key is None or self.last_key <= key) and not self.ended:
             self._read_on()
 
     def go_to(self, row: int, keep: int) -> None:
@@ -147,32 +175,22 @@ class Stream:
         keep = max(0, keep)
         if keep:
             columns = self.side.columns
-            self._held = [columns.each(lambda column: column[keep:].copy())]
-            self._held_keys = [self.keys[keep:].copy()]
+            self._columns = [columns.each(lambda column: column[keep:].copy())]
+            self._keys = [self.keys[keep:].copy()]
             self._rows -= keep
         self.row = row - keep
 
     def _read_on(self) -> None:
-        part = next(self._parts, None)
-        if part is None:
-            self.ended = True
-            return
-        columns, keys = part
-        if not len(keys):
+        columns, keys = next(self._parts, (None, np.zeros(0, np.int64)))
+        self.ended = columns is None
+        if columns is None or not len(keys):
             return
         if self.first_key is None:
             self.first_key, self.first_scan = int(keys[0]), int(columns.scan[0])
-        self._held.append(self._wanted(columns))
-        self._held_keys.append(keys)
+        if self._wanted is not None:
+            columns = columns._replace(words=columns.words.take(self._wanted, axis=1))
+        self._columns.append(columns)
+        self._keys.append(keys)
         self._rows += len(keys)
         self.scans += len(keys)
-        self._last_key = int(keys[-1])
-
-    def _wanted(self, columns: Columns) -> Columns:
-        """Return the columns without the words of other slots."""
-        if self._all:
-            return columns
-        none = np.zeros((len(columns.scan), 0), np.int16)
-        return columns._replace(
-            words=np.hstack([none, *(columns.words[:, each] for each in self._columns_of)])
-        )
+        self.last_key = int(keys[-1])
