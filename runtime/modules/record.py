@@ -1,4 +1,4 @@
-"""The record of a kind of module, which all other rooms read: one each, in the module's own folder."""
+"""The record of a kind of module, the only thing that other rooms read: one in each module's folder."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class NamedInputs(Protocol):
     """A module whose inputs have names."""
 
     def set_input(self, name: str, energised: bool) -> None:
-        """Give an input a level from now on; ValueError for an unknown input."""
+        """Set an input from now on; ValueError for an unknown input."""
 
 
 @runtime_checkable
@@ -38,20 +38,20 @@ class AnalogInputs(Protocol):
     """A module with analog inputs that have names."""
 
     def set_value(self, name: str, value: float) -> None:
-        """Give an input a value from now on; ValueError for an unknown input, or a value it can't have."""
+        """Set an input from now on; ValueError for an unknown input or an illegal value."""
 
 
 @runtime_checkable
 class Operable(Protocol):
-    """A module whose machine has inputs that a person may act on."""
+    """A module whose machine has inputs that a person may operate."""
 
     def operate(self, bit: InputBit, energised: bool | None) -> None:
-        """Give an input a level from the last `update` on; None gives it back to the machine."""
+        """Set an input from the last `update` on; None returns it to the machine."""
 
 
 @runtime_checkable
 class Figured(Protocol):
-    """A module whose machine can be looked at between scans, without an effect."""
+    """A module whose machine can be read between scans without an effect."""
 
     def figures(self) -> tuple[int, int, int]:
         """Return the shaft's position (steps), the encoder's counts, and the mask of energised inputs."""
@@ -59,7 +59,7 @@ class Figured(Protocol):
 
 @runtime_checkable
 class Bolted(Module, Protocol):
-    """A module that is bolted to a simulated machine."""
+    """A module that drives a simulated machine."""
 
     def machine_at(self, now_ns: int) -> Machine:
         """Return the machine as it is at `now_ns`, the instant of the last `update`."""
@@ -67,7 +67,7 @@ class Bolted(Module, Protocol):
 
 @runtime_checkable
 class BoltedAhead(Bolted, Protocol):
-    """A module that can compute what its machine will do while nothing acts on it.
+    """A module that can predict its machine as long as nothing acts on it.
 
     An instant that is not later than the last `update` means that it can't.
     """
@@ -75,7 +75,7 @@ class BoltedAhead(Bolted, Protocol):
     def shaft_calm_until_ns(self, first: int | None, last: int | None) -> int:
         """Return the instant before which the shaft does not enter or leave positions `first` to `last`.
 
-        An end that is left out (None) is open.
+        None is an open end.
         """
 
     def levels_calm_until_ns(self) -> int:
@@ -94,11 +94,11 @@ class Trait(Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LivePort:
-    """How to put a kind of adapter on a real port.
+    """Opens a kind of adapter on a real port.
 
     Attributes:
-        opened: opens (port, address of the controller, options); ValueError if it can't be.
-        factory_address: of a controller as from the factory.
+        opened: opens (port, address of the controller, options); ValueError if it can't.
+        factory_address: of a new controller.
         highest_address: addresses are 1 to this one, or the factory's.
     """
 
@@ -116,20 +116,20 @@ class LivePort:
         raise ValueError(f"address {address}: allowed is {allowed}")
 
     def open(self, port: str, address: int | None, options: Options) -> LiveModule:
-        """Open the port and put the adapter on it.
+        """Open the port with its adapter.
 
         Args:
             port: a serial device, or tcp:HOST:PORT.
-            address: of the controller; None = as from the factory.
+            address: of the controller; None = the factory's.
 
         Raises:
-            ValueError: an option, or a port that can't be opened.
+            ValueError: an illegal option, or a port that can't be opened.
         """
         return self.opened(port, self.factory_address if address is None else address, options)
 
 
 def _any_controller(firmware: str, controller: str) -> None:
-    """Run behind any controller."""
+    """Accept any controller."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -137,22 +137,23 @@ class ModuleRecord:
     """A kind of module.
 
     Attributes:
-        name: its catalog name, as rack files and `scanrack drive` call it.
-        make: makes a simulated one of (firmware, machine, seed, options, wiring); ValueError names what
-            it can't take.
+        name: its catalog name, as in rack files and `scanrack drive`.
+        make: makes a simulated one of (firmware, machine, seed, options, wiring); ValueError names an
+            illegal argument.
         words: names of its words and bits, with these options.
-        has_firmware: whether it has a version; without one, none is recorded.
-        status: its input image by meaning; what a test reads.
-        live: how it is put on a real port; None if it can't be.
-        traits: what can happen to it.
+        has_firmware: whether it has a version to record.
+        status: decodes its input image.
+        live: opens it on a real port; None if that is impossible.
+        traits: its kinds of events and equipment.
         follows: the slots whose machines operate its inputs, with these options.
         buttons: names of the inputs that a person operates, with these options.
-        signals: analog inputs by name, with values that are worth a try, with these options.
-        check_controller: refuses (firmware, controller) that do not go together, with a ValueError.
-        family: "1762" or "1769" for a card that fits one family of controllers only; "" for any other module.
+        signals: analog inputs by name, with test values, with these options.
+        check_controller: refuses an incompatible (firmware, controller) with a ValueError.
+        family: "1762" or "1769" for a card that fits one family of controllers only; "" for any other
+            module.
         switches: (slot, switch) of the machines' switches that operate its inputs, with these options.
-        capabilities: the table of what it refuses, Markdown; None if it refuses nothing of its own.
-        round_trip_ms: how long it takes at most to answer a command, ms; 0 = it answers at once.
+        capabilities: the table of its refusals, Markdown; None without refusals of its own.
+        round_trip_ms: longest time until it answers a command, ms; 0 = it answers at once.
     """
 
     name: str

@@ -1,8 +1,4 @@
-"""The modules that can be put into a slot: one line each, its folder's record.
-
-A further module is a folder with a `RECORD` and a line here; words, addresses, recording, `drive`,
-`fuzz` and the bench read everything off the record.
-"""
+"""The registry of modules: one line each, its folder's record."""
 
 from __future__ import annotations
 
@@ -36,16 +32,16 @@ def words_of(module: str, options: Options) -> ModuleWords:
 
 
 def live_port(module: str, port: str, address: int | None) -> LivePort:
-    """Return how a module is put on a real port.
+    """Return the live port of a module after a check of port and address.
 
     Args:
         port: a serial device, or tcp:HOST:PORT.
-        address: of the controller; None = as from the factory.
+        address: of the controller; None = the factory's.
 
     Raises:
-        ValueError: this is not a port, the module can't be on one, or the controller can't have the address.
+        ValueError: an illegal port or address, or a module without a live port.
     """
-    from ..line.liveport import check_address  # pyserial, which few racks need
+    from ..line.liveport import check_address  # imports pyserial, which few racks need
 
     check_address(port)
     live = MODULES[module].live

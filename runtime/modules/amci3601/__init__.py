@@ -1,7 +1,7 @@
 """The AMCI 3601, simulated: a command layer that knows the rules, over an axis that makes steps.
 
-`Amci3601` is what sits in the slot. `CommandLayer` is the manual's rules and
-works over any `Axis`; `StepGenerator` is the simulated one.
+`Amci3601` is the module. `CommandLayer` has the manual's rules and works over any `Axis`;
+`StepGenerator` is the simulated one.
 """
 
 from ...loop.module_fault import ModuleFault

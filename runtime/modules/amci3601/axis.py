@@ -1,9 +1,8 @@
-"""What the command layer asks of an axis.
+"""The axis, as the command layer sees it.
 
-The manual's rules (edges, ranges, which error, what is still allowed) have
-nothing to do with how steps are made. The command layer knows the rules; an
-axis makes steps: the simulated step generator here, a controller behind a
-serial line elsewhere. The layer never sees which.
+The command layer knows the manual's rules (edges, ranges, which error, what is still
+allowed); an axis makes steps: the simulated step generator here, a controller behind a
+serial line elsewhere. The layer does not know which.
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ from .capabilities import Capabilities
 
 @dataclass(frozen=True, slots=True)
 class BlendProgram:
-    """A blend profile as it is stored [chapter 5, Blend Move Programming].
+    """A stored blend profile [chapter 5, Blend Move Programming].
 
     Attributes:
         segments: length in steps, speed in steps/s, rate in steps/ms/s, acceleration type; 2 to 16.
@@ -32,7 +31,7 @@ class BlendProgram:
 
 
 class Axis(Protocol):
-    """One motor's worth of motion. Positions are steps as the module counts them, CW positive.
+    """The motion of one motor. Positions are steps as the module counts them, CW positive.
 
     All methods act at the instant `now_ns`, to which the axis has been advanced.
     """
@@ -60,7 +59,7 @@ class Axis(Protocol):
         """Encoder or diagnostic count at the present instant; 0 where neither is configured."""
 
     def configure(self, configuration: Configuration | None) -> None:
-        """Take over an accepted configuration; None after one was discarded."""
+        """Adopt an accepted configuration; None after it was discarded."""
 
     def move(self, now_ns: int, distance: int, profile: Profile) -> None:
         """Start a move over `distance` steps (signed, not 0)."""
@@ -75,8 +74,7 @@ class Axis(Protocol):
         """Start a motion that lasts until it is stopped.
 
         Args:
-            direction: +1 or -1.
-            registration: the steps that a later `register` will ask for, None if none will.
+            registration: the steps that a later `register` will request, None if none will.
         """
 
     def home(self, now_ns: int, direction: int, profile: Profile) -> None:
@@ -95,29 +93,29 @@ class Axis(Protocol):
         """Begin a controlled stop: ramp down to the starting speed, end on a whole step."""
 
     def steps_to_stop(self, now_ns: int, deceleration_spmss: Rate, shape: Shape) -> int:
-        """Steps that a controlled stop beginning now would still make."""
+        """Return the steps that a controlled stop beginning now would still make."""
 
     def cut(self, now_ns: int) -> None:
         """End the step output at once."""
 
     def watch_steps(self, steps: int) -> None:
-        """Ask for a tick when the motion has made `steps` steps."""
+        """Request a tick when the motion has made `steps` steps."""
 
     def watch_counts(self, counts: int, direction: int) -> None:
-        """Ask for a tick when the encoder has come to `counts`, or past it in `direction`."""
+        """Request a tick when the encoder has reached `counts`, or passed it in `direction`."""
 
     def watch_marker(self) -> None:
-        """Ask for a tick at the next marker pulse, and forget earlier ones."""
+        """Request a tick at the next marker pulse; ignore earlier ones."""
 
     @property
     def marker_seen(self) -> bool:
         """Whether a marker pulse has come since `watch_marker`."""
 
     def preset_position(self, value: int) -> None:
-        """Let the present position be `value`."""
+        """Set the present position to `value`."""
 
     def preset_encoder(self, value: int) -> None:
-        """Let the present encoder count be `value`."""
+        """Set the present encoder count to `value`."""
 
     def reset_errors(self) -> None:
-        """Clear what the axis itself shows as errors."""
+        """Clear the axis's own errors."""

@@ -1,4 +1,4 @@
-"""A blend profile while its blocks arrive [chapter 5, Blend Move Programming]."""
+"""The programming of a blend profile, block by block [chapter 5, Blend Move Programming]."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ class BlendSession:
     """One session of the handshake, from the first block to the fall of the program bit.
 
     Attributes:
-        good: no block was faulty so far.
-        blocks: how many have come, the header among them.
-        wanted: segments that the header announces.
+        good: no faulty block so far.
+        blocks: number received, including the header.
+        wanted: segments announced by the header.
         types: acceleration type of each segment, from the header.
-        segments: those that have come.
+        segments: those received.
         final_deceleration: of the ramp at the end, steps/ms/s.
     """
 
@@ -33,17 +33,17 @@ class BlendSession:
 
     @property
     def complete(self) -> bool:
-        """Whether all segments have come."""
+        """Whether all segments have been received."""
         return len(self.segments) >= self.wanted
 
     def program(self) -> BlendProgram | None:
-        """Return the profile if all of its blocks have come and were good, else None."""
+        """Return the profile if all of its blocks were received and good, else None."""
         if not self.good or not self.complete:
             return None
         return BlendProgram(tuple(self.segments), self.final_deceleration, self.final_shape)
 
     def too_long_with(self, length: int) -> bool:
-        """Whether the lengths so far and one more exceed what all segments may have together."""
+        """Whether one more length exceeds the limit of all segments together."""
         return sum(segment[0] for segment in self.segments) + length > PARAMETER_MAX
 
     def fits(self, start_sps: int) -> bool:

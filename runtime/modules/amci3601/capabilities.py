@@ -1,7 +1,7 @@
-"""What an axis can't do of the 3601's functions, known before anything is sent to it.
+"""Limits of an axis among the 3601's functions, known before a command is sent to it.
 
-The command layer checks the manual's own rules first, then the axis. What the
-axis can't do is refused in the 3601's error bits; an event gives the reason.
+The command layer checks the manual's own rules first, then the axis. A function that the
+axis lacks is refused in the 3601's error bits; an event gives the reason.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class Request:
     """A request to an axis that the 3601's own rules allow.
 
     Attributes:
-        command: the words that ask for it.
+        command: the output words.
         distance: of a move, steps, signed.
         minimum_registration: the stored distance, steps.
     """
@@ -48,10 +48,10 @@ class Request:
 
 @dataclass(frozen=True, slots=True)
 class Refusal:
-    """Why an axis does not carry out a request.
+    """The reason why an axis does not carry out a request.
 
     Attributes:
-        name: short name of what is lacking, for events.
+        name: short name of the missing function, for events.
         bits: error bits of input word 0 that are set.
         reason: a sentence for the user.
     """
@@ -71,11 +71,11 @@ class AxisHoming(Enum):
 
 
 class Capabilities:
-    """What an axis can do: everything. A limited axis overrides the methods.
+    """The functions of an axis, by default all. A limited axis overrides the methods.
 
     Attributes:
-        homing: what `Axis.home` does, whatever the kind of homing.
-        shared_limit: the end limits share one input: both active means one of them, side unknown.
+        homing: the part of `Axis.home`, for every kind of homing.
+        shared_limit: the end limits share one input: both active means that one of them is, side unknown.
         home_is_ccw_limit: the home switch is the CCW limit, too: active, it blocks CCW motion only.
     """
 
@@ -84,13 +84,13 @@ class Capabilities:
     home_is_ccw_limit = False
 
     def homing_for(self, kind: HomingKind) -> AxisHoming:
-        """Return what `Axis.home` does in a search of that kind."""
+        """Return the part of `Axis.home` in a search of that kind."""
         return self.homing
 
     def lacking_for_configuration(self, configuration: Configuration) -> Refusal | None:
-        """Return why a configuration that the 3601 accepts is refused, None if it is not."""
+        """Return why the axis can't use a configuration that the 3601 accepts, or None."""
         return None
 
     def lacking_for(self, request: Request) -> Refusal | None:
-        """Return why a command that the 3601 accepts is refused, None if it is not."""
+        """Return why the axis can't carry out a command that the 3601 accepts, or None."""
         return None

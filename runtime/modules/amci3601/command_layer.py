@@ -54,9 +54,7 @@ class CommandLayer(Host):
         operation: the motion that runs.
 
     Args:
-        axis: what makes the steps.
-        firmware: which revision of the module this is; it decides what exists.
-        options: switches of the model.
+        firmware: the module's revision; it decides which functions exist.
         events: receives rules that fire and moves that end.
         now_ns: the instant of power-up.
     """
@@ -72,7 +70,7 @@ class CommandLayer(Host):
         self._events = events
         self._inputs = InputWatch(self)
         self.state.latches.fire(now_ns, "CER-01")
-        self.state.latches.bits |= POSITION_INVALID  # nothing has made it valid yet (reading A-04)
+        self.state.latches.bits |= POSITION_INVALID  # until a preset or a home search (reading A-04)
 
     # -- present activity ---------------------------------------------------------------------
 
@@ -82,7 +80,7 @@ class CommandLayer(Host):
         return self.operation is not None and self.operation.busy
 
     def next_wake_ns(self, now_ns: int) -> int | None:
-        """Return when a tick is wanted though neither words nor inputs change; None = never."""
+        """Return the instant of the next tick without a change of words or inputs, or None."""
         if self.operation is not None:
             return self.operation.next_wake_ns(now_ns)
         waiting = self.state.command.configures and not self.state.in_configuration_mode
@@ -108,12 +106,12 @@ class CommandLayer(Host):
         self.settle(now_ns)
 
     def wants_counts(self, *, turning: bool) -> bool:
-        """Return whether `counted` is wanted at the end of the scan that begins now."""
+        """Return whether `counted` is required at the end of the scan that begins now."""
         operation = self.operation
         return operation is not None and not operation.over and operation.wants_counts(turning=turning)
 
     def counted(self, now_ns: int) -> None:
-        """Act on the counts of a scan at its end; words and inputs are those of its begin."""
+        """Process the counts of a scan at its end; words and inputs are those of its begin."""
         if self.operation is not None and not self.operation.over:
             self.operation.on_counts(now_ns, self.state.command)
         self.settle(now_ns)
@@ -124,7 +122,7 @@ class CommandLayer(Host):
             self.operation.on_end(now_ns)
 
     def leave_run_mode(self, now_ns: int) -> None:
-        """The PLC has left run mode: any motion stops, the position becomes invalid [chapter 5 note 9]."""
+        """Leave run mode: any motion stops, the position becomes invalid [chapter 5 note 9]."""
         self.state.running = False
         if self.busy:
             latches = self.state.latches
@@ -134,11 +132,11 @@ class CommandLayer(Host):
             self.operation.on_release(now_ns)
 
     def enter_run_mode(self) -> None:
-        """The PLC is back in run mode; a bit that is still set is not a new edge (reading A-78)."""
+        """Return to run mode; a bit that is still set is not a new edge (reading A-78)."""
         self.state.running = True
 
     def overlook(self, words: tuple[int, ...]) -> None:
-        """Note words without acting on them; their bits make no edge later."""
+        """Note words without acting on them; their bits are no edges later."""
         self.state.command = CommandWords(words)
 
     # -- output words -------------------------------------------------------------------------
@@ -165,7 +163,7 @@ class CommandLayer(Host):
             obey_programming(self, now_ns, command, previous, reads=reads)
             if reads:
                 obey_store_minimum(self, now_ns, command, previous)
-        elif self.state.blending is not None:  # a session that has begun goes on
+        elif self.state.blending is not None:  # a running session continues
             obey_programming(self, now_ns, command, previous)
         if edges and not following:
             self._command(now_ns, command, edges)
@@ -182,7 +180,7 @@ class CommandLayer(Host):
         return bool(stop) and command.msw == stop and stoppable
 
     def _command(self, now_ns: int, command: CommandWords, edges: int) -> None:
-        """A command bit has risen: refuse or carry it out [chapter 4, general notes 1 to 3]."""
+        """Refuse or carry out a command whose bit has risen [chapter 4, general notes 1 to 3]."""
         if self.state.locked:
             if command.msw == RESET and command.lsw == 0:
                 self._forfeit()
@@ -223,7 +221,7 @@ class CommandLayer(Host):
     def fire_all(self, now_ns: int, faults: Iterable[Fault]) -> None:
         """Set the bits of all rules that one command breaks (reading A-110).
 
-        The event log names a rule for each bit: one that adds no bit to those before it is left out.
+        The event log names one rule for each bit and leaves out rules that add no bit.
         """
         shown = 0
         for fault in faults:
@@ -232,27 +230,27 @@ class CommandLayer(Host):
                 shown |= fault.all_bits
 
     def _note_error(self, bits: int) -> None:
-        """A command error ends a resumable hold [chapter 4, Resume Move]."""
+        """Note an error; a command error ends a resumable hold [chapter 4, Resume Move]."""
         if bits & COMMAND_ERROR:
             self.state.error_since_start = True
             self._forfeit()
 
     def _forfeit(self) -> None:
-        """Resume has to be the first command after a hold, without an error [chapter 4; reading A-83]."""
+        """End a resumable hold: Resume must be the first command after it [chapter 4; reading A-83]."""
         self.state.held = None
         if self.operation is not None:
             self.operation.on_forfeit()
 
     @property
     def under_way(self) -> str | None:
-        """The kind of the motion that runs, None while there is none."""
+        """The kind of the running motion, or None."""
         return None if self.operation is None or self.operation.over else self.operation.name
 
     # -- motions ------------------------------------------------------------------------------
 
     @override
     def accept(self, operation: Operation) -> None:
-        """Make `operation` the one that runs; its start clears what the next move clears."""
+        """Start `operation` as the running one; clear the bits that a new move clears."""
         if self.operation is not None:  # a one-shot whose bit is released only now: its step is made
             self.operation.on_end(operation.started_ns)
         self.state.latches.clear(CLEARED_BY_A_MOVE)
@@ -268,7 +266,7 @@ class CommandLayer(Host):
 
     @override
     def finish(self, now_ns: int, completion: int, how: str) -> None:
-        """End the running operation with a completion bit (or 0) and write the move down."""
+        """End the running operation with a completion bit (or 0) and record the move."""
         operation = self.operation
         assert operation is not None
         self.operation = None
@@ -285,14 +283,14 @@ class CommandLayer(Host):
 
     @override
     def cut(self, now_ns: int, *, stopped: bool = True) -> None:
-        """End any motion without a ramp; what is left of a move is lost."""
+        """End any motion without a ramp; the rest of a move is lost."""
         self.axis.cut(now_ns)
         if self.operation is not None:
             self.finish(now_ns, STOPPED if stopped else 0, "cut short")
 
     @override
     def abort_homing(self, now_ns: int, rule_id: str) -> None:
-        """End limits have ended a search for home; STOPPED is not for homing [chapter 6, Stopped 4]."""
+        """End a search for home at end limits; it does not set STOPPED [chapter 6, Stopped 4]."""
         self.axis.cut(now_ns)
         self.fire(now_ns, rule_id)
         self.finish(now_ns, 0, "found no home")

@@ -1,4 +1,4 @@
-"""An output image in command mode, read once: words, bits and the parameters they carry."""
+"""An output image in command mode, decoded once: words, bits and parameters."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""What each bit of command word MSW does [chapter 4; chapter 5, Command Word MSW].
+"""The actions of command word MSW, one function each [chapter 4; chapter 5, Command Word MSW].
 
 A handler is called when its bit, and no other, has risen and nothing locks the
-module. It refuses the command by every rule that is broken, or carries it out.
+module. It refuses the command by every broken rule, or carries it out.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def absolute(host: Host, now_ns: int, command: CommandWords) -> None:
 
 
 def relative(host: Host, now_ns: int, command: CommandWords) -> None:
-    """Move by the target's number of steps, or with the encoder bit of encoder counts."""
+    """Move by the target's number of steps, or encoder counts with the encoder bit."""
     if refused(host, now_ns, command):
         return
     distance = command.parameters.target
@@ -76,7 +76,7 @@ def _start_encoder_move(host: Host, now_ns: int, command: CommandWords, target: 
 
 
 def manual(host: Host, now_ns: int, command: CommandWords) -> None:
-    """Move as long as the bit is set; with a target, end so many steps after the registration input."""
+    """Move as long as the bit is set; with a target, end that many steps after the registration input."""
     direction = 1 if command.msw & MANUAL_BIT[1] else -1
     move: ManualMove | OneShot
     if refused(host, now_ns, command):
@@ -119,7 +119,7 @@ def run_blend(host: Host, now_ns: int, command: CommandWords) -> None:
 
 
 def hold(host: Host, now_ns: int, command: CommandWords) -> None:
-    """Hold the running move; the other words do not matter [chapter 4, Hold Move]."""
+    """Hold the running move; the other words are ignored [chapter 4, Hold Move]."""
     if host.operation is None:
         host.fire(now_ns, "CMD-07")  # nothing to hold (reading A-24)
     else:
@@ -146,7 +146,7 @@ def preset_position(host: Host, now_ns: int, command: CommandWords) -> None:
 
 
 def preset_encoder(host: Host, now_ns: int, command: CommandWords) -> None:
-    """Set the encoder count to the target; the position's validity stays."""
+    """Set the encoder count to the target; the position stays as valid as it was."""
     if refused(host, now_ns, command):
         return
     if not host.unable(now_ns, Feature.PRESET_ENCODER, command):
@@ -156,7 +156,7 @@ def preset_encoder(host: Host, now_ns: int, command: CommandWords) -> None:
 
 
 def reset_errors(host: Host, now_ns: int, command: CommandWords) -> None:
-    """Clear recoverable errors; a running motion goes on."""
+    """Clear recoverable errors; a running motion continues."""
     if not refused(host, now_ns, command):
         host.state.latches.clear(RESETTABLE)
         host.axis.reset_errors()
@@ -168,7 +168,7 @@ def reserved(host: Host, now_ns: int, command: CommandWords) -> None:
 
 
 def obey_store_minimum(host: Host, now_ns: int, command: CommandWords, previous: CommandWords) -> None:
-    """Store the minimum registration distance on the rise of LSW bit 10; refuse it beside a command.
+    """Store the minimum registration distance on the rise of LSW bit 10; refuse it with a command.
 
     The error locks the command out, too. Several rising bits are checked first (reading A-93).
     """
@@ -199,4 +199,4 @@ COMMANDS: dict[int, Handler] = {
     CommandMsw.RUN_BLEND_CCW.value: run_blend,
     CommandMsw.RESERVED_14.value: reserved,
 }
-"""Every bit but the mode flag."""
+"""Handlers of all bits but the mode flag."""

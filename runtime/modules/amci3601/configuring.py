@@ -1,4 +1,4 @@
-"""Configuration mode: how it is entered, what it accepts, how it is left [chapter 3]."""
+"""Configuration mode: entry, validation, exit [chapter 3]."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ STATUS_BELOW_LIVE_BITS = StatusMsw.CONFIG_ERROR.value - 1
 
 
 def obey_mode_bit(host: Host, now_ns: int, command: CommandWords, previous: CommandWords) -> None:
-    """The mode bit is set: enter configuration mode as soon as the axis is idle [note 2], then validate."""
+    """Enter configuration mode as soon as the axis is idle [note 2], then validate the words."""
     fresh = command is not previous
     if not host.state.in_configuration_mode:
         if not _axis_free(host, now_ns, previous):
@@ -25,7 +25,7 @@ def obey_mode_bit(host: Host, now_ns: int, command: CommandWords, previous: Comm
 
 
 def _axis_free(host: Host, now_ns: int, previous: CommandWords) -> bool:
-    """Whether no move runs; otherwise the request is an error, and the command bits count as released."""
+    """Return whether no move runs; otherwise report an error and treat the command bits as released."""
     if host.operation is not None:
         host.operation.on_release(now_ns)
         host.settle(now_ns)
@@ -37,7 +37,7 @@ def _axis_free(host: Host, now_ns: int, previous: CommandWords) -> bool:
 
 
 def _validate(host: Host, now_ns: int, command: CommandWords) -> None:
-    """Accept or reject the words, every time they change (reading A-08)."""
+    """Accept or reject the words, after every change (reading A-08)."""
     state, broken = host.state, check(command.words, host.firmware)
     if broken:
         for rule_id in broken:
@@ -56,7 +56,7 @@ def _validate(host: Host, now_ns: int, command: CommandWords) -> None:
 
 
 def _within_capabilities(host: Host, now_ns: int, command: CommandWords) -> Configuration | None:
-    """Return the configuration of legal words, None if the axis can't do what it asks for."""
+    """Return the configuration of legal words, None if the axis can't provide it."""
     configuration = Configuration.from_image(Image(command.words), host.firmware)
     refusal = host.axis.capabilities.lacking_for_configuration(configuration)
     if refusal is None:

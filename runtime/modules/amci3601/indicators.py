@@ -21,7 +21,7 @@ BLINKING_ERRORS = CONFIG_ERROR | COMMAND_ERROR | INPUT_ERROR | HOME_INVALID | IN
 
 
 class Light(Enum):
-    """How a light shows."""
+    """State of a light."""
 
     OFF = "off"
     SOLID = "solid"
@@ -35,8 +35,6 @@ class Indicators:
 
     Attributes:
         module: Module, green.
-        axis_ok: Axis OK, green.
-        axis_error: Axis Err, red.
     """
 
     module: Light
@@ -45,7 +43,7 @@ class Indicators:
 
 
 def indicators(status: int, *, moving: bool, linked: bool = True) -> Indicators:
-    """Return the lights of a module that passed its diagnostics.
+    """Return the lights of a module that has passed its diagnostics.
 
     >>> indicators(0x4000, moving=True).axis_ok
     <Light.BLINKING: 'blinking'>

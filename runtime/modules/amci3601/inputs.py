@@ -1,4 +1,4 @@
-"""Discrete inputs: sampled at every tick, and those that stop motion whatever the operation [chapter 6]."""
+"""Discrete inputs: sampled at every tick; some of them stop any operation [chapter 6]."""
 
 from __future__ import annotations
 
@@ -19,34 +19,34 @@ class InputWatch:
     # -- sampling -----------------------------------------------------------------------------
 
     def sample(self, levels: int) -> None:
-        """Take over electrical levels, a mask of `InputBit`; capture on a change to active."""
+        """Sample electrical levels, a mask of `InputBit`; capture on a change to active."""
         state, configuration = self.state, self.state.configuration
         before, state.active = state.active, self._active(levels)
         state.reported_inputs = state.active
         if configuration is not None and self.host.options.report_unused_inputs:
             state.reported_inputs |= levels & ALL_INPUTS & ~configuration.inputs_used
-        # an input that is active when it is configured has made no transition (reading A-69)
+        # an input that is active when it is configured makes no transition (reading A-69)
         state.risen = 0 if state.in_configuration_mode else state.active & ~before
         if state.risen & CAPTURE:
             self._capture()
 
     def _active(self, levels: int) -> int:
-        """Return which inputs are active; unused ones are not (reading A-13)."""
+        """Return the mask of active inputs, without unused ones (reading A-13)."""
         configuration = self.state.configuration
         if configuration is None:
             return 0
         return ~(levels ^ configuration.active_high) & configuration.inputs_used
 
     def _capture(self) -> None:
-        """Keep the encoder value, or without an encoder the position [chapter 3, MSW bit 0]."""
+        """Store the encoder value, or without an encoder the position [chapter 3, MSW bit 0]."""
         axis, configuration = self.host.axis, self.state.configuration
         with_encoder = configuration is not None and configuration.quadrature_encoder
         self.state.captured = axis.encoder if with_encoder else axis.position
 
-    # -- what they stop -----------------------------------------------------------------------
+    # -- inputs that stop motion ---------------------------------------------------------------
 
     def obey(self, now_ns: int) -> None:
-        """Stop what the active inputs stop."""
+        """Stop motion as the active inputs require."""
         if self.state.active & ESTOP:
             self._emergency_stop(now_ns)
         elif self.state.active & EITHER_LIMIT:
@@ -56,7 +56,7 @@ class InputWatch:
             operation.on_external(now_ns)
 
     def _emergency_stop(self, now_ns: int) -> None:
-        """The emergency stop input is active [chapter 6, Emergency Stop Input; reading A-15]."""
+        """Obey an active emergency stop input [chapter 6, Emergency Stop Input; reading A-15]."""
         if self.host.busy:
             self.state.latches.fire(now_ns, "INP-01")
             self.state.latches.fire(now_ns, "POS-03", alone=True)
@@ -66,7 +66,7 @@ class InputWatch:
             self.state.held = None
 
     def _end_limit(self, now_ns: int) -> None:
-        """An end limit is active [chapter 4, general note 4]."""
+        """Obey an active end limit [chapter 4, general note 4]."""
         if self.state.risen & EITHER_LIMIT:
             self.state.held = None
         operation = self.host.operation
@@ -78,7 +78,7 @@ class InputWatch:
             self.host.cut(now_ns)
 
     def _leaves_home(self) -> bool:
-        """Whether the only active limit is the home switch, and the axis leaves it as at the start."""
+        """Return whether the only active limit is the home switch, and the axis leaves it."""
         axis, state = self.host.axis, self.state
         return (
             axis.capabilities.home_is_ccw_limit

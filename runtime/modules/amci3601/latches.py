@@ -1,8 +1,8 @@
-"""The latched status bits of word 0, and the record of which rule set them.
+"""The latched status bits of word 0, and the rules that set them.
 
 A real module shows only the bits. This one also keeps the id of the rule
-behind each error bit, so that a user sees which sentence of the manual was
-broken.
+behind each error bit, so that a user can find the broken sentence of the
+manual.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ HOLD_STATE = StatusMsw.HOLD_STATE.value
 AT_HOME = StatusMsw.AT_HOME.value
 
 RESETTABLE = COMMAND_ERROR | INVALID_PROFILE | HOME_INVALID | INPUT_ERROR
-"""What Reset Errors clears [chapter 4, Reset Errors]."""
+"""Bits that Reset Errors clears [chapter 4, Reset Errors]."""
 
 CLEARED_BY_A_MOVE = STOPPED | AT_HOME | MOVE_COMPLETE | HOLD_STATE | INPUT_ERROR
-"""What the start of a move clears [chapter 6; reading A-19]."""
+"""Bits that the start of a move clears [chapter 6; reading A-19]."""
 
 COMPLETION = STOPPED | AT_HOME | MOVE_COMPLETE | HOLD_STATE
 
@@ -40,18 +40,14 @@ _ERROR_MASKS = tuple(bit.value for bit in StatusMsw if bit & ERROR_BITS)
 
 
 class Fault(NamedTuple):
-    """A rule that is broken.
-
-    Attributes:
-        alone: fire without the rows that usually fire together with it.
-    """
+    """A broken rule; `alone` fires it without the rows that usually fire together with it."""
 
     rule: str
     alone: bool = False
 
     @property
     def rows(self) -> tuple[str, ...]:
-        """The rows that fire."""
+        """The rows of the rule table that fire."""
         return (self.rule,) if self.alone else (self.rule, *RULES[self.rule].together_with)
 
     @property
@@ -72,9 +68,6 @@ class Latches:
     Attributes:
         bits: input word 0 without the motion bits.
         causes: for each error bit that is set, the id of the rule that set it.
-
-    Args:
-        events: receives each rule that fires.
     """
 
     def __init__(self, events: list[Event]) -> None:
@@ -116,12 +109,12 @@ class Latches:
         return bits
 
     def clear(self, bits: int) -> None:
-        """Clear bits, and forget what set them."""
+        """Clear bits and their causes."""
         self.bits &= ~bits
         for bit in _ERROR_MASKS:
             if bits & bit:
                 self.causes.pop(bit, None)
 
     def complete(self, bit: int) -> None:
-        """Show how a motion ended: at most one completion bit is set at a time."""
+        """Show the end of a motion: at most one completion bit is set at a time."""
         self.bits = self.bits & ~COMPLETION | bit

@@ -1,15 +1,15 @@
 """The simulated 3601 in its slot: time, the 250 µs scan, and the input image.
 
-The module's firmware looks at its words and inputs every 250 µs. Nothing is
-computed at ticks at which nothing can change; two sorts of instants count:
+The module's firmware reads its words and inputs every 250 µs. The model skips ticks
+at which nothing can change; two sorts of instants remain:
 
-* ticks: multiples of the module's scan at which the output words differ from
-  those acted on last, or an input's level has changed since the tick before;
+* ticks: multiples of the module's scan at which the output words differ from the
+  last processed ones, or an input's level has changed since the previous tick;
 * exact instants: the end of a motion, of each of its ramps, and of a scan whose
   encoder counts the operation uses.
 
-Between them only the position moves, and that is a formula. So the images do
-not depend on how often `update` is called, and a call costs as much after ten
+Between them only the position moves, by a formula. The images therefore do not
+depend on how often `update` is called, and a call costs as much after ten
 milliseconds as after a quarter of one.
 
     outputs in force  |<---- A ---->|<-------- B -------->|
@@ -53,22 +53,20 @@ FATAL_CLEARS = (
     | StatusMsw.ACCELERATING
     | StatusMsw.DECELERATING
 ).value
-"""What a fatal error clears; everything else stays as it was."""
+"""Bits that a fatal error clears; everything else stays."""
 
 
 class Amci3601:
-    """A simulated AMCI 3601 bolted to a simulated machine; satisfies `runtime.loop.module.Module`.
+    """A simulated AMCI 3601 with its simulated machine; satisfies `runtime.loop.module.Module`.
 
     Attributes:
-        trouble: the fault in which the module does not answer, if any; see `inject`.
-        indicators: the lights on its front.
-        events: what happened, in order of time; the caller empties it.
-        before_change: called before anything but `update` acts on it or its machine, or looks at it now.
+        trouble: the present fault without answers to the PLC, if any; see `inject`.
+        events: in order of time; the caller empties it.
+        before_change: called before any access to the module or its machine except `update`.
 
     Args:
         firmware: "2.0", "2.1", "2.2", "3.1" or "4.1", or a `Firmware`.
-        machine: what the motor turns and what the inputs are wired to; by default a machine
-            without switches.
+        machine: by default one without switches.
         options: model switches by name, see `Amci3601Options`.
         diagnostic_wiring: the step outputs are wired to the encoder inputs.
 
@@ -97,7 +95,7 @@ class Amci3601:
         self._image = Image()
         self._counting = False
         self._segment: Segment | None = None
-        self._steps = -1  # of the motion, as reported last
+        self._steps = -1  # of the motion, as last reported
         self.trouble: ModuleFault | None = None
         self.indicators = UNPOWERED
         self._power_up()
@@ -107,9 +105,9 @@ class Amci3601:
         self.axis.advance(self._now_ns)
         self.layer = CommandLayer(self.axis, self.firmware, self.options, self.events, self._now_ns)
         self.layer.state.running = self._plc_running
-        self._acted_on: bytes | None = None  # the output words that the layer has seen
+        self._acted_on: bytes | None = None  # the output words that the layer has processed
         self._tick_due_ns = self._counts_due_ns = NEVER
-        self._due_ns = self._now_ns  # before this instant nothing changes but position and count
+        self._due_ns = self._now_ns  # only position and count change before this instant
         self._publish()
 
     # -- the contract -------------------------------------------------------------------------
@@ -133,7 +131,7 @@ class Amci3601:
             self.look_again()
 
     def power_cycle(self) -> None:
-        """Remove and restore power; the shaft stays where it is and the clock goes on."""
+        """Remove and restore power; shaft and clock continue."""
         self.before_change()
         self._fall_silent()
         self.trouble = None
@@ -145,7 +143,7 @@ class Amci3601:
         return self.machine
 
     def figures(self) -> tuple[int, int, int]:
-        """Return what the machine shows at the last `update`, see `Figured`."""
+        """Return shaft position, encoder counts and energised inputs at the last `update`."""
         self.before_change()
         machine = self.machine_at(self._now_ns)
         return machine.shaft, machine.encoder_counts(self._now_ns), machine.shown
@@ -157,11 +155,11 @@ class Amci3601:
 
     @property
     def under_way(self) -> str | None:
-        """The kind of the motion that runs, None while there is none."""
+        """The kind of the running motion, or None."""
         return self.layer.under_way
 
     def inject(self, trouble: ModuleFault | None) -> None:
-        """Put the module into a fault from the last `update` on; None ends it.
+        """Inject a fault from the last `update` on; None ends it.
 
         Raises:
             ValueError: None after a fatal error, which only `power_cycle` ends.
@@ -186,7 +184,7 @@ class Amci3601:
         self.layer.operation = None
 
     def operate(self, bit: InputBit, energised: bool | None) -> None:
-        """Act on an input of the machine from the last `update` on, see `Machine.operate`."""
+        """Operate an input of the machine from the last `update` on, see `Machine.operate`."""
         self.before_change()
         self.machine.operate(bit, energised, self._now_ns)
         self.look_again()
@@ -197,7 +195,7 @@ class Amci3601:
         self._tick_due_ns = self._tick_at_or_after(self._now_ns)
         self._due_ns = 0
 
-    # -- ahead --------------------------------------------------------------------------------
+    # -- prediction ---------------------------------------------------------------------------
 
     def calm_until_ns(self, outputs: Image) -> int:
         """Return the instant before which only position and count change; see `Foreseeing`."""
@@ -228,7 +226,7 @@ class Amci3601:
     # -- time ---------------------------------------------------------------------------------
 
     def _work(self, now_ns: int, outputs: Image) -> None:
-        """Bring module and image up to `now_ns`."""
+        """Advance module and image to `now_ns`."""
         if self.trouble in (ModuleFault.REMOVED, ModuleFault.FATAL_ERROR):
             self.axis.advance(now_ns)
         else:
@@ -237,10 +235,10 @@ class Amci3601:
         self._foresee()
 
     def _go_through(self, now_ns: int, outputs: Image) -> None:
-        """Go through every instant up to `now_ns` at which something happens.
+        """Process every instant up to `now_ns` at which something happens.
 
-        A tick at `now_ns` itself belongs to the next call, whose words it sees; a
-        motion's or a scan's end at `now_ns` belongs to this one.
+        A tick at `now_ns` itself belongs to the next call, whose words it sees; the end of a
+        motion or scan at `now_ns` belongs to this one.
         """
         words_due = NEVER
         if outputs.raw.tobytes() != self._acted_on:
@@ -277,13 +275,13 @@ class Amci3601:
             self.layer.enter_run_mode()
 
     def _pass_change(self, now_ns: int) -> None:
-        """A ramp or the motion ends here; after a motion comes a tick, since more is possible then."""
+        """End a ramp or a motion here; a tick follows a motion, since more is possible then."""
         if self.axis.advance(now_ns):
             self.layer.settle(now_ns)
             self._tick_due_ns = self._tick_at_or_after(now_ns)
 
     def _pass_counts(self, now_ns: int) -> None:
-        """Act on the encoder counts of a scan that ends here; a new course expects other inputs."""
+        """Process the encoder counts of a scan that ends here; a new course expects other inputs."""
         self._counts_due_ns = NEVER
         self.axis.advance(now_ns)
         course = self.axis.motion
@@ -292,7 +290,7 @@ class Amci3601:
             self._tick_due_ns = now_ns
 
     def _next_tick(self, tick_ns: int) -> int:
-        """Return the next tick at which inputs will have changed or an operation wants to look."""
+        """Return the next tick with changed inputs or a request of an operation."""
         instant, wake = self.axis.next_input_ns(), self.layer.next_wake_ns(tick_ns)
         if wake is not None:
             instant = min(instant, wake)
@@ -302,7 +300,7 @@ class Amci3601:
         return -(-instant_ns // self._tick_ns) * self._tick_ns
 
     def _foresee(self) -> None:
-        """Note until when only the position can change."""
+        """Compute until when only the position can change."""
         due_ns = min(self._tick_due_ns + 1, self._counts_due_ns, self.axis.next_change_ns())
         self._due_ns = due_ns if self.trouble is None else 0
         live = not self.layer.state.in_configuration_mode

@@ -1,11 +1,11 @@
-"""What a motion does when something interferes: the base of all operations, and their host.
+"""The base of all operations: a motion's reaction to every interference; and the operations' host.
 
-An operation is one motion from its acceptance to its end. Each kind answers
-the same few questions in its own file, which together are the manual's tables
-of what Hold, the external input and the end limits do to which move.
+An operation is one motion from its acceptance to its end. Each kind answers the same few
+questions in its own file; together they are the manual's tables of the effects of Hold,
+external input and end limits on each move.
 
-Operations know the `Host` below and the state; the command layer, which is the
-host, knows operations.
+Operations know the `Host` below and the state; the command layer is the host and knows
+operations.
 """
 
 from __future__ import annotations
@@ -48,13 +48,10 @@ def limit_in(host: Host, direction: int) -> bool:
 
 
 class Host(Protocol):
-    """What runs operations.
+    """The command layer, as operations see it.
 
     Attributes:
-        axis: makes the steps.
         firmware: decides which functions exist.
-        options: switches of the model.
-        operation: the motion that runs.
     """
 
     axis: Axis
@@ -65,7 +62,7 @@ class Host(Protocol):
 
     @property
     def busy(self) -> bool:
-        """Whether a move is under way that a new one has to wait for."""
+        """Whether a move is in progress that a new one has to wait for."""
 
     def fire(self, now_ns: int, rule_id: str, *, alone: bool = False) -> None:
         """Set the bits of a broken rule."""
@@ -74,16 +71,16 @@ class Host(Protocol):
         """Set the bits of all rules that one command breaks (reading A-110)."""
 
     def refuse(self, now_ns: int, refusal: Refusal) -> None:
-        """Show what the axis can't do."""
+        """Report a refusal of the axis."""
 
     def unable(self, now_ns: int, feature: Feature, command: CommandWords, distance: int = 0) -> bool:
-        """Refuse what the axis can't do, and return True; ask after the manual's own rules."""
+        """Refuse a function that the axis lacks, and return True; call it after the manual's own rules."""
 
     def accept(self, operation: Operation) -> None:
-        """Make `operation` the one that runs."""
+        """Start `operation` as the running one."""
 
     def complete(self, now_ns: int) -> None:
-        """End the running operation successfully, unless an error arose meanwhile (reading A-27)."""
+        """End the running operation successfully, unless an error has occurred meanwhile (reading A-27)."""
 
     def finish(self, now_ns: int, completion: int, how: str) -> None:
         """End the running operation with a completion bit, or 0."""
@@ -95,17 +92,15 @@ class Host(Protocol):
         """End a search for home that end limits have stopped."""
 
     def settle(self, now_ns: int) -> None:
-        """Finish an operation that has come to its end."""
+        """Finish an operation whose motion has ended."""
 
 
 class Operation:
     """One motion, from acceptance to end.
 
     Attributes:
-        name: for events and people.
-        limits: which end limits stop it.
-        status_lsw: bits of status word LSW that show as long as it runs.
-        busy: whether a new move has to wait for it.
+        limits: the end limits that stop it.
+        status_lsw: bits of status word LSW while it runs.
         shown_direction: direction of the motion bits while the axis runs no motion of its own.
         shown_ramp: the same for the ramp bits.
     """
@@ -134,42 +129,42 @@ class Operation:
         return not self.axis.moving
 
     def on_hold(self, now_ns: int) -> None:
-        """Hold was commanded; refused unless the operation can be held [chapter 6, Command Error 7]."""
+        """Refuse Hold, unless the operation can be held [chapter 6, Command Error 7]."""
         self.host.fire(now_ns, "CMD-07")
 
     def on_forfeit(self) -> None:
-        """A command or an error has come: a held move can't be resumed any more."""
+        """React to a command or an error: a held move can no longer be resumed."""
 
     def on_many_bits(self, now_ns: int) -> None:
-        """More than one command bit is set; a running move goes on (reading A-33)."""
+        """React to more than one command bit; a running move continues (reading A-33)."""
 
     def on_external(self, now_ns: int) -> None:
-        """The external input is active; ignored unless the operation obeys it."""
+        """React to the active external input; ignored by default."""
 
     def on_words(self, now_ns: int, command: CommandWords) -> None:
-        """The output image has changed while this operation runs."""
+        """React to a change of the output image."""
 
     def on_tick(self, now_ns: int, command: CommandWords) -> None:
-        """Check levels at a tick while this operation runs."""
+        """Check levels at a tick."""
 
     def on_counts(self, now_ns: int, command: CommandWords) -> None:
-        """Act on the encoder counts of a scan at its end, under the words of that scan."""
+        """Process the encoder counts of a scan at its end, under the words of that scan."""
 
     def on_release(self, now_ns: int) -> None:
-        """All command bits count as 0, since configuration mode is requested (reading A-10)."""
+        """React to a request for configuration mode: all command bits count as 0 (reading A-10)."""
 
     def next_wake_ns(self, now_ns: int) -> int | None:
-        """Return when this operation wants a tick though nothing else happens; None = never."""
+        """Return the instant of a tick that this operation needs without other events, or None."""
         return None
 
     def wants_counts(self, *, turning: bool) -> bool:
-        """Return whether `on_counts` is wanted at the end of the scan that begins now.
+        """Return whether `on_counts` is required at the end of the scan that begins now.
 
         Args:
-            turning: the encoder is turned by hand in it.
+            turning: the encoder is turned by hand during the scan.
         """
         return False
 
     def on_end(self, now_ns: int) -> None:
-        """The motion has come to its end by itself."""
+        """React to the regular end of the motion."""
         raise NotImplementedError

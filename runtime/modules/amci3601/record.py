@@ -1,4 +1,4 @@
-"""The simulated AMCI 3601 as the registry knows it."""
+"""The registry record of the simulated AMCI 3601."""
 
 from __future__ import annotations
 
@@ -10,11 +10,10 @@ from ..record import ModuleRecord, Options, Trait
 
 
 def make(firmware: str, machine: MachineSpec, seed: int, options: Options, wiring: str | None) -> Module:
-    """Make a simulated 3601 bolted to a machine.
+    """Make a simulated 3601 with a machine.
 
     Args:
-        machine: what the machine consists of.
-        seed: of what is left to chance in the machine.
+        seed: of the machine's random numbers.
         options: model switches by name.
         wiring: "diagnostic" for step outputs wired to the encoder inputs.
 
@@ -27,7 +26,7 @@ def make(firmware: str, machine: MachineSpec, seed: int, options: Options, wirin
 
 
 def check_controller(firmware: str, controller: str) -> None:
-    """Refuse a version that does not run behind a controller, with a ValueError.
+    """Raise ValueError for a version that does not run behind a controller.
 
     A 3601 needs firmware 2.2 behind a MicroLogix 1500 [chapter 1, MicroLogix 1500 Configuration].
     """

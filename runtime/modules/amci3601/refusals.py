@@ -1,9 +1,9 @@
-"""Why a command is refused: for each command, the rules that it can break.
+"""Refusals of commands: for each command, the rules that it can break.
 
 Every broken rule sets its bits; no row hides another [chapter 6, the lists of
 Status & Error Bit Functions; reading A-110]. Each row names the rule of the
 manual and the predicate that is true when the rule is broken. The order
-shows in the event log only: busy axis, parameter ranges, rules of the command,
+affects the event log only: busy axis, parameter ranges, rules of the command,
 inputs that block motion [readings A-16, A-17].
 """
 
@@ -32,8 +32,7 @@ class RefusalRule(NamedTuple):
     """One reason to refuse a command.
 
     Attributes:
-        rule: the rule of the manual; what it sets is in its row of `RULES`.
-        broken: whether a command breaks it.
+        rule: the rule of the manual; its row of `RULES` has its bits.
         alone: the rule fires without the rows that usually share its cause.
     """
 
@@ -63,7 +62,7 @@ def busy(host: Host, command: CommandWords) -> bool:
 
 
 def external_still_on(host: Host, command: CommandWords) -> bool:
-    """Whether the external input that has held a move is still on, and that forbids a new one (A-47)."""
+    """Whether the external input that held a move is still on and forbids a new one (A-47)."""
     return (
         host.state.held_by_external
         and host.state.external_active
@@ -104,8 +103,8 @@ def estop_active(host: Host, command: CommandWords) -> bool:
 def any_limit_active(host: Host, command: CommandWords) -> bool:
     """Whether either end limit is active while the axis is at rest, so that no move can begin (A-17).
 
-    A move under way deals with limits itself. A limit that is also the home switch
-    counts only where it is in the way.
+    A running move handles limits itself. A limit that is also the home switch
+    counts only in its own direction.
     """
     if host.busy:
         return False
@@ -135,12 +134,12 @@ def not_held(host: Host, command: CommandWords) -> bool:
 
 
 def target_given_to_old_firmware(host: Host, command: CommandWords) -> bool:
-    """Whether a manual move carries target data that this firmware has no use for."""
+    """Whether a manual move has target data on a firmware without registration."""
     return not host.firmware.registration and command.target_words != (0, 0)
 
 
 def manual_parameters_illegal(host: Host, command: CommandWords) -> bool:
-    """Whether a manual speed is illegal, or rates that will be used are out of range.
+    """Whether a manual speed is illegal, or rates in use are out of range.
 
     Speed 0 is a one-shot; up to the starting speed the rates are not checked
     (readings A-44, A-81).
@@ -187,7 +186,7 @@ def target_negative(host: Host, command: CommandWords) -> bool:
 
 
 def too_short_to_stop(host: Host, command: CommandWords) -> bool:
-    """Whether a registration distance is less than the deceleration needs, as far as both are values."""
+    """Whether a registration distance is shorter than its deceleration, if both are values."""
     target, speed, deceleration = (
         command.parameters.target,
         command.parameters.speed,
@@ -250,7 +249,7 @@ def other_than_manual(host: Host, command: CommandWords) -> bool:
 
 
 def ratio_illegal(host: Host, command: CommandWords) -> bool:
-    """Whether multiplier or divisor is outside 1 to 32,767, the greatest signed word."""
+    """Whether multiplier or divisor is outside 1 to 32,767."""
     return command.words[2] < 1 or command.words[3] < 1
 
 
@@ -368,7 +367,7 @@ FOLLOWER_WORDS: Refusals = (
     RefusalRule("CMD-36", s_curve_selected),
     RefusalRule("FOL-02", follower_rates_illegal),  # no outcome is stated (A-103)
 )
-"""Checked as long as encoder follower mode is on."""
+"""Checks while encoder follower mode is on."""
 
 FOLLOWER: Refusals = (RefusalRule("CMD-30", busy), *FOLLOWER_WORDS, *BLOCKED_BY_INPUTS)
 
@@ -382,14 +381,14 @@ _OF_BIT: dict[int, Refusals] = {
     CommandMsw.RUN_BLEND_CW.value: RUN_BLEND,
     CommandMsw.RUN_BLEND_CCW.value: RUN_BLEND,
 }
-"""Commands whose rules depend on nothing else; Hold and Immediate Stop are never refused by their words."""
+"""Commands with fixed rules; Hold and Immediate Stop are never refused by their words."""
 
 
 def refused(host: Host, now_ns: int, command: CommandWords, reasons: Refusals | None = None) -> bool:
     """Fire every broken rule, and return whether there is one.
 
     Args:
-        reasons: the rules to look at; None = those of the single command bit.
+        reasons: the rules to check; None = those of the single command bit.
     """
     faults = faults_of(host, command, refusals_of(host, command) if reasons is None else reasons)
     host.fire_all(now_ns, faults)
@@ -402,7 +401,7 @@ def faults_of(host: Host, command: CommandWords, reasons: Refusals) -> list[Faul
 
 
 def faults_of_several(host: Host, command: CommandWords, edges: int) -> list[Fault]:
-    """Return what several command bits break: that, and what each new command breaks by itself (A-110)."""
+    """Return the faults of several command bits: their number, and those of each new command (A-110)."""
     faults = [Fault("CMD-02")]
     for bit in (1 << at for at in range(edges.bit_length()) if edges >> at & 1):
         single = command.single(bit)
@@ -422,5 +421,5 @@ def refusals_of(host: Host, command: CommandWords) -> Refusals:
 
 
 def registers(host: Host, command: CommandWords) -> bool:
-    """Whether a manual move is a registration move: it has a target, and the firmware knows them."""
+    """Whether a manual move is a registration move: it has a target, and the firmware supports it."""
     return host.firmware.registration and target_not_zero(host, command)

@@ -1,4 +1,4 @@
-"""Write the input image from the state of the command layer [chapter 3, Input Data; chapter 6]."""
+"""Writes the input image from the state of the command layer [chapter 3, Input Data; chapter 6]."""
 
 from __future__ import annotations
 
@@ -18,12 +18,7 @@ HOME_PROX_ECHO = StatusLsw.HOME_PROX_ECHO.value
 
 
 def report(host: Host, words: memoryview[int]) -> None:
-    """Write the eight input words.
-
-    Args:
-        host: the command layer; its axis has been advanced to the present instant.
-        words: the image to write.
-    """
+    """Write the eight input words; the host's axis has been advanced to the present instant."""
     state = host.state
     if state.in_configuration_mode:
         live = state.latches.bits & (MODE_CONFIG | CONFIG_ERROR | MODULE_OK)

@@ -1,4 +1,4 @@
-"""What a 3601 remembers from one tick to the next.
+"""The memory of a 3601 from one tick to the next.
 
 Operations and commands change the state; this file knows none of them.
 """
@@ -21,7 +21,7 @@ NO_COMMAND = CommandWords((0,) * 8)
 
 @dataclass(frozen=True, slots=True)
 class Held:
-    """What Resume needs: the target of the held move, in steps as the module counts them."""
+    """A held move: its name, and its target in steps as the module counts them."""
 
     target: int
     name: str
@@ -29,21 +29,20 @@ class Held:
 
 @dataclass(slots=True)
 class ModuleState:
-    """Memory of a 3601: modes, stored programs, inputs as sampled, words as obeyed.
+    """Memory of a 3601: modes, stored programs, sampled inputs, obeyed words.
 
     Attributes:
-        latches: status bits that stay.
-        configuration: the accepted configuration; None before there is one.
+        latches: latched status bits.
+        configuration: the accepted configuration, or None.
         mirror: the words that configuration mode echoes.
-        command: the output words acted on last.
+        command: the last processed output words.
         running: whether the PLC is in run mode.
-        held: what Resume continues; None after a command or an error in between.
+        held: the move that Resume continues; None after a command or an error in between.
         held_by_external: whether the external input has held the last move.
-        error_since_start: whether a command error arose since the last move was accepted.
-        blend: the stored blend profile.
-        blending: the blend profile that is being programmed.
-        minimum_registration: steps that a registration move makes before its input counts.
-        active: inputs that are active, as a mask of `InputBit`.
+        error_since_start: whether a command error occurred since the last move was accepted.
+        blending: the blend profile in programming.
+        minimum_registration: steps of a registration move before its input counts.
+        active: active inputs, as a mask of `InputBit`.
         risen: inputs that became active at this tick.
         reported_inputs: inputs that the image shows as active.
     """
@@ -90,41 +89,41 @@ class ModuleState:
         return bool(self.command.lsw & PROXIMITY) and not self.command.configures
 
     def hold(self, held: Held | None, *, by_external: bool) -> None:
-        """Keep what Resume continues."""
+        """Store the move that Resume continues."""
         self.held = held
         self.held_by_external = by_external
 
     def begin_move(self) -> None:
-        """Forget what concerns the move before."""
+        """Reset the state of the previous move."""
         self.held = None
         self.error_since_start = False
         self.held_by_external = False
 
     def store_minimum(self, distance: int) -> None:
-        """Store the minimum registration distance; Resume has to be the first command (reading A-83)."""
+        """Store the minimum registration distance; Resume must be the first command (reading A-83)."""
         self.minimum_registration = distance
         self.held = None
 
     def begin_blend(self) -> BlendSession:
-        """Start the programming of a blend profile; Resume has to be the first command (reading A-83)."""
+        """Start to program a blend profile; Resume must be the first command (reading A-83)."""
         self.blend = self.held = None
         self.blending = BlendSession()
         return self.blending
 
     def end_blend(self) -> None:
-        """Store the blend profile that has been programmed, if it is complete and good."""
+        """Store a complete and good blend profile."""
         if self.blending is not None:
             self.blend = self.blending.program()
             self.blending = None
 
     def enter_configuration_mode(self) -> None:
-        """Drop a held move and a blend session; a refused request ends here, too (reading A-101)."""
+        """Drop a held move and a blend session, even if the request is refused (reading A-101)."""
         self.held = None
         self.blending = None
         self.latches.clear(COMMAND_ERROR)
         self.latches.bits |= MODE_CONFIG
 
     def erase_programs(self) -> None:
-        """Erase what programming the configuration erases [chapter 4]."""
+        """Erase the programs that a new configuration invalidates [chapter 4]."""
         self.blend = None
         self.minimum_registration = 0

@@ -1,10 +1,10 @@
-"""The simulated axis: steps made in closed form, and a machine that they move.
+"""The simulated axis: steps in closed form, and a machine that they move.
 
 The generator holds at most one motion (a piecewise polynomial of time) and
-never loops over steps: it tells when it changes next, and where the
-axis is at any instant.
+never loops over steps: it gives the instant of its next change, and the position
+at any instant.
 
-The machine keeps its own, true position. It is brought up to date whenever the
+The machine keeps its own, true position. It is updated whenever the
 generator is advanced, so that switches and encoder follow the shaft and not
 the module's count.
 """
@@ -38,7 +38,6 @@ class StepGenerator:
     """An `Axis` whose steps are computed and whose motor turns a `Machine`.
 
     Args:
-        machine: what the motor is coupled to.
         diagnostic_wiring: the step outputs are wired to the encoder inputs
             [chapter 1, Diagnostic Feedback Wiring].
     """
@@ -53,7 +52,7 @@ class StepGenerator:
         self._diagnostic_wiring = diagnostic_wiring
         self._configuration: Configuration | None = None
         self._start_sps = 1
-        self._steps_made = 0  # of the present motion, as far as the machine knows
+        self._steps_made = 0  # of the present motion, as reported to the machine
         self.now_ns = 0
         self._encoder_offset = 0
         self._encoder_held = 0
@@ -96,14 +95,14 @@ class StepGenerator:
 
     @property
     def _counts_itself(self) -> bool:
-        """Whether the step outputs, and not the shaft, give the counts."""
+        """Whether the step outputs, instead of the shaft, give the counts."""
         configuration = self._configuration
         return configuration is not None and configuration.diagnostic_feedback and self._diagnostic_wiring
 
     # -- time ---------------------------------------------------------------------------------
 
     def advance(self, now_ns: int) -> bool:
-        """Bring count, machine and segment up to `now_ns`; return whether the motion ended by then."""
+        """Advance count, machine and segment to `now_ns`; return whether the motion has ended."""
         self._look_for_markers(now_ns)
         self.now_ns = now_ns
         motion = self.motion
@@ -128,7 +127,7 @@ class StepGenerator:
             self.position = motion.origin + motion.direction * steps
 
     def _look_for_markers(self, now_ns: int) -> None:
-        """Notice marker pulses by hand; those of the shaft are noticed as it turns."""
+        """Detect marker pulses by hand; those of the shaft are detected as it turns."""
         if self._marker_watched and not self.marker_seen:
             pulse_ns = self.machine.next_marker_ns(self.now_ns)
             self.marker_seen = pulse_ns is not None and pulse_ns <= now_ns
@@ -142,7 +141,7 @@ class StepGenerator:
         self.machine.rest(now_ns)
 
     def next_change_ns(self) -> int:
-        """Instant of the next change of the ramp state or of the motion's end; NEVER if there is none."""
+        """Instant of the next change of the ramp state or of the motion's end, or NEVER."""
         return NEVER if self.segment is None else self.segment.until_ns
 
     def next_input_ns(self) -> int:
@@ -162,13 +161,13 @@ class StepGenerator:
         return min((instant for instant in instants if instant is not None), default=NEVER)
 
     def _when_made(self, steps: int | None) -> int | None:
-        """Instant at which `steps` more steps are made."""
+        """Return the instant at which `steps` more steps are made."""
         if steps is None or self.motion is None or steps <= 0:
             return None
         return self.motion.instant_of(self._steps_made + steps)
 
     def _when_counted(self, counts: int, direction: int) -> list[int | None]:
-        """Return the instants at which the encoder reaches `counts`, or at which to check again."""
+        """Return the instants at which the encoder reaches `counts`, or must be checked again."""
         source = counts - self._encoder_offset
         if (self._source_counts() - source) * direction >= 0:
             return []
@@ -179,25 +178,22 @@ class StepGenerator:
         return [self._when_made(self.machine.steps_to_counts(sense, source, self.now_ns))]
 
     def watch_steps(self, steps: int) -> None:
-        """Ask for a tick when the motion has made `steps` steps."""
+        """Request a tick when the motion has made `steps` steps."""
         self._watched_steps = steps
 
     def watch_counts(self, counts: int, direction: int) -> None:
-        """Ask for a tick when the encoder has come to `counts`, or past it in `direction`."""
+        """Request a tick when the encoder has reached `counts`, or passed it in `direction`."""
         self._watched_counts = counts, direction
 
     def watch_marker(self) -> None:
-        """Ask for a tick at the next marker pulse, and forget earlier ones."""
+        """Request a tick at the next marker pulse; ignore earlier ones."""
         self._marker_watched = True
         self.marker_seen = False
 
-    # -- ahead --------------------------------------------------------------------------------
+    # -- prediction ---------------------------------------------------------------------------
 
     def counts_calm_until_ns(self) -> int:
-        """Return the instant before which the counts follow the motor one to one; 0 if they don't.
-
-        The generator has been advanced to the present.
-        """
+        """Return the instant before which the counts follow the motor one to one; 0 if they don't."""
         if self._counts_itself:
             return NEVER
         if self.machine.turning(self.now_ns):
@@ -250,7 +246,7 @@ class StepGenerator:
     # -- commands -----------------------------------------------------------------------------
 
     def configure(self, configuration: Configuration | None) -> None:
-        """Take over an accepted configuration; the encoder goes on from its last count."""
+        """Adopt an accepted configuration; the encoder continues from its last count."""
         self._encoder_held = self.encoder if self.counting else self._encoder_held
         self._configuration = configuration
         if configuration is not None:
@@ -272,7 +268,7 @@ class StepGenerator:
         self.machine.rest(now_ns)
 
     def run(self, now_ns: int, direction: int, profile: Profile, registration: int | None = None) -> None:
-        """Start a motion that lasts until it is stopped; `registration` makes no difference."""
+        """Start a motion that lasts until it is stopped; `registration` has no effect."""
         self._begin(plan_run(now_ns, self.position, direction, profile))
 
     def _begin(self, motion: Motion) -> None:
@@ -282,7 +278,7 @@ class StepGenerator:
         self.segment = motion.segment_at(motion.start_ns)
 
     def home(self, now_ns: int, direction: int, profile: Profile) -> None:
-        """Refuse: the generator makes steps only; the command layer finds home."""
+        """Raise: the generator only makes steps; the command layer finds home."""
         raise NotImplementedError
 
     def change_speed(self, now_ns: int, profile: Profile) -> None:
@@ -327,7 +323,7 @@ class StepGenerator:
     def stop(self, now_ns: int, deceleration_spmss: Rate, shape: Shape) -> None:
         """Begin a controlled stop on a whole step.
 
-        A motion on its last ramp goes on with it, unless another ends sooner; any other begins to
+        A motion on its last ramp continues with it, unless another ramp ends sooner; any other begins to
         brake now, even if that takes more steps than it had left (reading A-111).
         """
         if self.motion is None:
@@ -339,7 +335,7 @@ class StepGenerator:
             self._replace(now_ns, stopped)
 
     def steps_to_stop(self, now_ns: int, deceleration_spmss: Rate, shape: Shape) -> int:
-        """Steps that a controlled stop beginning now would still make."""
+        """Return the steps that a controlled stop beginning now would still make."""
         if self.motion is None:
             return 0
         stopped = plan_stop(self.motion, now_ns, self._start_sps, deceleration_spmss, shape)
@@ -347,7 +343,7 @@ class StepGenerator:
         return stopped.final_steps - self._steps_made
 
     def _replace(self, now_ns: int, motion: Motion) -> None:
-        """Go on with another plan of the same motion, whose step count continues."""
+        """Continue with another plan of the same motion, whose step count continues."""
         self.motion = motion
         if motion.end_ns is not None and now_ns >= motion.end_ns:
             self._end(now_ns)
@@ -360,14 +356,14 @@ class StepGenerator:
             self._end(now_ns)
 
     def preset_position(self, value: int) -> None:
-        """Let the present position be `value`; the encoder or diagnostic count is not touched."""
+        """Set the present position to `value`; the encoder or diagnostic count is not changed."""
         count = self.encoder
         self.position = value
         self.preset_encoder(count)
 
     def preset_encoder(self, value: int) -> None:
-        """Let the present encoder count be `value`."""
+        """Set the present encoder count to `value`."""
         self._encoder_offset = value - self._source_counts()
 
     def reset_errors(self) -> None:
-        """Do nothing: a step generator shows no errors."""
+        """Do nothing: a step generator has no errors."""

@@ -22,7 +22,7 @@ FULL_RAW = 32_767
 """Raw number at the end of a range, of a card that converts 16 bits."""
 
 STEPS_12 = 4095
-"""Steps of a 1762-OF4: 12 bits, in bits 3 to 14 of the word; bits 0 to 2 do not matter."""
+"""Steps of a 1762-OF4: 12 bits, in bits 3 to 14 of the word; bits 0 to 2 are ignored."""
 
 RAW_LANDMARKS = (0.0, 1.0, -1.0, 6241.0, 31_206.0, 32_767.0, -32_768.0)
 """Raw numbers for tests: 4 and 20 mA, and the ends of a word."""
@@ -32,15 +32,15 @@ PERCENT_FULL = 10_000
 THOUSANDTHS = 1000
 
 SIGNAL_MAX = 30
-"""Largest signal that a rack file may give, V or mA."""
+"""Largest signal in a rack file, V or mA."""
 
 
 @dataclass(frozen=True, slots=True)
 class SignalRange:
-    """A range that a channel is configured for.
+    """A range of a channel.
 
     Attributes:
-        name: as a rack file has it.
+        name: as in a rack file.
         unit: V or mA.
         low: lower end of the normal range.
         least: lowest signal that is converted.
@@ -118,18 +118,18 @@ FORMATS: Mapping[str, Convert] = {
     "pid": _pid,
     "percent": _percent,
 }
-"""How a signal becomes a number, by name: proportional, V or mA times 1000, 0 to 16,383, 0 to 10,000."""
+"""Data formats by name: proportional, V or mA times 1000, 0 to 16,383, 0 to 10,000."""
 
 FORMATS_12: Mapping[str, Convert] = {"raw": _raw_12, "pid": _pid_12}
-"""The same for a 1762-OF4: 0 to 32,760 and 0 to 16,380 at the end of the range."""
+"""Data formats of a 1762-OF4: 0 to 32,760 and 0 to 16,380 at the end of the range."""
 
 
 @dataclass(frozen=True, slots=True)
 class RangeBits:
-    """Where a card shows the range bits of a channel, in its input image.
+    """Places of a channel's range bits in a card's input image.
 
     Attributes:
-        status_word: word of the status bits; bit n is that of channel n.
+        status_word: word of the status bits; bit n belongs to channel n.
         word: word of the over- and under-range bits.
         over: the over-range bit of channel 0.
         step: from a channel's bit to the next one's.
@@ -147,17 +147,13 @@ class RangeBits:
 
 @dataclass(frozen=True, slots=True)
 class Channel:
-    """A channel with a range.
-
-    Attributes:
-        range: what it is configured for.
-    """
+    """A channel with a range."""
 
     range: SignalRange
     convert: Convert
 
     def word(self, signal: Fraction) -> int:
-        """Return the number for a signal, which is limited to what the card converts.
+        """Return the number for a signal, limited to the range that the card converts.
 
         >>> Channel(RANGES["4..20 mA"], FORMATS["raw"]).word(Fraction(20))
         31206
@@ -165,7 +161,7 @@ class Channel:
         return self.convert(min(max(signal, self.range.least), self.range.most), self.range)
 
     def limited(self, word: int) -> int:
-        """Return an output's number, limited to what the card converts."""
+        """Return an output's number, limited to the range that the card converts."""
         return min(max(word, self.word(self.range.least)), self.word(self.range.most))
 
     def signal_beyond(self, signal: Fraction) -> tuple[bool, bool]:

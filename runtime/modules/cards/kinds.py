@@ -17,19 +17,19 @@ from .analog import FORMATS, FORMATS_12, RANGES, Convert, RangeBits
 
 @dataclass(frozen=True, slots=True)
 class CardKind:
-    """What a card has.
+    """A row of the table.
 
     Attributes:
         inputs: number of its digital inputs.
         outputs: number of its digital outputs.
         channels_in: number of its analog inputs.
         channels_out: number of its analog outputs.
-        echo: the input image repeats the outputs that are in force (output data echo).
+        echo: the input image repeats the present outputs (output data echo).
         echo_at: of an analog card: the input word that repeats channel 0.
-        bits: of an analog card: where its range bits are.
-        ranges: of an analog card: names of the ranges of its channels.
+        bits: of an analog card: places of its range bits.
+        ranges: of an analog card: names of its channels' ranges.
         formats: of an analog card: its data formats.
-        ignored: of an analog card: low bits of an output word that it does not look at.
+        ignored: of an analog card: low bits of an output word that have no effect.
     """
 
     name: str
@@ -46,7 +46,7 @@ class CardKind:
 
     @property
     def analog(self) -> bool:
-        """Whether it has channels; no card has terminals, too."""
+        """Whether it has channels; such a card has no terminals."""
         return bool(self.channels_in or self.channels_out)
 
 

@@ -1,11 +1,11 @@
-"""A card in its slot: inputs follow what is wired to them at once, outputs follow the image.
+"""A card in its slot: inputs follow their wiring at once, outputs follow the image.
 
-scan n         the program reads the inputs as they were at the scan's instant
+scan n         the program reads the inputs at the scan's instant
 the program writes the output words; lamps show them until the next ones
 program mode   outputs are off
 
 A cam is a function of another slot's machine at the instant of `update`. The exchange advances that slot
-first, so the order of the slots does not matter.
+first, so the order of the slots has no effect.
 """
 
 from __future__ import annotations
@@ -36,12 +36,11 @@ Contact = Callable[[int], bool]
 
 
 class Change(NamedTuple):
-    """An input changes.
+    """A change of an input.
 
     Attributes:
-        input: which, by its name.
         acted_on: of a contact: True = operated from then on, False = released.
-        value: of an analog input: what is at it from then on.
+        value: of an analog input: its value from then on.
     """
 
     at_ns: int
@@ -51,14 +50,11 @@ class Change(NamedTuple):
 
 
 class GenericCard(Module):
-    """A card with its power on, at t = 0.
+    """A card at power-up, at t = 0.
 
     Attributes:
         kind: its row of the table.
         lit: mask of the digital outputs that are on.
-
-    Args:
-        kind: its row of the table.
 
     Raises:
         ValueError: the kind of card lacks a terminal of the wiring.
@@ -89,10 +85,10 @@ class GenericCard(Module):
         return self.options.follows
 
     def join(self, modules: Mapping[int, Module]) -> None:
-        """Wire the cams to the machines of the modules that it follows, by slot number.
+        """Connect the cams to the machines of other modules, by slot number.
 
         Raises:
-            ValueError: there is no machine that can be seen in a slot.
+            ValueError: a slot without a readable machine.
         """
         self._cams = [(each.input, _contact(each, modules)) for each in self.options.cam]
         self._horizons = [_horizon(each, modules) for each in self.options.cam]
@@ -132,10 +128,10 @@ class GenericCard(Module):
 
     @override
     def power_cycle(self) -> None:
-        """Nothing is volatile: contacts keep their state, and the next image is the same."""
+        """Do nothing: contacts keep their state, and the next image is the same."""
 
     def set_input(self, name: str, energised: bool) -> None:
-        """Give a digital input a level from now on.
+        """Set a digital input from now on.
 
         Raises:
             ValueError: an unknown input, an analog one, or one that a cam operates.
@@ -153,13 +149,13 @@ class GenericCard(Module):
         self._levels = self._levels | 1 << place if energised else self._levels & ~(1 << place)
 
     def set_value(self, name: str, value: float | Decimal) -> None:
-        """Give an analog input a value from now on.
+        """Set an analog input from now on.
 
         Args:
             value: V or mA of a channel with a range, -30 to 30; else the raw number, -32,768 to 32,767.
 
         Raises:
-            ValueError: an unknown input, a digital one, or a value that is not allowed.
+            ValueError: an unknown input, a digital one, or an illegal value.
         """
         place = self._place(name)
         if not self.kind.analog:
@@ -173,7 +169,7 @@ class GenericCard(Module):
             self._image[place] = int(exact)
 
     def _take_signal(self, place: int, signal: Fraction) -> None:
-        """Show a signal at an input channel, and its range bits."""
+        """Convert a signal of an input channel, and set its range bits."""
         channel = self._channels[place]
         self._image[place] = channel.word(signal)
         self._show_range(place, *channel.signal_beyond(signal))
@@ -186,11 +182,11 @@ class GenericCard(Module):
         self._image.set_bit(bits.status_word, place, over or under)
 
     def _driving(self, outputs: Image) -> tuple[int, ...]:
-        """Return the words of the analog outputs that are in force; 0 while the PLC does not run."""
+        """Return the present words of the analog outputs; 0 while the PLC does not run."""
         return tuple(outputs[place] if self._runs else 0 for place in range(self.kind.channels_out))
 
     def _drive(self, driven: tuple[int, ...]) -> None:
-        """Put out values, and show what a card shows of them: range bits, and the echo."""
+        """Set the analog outputs, their range bits and the echo."""
         self._driven = driven
         for place, word in enumerate(driven):
             channel = self._channels.get(place)
@@ -248,7 +244,7 @@ def _changes(options: CardOptions) -> Iterator[Change]:
 
 
 def _contact(cam: Cam, modules: Mapping[int, Module]) -> Contact:
-    """Return the function that says whether a cam is operated."""
+    """Return the function that evaluates a cam."""
     stepper = modules.get(cam.slot)
     if not isinstance(stepper, Bolted):
         raise ValueError(f"cam {cam.input}: slot {cam.slot} has no machine that can be seen")
@@ -256,7 +252,7 @@ def _contact(cam: Cam, modules: Mapping[int, Module]) -> Contact:
 
 
 def _horizon(cam: Cam, modules: Mapping[int, Module]) -> Callable[[], int]:
-    """Return the function that says until when a cam keeps its state; 0 where its module can't tell."""
+    """Return the function that predicts until when a cam keeps its state; 0 where its module can't."""
     stepper = modules[cam.slot]
     if not isinstance(stepper, BoltedAhead):
         return lambda: 0

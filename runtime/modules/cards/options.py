@@ -50,11 +50,10 @@ class Press(_Row):
     """An input is operated, or an analog input gets a value.
 
     Attributes:
-        at_ms: when, ms since power-up; or `at_s`.
-        input: which, by its name.
-        for_ms: how long, ms; or `for_s`. Left out = it stays operated.
-        value: of an analog input: what is at the channel from then on: V or mA where `ranges` names it,
-            else the raw number that it shows.
+        at_ms: ms since power-up; or `at_s`.
+        for_ms: duration, ms; or `for_s`. Left out = it stays operated.
+        value: of an analog input: its value from then on, V or mA where `ranges` names it, else the raw
+            number.
     """
 
     at_ms: Milliseconds | None = None
@@ -66,12 +65,12 @@ class Press(_Row):
 
     @property
     def begin_ns(self) -> int:
-        """When it begins, ns since power-up."""
+        """Begin, ns since power-up."""
         return _ns(self.at_ms, self.at_s) or 0
 
     @property
     def end_ns(self) -> int | None:
-        """When it ends, ns since power-up; None = never."""
+        """End, ns since power-up; None = never."""
         length_ns = _ns(self.for_ms, self.for_s)
         return None if length_ns is None else self.begin_ns + length_ns
 
@@ -85,7 +84,7 @@ class Press(_Row):
 
 
 def _ns(ms: Decimal | None, s: Decimal | None) -> int | None:
-    """Return the time that is given in one of the two units, ns; None if neither is."""
+    """Convert the time given in one of the two units to ns; None without one."""
     return int(ms * 10**6) if ms is not None else int(s * 10**9) if s is not None else None
 
 
@@ -93,10 +92,9 @@ class Cam(_Row):
     """A contact that the machine of another slot's stepper operates.
 
     Attributes:
-        input: the card's input, by its name.
         first: lowest position of the shaft that operates it, steps; left out = no lower end.
         last: highest position, inclusive.
-        switch: instead of a range: the input of the stepper whose level it has, such as "home".
+        switch: instead of a range: the stepper's input whose level it follows, such as "home".
     """
 
     input: str
@@ -124,7 +122,7 @@ class CardOptions(Options):
         inputs: names of inputs by terminal, or of analog inputs by channel.
         outputs: names of outputs by terminal or channel.
         normally_closed: inputs whose contacts are closed at rest: acting on one de-energises it.
-        timeline: what happens to the inputs.
+        timeline: events of the inputs.
         cam: inputs that the machine of another slot operates.
         ranges: of an analog card: the range of a named channel, such as "4..20 mA"; with it the card
             converts, and shows over- and under-range.
@@ -163,7 +161,7 @@ class CardOptions(Options):
         return self
 
     def check(self, kind: CardKind) -> None:
-        """Refuse a wiring that a kind of card can't have.
+        """Refuse a wiring that does not fit a kind of card.
 
         Raises:
             ValueError: a terminal or channel that it lacks, or a contact on an analog one.
@@ -199,10 +197,10 @@ class CardOptions(Options):
                 raise ValueError(f"formats: {name!r}: a range of {self.ranges[name]} has no percent")
 
     def check_value(self, name: str, value: Decimal) -> None:
-        """Refuse a value that an analog input can't have.
+        """Refuse an illegal value of an analog input.
 
         Raises:
-            ValueError: a signal beyond 30 V or mA; of a channel without a range what is not a word.
+            ValueError: a signal beyond 30 V or mA; without a range, a number beyond a word.
         """
         if name in self.ranges:
             if abs(value) > SIGNAL_MAX:
@@ -250,7 +248,7 @@ class CardOptions(Options):
         }
 
     def words(self, kind: CardKind) -> ModuleWords:
-        """Names of the words and bits of a kind of card with this wiring."""
+        """Return the names of words and bits of a kind of card with this wiring."""
         words = _analog_words(kind, self) if kind.analog else _digital_words(kind, self)
         return replace(words, card=kind.name)
 
@@ -270,7 +268,7 @@ def _digital_words(kind: CardKind, options: CardOptions) -> ModuleWords:
 
 
 def _analog_words(kind: CardKind, options: CardOptions) -> ModuleWords:
-    """Name the channels as they are wired; the stem of the message types tells one wiring from another."""
+    """Name the channels by their wiring; the stem of the message types identifies the wiring."""
     named = [("I", options.inputs, kind.channels_in), ("O", options.outputs, kind.channels_out)]
     images: dict[str, tuple[str, ...]] = {}
     profile: dict[str, tuple[str, int]] = {}
@@ -300,7 +298,7 @@ def _range_bits(kind: CardKind, options: CardOptions) -> dict[str, BitPlace]:
 
 
 def _check_presses(timeline: Sequence[Press]) -> None:
-    """Refuse a press that begins while the input is still operated, and two values at one instant."""
+    """Refuse overlapping presses of an input, and two values at one instant."""
     last: dict[str, Press] = {}
     for press in sorted(timeline, key=lambda each: each.begin_ns):
         before = last.get(press.input)

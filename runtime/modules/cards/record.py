@@ -1,4 +1,4 @@
-"""The cards as the registry knows them: a record for every row of the table."""
+"""The registry records of the cards: one for every row of the table."""
 
 from __future__ import annotations
 
@@ -47,10 +47,10 @@ class CardView:
 def make(
     kind: CardKind, firmware: str, machine: MachineSpec, seed: int, options: Options, wiring: str | None
 ) -> Module:
-    """Make a card; it has neither machine nor wiring nor firmware, and nothing is left to chance.
+    """Make a card; it has no machine, wiring, firmware or random numbers.
 
     Raises:
-        ValueError: an option, or a machine or wiring.
+        ValueError: an illegal option, or a machine or wiring.
     """
     from .module import GenericCard
 

@@ -1,4 +1,4 @@
-"""Find Home where the axis does a part of the search itself, as a controller behind an adapter does.
+"""Find Home on an axis that does a part of the search itself, such as a controller behind an adapter.
 
 `homing` has the rest of the search; an axis selects one of these by its capabilities.
 """
@@ -30,7 +30,7 @@ class HomingByAxis(Homing):
     """A search by an axis that finds the home switch itself: it stops on leaving the switch.
 
     The command layer leaves a switch that is on at the start, at starting speed, and
-    turns the search round after the dwell on an end limit. With a limit on the
+    reverses the search after the dwell on an end limit. With a limit on the
     switch, or so near that the ramp down meets it, it leaves the switch and meets it
     again at starting speed.
     """
@@ -79,7 +79,7 @@ class HomingByAxis(Homing):
 
     @override
     def _met_a_limit(self, now_ns: int) -> bool:
-        """A limit that has stopped the axis on the very edge of the switch does so at home."""
+        """Handle a limit; one that stops the axis on the very edge of the switch does so at home."""
         on_the_edge = self.phase is Phase.CREEP and self._signal
         if on_the_edge and self.state.active & limit_of(self.direction):
             return False
@@ -94,12 +94,11 @@ class HomingOntoSwitch(Homing):
 
     @override
     def start(self, now_ns: int) -> None:
-        """Let the axis search."""
         self.axis.home(now_ns, self.direction, self.profile)
 
     @override
     def on_tick(self, now_ns: int, command: CommandWords) -> None:
-        """Look at the opposite limit, and whether the switch has been met when the axis stands still."""
+        """Check the opposite limit, and at rest whether the switch has been met."""
         host = self.host
         if host.state.risen & CW_LIMIT:
             host.abort_homing(now_ns, "HOM-05")
@@ -110,7 +109,7 @@ class HomingOntoSwitch(Homing):
 
 
 class HomingSlowedByProximity(Homing):
-    """A search by an axis that stops at the home switch itself, at full speed unless it was slowed down.
+    """A search by an axis that stops at the home switch itself, at full speed unless slowed down.
 
     The proximity slows it down. A switch that comes before the proximity stops it too hard for a home.
     """
@@ -134,7 +133,7 @@ class HomingSlowedByProximity(Homing):
 
     @override
     def _is_home(self, home_risen: bool) -> bool:
-        return False  # the axis stands still at home
+        return False  # the axis stands at home
 
     @override
     def _approach(self, now_ns: int, home_risen: bool) -> None:
@@ -163,4 +162,4 @@ HOMINGS: dict[AxisHoming, type[Homing]] = {
     AxisHoming.MEETS_SWITCH: HomingOntoSwitch,
     AxisHoming.MEETS_SWITCH_SLOWLY: HomingSlowedByProximity,
 }
-"""The search for home, by the part that the axis does itself."""
+"""The search for home, by the axis's own part of it."""

@@ -37,12 +37,7 @@ SHAPES = {
 
 
 class BlendBlock:
-    """One block of the handshake: words 2 to 7, and the session that they belong to.
-
-    Args:
-        host: the command layer, which shows faults.
-        session: takes what the block carries.
-    """
+    """One block of the handshake: words 2 to 7, and its session; the host reports faults."""
 
     def __init__(self, host: Host, session: BlendSession, now_ns: int, command: CommandWords) -> None:
         self.host = host
@@ -110,7 +105,7 @@ class BlendBlock:
             self._spoil("PRF-05")
 
     def _segment_faults(self) -> list[Fault]:
-        """Return every rule that the block breaks on its own (reading A-110)."""
+        """Return every rule that the block breaks by itself (reading A-110)."""
         command, segments = self.command, self.session.segments
         speed = command.parameters.speed
         length_msw, length_lsw = command.words[2], command.words[3]
@@ -144,7 +139,7 @@ class BlendRun(Operation):
         self.stopping = False
 
     def start(self, now_ns: int) -> None:
-        """Set the axis going."""
+        """Start the axis."""
         self.axis.blend(now_ns, self.direction, self.program)
 
     @override
@@ -153,7 +148,7 @@ class BlendRun(Operation):
         self.host.fire(now_ns, "CMD-19")
 
     def on_programming(self, now_ns: int) -> None:
-        """A new profile is sent meanwhile: stop with the final deceleration (reading A-62)."""
+        """React to a new profile: stop with the final deceleration (reading A-62)."""
         self.host.fire(now_ns, "CMD-18")
         if not self.stopping:
             self.stopping = True
@@ -161,7 +156,7 @@ class BlendRun(Operation):
 
     @override
     def on_end(self, now_ns: int) -> None:
-        """Show MOVE_COMPLETE and forgive a Hold; or show STOPPED after CMD-18."""
+        """Show MOVE_COMPLETE and clear the error of a Hold; or show STOPPED after CMD-18."""
         if self.stopping:
             self.host.finish(now_ns, STOPPED, "stopped by a new profile")
             return
@@ -197,7 +192,7 @@ def obey_programming(
 
 
 def _begin(host: Host, now_ns: int, command: CommandWords) -> None:
-    """The first block: programming starts unless a motion is under way."""
+    """Start the programming with the first block, unless a motion is in progress."""
     if isinstance(host.operation, BlendRun):
         host.state.blend = None
         host.operation.on_programming(now_ns)

@@ -1,4 +1,4 @@
-"""Encoder moves: run until the encoder has counted so far, then ramp down [chapter 4, Encoder Move].
+"""Encoder moves: run until the encoder reaches the target count, then ramp down [chapter 4, Encoder Move].
 
 The axis overshoots by design: the deceleration begins where a step move would
 have ended. Only the count, an input or Immediate Stop ends the motion: without a
@@ -32,7 +32,7 @@ class EncoderMove(Operation):
         self.stopped_by_input = False
 
     def start(self, now_ns: int) -> None:
-        """Set the axis going; with the external input active, for a single step."""
+        """Start the axis; with the external input active, for a single step."""
         axis = self.axis
         if axis.encoder == self.target:
             return
@@ -47,13 +47,13 @@ class EncoderMove(Operation):
     def on_tick(self, now_ns: int, command: CommandWords) -> None:
         """Compare the count, as long as the encoder bit stays set (reading A-52).
 
-        In the words that request configuration mode the bit is another one; the move completes.
+        In the words that request configuration mode the bit has another meaning; the move completes.
         """
         self.on_counts(now_ns, command)
 
     @override
     def wants_counts(self, *, turning: bool) -> bool:
-        """Counts that are given by hand act in the scan in which they come."""
+        """Return whether counts are turned by hand, which act in the scan in which they arrive."""
         return turning and not self.stopping
 
     @override
@@ -69,7 +69,7 @@ class EncoderMove(Operation):
 
     @override
     def on_hold(self, now_ns: int) -> None:
-        """Ignore Hold, or show an error by option [chapter 4; reading A-23]."""
+        """Ignore Hold, or report an error by option [chapter 4; reading A-23]."""
         if self.host.options.hold_error_in_encoder_move:
             super().on_hold(now_ns)
 

@@ -1,8 +1,8 @@
 """Encoder follower: steps = counts * multiplier / divisor, exactly [chapter 4, Encoder Follower].
 
-At the end of a scan its counts are owed as steps; a fraction of a step stays
+At the end of a scan its counts are added to the owed steps; fractions of a step stay
 owed. With rates of zero all owed steps are output at once (up to the module's
-1 MHz); otherwise the step rate ramps, limited by the steps that are owed:
+1 MHz); otherwise the step rate ramps, limited by the owed steps:
 
     v <= sqrt(2 * deceleration * owed)        so that it can stop on the last step
     v grows by no more than acceleration * tick
@@ -52,7 +52,7 @@ class EncoderFollower(Operation):
     @property
     @override
     def over(self) -> bool:
-        """The mode ends when it is left, not when the encoder rests."""
+        """Whether the mode has been left; a resting encoder does not end it."""
         return self.left
 
     # -- the words ----------------------------------------------------------------------------
@@ -86,7 +86,7 @@ class EncoderFollower(Operation):
 
     @override
     def on_release(self, now_ns: int) -> None:
-        """All bits count as 0: the mode is left."""
+        """Leave the mode: all bits count as 0."""
         self.left = True
 
     @override
@@ -98,17 +98,17 @@ class EncoderFollower(Operation):
 
     @override
     def next_wake_ns(self, now_ns: int) -> int | None:
-        """Wake at every tick, as long as a direction is selected."""
+        """Wake at every tick while a direction is selected."""
         return now_ns + 1 if self.sense else None
 
     @override
     def wants_counts(self, *, turning: bool) -> bool:
-        """Want counts at the end of every scan, as long as a direction is selected."""
+        """Request counts at the end of every scan while a direction is selected."""
         return self.sense != 0
 
     @override
     def on_counts(self, now_ns: int, command: CommandWords) -> None:
-        """Count, and make the steps of the scan that ends here."""
+        """Add the counts, and make the steps of the scan that ends here."""
         counts = self.axis.encoder
         fresh, self._last_count = counts - self._last_count, counts
         elapsed_ns, self._scan_began_ns = now_ns - self._scan_began_ns, now_ns
@@ -122,14 +122,14 @@ class EncoderFollower(Operation):
             self._owed -= steps * self._parts
 
     def _divide_by(self, divisor: int) -> None:
-        """Express the owed steps in parts that suit a new divisor, exactly."""
+        """Express the owed steps exactly in parts of a new divisor."""
         if divisor != self._divisor:
             owed = Fraction(self._owed, self._parts)
             self._divisor, self._parts = divisor, lcm(owed.denominator, divisor)
             self._owed = owed.numerator * (self._parts // owed.denominator)
 
     def _steps_of_scan(self, elapsed_ns: int, acceleration: int, deceleration: int) -> int:
-        """Whole steps to make now, CW positive."""
+        """Return the whole steps to make now, CW positive."""
         owed = _whole(self._owed, self._parts)
         if acceleration == 0 and deceleration == 0:
             self._speed_msps = self._phase = 0
@@ -150,7 +150,7 @@ class EncoderFollower(Operation):
         return steps
 
     def _ramp_speed(self, owed: int, elapsed_ns: int, acceleration: int, deceleration: int) -> None:
-        """Ramp the speed toward that of the owed steps, within the rates."""
+        """Ramp the speed towards that of the owed steps, within the rates."""
         wanted = self._allowed_speed(owed, deceleration)
         before = self._speed_msps
         growing = abs(wanted) > abs(before) and wanted * before >= 0

@@ -18,14 +18,14 @@ direction with DWELL. Limits, "becomes" for a change and "is" for a level:
 
     heading              limit of dir                   opposite limit
     dir                  is active: DWELL, then BACK    becomes active: HOM-05
-    -dir                 (it is being left)             becomes active: HOM-05
-    dir, turned round    is active: HOM-04              is active: HOM-04
-    -dir, turned round   (it is being left)             is active: HOM-04
+    -dir                 (the axis leaves it)           becomes active: HOM-05
+    dir, reversed        is active: HOM-04              is active: HOM-04
+    -dir, reversed       (the axis leaves it)           is active: HOM-04
 
-"Turned round" means by an end limit. The opposite limit counts by its change
-before that, since one that is active at the start has no effect [note 2]. Only
+"Reversed" means by an end limit. Before that the opposite limit counts by its
+change, since one that is active at the start has no effect [note 2]. Only
 an axis that would have to begin with BACK into it does not start: HOM-05
-(reading A-106). Home comes before a limit of the same tick, so a limit can be the home switch, too.
+(reading A-106). Home has precedence over a limit of the same tick, so a limit can be the home switch, too.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ from ..operation import Host, Limits, Operation, limit_in, limit_of
 
 HOME = InputBit.HOME.value
 DWELL_NS = 2_000_000_000
-"""How long the axis waits after an end limit [chapter 4, Find Home]."""
+"""Wait after an end limit [chapter 4, Find Home]."""
 
 
 class Phase(Enum):
@@ -80,7 +80,7 @@ class Homing(Operation):
         self.direction = direction
         self.profile = profile
         self.phase = Phase.SEEK
-        self.reversed = False  # an end limit has turned the search round
+        self.reversed = False  # an end limit has reversed the search
         self.found = False
         self._dwell_until_ns = 0
         self._after_dwell: Callable[[int], None] = self._back
@@ -92,7 +92,7 @@ class Homing(Operation):
     @property
     @override
     def over(self) -> bool:
-        """A search ends by finding home; its stops and waits are part of it."""
+        """Whether home is found; stops and waits are part of the search."""
         return self.found
 
     @property
@@ -105,25 +105,25 @@ class Homing(Operation):
 
     @property
     def _signal(self) -> bool:
-        """The home switch, or the backplane bit where that is the proximity."""
+        """The home switch, or the backplane bit if that is the proximity."""
         if self.kind in (HomingKind.HOME_SWITCH, HomingKind.MARKER_HOME_SWITCH):
             return bool(self.state.active & HOME)
         return self.state.proximity
 
     @property
     def _on_at_start(self) -> bool:
-        """With backplane proximity the home switch counts, too [chapter 4, Find Home note 2]."""
+        """The signal; with backplane proximity also the home switch [chapter 4, Find Home note 2]."""
         return self._signal or bool(self.state.active & HOME)
 
     @property
     def _slow_profile(self) -> Profile:
-        """The programmed rates at the starting speed, for what has to be met exactly."""
+        """The programmed rates at the starting speed, for edges that must be met exactly."""
         return replace(self.profile, speed_sps=self.profile.start_sps)
 
     # -- phases -------------------------------------------------------------------------------
 
     def start(self, now_ns: int) -> None:
-        """Begin with the phase that the inputs call for."""
+        """Begin with the phase that the inputs require."""
         if limit_in(self.host, self.direction):
             self._dwell(now_ns)
         elif self._on_at_start and limit_in(self.host, -self.direction):
@@ -138,13 +138,13 @@ class Homing(Operation):
         self.axis.run(now_ns, self.direction, self.profile)
 
     def _dwell(self, now_ns: int) -> None:
-        """An end limit has been met: stand still for two seconds, then turn round."""
+        """Stand still for two seconds after an end limit, then reverse."""
         self.axis.cut(now_ns)
         self.reversed = True
         self._wait(now_ns, DWELL_NS, self._back)
 
     def _wait(self, now_ns: int, duration_ns: int, then: Callable[[int], None]) -> None:
-        """Stand still for a time, whatever words and inputs do."""
+        """Stand still for a time, regardless of words and inputs."""
         self.phase = Phase.DWELL
         self.shown_direction = 0
         self._dwell_until_ns = now_ns + duration_ns
@@ -158,18 +158,18 @@ class Homing(Operation):
     def _creep(self, now_ns: int) -> None:
         self.phase = Phase.CREEP
         self.axis.run(now_ns, self.direction, self._slow_profile)
-        if self._signal:  # the stop before came to it again
+        if self._signal:  # the previous stop reached it again
             self._final(now_ns)
 
     def _final(self, now_ns: int) -> None:
-        """Slow down after the proximity, and take the next home edge or marker."""
+        """Slow down after the proximity, and stop at the next home edge or marker."""
         self.axis.change_speed(now_ns, self._slow_profile)
         self.phase = Phase.FINAL
         if self._with_marker:
             self.axis.watch_marker()
 
     def _stop(self, now_ns: int, then: Phase) -> None:
-        """Ramp down; the tick after the end of the ramp turns round, and shows it until then."""
+        """Ramp down; the tick after the ramp reverses, and shows the phase until then."""
         self.phase = then
         self.shown_direction = self.axis.direction
         self.shown_ramp = -1 if self.profile.has_ramps else 0
@@ -177,7 +177,7 @@ class Homing(Operation):
 
     @override
     def next_wake_ns(self, now_ns: int) -> int | None:
-        """The end of a dwell, and the tick after a ramp that took no time."""
+        """Return the end of a dwell, or the tick after a ramp of zero duration."""
         if self.phase in TURNING and not self.axis.moving:
             return now_ns + 1
         return self._dwell_until_ns if self.phase is Phase.DWELL else None
@@ -186,11 +186,11 @@ class Homing(Operation):
 
     @override
     def on_tick(self, now_ns: int, command: CommandWords) -> None:
-        """Look at limits and signals, and go on to the next phase where one is due."""
+        """Check limits and signals, and start the next phase where due."""
         home_risen = bool(self.state.active & HOME) and not self._home_before
         self._home_before = bool(self.state.active & HOME)
         if now_ns == self.started_ns:
-            return  # what has changed before the start counts as it is at the start
+            return  # a change before the start counts as present at the start
         if not self._is_home(home_risen) and self._met_a_limit(now_ns):
             return
         if self.phase is Phase.SEEK:
@@ -215,7 +215,7 @@ class Homing(Operation):
             self._final(now_ns)
 
     def _look_behind(self, now_ns: int) -> None:
-        """Going back: the signal has to be on, and then off (a narrow switch may lie behind)."""
+        """Wait on the way back for the signal to be on, then off (a narrow switch may lie behind)."""
         if self._signal:
             self._signal_was_on = True
         elif self._signal_was_on:
@@ -242,7 +242,7 @@ class Homing(Operation):
             self.found = True
 
     def _after_ramp(self, now_ns: int) -> None:
-        """Turn round, at once unless a pause is chosen (reading A-72b)."""
+        """Reverse, at once unless a pause is configured (reading A-72b)."""
         turn = self._back if self.phase is Phase.STOP_BEFORE_BACK else self._creep
         pause_ns = self.host.options.home_reversal_dwell_ms * 1_000_000
         if pause_ns and self._alone:
@@ -251,7 +251,7 @@ class Homing(Operation):
             self._turn_round(now_ns, turn)
 
     def _turn_round(self, now_ns: int, turn: Callable[[int], None]) -> None:
-        """Start the next phase, unless it heads for a limit that is active already."""
+        """Start the next phase, unless it heads for an active limit."""
         turn(now_ns)
         self._met_a_limit(now_ns)
 
@@ -261,7 +261,7 @@ class Homing(Operation):
         """Obey the end limits by the table above; return whether one was met."""
         host = self.host
         if self.phase is Phase.DWELL and self.reversed:
-            return False  # what is active then is looked at when the axis turns round
+            return False  # limits that are active then are checked at the reversal
         if self.phase in SEARCHING and not self.reversed and host.state.active & limit_of(self.direction):
             self._dwell(now_ns)
             return True
@@ -275,7 +275,7 @@ class Homing(Operation):
 
     @override
     def on_end(self, now_ns: int) -> None:
-        """Home: position, encoder and captured value are zero and valid, all in one update."""
+        """Show home: position, encoder and captured value are zero and valid, all in one update."""
         host = self.host
         host.axis.preset_position(0)
         host.axis.preset_encoder(0)

@@ -20,7 +20,7 @@ MANUAL_BIT = {1: CommandMsw.MANUAL_CW.value, -1: CommandMsw.MANUAL_CCW.value}
 class ManualMove(Operation):
     """Motion in a direction until the bit is released or something stops it.
 
-    A speed not above the starting speed is run at constantly, without ramps,
+    A speed up to the starting speed runs constantly, without ramps,
     and can't be changed ("constant speed mode").
     """
 
@@ -37,7 +37,7 @@ class ManualMove(Operation):
         self.stopping = False
 
     def start(self, now_ns: int) -> None:
-        """Set the axis going; with the external input active, for a single step [chapter 6]."""
+        """Start the axis; with the external input active, for a single step [chapter 6]."""
         if self.state.external_active:
             self.stopping = True
             speed = min(self.profile.speed_sps, self.profile.start_sps)
@@ -47,7 +47,7 @@ class ManualMove(Operation):
 
     @override
     def on_words(self, now_ns: int, command: CommandWords) -> None:
-        """Obey the released bit first, then check target and speed."""
+        """Process the released bit first, then check target and speed."""
         if self.stopping:
             return
         if not command.msw & MANUAL_BIT[self.direction]:
@@ -80,7 +80,7 @@ class ManualMove(Operation):
             self.axis.change_speed(now_ns, self.profile)
 
     def _fault(self, now_ns: int, rule_id: str) -> None:
-        """Stop at once: the words of a registration move are at fault (reading A-56)."""
+        """Stop at once after a fault in the words of a registration move (reading A-56)."""
         self.host.fire(now_ns, rule_id)
         if self.host.options.registration_fault_cuts:
             self.stopping = True
@@ -121,7 +121,7 @@ class ManualMove(Operation):
 
 
 class OneShot(Operation):
-    """A manual move at speed 0: one pulse; the direction bit shows as long as the bit is held."""
+    """A manual move at speed 0: one pulse; the direction is shown as long as the bit is held."""
 
     name: ClassVar[str] = "one-shot manual"
     limits: ClassVar[Limits] = Limits.OWN
@@ -139,13 +139,13 @@ class OneShot(Operation):
     @property
     @override
     def busy(self) -> bool:
-        """A one-shot never delays a move: its pulse is over at once."""
+        """False: the pulse is over at once and never delays a move."""
         return False
 
     @property
     @override
     def over(self) -> bool:
-        """Over when the bit has been released."""
+        """Whether the bit has been released."""
         return self.released
 
     @override
@@ -155,12 +155,10 @@ class OneShot(Operation):
 
     @override
     def on_words(self, now_ns: int, command: CommandWords) -> None:
-        """Note the release of the bit."""
         self.released = not command.msw & MANUAL_BIT[self.direction]
 
     @override
     def on_release(self, now_ns: int) -> None:
-        """The bit counts as reset."""
         self.released = True
 
     @override

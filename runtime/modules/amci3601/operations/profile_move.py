@@ -25,7 +25,7 @@ class ProfileMove(Operation):
         self.resumable = True
 
     def start(self, now_ns: int) -> None:
-        """Set the axis going; with the external input active, for a single step [chapter 4]."""
+        """Start the axis; with the external input active, for a single step [chapter 4]."""
         distance = self.target - self.axis.position
         if distance == 0:
             return
@@ -43,7 +43,7 @@ class ProfileMove(Operation):
 
     @override
     def on_forfeit(self) -> None:
-        """A command came between Hold and Resume while the axis still ramps down."""
+        """Drop the hold: a command arrived between Hold and Resume while the axis still ramped down."""
         self.resumable = False
 
     @override
@@ -65,7 +65,7 @@ class ProfileMove(Operation):
 
     @override
     def on_end(self, now_ns: int) -> None:
-        """Show MOVE_COMPLETE, or HOLD_STATE with the rest of the way kept for Resume."""
+        """Show MOVE_COMPLETE, or HOLD_STATE with the remaining distance kept for Resume."""
         if self.holding and (self.single_step or self.axis.position != self.target):
             self.host.finish(now_ns, HOLD_STATE, "held")
             held = Held(self.target, self.name) if self.resumable else None

@@ -44,7 +44,7 @@ class RegistrationMove(ManualMove):
     def on_words(self, now_ns: int, command: CommandWords) -> None:
         """Compare the words; a changed target counts even in the image that releases the bit.
 
-        Below the minimum distance the released bit is ignored, so that changes of speed go on to count.
+        Below the minimum distance the released bit is ignored, so that changes of speed still count.
         """
         if self.stopping or self.state.locked:
             return
@@ -103,8 +103,8 @@ class RegistrationMove(ManualMove):
 
     @override
     def on_external(self, now_ns: int) -> None:
-        """Do nothing: the external input is the registration input, which `on_tick` checks."""
+        """Do nothing: `on_tick` checks the external input, which is the registration input."""
 
     @override
     def on_release(self, now_ns: int) -> None:
-        """Do nothing: the bit counts as reset, which `on_tick` checks."""
+        """Do nothing: `on_tick` checks the bit."""
