@@ -20,7 +20,7 @@ from collections.abc import Sequence
 
 from scanrack.io_images.pmc006.frame import command, decode
 from scanrack.io_images.pmc006.program import assemble
-from scanrack.runtime.controllers.pmc006.controller import Controller
+from scanrack.runtime.controllers.pmc006.controller import Pmc006Controller
 from scanrack.runtime.controllers.pmc006.line import RECEIVE_TIMEOUT_NS, Pmc006
 
 MS = 1_000_000
@@ -51,7 +51,7 @@ def burst(draw: random.Random) -> bytes:
 def noise(count: int) -> tuple[int, float]:
     """Send that many bytes of noise, a good frame after each burst; return the frames and the seconds."""
     draw = random.Random(6)
-    device = Pmc006(Controller(address=1))
+    device = Pmc006(Pmc006Controller(address=1))
     now_ns = sent = good = 0
     start_s = time.perf_counter()
     while sent < count:
@@ -73,7 +73,7 @@ def noise(count: int) -> tuple[int, float]:
 
 def exchanges(count: int) -> float:
     """Return the seconds that so many questions take."""
-    device, question = Pmc006(Controller(address=1)), command(1, ord("j"))
+    device, question = Pmc006(Pmc006Controller(address=1)), command(1, ord("j"))
     start_s = time.perf_counter()
     for number in range(count):
         device.receive(number * 17 * MS, question)
@@ -83,7 +83,7 @@ def exchanges(count: int) -> float:
 
 def looked_at_move(steps: int) -> tuple[int, float]:
     """Return the number of looks at a move, and the seconds that they took."""
-    controller = Controller(address=1)
+    controller = Pmc006Controller(address=1)
     controller.execute(ord("s"), steps)
     looks, start_s = 0, time.perf_counter()
     while controller.axis.moving:
@@ -95,7 +95,7 @@ def looked_at_move(steps: int) -> tuple[int, float]:
 
 def program(instructions: int) -> float:
     """Return the seconds that a looping program takes for so many instructions."""
-    controller = Controller(address=1, program=assemble("CNT1 0\nCMP 1 5\nJMP 0 0\n"))
+    controller = Pmc006Controller(address=1, program=assemble("CNT1 0\nCMP 1 5\nJMP 0 0\n"))
     controller.execute(ord("Z"), 0)
     start_s = time.perf_counter()
     controller.advance((instructions - 1) * MS)

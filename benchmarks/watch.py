@@ -40,13 +40,13 @@ from scanrack.jobs.run.running import JobRun, RunOptions
 from scanrack.runtime.live.ring import Ring
 from scanrack.runtime.live.session import Session
 from scanrack.runtime.live.tap import PipeInbox, Tap
-from scanrack.runtime.loop.pace import Paced
+from scanrack.runtime.loop.pace import AdjustablePace
 from scanrack.runtime.loop.realtime import frozen_collector
 from scanrack.watch.history.watched_machines import PER_SLOT, MachineFigures
 from scanrack.watch.history.watched_program import LadderNotes
 from scanrack.watch.keeper import Keeper
 from scanrack.watch.monitors.monitor import About
-from scanrack.watch.monitors.session_monitor import Ran, Setup
+from scanrack.watch.monitors.session_monitor import SessionProgram, Setup
 from websockets.asyncio.client import connect
 
 FEEDER = Path(__file__).parents[1] / "examples" / "feeder" / "feeder.toml"
@@ -112,7 +112,7 @@ def measure(way: str, seconds: float, speed: float | None) -> dict[str, object]:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
         trace = folder / "session.mcap"
         job = load_job(str(FEEDER))
-        pacer = Paced(speed)
+        pacer = AdjustablePace(speed)
         run = JobRun(job, stack, RunOptions(trace=trace, pacer=pacer, handled=True))
         debugger = run.program.debugger
         assert debugger is not None
@@ -170,7 +170,7 @@ def _monitor(ring: Ring, figures: MachineFigures, trace: Path, stack: ExitStack)
     listening = stack.enter_context(socket.create_server(("127.0.0.1", 0)))
     port, key = listening.getsockname()[1], secrets.token_hex(16)
     about = About("0", "feeder", str(FEEDER), "rack", False, False, None)
-    programs = (Ran(0, str(FEEDER.parent), "feeder.toml", "feeder.rung"),)
+    programs = (SessionProgram(0, str(FEEDER.parent), "feeder.toml", "feeder.rung"),)
     setup = Setup(ring.shape, about, key, "127.0.0.1", port, tuple(figures.slots), str(trace), programs)
     return Keeper(setup, ring, listening, lambda _text: None), f"127.0.0.1:{port} {key}"
 

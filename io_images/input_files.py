@@ -14,7 +14,7 @@ from os.path import realpath
 from pathlib import Path
 from typing import BinaryIO
 
-from .text_limits import LIMITS, Text, check_text
+from .text_limits import LIMITS, TextKind, check_text
 
 _KINDS = {
     stat.S_IFIFO: "a pipe",
@@ -60,7 +60,7 @@ def read_input(path: Path, most: int) -> bytes:
     return data
 
 
-def read_input_text(path: Path, kind: Text) -> str:
+def read_input_text(path: Path, kind: TextKind) -> str:
     """Return the text of a file in UTF-8, of the size that its kind may have.
 
     Raises:
@@ -70,7 +70,7 @@ def read_input_text(path: Path, kind: Text) -> str:
     return read_input(path, LIMITS[kind].size).decode("utf-8").replace("\r\n", "\n").replace("\r", "\n")
 
 
-def read_checked(path: Path, kind: Text) -> str:
+def read_checked(path: Path, kind: TextKind) -> str:
     """Return the text of a file that is within the limits of its kind.
 
     Raises:

@@ -15,7 +15,7 @@ from enum import StrEnum
 KIB, MIB = 1 << 10, 1 << 20
 
 
-class Text(StrEnum):
+class TextKind(StrEnum):
     """What a text is."""
 
     TOML = "a rack file"
@@ -47,17 +47,17 @@ class TextLimits:
     token: int = 4 * KIB
 
 
-LIMITS: Mapping[Text, TextLimits] = {
-    Text.TOML: TextLimits(1 * MIB, nesting=32, parts=16),
-    Text.RUNGS: TextLimits(8 * MIB),
-    Text.STRUCTURED: TextLimits(8 * MIB),
-    Text.STEPS: TextLimits(1 * MIB),
-    Text.STORED: TextLimits(1 * MIB),
-    Text.RETAINED: TextLimits(64 * MIB, nesting=64, token=128 * KIB),
-    Text.SCENARIO: TextLimits(16 * MIB, nesting=64),
-    Text.STATE: TextLimits(256 * MIB, nesting=64, token=128 * KIB),
-    Text.PYTHON: TextLimits(16 * MIB),
-    Text.EXPORT: TextLimits(64 * MIB),
+LIMITS: Mapping[TextKind, TextLimits] = {
+    TextKind.TOML: TextLimits(1 * MIB, nesting=32, parts=16),
+    TextKind.RUNGS: TextLimits(8 * MIB),
+    TextKind.STRUCTURED: TextLimits(8 * MIB),
+    TextKind.STEPS: TextLimits(1 * MIB),
+    TextKind.STORED: TextLimits(1 * MIB),
+    TextKind.RETAINED: TextLimits(64 * MIB, nesting=64, token=128 * KIB),
+    TextKind.SCENARIO: TextLimits(16 * MIB, nesting=64),
+    TextKind.STATE: TextLimits(256 * MIB, nesting=64, token=128 * KIB),
+    TextKind.PYTHON: TextLimits(16 * MIB),
+    TextKind.EXPORT: TextLimits(64 * MIB),
 }
 """By what a text is. Only the size counts of Python, and of exports, which have limits of their own."""
 
@@ -77,15 +77,15 @@ def _pattern(own: str) -> re.Pattern[str]:
     return re.compile(own.replace("\n", "") + _REST, re.DOTALL)
 
 
-_PATTERNS: Mapping[Text, re.Pattern[str]] = {
-    Text.TOML: _pattern(_TOML),
-    Text.RUNGS: _pattern(_LOGIX),
-    Text.STRUCTURED: _pattern(_LOGIX),
-    Text.STEPS: _pattern(_HASH),
-    Text.STORED: _pattern(_HASH),
-    Text.RETAINED: _pattern(_JSON),
-    Text.SCENARIO: _pattern(_JSON),
-    Text.STATE: _pattern(_JSON),
+_PATTERNS: Mapping[TextKind, re.Pattern[str]] = {
+    TextKind.TOML: _pattern(_TOML),
+    TextKind.RUNGS: _pattern(_LOGIX),
+    TextKind.STRUCTURED: _pattern(_LOGIX),
+    TextKind.STEPS: _pattern(_HASH),
+    TextKind.STORED: _pattern(_HASH),
+    TextKind.RETAINED: _pattern(_JSON),
+    TextKind.SCENARIO: _pattern(_JSON),
+    TextKind.STATE: _pattern(_JSON),
 }
 """Comments, strings, and what is counted; no alternative fails after it has read far."""
 
@@ -102,11 +102,11 @@ class TextLimitError(ValueError):
         super().__init__(problem)
 
 
-def check_text(text: str, kind: Text) -> None:
+def check_text(text: str, kind: TextKind) -> None:
     r"""Refuse a text that is beyond its limits.
 
-    >>> check_text("a.b = [[1]]", Text.TOML)
-    >>> check_text("x = 1\n" + "a." * 16 + "a = 1", Text.TOML)
+    >>> check_text("a.b = [[1]]", TextKind.TOML)
+    >>> check_text("x = 1\n" + "a." * 16 + "a = 1", TextKind.TOML)
     Traceback (most recent call last):
     ...
     scanrack.io_images.text_limits.TextLimitError: a name of more than 16 parts

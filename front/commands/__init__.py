@@ -20,7 +20,7 @@ from ..runtime.loop.pace import ending_as_interrupt, interrupted_by
 from ..terminal.ending import end_in_time
 from ..terminal.limiting import limit_traces
 from ..terminal.status import BAD_INPUT, INTERRUPTED, PIPE_CLOSED, complain, reason
-from ..terminal.streams import OutputLost, closed_streams_plugged, guarded_output
+from ..terminal.streams import LostOutput, closed_streams_plugged, guarded_output
 from ..terminal.terminal import say
 
 __all__ = ["build", "main"]
@@ -196,7 +196,7 @@ def _main() -> None:
     try:
         with guarded_output():
             _run()
-    except OutputLost as lost:
+    except LostOutput as lost:
         if lost.status != PIPE_CLOSED:
             with suppress(OSError):  # standard error may be as full
                 complain(f"standard output can't be written: {lost.error.strerror}")

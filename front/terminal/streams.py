@@ -1,6 +1,6 @@
 """Standard input and output that may be closed, full, or a pipe whose reader has gone.
 
-Commands write as if writing always worked. Where it does not, `OutputLost` ends the command, past
+Commands write as if writing always worked. Where it does not, `LostOutput` ends the command, past
 every handler of errors of other files; after that, writing is without effect, so that nothing more is
 said when the interpreter ends.
 """
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from _typeshed import ReadableBuffer
 
 
-class OutputLost(Ending):
+class LostOutput(Ending):
     """Standard output can't be written.
 
     Not an Exception, lest a command takes it for an error of a file of its own.
@@ -37,7 +37,7 @@ class OutputLost(Ending):
         return PIPE_CLOSED if isinstance(self.error, BrokenPipeError) else CANNOT_WRITE
 
 
-class _Guarded(io.FileIO):
+class _GuardedFile(io.FileIO):
     """A file descriptor that fails once, and takes everything from then on."""
 
     def __init__(self, fd: int, *, told: bool) -> None:
@@ -53,7 +53,7 @@ class _Guarded(io.FileIO):
             except OSError as error:
                 self._lost = True
                 if self._told:
-                    raise OutputLost(error) from error
+                    raise LostOutput(error) from error
         return memoryview(data).nbytes
 
 
@@ -69,7 +69,7 @@ def closed_streams_plugged() -> None:
 
 @contextmanager
 def guarded_output() -> Iterator[None]:
-    """Let what can't be written to standard output end the block with `OutputLost`.
+    """Let what can't be written to standard output end the block with `LostOutput`.
 
     What can't be written to standard error is dropped. Terminals, and streams that are closed or are
     not the process's own, are left as they are.
@@ -100,7 +100,7 @@ def _guarded(stream: Any, *, told: bool) -> Any:
         return stream
     stream.flush()
     return io.TextIOWrapper(
-        io.BufferedWriter(_Guarded(fd, told=told)),
+        io.BufferedWriter(_GuardedFile(fd, told=told)),
         encoding=stream.encoding,
         errors=stream.errors,
         line_buffering=stream.line_buffering,

@@ -7,15 +7,17 @@ from pathlib import Path
 
 from ..jobs.record.editions import Edition, Editions
 from ..jobs.record.repeating import RecordedOrder
-from ..jobs.run.editing import Edited
+from ..jobs.run.editing import ProgramEdit
 from ..jobs.run.running import JobRun
 from ..runtime.live.orders import Edit
 from ..runtime.live.ring import Ring
 from .keeper import Keeper
-from .monitors.session_monitor import Ran
+from .monitors.session_monitor import SessionProgram
 
 
-def programs_of(run: JobRun, editions: Editions, orders: Sequence[RecordedOrder]) -> tuple[Ran, ...]:
+def programs_of(
+    run: JobRun, editions: Editions, orders: Sequence[RecordedOrder]
+) -> tuple[SessionProgram, ...]:
     """Return the programs that a run has had so far.
 
     Args:
@@ -46,7 +48,7 @@ class Announcer:
         self._programs = programs_of(run, editions, orders)
         self._again = orders[-1].scan if orders else -1
 
-    def tell_edit(self, edited: Edited) -> None:
+    def tell_edit(self, edited: ProgramEdit) -> None:
         """Announce an edit."""
         program = _ran(self._editions[edited.number], edited.at_ns // self._run.cpu.period_ns)
         self._programs += (program,)
@@ -68,6 +70,6 @@ class Announcer:
         self._tell({"branch": {"trace": str(trace), "record": record, "programs": self._programs, **places}})
 
 
-def _ran(edition: Edition, first: int) -> Ran:
+def _ran(edition: Edition, first: int) -> SessionProgram:
     assert edition.place is not None, "a monitor reads a copy"
-    return Ran(first, str(edition.place), edition.rack, edition.program)
+    return SessionProgram(first, str(edition.place), edition.rack, edition.program)

@@ -15,7 +15,7 @@ from ..terminal.complaints import reported_mistakes
 from ..terminal.status import BAD_INPUT, complain
 from ..terminal.trace_options import ReplaceOption
 from .play import watch_job
-from .prepared import Wanted
+from .prepared import WatchOptions
 from .recorded import place_of, watch_trace
 
 
@@ -100,7 +100,7 @@ def _watch_command(
     except ValueError as error:
         raise typer.Exit(complain(str(error), BAD_INPUT)) from error
     looking = read_only or (live and not control)
-    wanted = Wanted(
+    wanted = WatchOptions(
         rack, port, factor, paused, looking, record, count, live, opened, text, keep=0 if replace else None
     )
     raise typer.Exit(watch_job(job, wanted))

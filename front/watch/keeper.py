@@ -13,7 +13,7 @@ from typing import Protocol
 from ..jobs.trust.launcher import TimeoutExpired, launch
 from ..runtime.live.ring import Ring
 from ..runtime.loop.pace import wall_ns
-from .monitors.session_monitor import Ran, Setup
+from .monitors.session_monitor import SessionProgram, Setup
 
 MAIN = f"{__package__}.server:main"
 """The program of a monitor process. It is not this program again, whose main module may do anything."""
@@ -34,7 +34,7 @@ PAUSES_S = (0, 0.2, 1, 3)
 """Waits before it is started again, by deaths in a row; then the last one."""
 
 
-class Connected(Protocol):
+class OrderReader(Protocol):
     """What reads the orders."""
 
     def connect(self, pipe: Connection) -> None:
@@ -56,17 +56,17 @@ class Keeper:
         self._setup, self._ring, self._listening, self._say = setup, ring, listening, say
         self._ending = threading.Event()
         self._changing = threading.Lock()
-        self._inbox: Connected | None = None
+        self._inbox: OrderReader | None = None
         self.pipe = self._start()
         self._watch = threading.Thread(target=self._keep, name="monitor's keeper", daemon=True)
 
-    def keep(self, inbox: Connected) -> None:
+    def keep(self, inbox: OrderReader) -> None:
         """Start it again from now on, and connect the orders."""
         self._inbox = inbox
         self._watch.start()
 
     def go_on_with(
-        self, *, programs: tuple[Ran, ...], trace: str | None = None, record: str | None = None
+        self, *, programs: tuple[SessionProgram, ...], trace: str | None = None, record: str | None = None
     ) -> None:
         """Give monitors that are started from now on other programs, and another recording.
 

@@ -27,7 +27,7 @@ from ..runtime.live.ring import Ring
 from ..runtime.live.session import Session
 from ..runtime.live.tap import Notes, PipeInbox, Tap
 from ..runtime.loop.faults import CpuFault
-from ..runtime.loop.pace import Paced
+from ..runtime.loop.pace import AdjustablePace
 from ..runtime.loop.realtime import frozen_collector, real_time
 from ..terminal.run_end import complain_of_fault, run_to_end
 from ..terminal.status import BAD_INPUT, CANNOT_WRITE, DONE, complain, reason
@@ -40,7 +40,7 @@ from .history.watched_python import PythonNotes
 from .keeper import Keeper
 from .monitors.monitor import About
 from .monitors.session_monitor import Setup
-from .prepared import Prepared, Start, Wanted
+from .prepared import PreparedRun, Start, WatchOptions
 from .text import TextView
 
 HOST = "127.0.0.1"
@@ -60,7 +60,7 @@ def listen(port: int) -> socket.socket:
         raise ValueError(f"--port {port}: {text}: choose another one, or none for a free one") from error
 
 
-def watch_job(job: Job, wanted: Wanted) -> int:
+def watch_job(job: Job, wanted: WatchOptions) -> int:
     """Run a job in a session that pages can look at; return the exit status."""
     with ExitStack() as stack:
         try:
@@ -83,7 +83,7 @@ class Play:
 
     def __init__(
         self,
-        wanted: Wanted,
+        wanted: WatchOptions,
         listening: socket.socket,
         folder: Path,
         stack: ExitStack,
@@ -94,7 +94,7 @@ class Play:
         self._ring: Ring | None = None
         self._keeper: Keeper | None = None
         self._inbox: PipeInbox | None = None
-        self._next: Prepared | None = None
+        self._next: PreparedRun | None = None
 
     def play(self, job: Job) -> int:
         """Play the session and its branches; return the exit status."""
@@ -117,7 +117,7 @@ class Play:
                 status = self._run(prepared, self._session(prepared, job))
         return status
 
-    def _first(self, job: Job) -> Prepared:
+    def _first(self, job: Job) -> PreparedRun:
         """Prepare the session.
 
         Raises:
@@ -128,12 +128,15 @@ class Play:
         editions.keep(0, editions.with_copy(edition_of(job)), job)
         return self._prepared(Start(paused=self._wanted.paused), editions)
 
-    def _prepared(self, start: Start, editions: Editions) -> Prepared:
+    def _prepared(self, start: Start, editions: Editions) -> PreparedRun:
         with ExitStack() as ports:
             if self._wanted.live:
                 for outcome in ports.enter_context(real_time()):  # before there are ports
                     complain(str(outcome))
-            pacer, trace = Paced(self._wanted.speed if start.orders is None else None), self._trace(start)
+            pacer, trace = (
+                AdjustablePace(self._wanted.speed if start.orders is None else None),
+                self._trace(start),
+            )
             run = JobRun(
                 editions.job(0),
                 ports,
@@ -149,7 +152,7 @@ class Play:
                     editions=editions,
                 ),
             )
-            return Prepared(start, run, pacer, trace, editions, ports.pop_all())
+            return PreparedRun(start, run, pacer, trace, editions, ports.pop_all())
 
     def prepare_branch(
         self,
@@ -185,7 +188,7 @@ class Play:
             return _free(self._folder / "session.mcap")
         return kept if start.orders is None else _free(kept.with_name(f"{kept.stem}-{start.scan}.mcap"))
 
-    def _session(self, prepared: Prepared, job: Job) -> Session:
+    def _session(self, prepared: PreparedRun, job: Job) -> Session:
         """Put a session around a run, and let the monitor know."""
         run, start, pacer, wanted = prepared.run, prepared.start, prepared.pacer, self._wanted
         figures = MachineFigures(run.rack)
@@ -234,7 +237,7 @@ class Play:
         run.cpu.add_listener(run.program.following(tap))
         return session
 
-    def _open(self, job: Job, ring: Ring, figures: MachineFigures, prepared: Prepared) -> None:
+    def _open(self, job: Job, ring: Ring, figures: MachineFigures, prepared: PreparedRun) -> None:
         """Print the link, and start the monitor."""
         wanted = self._wanted
         key, port = self._key or secrets.token_hex(KEY_BYTES), self._listening.getsockname()[1]
@@ -257,7 +260,7 @@ class Play:
         if wanted.opened:
             webbrowser.open(link)
 
-    def _run(self, prepared: Prepared, session: Session) -> int:
+    def _run(self, prepared: PreparedRun, session: Session) -> int:
         """Run a session to its end; return the exit status."""
         wanted, run, start = self._wanted, prepared.run, prepared.start
         faulted: list[int] = []

@@ -10,11 +10,11 @@ from pathlib import Path
 from ..jobs.record.editions import Editions
 from ..jobs.record.repeating import RecordedOrder
 from ..jobs.run.running import JobRun
-from ..runtime.loop.pace import Paced
+from ..runtime.loop.pace import AdjustablePace
 
 
 @dataclass(frozen=True, slots=True)
-class Wanted:
+class WatchOptions:
     """The options of the command line.
 
     Attributes:
@@ -64,7 +64,7 @@ class Start:
 
 
 @dataclass(frozen=True, slots=True)
-class Prepared:
+class PreparedRun:
     """A run that is ready to begin.
 
     Attributes:
@@ -74,7 +74,7 @@ class Prepared:
 
     start: Start
     run: JobRun
-    pacer: Paced
+    pacer: AdjustablePace
     trace: Path
     editions: Editions
     ports: ExitStack

@@ -35,7 +35,7 @@ from .gate import Gate
 from .monitors.monitor import About
 from .monitors.trace_monitor import Source, TraceMonitor
 from .play import HOST, KEY_BYTES, Play, listen
-from .prepared import Wanted
+from .prepared import WatchOptions
 
 Prepare = Callable[[int, Iterable[GivenOrder], Editions, Path], None]
 
@@ -91,11 +91,11 @@ def watch_trace(place: Place, *, port: int, trust: bool, opened: bool) -> int:
         for note in trace.notes:
             complain(f"note: {note}")
         key, number = secrets.token_hex(KEY_BYTES), listening.getsockname()[1]
-        wanted = Wanted(
+        wanted = WatchOptions(
             str(place.path), port, 1.0, False, False, place.path, None, False, False, editable=False
         )
         play = Play(wanted, listening, folder, stack, key)
-        recording = Recording(trace, place, folder, trust=trust)
+        recording = OpenedRecording(trace, place, folder, trust=trust)
         monitor = recording.monitor(play.prepare_branch)
         link = f"http://{HOST}:{number}/#key={key}{_fragment(place)}"
         say(f"{link} - Ctrl-C ends it")
@@ -114,7 +114,7 @@ def _fragment(place: Place) -> str:
     return scan + (f"&rung={quote(place.rung)}" if place.rung else "")
 
 
-class Recording:
+class OpenedRecording:
     """A recording with what it was made by, as far as that may be used.
 
     Args:

@@ -14,7 +14,7 @@ from ..io_images.amci3601.words import is_stepper
 from ..io_images.image import WORDS
 from ..runtime.live.session import Session
 from ..runtime.loop.events import JsonValue
-from ..runtime.loop.pace import Paced
+from ..runtime.loop.pace import AdjustablePace
 from ..runtime.loop.rack import Rack, Slot
 from ..runtime.loop.scan import MODE_MASK, CpuMode, ScanFlag, mode_name
 from ..terminal.terminal import on_a_line
@@ -32,7 +32,7 @@ class TextView:
         pacer: counts the scans that begin late.
     """
 
-    def __init__(self, name: str, rack: Rack, session: Session, pacer: Paced) -> None:
+    def __init__(self, name: str, rack: Rack, session: Session, pacer: AdjustablePace) -> None:
         self._name, self._rack, self._session, self._pacer = name, rack, session, pacer
         self._events: deque[str] = deque(maxlen=EVENTS)
         self._scan = self._now_ns = self._flags = 0

@@ -1,9 +1,9 @@
 """The instructions of a PMC006x3s, row by row of the manual's summary table [4.2].
 
 `Kind.SET` instructions write a parameter, `Kind.READ` ones return something,
-`Kind.ACTION` ones do something. A parameter of `Keeping.SAVED` goes into the
-EEPROM with `t` and comes back at power-up, one of `Keeping.EEPROM` is written
-there at once, one of `Keeping.VOLATILE` has its default after every power-up.
+`Kind.ACTION` ones do something. A parameter of `ParameterStorage.SAVED` goes into the
+EEPROM with `t` and comes back at power-up, one of `ParameterStorage.EEPROM` is written
+there at once, one of `ParameterStorage.VOLATILE` has its default after every power-up.
 
 A value outside its range is refused with error 6 (reading: the manual names no
 error for it); 0 asks for the value of a parameter whose range has no 0
@@ -41,7 +41,7 @@ class Kind(Enum):
     ACTION = "action"
 
 
-class Keeping(Enum):
+class ParameterStorage(Enum):
     """Where a parameter lives."""
 
     VOLATILE = "volatile"
@@ -50,7 +50,7 @@ class Keeping(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Instruction:
+class InstructionRow:
     """One row of the summary table.
 
     Attributes:
@@ -77,7 +77,7 @@ class Instruction:
     values: tuple[int, ...] = ()
     unit: str = ""
     default: int = 0
-    keeping: Keeping = Keeping.VOLATILE
+    keeping: ParameterStorage = ParameterStorage.VOLATILE
     shows: str = ""
     note: str = ""
 
@@ -111,14 +111,14 @@ def _set(
     meaning: str,
     low: int,
     high: int,
-    keeping: Keeping = Keeping.VOLATILE,
+    keeping: ParameterStorage = ParameterStorage.VOLATILE,
     **more: Any,
-) -> Instruction:
-    return Instruction(char, name, Kind.SET, meaning, low, high, keeping=keeping, **more)
+) -> InstructionRow:
+    return InstructionRow(char, name, Kind.SET, meaning, low, high, keeping=keeping, **more)
 
 
-def _read(char: str, name: str, meaning: str, shows: str = "", note: str = "") -> Instruction:
-    return Instruction(char, name, Kind.READ, meaning, shows=shows, note=note)
+def _read(char: str, name: str, meaning: str, shows: str = "", note: str = "") -> InstructionRow:
+    return InstructionRow(char, name, Kind.READ, meaning, shows=shows, note=note)
 
 
 def _act(
@@ -129,14 +129,14 @@ def _act(
     high: int | None = None,
     unit: str = "",
     note: str = "",
-) -> Instruction:
-    return Instruction(char, name, Kind.ACTION, meaning, low, high, unit=unit, note=note)
+) -> InstructionRow:
+    return InstructionRow(char, name, Kind.ACTION, meaning, low, high, unit=unit, note=note)
 
 
-SAVED, EEPROM, VOLATILE = Keeping.SAVED, Keeping.EEPROM, Keeping.VOLATILE
+SAVED, EEPROM, VOLATILE = ParameterStorage.SAVED, ParameterStorage.EEPROM, ParameterStorage.VOLATILE
 
 # fmt: off
-INSTRUCTIONS: tuple[Instruction, ...] = (
+INSTRUCTIONS: tuple[InstructionRow, ...] = (
     _set("4", "solenoid", "solenoid valve or brake", 0, 100, unit="%"),
     _set("7", "user_data", "user data", -(1 << 31), INT32_MAX, EEPROM, note="32 bits of any kind"),
     _act("8", "zero_back", "back to zero; the data are the maximum stroke", 1, INT32_MAX, unit="steps"),
@@ -194,10 +194,10 @@ INSTRUCTIONS: tuple[Instruction, ...] = (
 )
 # fmt: on
 
-BY_CODE: dict[int, Instruction] = {row.code: row for row in INSTRUCTIONS}
-BY_NAME: dict[str, Instruction] = {row.name: row for row in INSTRUCTIONS}
+BY_CODE: dict[int, InstructionRow] = {row.code: row for row in INSTRUCTIONS}
+BY_NAME: dict[str, InstructionRow] = {row.name: row for row in INSTRUCTIONS}
 
-PARAMETERS: tuple[Instruction, ...] = tuple(
+PARAMETERS: tuple[InstructionRow, ...] = tuple(
     row for row in INSTRUCTIONS if row.kind is Kind.SET and row.name not in ("set_position", "speed_mode")
 )
 """The rows that hold a value until it is changed."""

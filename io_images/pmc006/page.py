@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from .instructions import INSTRUCTIONS, Instruction, Keeping, Kind
+from .instructions import INSTRUCTIONS, InstructionRow, Kind, ParameterStorage
 from .program import CMP_OPTIONS, USER_OPS, WAIT_OPTIONS, UserOp
 
-_KEPT = {Keeping.SAVED: "`t`", Keeping.EEPROM: "at once", Keeping.VOLATILE: ""}
+_KEPT = {ParameterStorage.SAVED: "`t`", ParameterStorage.EEPROM: "at once", ParameterStorage.VOLATILE: ""}
 
 
 def instruction_table() -> str:
@@ -28,7 +28,7 @@ def option_table() -> str:
     return _table(("option", "WAIT", "CMP"), rows)
 
 
-def _instruction(row: Instruction) -> Sequence[str]:
+def _instruction(row: InstructionRow) -> Sequence[str]:
     parameter = row.kind is Kind.SET and row.name not in ("set_position", "speed_mode")
     return (
         f"`{row.char}` {row.code:02X}",

@@ -123,32 +123,32 @@ def _ramp(before: int, after: int, rate: int) -> int:
     return abs(after * after - before * before) // (1000 * rate) + 10
 
 
-class _Spoiling(NamedTuple):
+class _Damage(NamedTuple):
     """Replacement words of one block: the header (0), the first segment (1) or the last one (-1)."""
 
     block: int
     words: Mapping[int, int]
 
 
-def _same_speed(blocks: Sequence[Image]) -> _Spoiling:
-    return _Spoiling(-1, {4: blocks[-2][4], 5: blocks[-2][5]})
+def _same_speed(blocks: Sequence[Image]) -> _Damage:
+    return _Damage(-1, {4: blocks[-2][4], 5: blocks[-2][5]})
 
 
-def _too_slow(starting_speed: int) -> _Spoiling:
+def _too_slow(starting_speed: int) -> _Damage:
     msw, lsw = split_thousands(starting_speed - 1)
-    return _Spoiling(-1, {4: msw, 5: lsw})
+    return _Damage(-1, {4: msw, 5: lsw})
 
 
-BLEND_FAULTS: dict[str, tuple[_Spoiling, ...]] = {
-    "PRF-04": tuple(_Spoiling(0, {2: number}) for number in (1, 0, 17, -1)),
-    "PRF-07": (_Spoiling(0, {5: 0}),),
-    "BLD-13": (_Spoiling(0, {5: 2001}), _Spoiling(0, {5: signed_word(0x8064)})),
-    "BLD-21": (_Spoiling(-1, {2: -1, 3: 0}), _Spoiling(-1, {2: 0, 3: -1})),
-    "BLD-22": (_Spoiling(-1, {2: 0, 3: 0}), _Spoiling(-1, {3: 1000})),
-    "PRF-02": (_Spoiling(-1, {4: 0, 5: 0}), _Spoiling(-1, {4: 1000, 5: 1}), _Spoiling(-1, {4: 1, 5: -1})),
-    "BLD-18": tuple(_Spoiling(-1, {6: rate}) for rate in (0, 2001, -1)),
-    "BLD-19": (_Spoiling(1, {2: 8388, 3: 607}),),
-    "PRF-05": (_Spoiling(-1, {2: 0, 3: 1, 4: 300, 5: 0}),),
+BLEND_FAULTS: dict[str, tuple[_Damage, ...]] = {
+    "PRF-04": tuple(_Damage(0, {2: number}) for number in (1, 0, 17, -1)),
+    "PRF-07": (_Damage(0, {5: 0}),),
+    "BLD-13": (_Damage(0, {5: 2001}), _Damage(0, {5: signed_word(0x8064)})),
+    "BLD-21": (_Damage(-1, {2: -1, 3: 0}), _Damage(-1, {2: 0, 3: -1})),
+    "BLD-22": (_Damage(-1, {2: 0, 3: 0}), _Damage(-1, {3: 1000})),
+    "PRF-02": (_Damage(-1, {4: 0, 5: 0}), _Damage(-1, {4: 1000, 5: 1}), _Damage(-1, {4: 1, 5: -1})),
+    "BLD-18": tuple(_Damage(-1, {6: rate}) for rate in (0, 2001, -1)),
+    "BLD-19": (_Damage(1, {2: 8388, 3: 607}),),
+    "PRF-05": (_Damage(-1, {2: 0, 3: 1, 4: 300, 5: 0}),),
     "PRF-06": (),
     "CMD-05": (),
 }
@@ -191,7 +191,7 @@ def _spoiled(blocks: list[Image], rule: str, starting_speed: int) -> st.SearchSt
 _WAYS = {rule: st.sampled_from(ways) for rule, ways in BLEND_FAULTS.items() if ways}
 
 
-def _with(blocks: Sequence[Image], way: _Spoiling) -> list[Image]:
+def _with(blocks: Sequence[Image], way: _Damage) -> list[Image]:
     spoiled = [block.copy() for block in blocks]
     for index, word in way.words.items():
         spoiled[way.block][index] = word

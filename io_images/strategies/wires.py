@@ -10,7 +10,7 @@ from pymodbus.framer import FramerRTU
 from ..pcl601.registers import MAP, WORD_COUNT, Row, word_of
 from ..pcl601.terminals import INPUT_COUNT, OUTPUT_COUNT
 from ..pmc006.frame import FACTORY_ADDRESS, command
-from ..pmc006.instructions import INSTRUCTIONS, Instruction, Kind
+from ..pmc006.instructions import INSTRUCTIONS, InstructionRow, Kind
 
 READ_FUNCTIONS = {1: OUTPUT_COUNT, 2: INPUT_COUNT, 3: WORD_COUNT, 4: 1}
 """Modbus functions that read, each with how many items the PCL601 has [Appendix 3]."""
@@ -96,7 +96,7 @@ def pmc006_requests(address: int = FACTORY_ADDRESS) -> st.SearchStrategy[bytes]:
     """
     rows = [row for row in INSTRUCTIONS if row.kind is not Kind.ACTION]
 
-    def frames(row: Instruction) -> st.SearchStrategy[bytes]:
+    def frames(row: InstructionRow) -> st.SearchStrategy[bytes]:
         if row.values:
             data: st.SearchStrategy[int] = st.sampled_from(row.values)
         elif row.kind is Kind.READ or row.low is None or row.high is None:

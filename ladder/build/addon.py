@@ -72,7 +72,7 @@ REFUSED = ("JSR", "SBR", "RET", "FOR", "BRK")
 """Instructions that a definition must not have: it knows its own routines only [1756-PM010]."""
 
 
-class Way(Enum):
+class ParameterMode(Enum):
     """How a parameter goes between a call and its instance."""
 
     INPUT = "INPUT"  # by value, before the routine runs
@@ -96,7 +96,7 @@ class Parameter:
 
     name: str
     type: DataType
-    way: Way
+    way: ParameterMode
     dims: tuple[int, ...] = ()
     required: bool = False
     comment: str = ""
@@ -197,7 +197,7 @@ class AddOn:
     @cached_property
     def required(self) -> tuple[Parameter, ...]:
         """What a call names after the instance."""
-        return tuple(each for each in self.parameters if each.required or each.way is Way.INOUT)
+        return tuple(each for each in self.parameters if each.required or each.way is ParameterMode.INOUT)
 
     @property
     def operand_types(self) -> tuple[tuple[DataType, tuple[int, ...]], ...]:
@@ -223,7 +223,7 @@ class AddOn:
         return tuple(
             Tag(each.name, each.type, each.dims or ((OPEN,) if each.name.upper() in open_ones else ()))
             for each in self.parameters
-            if each.way is Way.INOUT
+            if each.way is ParameterMode.INOUT
         )
 
     @cached_property
@@ -233,7 +233,7 @@ class AddOn:
         own += [
             Member(each.name, each.type, each.dims, initial=each.initial, at=each.at)
             for each in self.parameters
-            if each.way is not Way.INOUT
+            if each.way is not ParameterMode.INOUT
         ]
         return Structure(self.name, tuple(own))
 
@@ -315,12 +315,12 @@ def copies_of(definition: AddOn, instance: Address, call: Instruction) -> Copies
     inputs, outputs, handed = [], [], {}
     for each, argument in zip(definition.required, call.operands[1:], strict=True):
         here = member_of(instance, each.name)
-        if each.way is Way.INPUT:
+        if each.way is ParameterMode.INPUT:
             inputs.append(_copy(each, argument, here))
             continue
         if not isinstance(argument, Address):
             raise LadderError(f"{each.name} of {definition.name} needs a tag, not {argument}")
-        if each.way is Way.OUTPUT:
+        if each.way is ParameterMode.OUTPUT:
             outputs.append(_copy(each, here, argument))
         else:
             handed[each.name] = argument

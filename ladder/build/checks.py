@@ -12,8 +12,17 @@ from ..model.schedule import TaskKind
 from ..model.spec import Use
 from ..model.stubs import ALL_MESSAGES, Ending, InPython, Power, stub_of
 from ..model.tags import Leaf
-from ..state.lowered import ADD_ON, AddOnCall, Call, Line, Lowered, LoweredRoutine, Step, steps_of
-from ..state.regions import Region, region_of
+from ..state.lowered import (
+    ADD_ON,
+    AddOnCall,
+    Call,
+    LoweredLine,
+    LoweredProgram,
+    LoweredRoutine,
+    LoweredStep,
+    steps_of,
+)
+from ..state.regions import ArrayRegion, region_of
 
 REPEATED_COILS = "repeated coils"
 REPEATED_TIMERS = "repeated timers"
@@ -32,7 +41,7 @@ _EXCLUSIVE = {
 """Uses that one place should have once: what switches the warning off, how it is said, what helps."""
 
 
-def warnings_of(lowered: Lowered, allowed: frozenset[str]) -> list[Problem]:
+def warnings_of(lowered: LoweredProgram, allowed: frozenset[str]) -> list[Problem]:
     """Return what a controller runs as it is written, and what is a mistake in most programs.
 
     Args:
@@ -42,7 +51,7 @@ def warnings_of(lowered: Lowered, allowed: frozenset[str]) -> list[Problem]:
     return [*_repeated(lowered, allowed), *_unbound_axes(lowered)]
 
 
-def check_whole(lowered: Lowered) -> list[Problem]:
+def check_whole(lowered: LoweredProgram) -> list[Problem]:
     """Return what is wrong with a lowered program as a whole."""
     problems: list[Problem] = []
     for routine in lowered.routines.values():
@@ -55,7 +64,7 @@ def check_whole(lowered: Lowered) -> list[Problem]:
     return problems
 
 
-def _without_stub(lowered: Lowered) -> Iterator[Problem]:
+def _without_stub(lowered: LoweredProgram) -> Iterator[Problem]:
     """Messages without a stub."""
     for routine, line, step in _all_steps(lowered, copies=False):
         message = step.operands[0] if step.name == "MSG" else None
@@ -68,7 +77,7 @@ def _without_stub(lowered: Lowered) -> Iterator[Problem]:
             yield Problem(_where(routine, line), line.text, text, remedy, routine.name, line.number)
 
 
-def uses_of_stubs(lowered: Lowered) -> Iterator[str]:
+def uses_of_stubs(lowered: LoweredProgram) -> Iterator[str]:
     """Yield the name of the stub of each instruction that has one, in capitals."""
     for _, _, step in _all_steps(lowered, copies=False):
         first = step.operands[0] if step.operands else None
@@ -78,7 +87,7 @@ def uses_of_stubs(lowered: Lowered) -> Iterator[str]:
             yield first.path.upper() if first.path.upper() in lowered.stubs else ALL_MESSAGES
 
 
-def motion_of(lowered: Lowered) -> dict[str, list[str]]:
+def motion_of(lowered: LoweredProgram) -> dict[str, list[str]]:
     """Return the motion instructions of each axis, group or coordinate system that is not of the rack."""
     found: dict[str, list[str]] = {}
     for _, _, step in _all_steps(lowered, copies=False):
@@ -89,7 +98,7 @@ def motion_of(lowered: Lowered) -> dict[str, list[str]]:
     return found
 
 
-def _beyond_a_3601(lowered: Lowered) -> Iterator[Problem]:
+def _beyond_a_3601(lowered: LoweredProgram) -> Iterator[Problem]:
     """Motion instructions of an axis of the rack that a 3601 can't carry out."""
     for routine, line, step in _all_steps(lowered, copies=False):
         if Use.MOTION not in step.uses or step.name in ANSWERS:
@@ -102,7 +111,7 @@ def _beyond_a_3601(lowered: Lowered) -> Iterator[Problem]:
             )
 
 
-def _unbound_axes(lowered: Lowered) -> Iterator[Problem]:
+def _unbound_axes(lowered: LoweredProgram) -> Iterator[Problem]:
     """Motion instructions of an axis, group or coordinate system that the rack does not have."""
     for routine, line, step in _all_steps(lowered, copies=False):
         if Use.MOTION not in step.uses:
@@ -117,7 +126,7 @@ def _unbound_axes(lowered: Lowered) -> Iterator[Problem]:
             yield Problem(_where(routine, line), line.text, text, remedy)
 
 
-def _repeated(lowered: Lowered, allowed: frozenset[str]) -> Iterator[Problem]:
+def _repeated(lowered: LoweredProgram, allowed: frozenset[str]) -> Iterator[Problem]:
     seen: dict[object, str] = {}
     for routine, line, step in _all_steps(lowered, copies=False):
         for use, operand in zip(step.uses, step.operands, strict=False):
@@ -149,7 +158,9 @@ def _identity(use: Use, name: str, operand: object) -> object:
     return None
 
 
-def _all_steps(lowered: Lowered, *, copies: bool = True) -> Iterator[tuple[LoweredRoutine, Line, Step]]:
+def _all_steps(
+    lowered: LoweredProgram, *, copies: bool = True
+) -> Iterator[tuple[LoweredRoutine, LoweredLine, LoweredStep]]:
     for routine in lowered.routines.values():
         for line in routine.lines:
             for step in steps_of(line.nodes, copies=copies):
@@ -157,12 +168,12 @@ def _all_steps(lowered: Lowered, *, copies: bool = True) -> Iterator[tuple[Lower
                     yield routine, line, step
 
 
-def _where(routine: LoweredRoutine, line: Line) -> str:
+def _where(routine: LoweredRoutine, line: LoweredLine) -> str:
     place = f"routine {routine.name}, {routine.unit} {line.number}"
     return f"{line.origin.file}:{line.origin.line}: {place}" if line.origin.file else place
 
 
-def _jumps(lowered: Lowered, routine: LoweredRoutine) -> Iterator[Problem]:
+def _jumps(lowered: LoweredProgram, routine: LoweredRoutine) -> Iterator[Problem]:
     for line in routine.lines:
         for step in steps_of(line.nodes):
             if not step.operands:
@@ -181,7 +192,7 @@ def _jumps(lowered: Lowered, routine: LoweredRoutine) -> Iterator[Problem]:
                 yield Problem(_where(routine, line), line.text, *problem, routine.name, line.number)
 
 
-def _event_problem(lowered: Lowered, name: str) -> tuple[str, str] | None:
+def _event_problem(lowered: LoweredProgram, name: str) -> tuple[str, str] | None:
     tasks = lowered.schedule.tasks if lowered.schedule is not None else ()
     events = [each.task.name for each in tasks if each.task.kind is TaskKind.EVENT]
     if name in map(str.upper, events):
@@ -189,7 +200,7 @@ def _event_problem(lowered: Lowered, name: str) -> tuple[str, str] | None:
     return f"there is no event task {name}", f"event tasks are {', '.join(events) or 'none'}"
 
 
-def _call_problem(lowered: Lowered, call: Call) -> tuple[str, str] | None:
+def _call_problem(lowered: LoweredProgram, call: Call) -> tuple[str, str] | None:
     if call.routine in lowered.functions:
         return None
     target = lowered.routines.get(call.routine)
@@ -224,7 +235,7 @@ def calls_of(routine: LoweredRoutine) -> list[str]:
     return called
 
 
-def recursive_routines(lowered: Lowered) -> frozenset[str]:
+def recursive_routines(lowered: LoweredProgram) -> frozenset[str]:
     """Return the routines that call themselves, directly or through others, in capitals."""
     found = set()
     for name, routine in lowered.routines.items():
@@ -244,7 +255,7 @@ MOST_CALLS = 50
 """Routines and add-on instructions that may be under way at a time, each called by the one before."""
 
 
-def _chains(lowered: Lowered) -> Iterator[Problem]:
+def _chains(lowered: LoweredProgram) -> Iterator[Problem]:
     """Find the first routine whose calls nest too deep. Recursive calls are counted during the scan."""
     depths: dict[str, int] = {}
     ends = lowered.routines.keys() - lowered.recursive
@@ -265,7 +276,7 @@ def _chains(lowered: Lowered) -> Iterator[Problem]:
             return
 
 
-def _main_with_inputs(lowered: Lowered) -> Iterator[Problem]:
+def _main_with_inputs(lowered: LoweredProgram) -> Iterator[Problem]:
     """Main routines and fault routines are called without inputs."""
     for name in sorted(lowered.roots):
         main = lowered.routines.get(name)
@@ -281,7 +292,7 @@ def _main_with_inputs(lowered: Lowered) -> Iterator[Problem]:
         )
 
 
-def _half_words(lowered: Lowered) -> Iterator[Problem]:
+def _half_words(lowered: LoweredProgram) -> Iterator[Problem]:
     """Copies of single bytes that may end in the middle of a word of an output image."""
     handed = _outputs_handed(lowered)
     for routine, line, step in _all_steps(lowered):
@@ -303,7 +314,7 @@ def _half_words(lowered: Lowered) -> Iterator[Problem]:
             )
 
 
-def _outputs_handed(lowered: Lowered) -> set[tuple[str, str]]:
+def _outputs_handed(lowered: LoweredProgram) -> set[tuple[str, str]]:
     """Return the InOuts to which words of an output image are handed: add-on and InOut, in capitals."""
     found: set[tuple[str, str]] = set()
     if not any(each.output for each in lowered.layout.images):
@@ -326,7 +337,7 @@ def _in_outputs(leaf: Leaf, handed: set[tuple[str, str]]) -> bool:
     return (leaf.slot is not None and leaf.output) or (leaf.frame, leaf.root) in handed
 
 
-def _may_end_in_a_byte(source: Region, wanted: int) -> bool:
+def _may_end_in_a_byte(source: ArrayRegion, wanted: int) -> bool:
     """Whether the copy may end after an odd number of bytes because the source is shorter than `wanted`."""
     if source.size % 2 == 0:
         return False

@@ -33,7 +33,7 @@ from ..model.errors import BuildError, LadderError, Problem
 from ..model.schedule import Task, TaskKind, schedule_of
 from ..model.tags import Declaration, Layout, scoped
 from ..model.tree import Routine
-from ..state.lowered import Lowered
+from ..state.lowered import LoweredProgram
 from .bound_axes import axis_tags, lower_axes, with_blocks
 from .checks import check_whole, recursive_routines, warnings_of
 from .lowering import Lowering
@@ -153,7 +153,7 @@ class Controller(LadderLogic):
     # --- building
 
     @override
-    def _lower(self) -> tuple[Lowered, list[Problem]]:
+    def _lower(self) -> tuple[LoweredProgram, list[Problem]]:
         self._declare_missing(self.programs)
         layout = Layout([*self._all_declarations(), *axis_tags(self.axes)], cards=self.cards)
         lowering = Lowering(

@@ -17,7 +17,7 @@ from ..model.operand_checks import OPERAND_CHECKS, WRITTEN, OperandError, descri
 from ..model.operands import Constant, Group, Place, Resolved, as_number, constant, first_leaf, leaves_in
 from ..model.predefined.words import KEYWORDS, plain
 from ..model.resolver import AddressError, Resolver
-from ..model.spec import WITH_PRESETS, Kind, Spec, Use
+from ..model.spec import WITH_PRESETS, InstructionKind, Spec, Use
 from ..model.stubs import Stub
 from ..model.tags import OWN, FrameLayout, Layout, scoped
 from ..model.tree import (
@@ -36,7 +36,17 @@ from ..model.tree import (
     too_deep,
 )
 from ..model.types import DINT, HIDDEN, LINT, Structure
-from ..state.lowered import AddOnCall, Frame, Line, Lowered, LoweredRoutine, Node, Parallel, Step, steps_of
+from ..state.lowered import (
+    AddOnCall,
+    AddOnFrame,
+    LoweredLine,
+    LoweredProgram,
+    LoweredRoutine,
+    LoweredStep,
+    Node,
+    Parallel,
+    steps_of,
+)
 from .addon import LOGIC, OTHERWISE, PRESCAN, AddOn, copies_of
 from .calls import handed_over, held_subscripts
 from .lowering_statements import StatementLowering
@@ -65,7 +75,7 @@ class Lowering:
         stubs: Mapping[str, Stub] = MappingProxyType({}),
         specs: Mapping[str, Spec] = BY_NAME,
     ) -> None:
-        self.lowered = Lowered(name, layout, main.upper())
+        self.lowered = LoweredProgram(name, layout, main.upper())
         self.problems: list[Problem] = []
         self.warnings: list[Problem] = []
         self.lowered.stubs = dict(stubs)
@@ -73,7 +83,7 @@ class Lowering:
         self._stubbed = specs_of_stubs(stubs)
         self._add_ons = add_ons
         self._uncompiled: list[AddOn] = []
-        self._frame: Frame | None = None
+        self._frame: AddOnFrame | None = None
         self._to_check: list[tuple[AddOnCall, str, str]] = []
         self.resolver = Resolver(layout)
         self._program = ""
@@ -167,20 +177,20 @@ class Lowering:
         if origin.file:
             self._where = f"{origin.file}:{origin.line}: {self._where}"
 
-    def _line(self, number: int, rung: Rung) -> Line:
+    def _line(self, number: int, rung: Rung) -> LoweredLine:
         deep = too_deep(rung.series)
         self.at(number, rung.origin, "" if deep else str(rung))
         if deep:
             self.report(deep, "use fewer, or steps in between")
-            return Line(number, (), rung.origin, "", rung.comment)
+            return LoweredLine(number, (), rung.origin, "", rung.comment)
         nodes = self._series(rung.series)
         steps = list(steps_of(nodes))
-        if steps and all(step.kind is Kind.INPUT and not step.spec.alone for step in steps):
+        if steps and all(step.kind is InstructionKind.INPUT and not step.spec.alone for step in steps):
             self.report("the rung has no output", "end it with a coil or another output instruction")
         for step in steps:
             if step.name == "MCR" and nodes[-1] is not step:
                 self.report("MCR is not last in its rung", "move what follows to a rung of its own")
-        return Line(number, nodes, rung.origin, self._rung_text, rung.comment)
+        return LoweredLine(number, nodes, rung.origin, self._rung_text, rung.comment)
 
     def _series(self, series: Series) -> tuple[Node, ...]:
         return tuple(
@@ -197,14 +207,14 @@ class Lowering:
         )
         return len(self.lowered.sites) - 1
 
-    def step(self, instruction: Instruction) -> Step:
+    def step(self, instruction: Instruction) -> LoweredStep:
         """Lower an instruction."""
         stub = self._stubbed.get(instruction.name.upper())
         definition = None if stub else self._add_ons.get(instruction.name.upper())
         spec = stub or (definition.spec if definition else self._specs.get(instruction.name, CONDITION))
         site = self.site(str(instruction))
         if definition:
-            return Step(ADD_ON_CALL, self._add_on(definition, instruction), site)
+            return LoweredStep(ADD_ON_CALL, self._add_on(definition, instruction), site)
         try:
             operands = self._operands(spec, instruction)
         except (AddressError, OperandError) as error:
@@ -216,7 +226,7 @@ class Lowering:
             self.report(
                 f"{spec.name} is an instruction of structured text", "use a timer or counter of rungs"
             )
-        return Step(spec, operands, site)
+        return LoweredStep(spec, operands, site)
 
     def _add_on(self, definition: AddOn, call: Instruction) -> tuple[AddOnCall, ...]:
         try:
@@ -252,16 +262,16 @@ class Lowering:
         self._to_check.append((lowered, self._where, str(call)))
         return (lowered,)
 
-    def _frame_of(self, definition: AddOn) -> Frame:
+    def _frame_of(self, definition: AddOn) -> AddOnFrame:
         """Return the frame of an add-on instruction and queue its routines for lowering."""
         name = definition.name.upper()
         if name not in self.lowered.frames:
             layout = FrameLayout(name, definition.structure, definition.inouts, self.lowered.layout)
-            self.lowered.frames[name] = Frame(definition.name, layout)
+            self.lowered.frames[name] = AddOnFrame(definition.name, layout)
             self._uncompiled.append(definition)
         return self.lowered.frames[name]
 
-    def _note_handed(self, frame: Frame, instance: Group, handed: Mapping[str, Place | Group]) -> None:
+    def _note_handed(self, frame: AddOnFrame, instance: Group, handed: Mapping[str, Place | Group]) -> None:
         """Lay out the arguments of a call in lists."""
         for operand in (instance, *handed.values()):
             leaf = first_leaf(operand)
@@ -484,7 +494,7 @@ def is_input(operand: Place | Group) -> bool:
     return any(leaf.slot is not None and not leaf.output for leaf in leaves_in(operand))
 
 
-def pass_bits_on(lowered: Lowered) -> None:
+def pass_bits_on(lowered: LoweredProgram) -> None:
     """Note of every InOut that gets a bit of an integer from an InOut of its caller that it may."""
     changed = True
     while changed:
@@ -498,7 +508,7 @@ def pass_bits_on(lowered: Lowered) -> None:
                         changed = True
 
 
-def writes(lowered: Lowered, frame: Frame, name: str) -> bool:
+def writes(lowered: LoweredProgram, frame: AddOnFrame, name: str) -> bool:
     """Whether an add-on instruction writes one of its InOuts, itself or by what it calls."""
     if name in frame.written:
         return True

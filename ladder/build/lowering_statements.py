@@ -13,7 +13,7 @@ from ..instructions.statements import CASE, CONDITION, EXIT, RETURN, assignment
 from ..model.operand_checks import OperandError, described, is_arithmetic, is_logical, is_string
 from ..model.operands import Calculation, Constant, Group, Place, Resolved, as_number, constant, width_of
 from ..model.resolver import AddressError, Resolver
-from ..model.spec import Kind, Spec
+from ..model.spec import InstructionKind, Spec
 from ..model.statements import (
     Assignment,
     Case,
@@ -30,7 +30,7 @@ from ..model.statements import (
     too_deep,
 )
 from ..model.tree import Address, Block, Instruction, Operand, Operation, Origin, Statement, number
-from ..state.lowered import Act, Arms, Body, Line, Loop, LoweredRoutine, Selection, Step
+from ..state.lowered import Act, Arms, Body, Loop, LoweredLine, LoweredRoutine, LoweredStep, Selection
 
 INSTEAD: Mapping[str, str] = {
     "OTE": "write bit := condition;",
@@ -79,7 +79,7 @@ class Lowerer(Protocol):
     def site(self, text: str) -> int:
         """Number an instruction of the present line."""
 
-    def step(self, instruction: Instruction) -> Step:
+    def step(self, instruction: Instruction) -> LoweredStep:
         """Lower an instruction."""
 
     def report(self, text: str, remedy: str) -> None:
@@ -101,7 +101,7 @@ class StatementLowering:
 
     def __init__(self, lowering: Lowerer) -> None:
         self._lowering = lowering
-        self._lines: list[Line] = []
+        self._lines: list[LoweredLine] = []
         self._parameters: tuple[Place, ...] | None = None
         self._loops = 0
 
@@ -129,7 +129,7 @@ class StatementLowering:
 
     def _line(
         self, at: Statement, text: str, spec: Spec | None, find: Callable[[], tuple[Any, ...]], line: int = 0
-    ) -> Line:
+    ) -> LoweredLine:
         """Lower a line to one step; report refused operands. Without `spec`, `find` returns it first."""
         self._at(at, text, line)
         site = self._lowering.site(text)
@@ -141,7 +141,7 @@ class StatementLowering:
         if spec is None:
             spec, *rest = operands
             operands = tuple(rest)
-        return self._added(at, text, Step(spec, operands, site), line)
+        return self._added(at, text, LoweredStep(spec, operands, site), line)
 
     def _at(self, at: Statement, text: str, line: int = 0) -> None:
         origin = at.origin
@@ -149,9 +149,9 @@ class StatementLowering:
             origin = Origin(origin.file, origin.line + line - at.line)
         self._lowering.at(line or at.line, origin, text)
 
-    def _added(self, at: Statement, text: str, step: Step, line: int = 0) -> Line:
+    def _added(self, at: Statement, text: str, step: LoweredStep, line: int = 0) -> LoweredLine:
         origin = Origin(at.origin.file, at.origin.line + (line - at.line if line else 0))
-        made = Line(line or at.line, (step,), origin, text, at.comment)
+        made = LoweredLine(line or at.line, (step,), origin, text, at.comment)
         self._lines.append(made)
         return made
 
@@ -162,14 +162,14 @@ class StatementLowering:
 
     def _assigned(
         self, at: Statement, text: str, target: Address, value: Operand, retentive: bool = True
-    ) -> Line:
+    ) -> LoweredLine:
         def find() -> tuple[Any, ...]:
             place = self._target(target)
             return assignment(place, retentive=retentive), place, self._value(place, value)
 
         return self._line(at, text, None, find)
 
-    def _condition(self, at: Statement, text: str, condition: Operand, line: int = 0) -> Line:
+    def _condition(self, at: Statement, text: str, condition: Operand, line: int = 0) -> LoweredLine:
         return self._line(at, text, CONDITION, lambda: (self._logical(condition),), line)
 
     def _invocation(self, statement: Invocation) -> Act:
@@ -181,7 +181,7 @@ class StatementLowering:
             self._parameters = step.operands
             if not first:
                 self._lowering.report("SBR is not first", "make it the first statement")
-        elif step.name in INSTEAD or (step.kind is Kind.INPUT and not step.spec.decides):
+        elif step.name in INSTEAD or (step.kind is InstructionKind.INPUT and not step.spec.decides):
             remedy = INSTEAD.get(step.name, "write a condition")
             self._lowering.report(f"{step.name} is not an instruction of structured text", remedy)
         return Act(self._added(statement, statement.head, step))
@@ -223,7 +223,7 @@ class StatementLowering:
         advance = self._assigned(statement, text, count, Operation("+", (count, step)))
         return Loop(start, test, body, advance, None)
 
-    def _refuse_count(self, start: Line) -> None:
+    def _refuse_count(self, start: LoweredLine) -> None:
         operands = self._operands(start)
         if operands and not (isinstance(operands[0], Place) and operands[0].type.is_integer):
             what = described(operands[0])
@@ -267,9 +267,9 @@ class StatementLowering:
     # --- operands
 
     @staticmethod
-    def _operands(line: Line) -> tuple[Any, ...]:
+    def _operands(line: LoweredLine) -> tuple[Any, ...]:
         (step,) = line.nodes
-        assert isinstance(step, Step)
+        assert isinstance(step, LoweredStep)
         return step.operands
 
     def _resolved(self, operand: Operand) -> Resolved:

@@ -25,7 +25,7 @@ from ..model.errors import BuildError, LadderError, Problem
 from ..model.schedule import ProgramRoutines, Task, TaskKind, schedule_of
 from ..model.tags import Layout, scoped
 from ..model.tree import Routine
-from ..state.lowered import Lowered
+from ..state.lowered import LoweredProgram
 from .bound_axes import axis_tags, lower_axes, with_blocks
 from .checks import check_whole, recursive_routines, warnings_of
 from .dialects import LOGIX, SLC
@@ -174,7 +174,7 @@ class Program(LadderLogic):
         return ProgramRoutines(self.name, main, fault)
 
     @override
-    def _lower(self) -> tuple[Lowered, list[Problem]]:
+    def _lower(self) -> tuple[LoweredProgram, list[Problem]]:
         self._declare_missing((self,))
         declared = [*self.declarations, *axis_tags(self.axes)]
         layout = Layout(declared, files=self.dialect == SLC, cards=self.cards)

@@ -22,7 +22,7 @@ from ..model.types import MAX_DIMENSIONS, DataType, Structure, count_of, size_of
 from ..run.edit import Edit, carry_over
 from ..run.engine import STEP_MS, Engine
 from ..run.view import Tags
-from ..state.lowered import Lowered
+from ..state.lowered import LoweredProgram
 from ..state.memory import Memory
 from .addon import AddOn, specs_of
 from .bound_axes import Axes, prescan_axes, run_axes
@@ -89,7 +89,7 @@ class LadderLogic(ABC):
         self.declared_missing: list[Tag] = []
         self.refused: Sequence[str] = ()
         self._names: set[str] = set()
-        self._lowered: Lowered | None = None
+        self._lowered: LoweredProgram | None = None
         self._scanner: Scanner | None = None
         self._engine: Engine | None = None
         self._warnings: tuple[Problem, ...] = ()
@@ -105,7 +105,7 @@ class LadderLogic(ABC):
         """Routines in Python, by full name."""
 
     @abstractmethod
-    def _lower(self) -> tuple[Lowered, list[Problem]]:
+    def _lower(self) -> tuple[LoweredProgram, list[Problem]]:
         """Lower and check the program; return it with its warnings, or raise a BuildError."""
 
     @property
@@ -302,7 +302,7 @@ class LadderLogic(ABC):
 
     # --- building
 
-    def build(self) -> Lowered:
+    def build(self) -> LoweredProgram:
         """Check it and make it ready to run.
 
         Raises:
@@ -436,7 +436,7 @@ def declared(tag: Tag) -> str:
     return f"{tag.name} : {tag.type.name}{dims}"
 
 
-def wrong_initials(lowered: Lowered) -> list[Problem]:
+def wrong_initials(lowered: LoweredProgram) -> list[Problem]:
     """Return what is wrong with the initial values."""
     try:
         Memory(lowered.layout, lowered.presets, lowered.defaults)

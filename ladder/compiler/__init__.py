@@ -18,9 +18,9 @@ from typing import Any, NamedTuple
 from ..model.collector import collector_paused
 from ..model.errors import LadderError
 from ..run.engine import Engine
-from ..state.lowered import Lowered
+from ..state.lowered import LoweredProgram
 from ..state.memory import NOTHING
-from .observed import UNOBSERVED, Holding, Observation, Reading
+from .observed import UNOBSERVED, ForceInserter, Observation, Reading
 from .positions import relocated
 from .program import text_of
 from .services import interpreted_of, regions_of, services
@@ -28,7 +28,7 @@ from .services import interpreted_of, regions_of, services
 __all__ = ["ObservedScanner", "Scanner", "observed_scanner_of", "scanner_of", "source_of"]
 
 
-def source_of(lowered: Lowered) -> str:
+def source_of(lowered: LoweredProgram) -> str:
     """Return the Python that a program is compiled to."""
     return text_of(lowered).text
 
@@ -52,13 +52,13 @@ class ObservedScanner(NamedTuple):
     readings: Sequence[Reading]
 
 
-def scanner_of(lowered: Lowered) -> Scanner:
+def scanner_of(lowered: LoweredProgram) -> Scanner:
     """Compile a program once, for any number of engines."""
     bind = observed_scanner_of(lowered, UNOBSERVED).bind
     return lambda engine: bind(engine, NOTHING)
 
 
-def observed_scanner_of(lowered: Lowered, observation: Observation) -> ObservedScanner:
+def observed_scanner_of(lowered: LoweredProgram, observation: Observation) -> ObservedScanner:
     """Compile a program that notes power and holds forces, see `observed`."""
     with collector_paused():
         text = text_of(lowered, observation)
@@ -116,7 +116,7 @@ def _code(unit: tuple[str, Sequence[int]], file: str, observation: Observation) 
 
 def _held(text: str, observation: Observation) -> ast.Module:
     tree = ast.parse(text)
-    Holding(observation.held).visit(tree)
+    ForceInserter(observation.held).visit(tree)
     return tree
 
 

@@ -19,15 +19,15 @@ from ..model.tags import OWN, Leaf
 from ..model.types import count_of
 from ..state.lowered import AddOnCall
 from ..state.memory import mask_of
-from .values import Values
+from .values import ValueWriter
 
 
-def parameters_of(values: Values, inouts: Sequence[str]) -> list[str]:
+def parameters_of(values: ValueWriter, inouts: Sequence[str]) -> list[str]:
     """Return the parameters of a compiled routine of an add-on instruction."""
     return ["now", *(each for root in (OWN, *inouts) for each in values.writer.handed(root))]
 
 
-def write_call(values: Values, routine: str, call: AddOnCall) -> None:
+def write_call(values: ValueWriter, routine: str, call: AddOnCall) -> None:
     """Write the line that calls a routine of an add-on instruction."""
     writer = values.writer
     bits = writer.lowered.frames[call.name].bits
@@ -52,7 +52,7 @@ def function_name(routine: str, *, based: bool) -> str:
     return f"addon_{routine.replace('.', '_')}{'_at' if based else ''}"
 
 
-def _handed(values: Values, operand: Place | Group) -> list[str]:
+def _handed(values: ValueWriter, operand: Place | Group) -> list[str]:
     """Return text for the list, offset, remaining elements and bit mask of an argument."""
     leaf = first_leaf(operand)
     texts = values.subscripts(leaf, operand.indices, operand.text)
@@ -65,7 +65,7 @@ def _handed(values: Values, operand: Place | Group) -> list[str]:
     ]
 
 
-def _left(values: Values, leaf: Leaf, texts: Sequence[str], operand: Place | Group) -> str:
+def _left(values: ValueWriter, leaf: Leaf, texts: Sequence[str], operand: Place | Group) -> str:
     """Return text for the number of elements from an operand to the end of its array."""
     path = leaf.path if isinstance(operand, Place) else operand.path
     if leaf.root not in ("", OWN) and path.upper() == leaf.root:
@@ -83,7 +83,7 @@ def _left(values: Values, leaf: Leaf, texts: Sequence[str], operand: Place | Gro
     return f"{count_of(dims) - fixed}{''.join(terms)}"
 
 
-def _mask(values: Values, leaf: Leaf, operand: Place | Group) -> str:
+def _mask(values: ValueWriter, leaf: Leaf, operand: Place | Group) -> str:
     if isinstance(operand, Place) and operand.bit is not None:
         if isinstance(operand.bit, Constant):
             return str(mask_of(leaf.type, int(operand.bit.value)))

@@ -28,8 +28,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import takewhile
 
-from ..model.spec import Kind
-from ..state.lowered import Line, Node, Parallel, Step
+from ..model.spec import InstructionKind
+from ..state.lowered import LoweredLine, LoweredStep, Node, Parallel
 from .observed import NOTES
 from .rungs import RungWriter
 from .writer import both, either_of
@@ -41,7 +41,7 @@ Above = tuple[str, int]
 """A variable, and a number: there is power where the variable is greater."""
 
 
-def write_rung(rungs: RungWriter, line: Line, power: str) -> None:
+def write_rung(rungs: RungWriter, line: LoweredLine, power: str) -> None:
     """Write a rung, which notes its power where that is wanted."""
     if rungs.notes.place(line.number) is None:
         rungs.series(line.nodes, power, needed=False)
@@ -57,7 +57,7 @@ class NotedRung:
         line: the rung.
     """
 
-    def __init__(self, rungs: RungWriter, line: Line) -> None:
+    def __init__(self, rungs: RungWriter, line: LoweredLine) -> None:
         self._rungs, self._notes, self._line = rungs, rungs.notes, line
         self._writer = rungs.writer
         self._leaves = any(step.spec.leaves for step in _steps(line.nodes))
@@ -93,7 +93,7 @@ class NotedRung:
             nodes = nodes[count:]
         return power
 
-    def _step(self, step: Step, power: str) -> str:
+    def _step(self, step: LoweredStep, power: str) -> str:
         if step.spec.leaves:
             self._note_tuple()
         power = self._rungs.kept(self._rungs.step(step, power))
@@ -104,7 +104,7 @@ class NotedRung:
         """Note power after `count` instructions where a variable is true."""
         self._behind += [(*self._guards, self._meaning.get(power, (power, 0)))] * count
 
-    def _inputs(self, run: tuple[Step, ...], power: str) -> str:
+    def _inputs(self, run: tuple[LoweredStep, ...], power: str) -> str:
         first, *others = (self._rungs.inline(step) for step in run)
         tests = [both(power, first), *others]
         ends = "".join(f"{passed} if not ({test}) else " for passed, test in enumerate(tests))
@@ -172,16 +172,20 @@ def _text(name: str, at: int) -> str:
     return f"{name} > {at}"
 
 
-def _plain_outputs(nodes: tuple[Node, ...]) -> tuple[Step, ...]:
+def _plain_outputs(nodes: tuple[Node, ...]) -> tuple[LoweredStep, ...]:
     """Return the leading outputs of a series that only act when true."""
-    return tuple(node for node in takewhile(_acts_plainly, nodes) if isinstance(node, Step))
+    return tuple(node for node in takewhile(_acts_plainly, nodes) if isinstance(node, LoweredStep))
 
 
 def _acts_plainly(node: Node) -> bool:
-    return isinstance(node, Step) and node.kind is Kind.OUTPUT and not (node.spec.leaves or node.spec.decides)
+    return (
+        isinstance(node, LoweredStep)
+        and node.kind is InstructionKind.OUTPUT
+        and not (node.spec.leaves or node.spec.decides)
+    )
 
 
-def _steps(nodes: tuple[Node, ...]) -> Iterator[Step]:
+def _steps(nodes: tuple[Node, ...]) -> Iterator[LoweredStep]:
     for node in nodes:
         if isinstance(node, Parallel):
             for leg in node.legs:

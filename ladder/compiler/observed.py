@@ -19,7 +19,7 @@ from typing import Any
 
 from typing_extensions import override
 
-from ..state.lowered import Lowered
+from ..state.lowered import LoweredProgram
 
 NOTED = "__noted"
 """Variable of the list with the power that was noted."""
@@ -135,7 +135,7 @@ def true_at_end(notes: Sequence[Any], line: int, reading: Reading) -> bool:
     return bool(notes[place] > above) and all(notes[at] > least for at, least in further)
 
 
-def lines_of(lowered: Lowered) -> tuple[LineKey, ...]:
+def lines_of(lowered: LoweredProgram) -> tuple[LineKey, ...]:
     """Return all lines whose power can be noted."""
     found = {
         (routine.name.upper(), line.number): None
@@ -155,7 +155,7 @@ def kept_name(ident: str) -> str:
     return f"__left_{ident}"
 
 
-class Holding(ast.NodeTransformer):
+class ForceInserter(ast.NodeTransformer):
     """Puts a line that forces a variable after every line that assigns to it.
 
     Args:

@@ -8,7 +8,7 @@ from collections.abc import Sequence, Set
 from dataclasses import dataclass
 from functools import partial
 
-from ..state.lowered import Line, Lowered, LoweredRoutine
+from ..state.lowered import LoweredLine, LoweredProgram, LoweredRoutine
 from .calls import function_name, parameters_of
 from .noted import write_rung
 from .observed import NOTED, NOTES, UNOBSERVED, NoteList, Notes, Observation
@@ -78,7 +78,7 @@ class ProgramText:
         return "\n".join(lines) + f"\n{INDENT}return\n"
 
 
-def text_of(lowered: Lowered, observation: Observation = UNOBSERVED) -> ProgramText:
+def text_of(lowered: LoweredProgram, observation: Observation = UNOBSERVED) -> ProgramText:
     """Return the Python of a program, with lines that note power where that is wanted."""
     listed = NoteList(len(observation.noted))
     notes = partial(Notes.of, observation, listed)
@@ -102,7 +102,7 @@ def text_of(lowered: Lowered, observation: Observation = UNOBSERVED) -> ProgramT
     return ProgramText(idents, parts, file or f"<ladder {lowered.name}>", functions, listed)
 
 
-def _function_names(lowered: Lowered) -> dict[str, str]:
+def _function_names(lowered: LoweredProgram) -> dict[str, str]:
     taken = set(lowered.layout.idents)
     names: dict[str, str] = {}
     for key, routine in lowered.routines.items():
@@ -117,7 +117,7 @@ def _function_names(lowered: Lowered) -> dict[str, str]:
 
 
 def _routine(
-    lowered: Lowered,
+    lowered: LoweredProgram,
     routine: LoweredRoutine,
     functions: dict[str, str],
     name: str,
@@ -155,7 +155,7 @@ def _routine(
     return [*((text, 1) for text in head), *writer.lines, ("", 1)]
 
 
-def _rung(writer: Writer, rungs: RungWriter, line: Line, *, preempted: bool) -> None:
+def _rung(writer: Writer, rungs: RungWriter, line: LoweredLine, *, preempted: bool) -> None:
     """Write a rung, and a call of the scheduler after it if the program can be preempted."""
     writer.origin = line.origin.line or 1
     writer.next_rung()

@@ -9,11 +9,11 @@ from collections.abc import Callable, Iterable
 from itertools import takewhile
 
 from ..model.operands import can_fault
-from ..model.spec import Kind
+from ..model.spec import InstructionKind
 from ..model.tags import OVERRIDE
-from ..state.lowered import Node, Parallel, Step
+from ..state.lowered import LoweredStep, Node, Parallel
 from .observed import Notes
-from .values import Values, calculates
+from .values import ValueWriter, calculates
 from .writer import Writer, both, either_of
 
 
@@ -31,7 +31,7 @@ class RungWriter:
     def __init__(self, writer: Writer, functions: dict[str, str], notes: Notes) -> None:
         self.notes = notes
         self.writer = writer
-        self.values = Values(writer)
+        self.values = ValueWriter(writer)
         self.sections: dict[str, int] = {}
         self.section = 0
         self.functions = functions
@@ -43,23 +43,23 @@ class RungWriter:
         self.writer.assigned(self._override)
         self.writer.line(f"{self.override} = {text}")
 
-    def step(self, step: Step, power: str) -> str:
+    def step(self, step: LoweredStep, power: str) -> str:
         """Write an instruction; return the power after it."""
         return self._step(step, power, needed=True)
 
-    def outputs(self, steps: Iterable[Step], power: str) -> None:
+    def outputs(self, steps: Iterable[LoweredStep], power: str) -> None:
         """Write instructions that act when true, one after the other."""
         self._outputs(steps, power)
 
-    def inline(self, step: Step) -> str:
+    def inline(self, step: LoweredStep) -> str:
         """Return the expression of an input of an `inline_run`."""
         self.values.site = step.site
         return self._write(step)
 
-    def inline_run(self, nodes: tuple[Node, ...]) -> tuple[Step, ...]:
+    def inline_run(self, nodes: tuple[Node, ...]) -> tuple[LoweredStep, ...]:
         """Return the inputs at the beginning of a series that are one expression each."""
-        steps = takewhile(lambda node: isinstance(node, Step) and _is_inline(node), nodes)
-        return tuple(step for step in steps if isinstance(step, Step))
+        steps = takewhile(lambda node: isinstance(node, LoweredStep) and _is_inline(node), nodes)
+        return tuple(step for step in steps if isinstance(step, LoweredStep))
 
     def series(self, nodes: tuple[Node, ...], power: str, *, needed: bool) -> str:
         """Write a series; return the power after it, which means nothing unless `needed`."""
@@ -100,36 +100,36 @@ class RungWriter:
                 self._act(node)
 
     def _act(self, node: Node) -> None:
-        assert isinstance(node, Step)
+        assert isinstance(node, LoweredStep)
         self.values.site = node.site
         self._write(node)
 
-    def _step(self, step: Step, power: str, *, needed: bool) -> str:
+    def _step(self, step: LoweredStep, power: str, *, needed: bool) -> str:
         self.values.site = step.site
         if step.spec.decides:
             return self._write(step, power)
-        if step.kind is Kind.INPUT:
+        if step.kind is InstructionKind.INPUT:
             return self._input(step, power)
         if needed:
             power = self.kept(power)
-        if step.kind is Kind.OUTPUT:
+        if step.kind is InstructionKind.OUTPUT:
             self._outputs((step,), power)
         else:
             self._write(step, power)
         return power
 
-    def _write(self, step: Step, *power: str) -> str:
+    def _write(self, step: LoweredStep, *power: str) -> str:
         if step.spec.write is not None:
             return step.spec.write(self, *power, *step.operands) or ""
         frame = self.values.stores()
         given = [str(step.site), *power, *([f"frame={frame}"] if frame else [])]
         call = f"interpret({', '.join(given)})"
-        if step.kind is Kind.INPUT or step.spec.decides:
+        if step.kind is InstructionKind.INPUT or step.spec.decides:
             return self.values.keep(call)
         self.writer.line(call)
         return ""
 
-    def _input(self, step: Step, power: str) -> str:
+    def _input(self, step: LoweredStep, power: str) -> str:
         if _is_inline(step):
             return both(power, self._write(step))
         if power == "True":
@@ -158,7 +158,7 @@ def _first_of_last_outputs(nodes: tuple[Node, ...]) -> int:
 
 
 def _acts_when_true(node: Node) -> bool:
-    return isinstance(node, Step) and node.kind is Kind.OUTPUT
+    return isinstance(node, LoweredStep) and node.kind is InstructionKind.OUTPUT
 
 
 def _is_inline(node: Node, *, safe: bool = False) -> bool:
@@ -166,7 +166,12 @@ def _is_inline(node: Node, *, safe: bool = False) -> bool:
     if isinstance(node, Parallel):
         return all(_is_inline(each, safe=safe) for leg in node.legs for each in leg)
     spec = node.spec
-    if spec.kind is not Kind.INPUT or spec.decides or spec.write is None or not spec.inline(*node.operands):
+    if (
+        spec.kind is not InstructionKind.INPUT
+        or spec.decides
+        or spec.write is None
+        or not spec.inline(*node.operands)
+    ):
         return False
     operands = [each for each in node.operands if not isinstance(each, str)]
     return not any(map(calculates, operands)) and not (safe and any(map(can_fault, operands)))

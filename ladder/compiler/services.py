@@ -11,9 +11,9 @@ from ..model.errors import LadderFault
 from ..model.operators import ARITHMETIC, CALLED
 from ..model.spec import Use
 from ..model.types import TYPES, Elementary
-from ..state.lowered import BROKEN, Lowered, Step, steps_of
-from ..state.memory import NOTHING, Listed, Store, Value, set_text_in, text_in
-from ..state.regions import Region, copy, fill, region_of
+from ..state.lowered import BROKEN, LoweredProgram, LoweredStep, steps_of
+from ..state.memory import NOTHING, CompiledAddOnStore, Store, Value, set_text_in, text_in
+from ..state.regions import ArrayRegion, copy, fill, region_of
 
 if TYPE_CHECKING:
     from ..run.engine import Engine
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 class Services:
     """Functions of one engine, by the names under which the compiled program knows them."""
 
-    def __init__(self, engine: Engine, interpreted: Mapping[int, Step]) -> None:
+    def __init__(self, engine: Engine, interpreted: Mapping[int, LoweredStep]) -> None:
         self._engine = engine
         self._fault_log = engine.fault_log
         self._memory = engine.memory
@@ -142,9 +142,9 @@ class Services:
 
     def copy(
         self,
-        source: Region,
+        source: ArrayRegion,
         first: int,
-        target: Region,
+        target: ArrayRegion,
         at: int,
         length: int,
         origin: Store | None = None,
@@ -162,15 +162,17 @@ class Services:
             row = array("h", row)
         goal[at : at + count] = row
 
-    def fill(self, target: Region, at: int, length: int, value: Value, goal: Store | None = None) -> None:
+    def fill(
+        self, target: ArrayRegion, at: int, length: int, value: Value, goal: Store | None = None
+    ) -> None:
         """Fill elements with a converted value."""
         fill((goal or self._memory, target, at), length, value)
 
     def stretch(
         self, frame: str, values: Any, base: int = 0, left: int = 1, mask: int | None = None
-    ) -> Listed:
+    ) -> CompiledAddOnStore:
         """Return an instance, or what was passed, as a store."""
-        return Listed(self._frames[frame].layout, values, base, left, mask)
+        return CompiledAddOnStore(self._frames[frame].layout, values, base, left, mask)
 
     def mask(self, bit: int, bits: int, signed: bool) -> int:
         """Return the value in which one bit is set."""
@@ -212,18 +214,18 @@ class Services:
         return self.narrow(site, int(value), 64, bits)
 
 
-def interpreted_of(lowered: Lowered) -> dict[int, Step]:
+def interpreted_of(lowered: LoweredProgram) -> dict[int, LoweredStep]:
     """Return the instructions that have no Python text, by site."""
     return {step.site: step for step in _all_steps(lowered) if step.spec.write is None}
 
 
-def _all_steps(lowered: Lowered) -> Iterator[Step]:
+def _all_steps(lowered: LoweredProgram) -> Iterator[LoweredStep]:
     for routine in lowered.routines.values():
         for line in routine.lines:
             yield from steps_of(line.nodes)
 
 
-def services(engine: Engine, regions: Regions, interpreted: Mapping[int, Step]) -> dict[str, Any]:
+def services(engine: Engine, regions: Regions, interpreted: Mapping[int, LoweredStep]) -> dict[str, Any]:
     """Return the names that the compiled program knows.
 
     Args:
@@ -246,7 +248,7 @@ Regions = dict[tuple[int, int], Any]
 """Regions by site and operand."""
 
 
-def regions_of(lowered: Lowered) -> Regions:
+def regions_of(lowered: LoweredProgram) -> Regions:
     """Return the regions that instructions copy or fill, by site and operand."""
     return {
         (step.site, number): region_of(operand)

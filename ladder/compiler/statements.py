@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ..model.operands import Constant
-from ..state.lowered import Act, Arms, Body, Line, Loop, Selection, Step
+from ..state.lowered import Act, Arms, Body, Loop, LoweredLine, LoweredStep, Selection
 from .rungs import RungWriter
 from .values import is_plain
 
@@ -36,14 +36,14 @@ class StatementWriter:
             else:
                 self._loop(each)
 
-    def _begin(self, line: Line) -> None:
+    def _begin(self, line: LoweredLine) -> None:
         self._writer.origin = line.origin.line or 1
         self._writer.next_rung()
         if line.comment:
             self._writer.comment(line.comment)
         self._writer.comment(f"{line.number}: {line.text}")
 
-    def _act(self, line: Line) -> None:
+    def _act(self, line: LoweredLine) -> None:
         self._begin(line)
         noted = self._is_noted(line)
         leaves = noted and _step(line).spec.leaves
@@ -53,22 +53,22 @@ class StatementWriter:
         if noted and not leaves:
             self._note(line, power)
 
-    def _is_noted(self, line: Line) -> bool:
+    def _is_noted(self, line: LoweredLine) -> bool:
         return self._rungs.notes.place(line.number) is not None
 
-    def _note(self, line: Line, power: str) -> None:
+    def _note(self, line: LoweredLine, power: str) -> None:
         place = self._rungs.notes.place(line.number)
         truth = "True" if power == "True" else f"{power} or {place} == (True,)"
         self._writer.line(f"{place} = ({truth},)")
 
-    def _condition(self, line: Line) -> str:
+    def _condition(self, line: LoweredLine) -> str:
         text = self._head(line)
         if self._is_noted(line):
             text = self._rungs.values.keep(text)
             self._note(line, text)
         return text
 
-    def _head(self, line: Line) -> str:
+    def _head(self, line: LoweredLine) -> str:
         self._begin(line)
         step = _step(line)
         self._rungs.values.site = step.site
@@ -93,7 +93,7 @@ class StatementWriter:
         if arms.otherwise:
             self._inside("else:", arms.otherwise)
 
-    def _choose(self, lines: Sequence[Line]) -> str:
+    def _choose(self, lines: Sequence[LoweredLine]) -> str:
         """Evaluate conditions in order; return a variable with the index of the first true one, or -1."""
         chosen = self._writer.lasting()
         self._writer.line(f"{chosen} = 0 if {self._condition(lines[0])} else -1")
@@ -103,7 +103,7 @@ class StatementWriter:
                 self._writer.line(f"if {text}: {chosen} = {position}")
         return chosen
 
-    def _is_one_expression(self, line: Line) -> bool:
+    def _is_one_expression(self, line: LoweredLine) -> bool:
         """Whether a condition needs no lines of its own."""
         return not self._is_noted(line) and is_plain(_step(line).operands[0])
 
@@ -148,7 +148,7 @@ class StatementWriter:
             self._writer.line("break")
 
 
-def _step(line: Line) -> Step:
+def _step(line: LoweredLine) -> LoweredStep:
     (step,) = line.nodes
-    assert isinstance(step, Step)
+    assert isinstance(step, LoweredStep)
     return step

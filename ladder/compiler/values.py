@@ -13,8 +13,8 @@ from ..model.operands import (
     Constant,
     Group,
     Place,
-    Quoted,
     Resolved,
+    StringConstant,
     can_fault,
     first_leaf,
     is_truth,
@@ -56,7 +56,7 @@ class Term:
         return not self.real and -half <= self.low and self.high < half
 
 
-class Values:
+class ValueWriter:
     """Writes what operands need.
 
     Attributes:
@@ -403,14 +403,14 @@ class Values:
     def comparison(self, relation: str, a: Resolved, b: Resolved) -> str:
         """Return text for a relation."""
         sign = PYTHON_RELATION[relation]
-        if isinstance(a, (Group, Quoted)):
+        if isinstance(a, (Group, StringConstant)):
             return f"({self.characters(a)} {sign} {self.characters(b)})"
         left, right = self.terms((a, b), width_of(a, b))
         return f"({left.text} {sign} {right.text})"
 
     def characters(self, operand: Resolved) -> str:
         """Return text for the characters of a STRING."""
-        if isinstance(operand, Quoted):
+        if isinstance(operand, StringConstant):
             return repr(operand.value.encode("latin-1", errors="replace"))
         assert isinstance(operand, Group)
         return f"text{self._in_store(operand)})"

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from ..model.errors import TooLongError
 from ..model.stretches import Spot
 from ..model.tags import BASE, FRAME, OWN, FrameLayout, Layout, Leaf
-from ..state.lowered import Lowered
+from ..state.lowered import LoweredProgram
 
 INDENT = "    "
 
@@ -37,7 +37,9 @@ class Writer:
         routine: the routine, for messages.
     """
 
-    def __init__(self, lowered: Lowered, frame: str = "", *, based: bool = False, routine: str = "") -> None:
+    def __init__(
+        self, lowered: LoweredProgram, frame: str = "", *, based: bool = False, routine: str = ""
+    ) -> None:
         self.lowered = lowered
         self._routine = routine
         self.layout: Layout = lowered.frames[frame].layout if frame else lowered.layout

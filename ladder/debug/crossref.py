@@ -12,7 +12,7 @@ from ..model.operands import Calculation, Constant, Group, Place, Resolved, cons
 from ..model.resolver import Resolver
 from ..model.spec import Use
 from ..model.tags import HELD, OWN
-from ..state.lowered import ADD_ON, AddOnCall, Call, Lowered, LoweredRoutine, Step, steps_of
+from ..state.lowered import ADD_ON, AddOnCall, Call, LoweredProgram, LoweredRoutine, LoweredStep, steps_of
 
 BOTH_WAYS = frozenset(
     {
@@ -74,7 +74,7 @@ class CrossReference:
         lowered: the program.
     """
 
-    def __init__(self, lowered: Lowered) -> None:
+    def __init__(self, lowered: LoweredProgram) -> None:
         self._lowered = lowered
         self._resolver = Resolver(lowered.layout)
 
@@ -100,7 +100,7 @@ class CrossReference:
         return iter(self.mentions)
 
 
-def cross_reference(lowered: Lowered) -> CrossReference:
+def cross_reference(lowered: LoweredProgram) -> CrossReference:
     """Return the cross reference of a program that has been built (`Program.build`)."""
     return CrossReference(lowered)
 
@@ -131,7 +131,7 @@ def _path(operand: Place | Group) -> str:
     return (operand.leaf.path if isinstance(operand, Place) else operand.path).upper()
 
 
-def _mentions(lowered: Lowered, wanted: Callable[[Place | Group], bool]) -> Iterator[Mention]:
+def _mentions(lowered: LoweredProgram, wanted: Callable[[Place | Group], bool]) -> Iterator[Mention]:
     """Yield mentions; those inside an add-on instruction only if a wanted tag is passed to it."""
     seen: set[object] = set()
     for routine in lowered.routines.values():
@@ -140,7 +140,7 @@ def _mentions(lowered: Lowered, wanted: Callable[[Place | Group], bool]) -> Iter
 
 
 def _in_routine(
-    lowered: Lowered,
+    lowered: LoweredProgram,
     routine: LoweredRoutine,
     placed: Callable[[Place | Group], Place | Group],
     wanted: Callable[[Place | Group], bool],
@@ -158,7 +158,7 @@ def _in_routine(
 
 
 def _in_call(
-    lowered: Lowered,
+    lowered: LoweredProgram,
     call: AddOnCall,
     placed: Callable[[Place | Group], Place | Group],
     wanted: Callable[[Place | Group], bool],
@@ -176,7 +176,9 @@ def _in_call(
         )
 
 
-def placed_in(lowered: Lowered, handed: Mapping[str, Place | Group], operand: Place | Group) -> Place | Group:
+def placed_in(
+    lowered: LoweredProgram, handed: Mapping[str, Place | Group], operand: Place | Group
+) -> Place | Group:
     """Return what an operand of an add-on instruction is in the program.
 
     Args:
@@ -204,7 +206,7 @@ def placed_in(lowered: Lowered, handed: Mapping[str, Place | Group], operand: Pl
     return Place(lowered.layout.leaf(path + rest), indices, bit, text, array)
 
 
-def _placed_index(lowered: Lowered, handed: Mapping[str, Place | Group], index: Resolved) -> Resolved:
+def _placed_index(lowered: LoweredProgram, handed: Mapping[str, Place | Group], index: Resolved) -> Resolved:
     if isinstance(index, Calculation):
         return Calculation(index.name, tuple(_placed_index(lowered, handed, each) for each in index.operands))
     return placed_in(lowered, handed, index) if isinstance(index, (Place, Group)) else index
@@ -218,7 +220,7 @@ def _once(mentions: Iterable[Mention]) -> Iterator[Mention]:
             yield each
 
 
-def _of_step(site: Site, step: Step) -> Iterator[Mention]:
+def _of_step(site: Site, step: LoweredStep) -> Iterator[Mention]:
     for operand, uses in _operands(step):
         reads = not uses & TARGETS or bool(uses & BOTH_WAYS)
         writes = bool(uses & TARGETS)
@@ -229,7 +231,7 @@ def _of_step(site: Site, step: Step) -> Iterator[Mention]:
             yield Mention(site, place, place.text, reads or inner, writes and not inner, stretch)
 
 
-def _operands(step: Step) -> Iterable[tuple[Resolved, frozenset[Use]]]:
+def _operands(step: LoweredStep) -> Iterable[tuple[Resolved, frozenset[Use]]]:
     if step.name == ADD_ON:
         call: AddOnCall = step.operands[0]
         return [(call.instance, frozenset({Use.TIMER}))]

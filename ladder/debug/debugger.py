@@ -36,7 +36,7 @@ PICTURED = 100
 
 
 @dataclass(frozen=True, slots=True)
-class Stop:
+class BreakpointStop:
     """A breakpoint that was met.
 
     Attributes:
@@ -82,7 +82,7 @@ class Debugger:
     """
 
     def __init__(self, program: LadderLogic, *, remembered: int = MOST) -> None:
-        self.stops: tuple[Stop, ...] = ()
+        self.stops: tuple[BreakpointStop, ...] = ()
         self.edits: list[tuple[int, Edit]] = []
         self.on_edit: Callable[[Edit], object] = lambda _edit: None
         self.on_outside: Callable[[], object] = lambda: None
@@ -173,7 +173,7 @@ class Debugger:
         else:
             self._do_noted(self._engine, scan.now_ns, first=scan.first)
 
-    def scan(self, scans: int = 1, ms: float = STEP_MS) -> tuple[Stop, ...]:
+    def scan(self, scans: int = 1, ms: float = STEP_MS) -> tuple[BreakpointStop, ...]:
         """Do scans without a rack, until a breakpoint is met; return those that are.
 
         Args:
@@ -308,7 +308,7 @@ class Debugger:
                 self._on_tags[tag] = value
                 stops.append(f"{tag} was {shown(before)} and is {shown(value)}")
         at = self._engine
-        self.stops = tuple([Stop(at.scans - 1, at.now_ns, text) for text in stops])
+        self.stops = tuple([BreakpointStop(at.scans - 1, at.now_ns, text) for text in stops])
 
     def _is_true(self, routine: str, rung: int) -> bool:
         engine = self._engine

@@ -26,7 +26,7 @@ Forces = Mapping[tuple[str, int], Force]
 
 
 @dataclass(frozen=True, slots=True)
-class Held:
+class ForcedValue:
     """A forced value.
 
     Attributes:
@@ -46,18 +46,18 @@ class Held:
         return self.value if self.left is None else value & self.left | self.value
 
 
-def held_values(layout: Layout, forces: Forces) -> tuple[Held, ...]:
+def held_values(layout: Layout, forces: Forces) -> tuple[ForcedValue, ...]:
     """Return the forced values of a program."""
     leaves = {leaf.ident: leaf for leaf in layout.leaves.values()}
     return tuple(_held(leaves[ident], index, force) for (ident, index), force in forces.items())
 
 
-def _held(leaf: Leaf, index: int, force: Force) -> Held:
+def _held(leaf: Leaf, index: int, force: Force) -> ForcedValue:
     mask, value = force
     if mask is None:
-        return Held(leaf, index, None, value)
+        return ForcedValue(leaf, index, None, value)
     bits = leaf.type.wraps
-    return Held(leaf, index, wrap(~mask, bits), wrap(int(value) & mask, bits))
+    return ForcedValue(leaf, index, wrap(~mask, bits), wrap(int(value) & mask, bits))
 
 
 class HeldList(list[Any]):
@@ -69,7 +69,7 @@ class HeldList(list[Any]):
 
     __slots__ = ("held",)
 
-    def __init__(self, values: Iterable[Any], held: Mapping[int, Held]) -> None:
+    def __init__(self, values: Iterable[Any], held: Mapping[int, ForcedValue]) -> None:
         super().__init__(values)
         self.held = held
         self._hold()
@@ -88,9 +88,9 @@ class HeldList(list[Any]):
             super().__setitem__(number, held.merged(self[number]))
 
 
-def in_lists(layout: Layout, held: Iterable[Held]) -> dict[str, dict[int, Held]]:
+def in_lists(layout: Layout, held: Iterable[ForcedValue]) -> dict[str, dict[int, ForcedValue]]:
     """Return the forced values that lie in lists, by the list's identifier and their number in it."""
-    found: dict[str, dict[int, Held]] = {}
+    found: dict[str, dict[int, ForcedValue]] = {}
     for each in held:
         spot = layout.spot(each.leaf)
         if spot is not None:
@@ -100,12 +100,12 @@ def in_lists(layout: Layout, held: Iterable[Held]) -> dict[str, dict[int, Held]]
     return found
 
 
-def in_variables(layout: Layout, held: Iterable[Held]) -> tuple[Held, ...]:
+def in_variables(layout: Layout, held: Iterable[ForcedValue]) -> tuple[ForcedValue, ...]:
     """Return the forced values that have a variable of their own."""
     return tuple(each for each in held if not each.leaf.dims and layout.spot(each.leaf) is None)
 
 
-def names_of(held: Iterable[Held]) -> dict[str, Value]:
+def names_of(held: Iterable[ForcedValue]) -> dict[str, Value]:
     """Return what the compiled program names to hold variables."""
     names: dict[str, Value] = {}
     for each in held:

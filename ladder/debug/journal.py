@@ -19,7 +19,7 @@ from ..compiler import ObservedScanner, Scanner
 from ..compiler.observed import Observation
 from ..model.errors import LadderFault
 from ..model.tags import Leaf
-from ..state.lowered import Lowered
+from ..state.lowered import LoweredProgram
 from ..state.memory import Memory, Value
 from .forces import Forces
 from .watching import WatchedEngine
@@ -83,7 +83,7 @@ class Journal:
 
     def __init__(
         self,
-        lowered: Lowered,
+        lowered: LoweredProgram,
         scanner: Scanner,
         variants: dict[Observation, ObservedScanner],
         most: int = MOST,

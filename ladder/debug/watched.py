@@ -11,11 +11,11 @@ from typing_extensions import override
 from ..interpreter import Interpreter
 from ..model.errors import LadderFault, Site
 from ..model.operands import Calculation, Place
-from ..model.spec import Kind
+from ..model.spec import InstructionKind
 from ..model.tags import OWN, Leaf
-from ..state.lowered import Body, Line, LoweredRoutine, Node, Parallel, Step
-from ..state.memory import NOTHING, Memory, Named, Value, same
-from .forces import Forces, Held, HeldList, held_values, in_lists, in_variables
+from ..state.lowered import Body, LoweredLine, LoweredRoutine, LoweredStep, Node, Parallel
+from ..state.memory import NOTHING, InterpretedAddOnStore, Memory, Value, same
+from .forces import ForcedValue, Forces, HeldList, held_values, in_lists, in_variables
 
 
 def shown(value: object) -> str:
@@ -76,13 +76,13 @@ class Change:
 
 
 @dataclass(slots=True)
-class _Running:
+class _CurrentRung:
     """The rung under execution."""
 
     routine: str
-    line: Line
+    line: LoweredLine
     truth: list[bool] = field(default_factory=list)
-    blocked: list[Step] = field(default_factory=list)
+    blocked: list[LoweredStep] = field(default_factory=list)
 
 
 class WatchedMemory(Memory):
@@ -100,9 +100,9 @@ class WatchedMemory(Memory):
     outside: list[tuple[Leaf, int, Value]] | None = None
     on_outside: Callable[[], object] = staticmethod(lambda: None)
     forces: Forces = NOTHING  # type: ignore[assignment]  # it is empty
-    held: Mapping[tuple[str, int], Held] = NOTHING  # type: ignore[assignment]
+    held: Mapping[tuple[str, int], ForcedValue] = NOTHING  # type: ignore[assignment]
 
-    def hold(self, forces: Forces) -> tuple[Held, ...]:
+    def hold(self, forces: Forces) -> tuple[ForcedValue, ...]:
         """Hold these values from now on and no others; return those that have a variable of their own."""
         held = held_values(self.layout, forces)
         self.forces = forces
@@ -150,7 +150,7 @@ class WatchedInterpreter(Interpreter):
     def __init__(self, *parts: object) -> None:
         super().__init__(*parts)  # type: ignore[arg-type]  # as the base takes them
         self.truths: dict[tuple[str, int], tuple[bool, ...]] = {}
-        self.running: list[_Running] = []
+        self.running: list[_CurrentRung] = []
         self.heads: list[Blocker] = []
         self.read: tuple[tuple[str, Value], ...] = ()
         self.power = True
@@ -185,8 +185,8 @@ class WatchedInterpreter(Interpreter):
             self._silent, self.heads = silent, heads
             self._routines.pop()
 
-    def _line(self, line: Line, inputs: Sequence[Value], *, statement: bool = False) -> bool:
-        running = _Running(self._routines[-1], line)
+    def _line(self, line: LoweredLine, inputs: Sequence[Value], *, statement: bool = False) -> bool:
+        running = _CurrentRung(self._routines[-1], line)
         self.running.append(running)
         try:
             return super()._line(line, inputs, statement=statement)
@@ -195,15 +195,15 @@ class WatchedInterpreter(Interpreter):
             self.truths[key] = self._ran(running, key) if statement else tuple(running.truth)
             self.running.pop()
 
-    def _ran(self, running: _Running, key: tuple[str, int]) -> tuple[bool, ...]:
+    def _ran(self, running: _CurrentRung, key: tuple[str, int]) -> tuple[bool, ...]:
         """Whether a line of structured text was true: in any statement and any pass of a loop."""
         left = not running.truth  # by EXIT or RETURN, or because of a fault
         return (left or running.truth[-1] or self.truths.get(key, (False,))[-1],)
 
-    def _inside(self, head: Line, body: Body, inputs: Sequence[Value]) -> None:
+    def _inside(self, head: LoweredLine, body: Body, inputs: Sequence[Value]) -> None:
         """Record the condition of a body with the values that it read."""
         (step,) = head.nodes
-        assert isinstance(step, Step)
+        assert isinstance(step, LoweredStep)
         text = f"{head.text} in line {head.number}"
         self.heads.append(Blocker(text, self._values(step)))
         try:
@@ -211,7 +211,7 @@ class WatchedInterpreter(Interpreter):
         finally:
             self.heads.pop()
 
-    def _step(self, step: Step, power: bool) -> bool:
+    def _step(self, step: LoweredStep, power: bool) -> bool:
         if self._silent:
             return super()._step(step, power)
         self.power = power
@@ -219,7 +219,7 @@ class WatchedInterpreter(Interpreter):
         self.read = self._values(step) if self.lowered.sites[step.site].unit == "line" else ()
         behind = super()._step(step, power)
         running.truth.append(behind)
-        if power and not behind and step.kind is Kind.INPUT:
+        if power and not behind and step.kind is InstructionKind.INPUT:
             running.blocked.append(step)
         return behind
 
@@ -246,10 +246,10 @@ class WatchedInterpreter(Interpreter):
         """Return the conditions of the present rung at which power has ended so far."""
         return tuple(map(self._blocker, self.running[-1].blocked)) if self.running else ()
 
-    def _blocker(self, step: Step) -> Blocker:
+    def _blocker(self, step: LoweredStep) -> Blocker:
         return Blocker(self.lowered.sites[step.site].instruction, self._values(step))
 
-    def _values(self, step: Step) -> tuple[tuple[str, Value], ...]:
+    def _values(self, step: LoweredStep) -> tuple[tuple[str, Value], ...]:
         """Return the tags that a step reads, with their values."""
         read = step.operands[1:] if step.name in (":=", "[:=]") else step.operands
         places = [place for each in read for place in _places(each)]
@@ -281,7 +281,7 @@ class WatchedInterpreter(Interpreter):
     def instance(self) -> str:
         """The instance whose routine runs, "" outside of add-on instructions."""
         own = self.frame.get(OWN)
-        return own.text if isinstance(own, Named) else ""
+        return own.text if isinstance(own, InterpretedAddOnStore) else ""
 
     @property
     def present(self) -> Site | None:

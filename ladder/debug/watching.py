@@ -22,9 +22,9 @@ from ..compiler.observed import (
 )
 from ..model.tags import Leaf
 from ..run.engine import Engine
-from ..state.lowered import Lowered
+from ..state.lowered import LoweredProgram
 from ..state.memory import Value
-from .forces import Forces, Held, names_of
+from .forces import ForcedValue, Forces, names_of
 from .watched import Change, WatchedInterpreter, WatchedMemory
 
 
@@ -50,14 +50,14 @@ class WatchedEngine(Engine):
     memory: WatchedMemory
     interpreter: WatchedInterpreter
 
-    def __init__(self, lowered: Lowered, scanner: Scanner) -> None:
+    def __init__(self, lowered: LoweredProgram, scanner: Scanner) -> None:
         super().__init__(lowered, scanner)
         self._compiled = self._scan
         self._calling = self._calling_compiled = self.call_routine
         self.variants: dict[Observation, ObservedScanner] = {}
         self._unapplied = False
         self._bound: Callable[[int], object] | None = self._compiled
-        self._variables: tuple[Held, ...] = ()
+        self._variables: tuple[ForcedValue, ...] = ()
         self._notes: list[Any] = []
         self._blank: list[None] = []
         self._readings: Sequence[Reading] = ()

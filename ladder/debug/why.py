@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from ..model.operands import Constant, Group, Place
 from ..model.types import COUNTER, HIDDEN, TIMER
-from ..state.lowered import Lowered
+from ..state.lowered import LoweredProgram
 from ..state.memory import element_text
 from .crossref import Mention, overlap
 from .watched import Change, shown
@@ -75,7 +75,7 @@ def untouched(tag: str, value: object, writers: Sequence[Mention]) -> str:
     return f"{tag} is {shown(value)} and has not changed while it was watched. What writes it:\n{listed}"
 
 
-def told(lowered: Lowered, tag: str, where: Place | Group, change: Change, value: object) -> str:
+def told(lowered: LoweredProgram, tag: str, where: Place | Group, change: Change, value: object) -> str:
     """Say how a tag came to its value: when, by which rung, and where that rung was false.
 
     Args:
@@ -89,7 +89,7 @@ def told(lowered: Lowered, tag: str, where: Place | Group, change: Change, value
     return f"{tag}: {state_of(where, value)}\n{said}" if is_counted(where) else said
 
 
-def _told(lowered: Lowered, tag: str, where: Place | Group, change: Change) -> str:
+def _told(lowered: LoweredProgram, tag: str, where: Place | Group, change: Change) -> str:
     name = tag if isinstance(where, Place) else _element(change)
     after: object = change.after
     if isinstance(where, Place) and isinstance(where.bit, Constant):

@@ -13,11 +13,11 @@ from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 from ..instructions import BY_NAME
-from ..model.spec import Kind
+from ..model.spec import InstructionKind
 from ..model.tree import Branch, Element, Instruction, Rung, Series, instructions_of
 from .marks import Box, Corner, Picture, Symbol, Wire
 from .power import Numbering, power
-from .ruler import GAP, JOIN, SYMBOLS, Block, Line, Ruler, is_symbol
+from .ruler import GAP, JOIN, SYMBOLS, LineLayout, Ruler, SeriesLayout, is_symbol
 
 NO_CAPTIONS: Mapping[str, Sequence[str]] = MappingProxyType({})
 """Captions where no add-on instruction is known."""
@@ -68,7 +68,7 @@ class _Placer:
             ends = number == len(block.lines) - 1
             last = self._line(line, block.room, last, first=number == 0, ends=ends)
 
-    def _line(self, line: Line, room: int | None, last: int, *, first: bool, ends: bool) -> int:
+    def _line(self, line: LineLayout, room: int | None, last: int, *, first: bool, ends: bool) -> int:
         picture = self.picture
         y = picture.rows + line.size.above
         picture.rows += line.size.above + 1 + line.size.below
@@ -148,7 +148,7 @@ class _Placer:
             marks.append(Corner(right, y, True, number))
         return number
 
-    def _leg(self, leg: Block, x: int, y: int, width: int, last: int) -> None:
+    def _leg(self, leg: SeriesLayout, x: int, y: int, width: int, last: int) -> None:
         """Place the lines of a leg, `width` columns wide."""
         below = len(leg.lines) - 1
         for number, (line, row) in enumerate(zip(leg.lines, leg.rows, strict=True)):
@@ -171,4 +171,4 @@ def _leading_inputs(series: Series) -> int:
 
 def _is_output(instruction: Instruction) -> bool:
     spec = BY_NAME.get(instruction.name)
-    return spec is None or spec.kind is not Kind.INPUT
+    return spec is None or spec.kind is not InstructionKind.INPUT

@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass
 from xml.sax.saxutils import escape, quoteattr
 
-from .shapes import Curve, Form, Frame, Letters, Line
+from .shapes import BoxFrame, Curve, Form, Letters, Line
 
 CELL = 8
 """Units of a column."""
@@ -57,7 +57,7 @@ class Pen:
         start, end = (self.x(line.x), self.y(line.y)), (self.x(line.to_x), self.y(line.to_y))
         return f'<line class="{kind}" x1="{start[0]}" y1="{start[1]}" x2="{end[0]}" y2="{end[1]}"/>'
 
-    def frame(self, frame: Frame, kind: str) -> str:
+    def frame(self, frame: BoxFrame, kind: str) -> str:
         """Return a frame with rounded corners."""
         at = f'x="{units((self.left + frame.x) * CELL)}" y="{units((self.top + frame.y) * self.row)}"'
         size = f'width="{units(frame.width * CELL)}" height="{units(frame.height * self.row)}"'
@@ -89,6 +89,6 @@ class Pen:
             return self.line(form, kind)
         if isinstance(form, Curve):
             return f'<path class="{kind}" d="{self._arc(form)}"/>'
-        if isinstance(form, Frame):
+        if isinstance(form, BoxFrame):
             return self.frame(form, kind)
         return self.letters(form, kind) if isinstance(form, Letters) else ""

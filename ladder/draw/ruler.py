@@ -94,7 +94,7 @@ class Size:
 
 
 @dataclass(frozen=True, slots=True)
-class Line:
+class LineLayout:
     """Elements of one line, and the room that they take."""
 
     series: Series
@@ -102,7 +102,7 @@ class Line:
 
 
 @dataclass(frozen=True, slots=True)
-class Block:
+class SeriesLayout:
     """A series in one line, or broken into several.
 
     Attributes:
@@ -110,7 +110,7 @@ class Block:
         room: columns that each element may take.
     """
 
-    lines: tuple[Line, ...]
+    lines: tuple[LineLayout, ...]
     room: int | None
 
     @property
@@ -172,27 +172,27 @@ class Ruler:
         inner = max([len(element.name), *(caption + len(line.operand) for line in lines)])
         return Size(inner + 4 + 2 * GAP, 1, max(len(lines), 1))
 
-    def legs(self, branch: Branch, room: int | None) -> list[Block]:
+    def legs(self, branch: Branch, room: int | None) -> list[SeriesLayout]:
         """Return the legs of a branch, broken where they are wider than it may be."""
         inner = None if room is None else max(room - 2 * JOIN, NARROWEST)
         return [self.block(leg, inner) for leg in branch.legs]
 
-    def block(self, series: Series, room: int | None) -> Block:
+    def block(self, series: Series, room: int | None) -> SeriesLayout:
         """Break a series into lines if it is wider than a room."""
         whole = self._line(series, None)
         if room is None or whole.size.width <= room:
-            return Block((whole,), None)
+            return SeriesLayout((whole,), None)
         inner = room - MARKS
-        return Block(tuple(self._line(each, inner) for each in self._broken(series, inner)), inner)
+        return SeriesLayout(tuple(self._line(each, inner) for each in self._broken(series, inner)), inner)
 
-    def _line(self, series: Series, room: int | None) -> Line:
+    def _line(self, series: Series, room: int | None) -> LineLayout:
         sizes = [self.size(each, room) for each in series]
         size = Size(
             sum(size.width for size in sizes),
             max((size.above for size in sizes), default=0),
             max((size.below for size in sizes), default=0),
         )
-        return Line(series, size)
+        return LineLayout(series, size)
 
     def _broken(self, series: Series, room: int) -> Iterator[Series]:
         """Split a series into lines; an element wider than the room has a line of its own."""

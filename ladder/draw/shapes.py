@@ -36,7 +36,7 @@ class Curve:
 
 
 @dataclass(frozen=True, slots=True)
-class Frame:
+class BoxFrame:
     """The frame of a box: its upper left corner and its size."""
 
     x: float
@@ -73,7 +73,7 @@ class Value:
     ends: bool
 
 
-Form = Line | Curve | Frame | Letters | Value
+Form = Line | Curve | BoxFrame | Letters | Value
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +90,7 @@ def shape_bottom(shape: Shape) -> float:
     form = shape.form
     if isinstance(form, Line):
         return max(form.y, form.to_y)
-    if isinstance(form, Frame):
+    if isinstance(form, BoxFrame):
         return form.y + form.height - 0.5
     return form.y + (0.4 if isinstance(form, Curve | Value) else 0)
 
@@ -139,7 +139,7 @@ def _value_of(symbol: Symbol, left: float, right: float) -> Value:
 
 def _box(box: Box) -> Iterator[Shape]:
     rows = max(len(box.lines), 1)
-    yield Shape(Frame(box.x, box.y - 0.95, box.width, rows + 1.05), "box", box.element)
+    yield Shape(BoxFrame(box.x, box.y - 0.95, box.width, rows + 1.05), "box", box.element)
     heading = Letters(box.x + (box.width - len(box.title)) / 2, box.y - HEADING, box.title)
     yield Shape(heading, "heading")
     captions = caption_width(box.lines)

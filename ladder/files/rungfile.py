@@ -46,7 +46,7 @@ from decimal import Decimal
 from pathlib import Path
 
 from ...io_images.input_files import read_input_text
-from ...io_images.text_limits import Text, TextLimitError, check_text
+from ...io_images.text_limits import TextKind, TextLimitError, check_text
 from ..build.addon import AddOn
 from ..build.controller import Controller
 from ..build.dialects import LOGIX
@@ -79,8 +79,8 @@ def read_program(path: Path | str) -> Program | Controller:
     """
     file = Path(path)
     if file.suffix == STRUCTURED_SUFFIX:
-        return parse_structured(read_input_text(file, Text.STRUCTURED), file.stem, file=str(file))
-    return parse_program(read_input_text(file, Text.RUNGS), file=str(file))
+        return parse_structured(read_input_text(file, TextKind.STRUCTURED), file.stem, file=str(file))
+    return parse_program(read_input_text(file, TextKind.RUNGS), file=str(file))
 
 
 def parse_program(text: str, *, file: str = "", stubs: Stubs = NO_STUBS) -> Program | Controller:
@@ -90,7 +90,7 @@ def parse_program(text: str, *, file: str = "", stubs: Stubs = NO_STUBS) -> Prog
         file: where it is from, for messages.
         stubs: replacements of instructions; they replace stubs of the text with the same name.
     """
-    _check(text, Text.RUNGS, file)
+    _check(text, TextKind.RUNGS, file)
     return Reader(text, file, stubs).program()
 
 
@@ -103,11 +103,11 @@ def parse_structured(text: str, name: str, *, file: str = "", stubs: Stubs = NO_
         file: where it is from, for messages.
         stubs: see `parse_program`.
     """
-    _check(text, Text.STRUCTURED, file)
+    _check(text, TextKind.STRUCTURED, file)
     return Reader(text, file, stubs).structured(name)
 
 
-def _check(text: str, kind: Text, file: str) -> None:
+def _check(text: str, kind: TextKind, file: str) -> None:
     try:
         check_text(text, kind)
     except TextLimitError as error:

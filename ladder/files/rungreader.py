@@ -14,7 +14,7 @@ from importlib.resources import files
 from itertools import accumulate
 from typing import NoReturn
 
-from ..build.addon import ROUTINES, AddOn, Parameter, Way, specs_of
+from ..build.addon import ROUTINES, AddOn, Parameter, ParameterMode, specs_of
 from ..build.controller import Controller
 from ..build.dialects import DIALECTS, LOGIX
 from ..build.program import Program
@@ -82,7 +82,7 @@ _STUB = re.compile(rf"STUB\s+(\\?{_NAME}(?:\.{_NAME})*)\s*:\s*(\S.*)", re.IGNORE
 _USE = re.compile(rf"USE\s+({_NAME})", re.IGNORECASE)
 _INSTRUCTION = re.compile(rf"INSTRUCTION\s+({_NAME})", re.IGNORECASE)
 _PARAMETER = re.compile(
-    rf"({'|'.join(way.value for way in Way)})\s+({_NAME})\s*:\s*({_NAME})\s*"
+    rf"({'|'.join(way.value for way in ParameterMode)})\s+({_NAME})\s*:\s*({_NAME})\s*"
     r"(?:\[([\d,\s]+)\])?(\s+REQUIRED)?(?:\s+AT\s+([^\s:=]+))?\s*(?::=\s*(.+))?",
     re.IGNORECASE,
 )
@@ -358,7 +358,7 @@ class Reader:
         parameter = Parameter(
             name,
             kind,
-            Way(way.upper()),
+            ParameterMode(way.upper()),
             self._dims(dims),
             bool(required),
             comment,

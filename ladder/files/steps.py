@@ -28,7 +28,7 @@ from typing import Protocol
 
 from ...io_images.amci3601 import CommandLsw, CommandMsw, StatusLsw, StatusMsw, status_names
 from ...io_images.image import UNSIGNED_MAX, WORD_MIN, WORDS, Image
-from ...io_images.text_limits import Text, TextLimitError, check_text
+from ...io_images.text_limits import TextKind, TextLimitError, check_text
 from ...io_images.thousands import split_thousands
 
 SUFFIX = ".steps"
@@ -57,7 +57,7 @@ class _Slots(Protocol):
     def __getitem__(self, number: int, /) -> _Slot: ...
 
 
-class Scan(Protocol):
+class StepsScan(Protocol):
     """What a scan is to a program of steps."""
 
     slot: _Slots
@@ -110,7 +110,7 @@ class Steps:
         """The line of the present step; 0 before the first one."""
         return self.steps[self._index].line if self._index >= 0 else 0
 
-    def __call__(self, scan: Scan) -> None:
+    def __call__(self, scan: StepsScan) -> None:
         """Do one scan; the first one since power-up or program mode begins with the first step."""
         slot = scan.slot[self.slot]
         if scan.first:
@@ -138,7 +138,7 @@ def parse_steps(text: str, file: str = "") -> Steps:
         StepsError: a line can't be used, or there is no step.
     """
     try:
-        check_text(text, Text.STEPS)
+        check_text(text, TextKind.STEPS)
     except TextLimitError as error:
         raise StepsError(f"{file}:{error.line}: {error}") from None
     steps: list[Step] = []

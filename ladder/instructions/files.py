@@ -8,7 +8,7 @@ from ..model.operands import Constant, Resolved, width_moved
 from ..model.spec import Use, action
 from ..model.tags import Leaf
 from ..model.types import LINT
-from ..state.regions import Region, copy, fill, plain, region_of
+from ..state.regions import ArrayRegion, copy, fill, plain, region_of
 
 __all__ = ["COP", "CPS", "FLL"]
 
@@ -32,12 +32,12 @@ def _write_cop(rungs: RungWriter, source: Resolved, target: Resolved, length: Re
     rungs.writer.line(f"copy({', '.join(parts + (stores if stores != ['None', 'None'] else []))})")
 
 
-def _write_first(rungs: RungWriter, region: Region) -> str:
+def _write_first(rungs: RungWriter, region: ArrayRegion) -> str:
     flat = rungs.values.flat(region.parts[0].leaf, region.indices, region.text)
     return f"({flat}) * {region.rest}" if region.rest != 1 and region.indices else flat
 
 
-def _write_slices(rungs: RungWriter, source: Region, target: Region, length: int) -> bool:
+def _write_slices(rungs: RungWriter, source: ArrayRegion, target: ArrayRegion, length: int) -> bool:
     """Write a copy between lists of one type as slices; return whether that is possible."""
     first, at = source.fixed_first, target.fixed_first
     if plain(source) is None or plain(source) != plain(target) or first is None or at is None:
@@ -58,7 +58,7 @@ def _write_slices(rungs: RungWriter, source: Region, target: Region, length: int
 
 
 def _write_row(
-    rungs: RungWriter, source: tuple[Region, int], target: tuple[Region, int], length: int
+    rungs: RungWriter, source: tuple[ArrayRegion, int], target: tuple[ArrayRegion, int], length: int
 ) -> bool:
     """Write a copy from or to an InOut as a whole: the length of its array is known in the call only."""
     kind = plain(source[0])
@@ -100,7 +100,7 @@ def _write_fll(rungs: RungWriter, source: Resolved, target: Resolved, length: Re
     rungs.writer.line(f"fill(region[{rungs.values.site}, 1], {first}, {count}, {value}{goal})")
 
 
-def _width_filled(source: Resolved, region: Region) -> int:
+def _width_filled(source: Resolved, region: ArrayRegion) -> int:
     return width_moved(source, *(part.leaf.type for part in region.parts))
 
 

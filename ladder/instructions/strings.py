@@ -19,7 +19,7 @@ from decimal import Decimal
 from ..interpreter import Interpreter
 from ..model import arithmetic as math
 from ..model.errors import SHORT_STRING_CODE, STRING_CODE, STRING_NUMBER_CODE, STRING_PLACE_CODE
-from ..model.operands import Group, Place, Quoted, Resolved, width_of
+from ..model.operands import Group, Place, Resolved, StringConstant, width_of
 from ..model.spec import Spec, Use, action
 from ..state.regions import converted
 
@@ -47,7 +47,7 @@ def _room(operand: Group) -> int:
 
 def _read(machine: Interpreter, operand: Resolved) -> bytes | None:
     """Return the characters of a string; fault and return None if LEN exceeds the size of DATA."""
-    if not isinstance(operand, Quoted):
+    if not isinstance(operand, StringConstant):
         assert isinstance(operand, Group)
         length, room = machine.get(operand.member("LEN")), _room(operand)
         if length > room:

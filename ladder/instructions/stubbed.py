@@ -15,8 +15,8 @@ from ..interpreter import Interpreter
 from ..model.arithmetic import wrap
 from ..model.errors import LadderError
 from ..model.operand_checks import OperandError
-from ..model.operands import Constant, Group, Place, Quoted, Resolved, width_of
-from ..model.spec import Kind, Spec, Use
+from ..model.operands import Constant, Group, Place, Resolved, StringConstant, width_of
+from ..model.spec import InstructionKind, Spec, Use
 from ..model.stubs import Ending, Power, Stub, replaces
 from ..model.tree import Operand
 from ..model.types import DINT, Structure
@@ -92,7 +92,7 @@ def _member(group: Group, name: str) -> Place | None:
 
 
 @dataclass(frozen=True, slots=True)
-class Timed:
+class TimedCall:
     """An instruction that takes its time.
 
     Attributes:
@@ -106,13 +106,13 @@ class Timed:
     started: Place
 
 
-def _timed(resolver: OperandResolver, operands: tuple[Resolved | None, ...]) -> Timed:
+def _timed(resolver: OperandResolver, operands: tuple[Resolved | None, ...]) -> TimedCall:
     for each in operands:
         if isinstance(each, Group) and _member(each, "EN") and _member(each, "DN"):
             assert isinstance(each.type, Structure)
             noted = any(hidden.name == STARTED for hidden in each.type.hidden)
             bits = {name: place for name in ("EN", "DN", "ER", "IP", "PC") if (place := _member(each, name))}
-            return Timed(
+            return TimedCall(
                 bits, _member(each, "ERR"), each.member(f"~{STARTED}") if noted else resolver.hidden(STARTED)
             )
     raise OperandError(
@@ -120,7 +120,7 @@ def _timed(resolver: OperandResolver, operands: tuple[Resolved | None, ...]) -> 
     )
 
 
-def _end(machine: Interpreter, power: bool, stub: Ending, timed: Timed) -> bool:
+def _end(machine: Interpreter, power: bool, stub: Ending, timed: TimedCall) -> bool:
     state = {name: bool(machine.get(place)) for name, place in timed.bits.items()}
     ended = state["DN"] or state.get("ER", False)
     if not state["EN"]:
@@ -139,7 +139,7 @@ def _end(machine: Interpreter, power: bool, stub: Ending, timed: Timed) -> bool:
     return power
 
 
-def _set(machine: Interpreter, timed: Timed, **bits: bool) -> None:
+def _set(machine: Interpreter, timed: TimedCall, **bits: bool) -> None:
     for name, value in bits.items():
         if name in timed.bits:
             machine.put(timed.bits[name], value)
@@ -157,7 +157,7 @@ def _given(machine: Interpreter, operand: Resolved | str) -> object:
     """Return an operand in the form that a Python stub receives."""
     if isinstance(operand, (Place, Group)):
         return Argument(machine, operand)
-    if isinstance(operand, (Constant, Quoted)):
+    if isinstance(operand, (Constant, StringConstant)):
         return operand.value
     return operand if isinstance(operand, str) else machine.number(operand, width_of(operand))
 
@@ -167,7 +167,7 @@ def _run(machine: Interpreter, power: bool, stub: Stub, *operands: object) -> bo
         return power and stub.behind
     if isinstance(stub, Ending):
         (timed,) = operands
-        assert isinstance(timed, Timed)
+        assert isinstance(timed, TimedCall)
         return _end(machine, power, stub, timed)
     name, *given = operands
     answer = machine.call(str(name), (power, *(_given(machine, each) for each in given)))  # type: ignore[arg-type]
@@ -190,7 +190,7 @@ def stub_spec(name: str, stub: Stub) -> Spec:
         shown = (str(said) if each is None else each for each, said in zip(operands, given, strict=True))
         return stub, resolver.function(name, stub.function), *shown
 
-    return Spec(name, Kind.BOTH, (Use.ANYTHING,), run=_run, resolve=resolve, decides=True)
+    return Spec(name, InstructionKind.BOTH, (Use.ANYTHING,), run=_run, resolve=resolve, decides=True)
 
 
 def specs_of_stubs(stubs: Mapping[str, Stub]) -> dict[str, Spec]:

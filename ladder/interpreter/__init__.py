@@ -1,6 +1,6 @@
 """The interpreter: the reference that the compiled program is compared with."""
 
 from .interpreter import Interpreter
-from .values import Values
+from .values import PlaceValues
 
-__all__ = ["Interpreter", "Values"]
+__all__ = ["Interpreter", "PlaceValues"]

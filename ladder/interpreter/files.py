@@ -7,7 +7,7 @@ from ..model.operands import Group, Resolved
 from ..model.types import DataType, count_of
 from ..state.memory import Value
 from ..state.regions import converted, put, take
-from .values import Values
+from .values import PlaceValues
 
 
 class Members:
@@ -18,7 +18,7 @@ class Members:
         group: where it is.
     """
 
-    def __init__(self, machine: Values, group: Group) -> None:
+    def __init__(self, machine: PlaceValues, group: Group) -> None:
         self._machine, self._group = machine, group
 
     def __getitem__(self, name: str) -> Value:
@@ -61,7 +61,7 @@ class Elements:
         dimension: the dimension to vary; None counts through all.
     """
 
-    def __init__(self, machine: Values, operand: Resolved, dimension: int | None = None) -> None:
+    def __init__(self, machine: PlaceValues, operand: Resolved, dimension: int | None = None) -> None:
         self._machine = machine
         self._store, self._region, self._first = machine.end(operand)
         self.type: DataType = self._region.type

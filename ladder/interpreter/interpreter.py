@@ -13,7 +13,7 @@ from typing import NoReturn
 
 from ..model.errors import LadderFault, OutOfLinesError
 from ..model.operands import Constant, Group, Place, Resolved, first_leaf, place_of
-from ..model.spec import Kind
+from ..model.spec import InstructionKind
 from ..model.tags import OVERRIDE, OWN
 from ..model.types import count_of
 from ..state.fault_log import FaultLog
@@ -22,18 +22,18 @@ from ..state.lowered import (
     AddOnCall,
     Arms,
     Body,
-    Line,
     Loop,
-    Lowered,
+    LoweredLine,
+    LoweredProgram,
     LoweredRoutine,
+    LoweredStep,
     Node,
     Parallel,
     Selection,
-    Step,
 )
-from ..state.memory import Memory, Named, Value
+from ..state.memory import InterpretedAddOnStore, Memory, Value
 from ..state.scheduler import Scheduler
-from .values import Values
+from .values import PlaceValues
 
 Caller = Callable[[str, Sequence[Value]], Sequence[Value]]
 """Calls a routine in Python: name in capitals, values in; returns the values out."""
@@ -57,7 +57,7 @@ class _Exit(Exception):  # noqa: N818
     pass
 
 
-class Interpreter(Values):
+class Interpreter(PlaceValues):
     """Runs a lowered program on a memory.
 
     Attributes:
@@ -74,7 +74,9 @@ class Interpreter(Values):
         call_python: calls routines in Python.
     """
 
-    def __init__(self, lowered: Lowered, memory: Memory, fault_log: FaultLog, call_python: Caller) -> None:
+    def __init__(
+        self, lowered: LoweredProgram, memory: Memory, fault_log: FaultLog, call_python: Caller
+    ) -> None:
         super().__init__(lowered, memory, fault_log)
         self.inputs: Sequence[Value] = ()
         self.selected: Value = 0
@@ -133,7 +135,7 @@ class Interpreter(Values):
                     self.fault_log.jumped_back(jump.site)
                 number = target
 
-    def _line(self, line: Line, inputs: Sequence[Value], *, statement: bool = False) -> bool:
+    def _line(self, line: LoweredLine, inputs: Sequence[Value], *, statement: bool = False) -> bool:
         """Run a rung or statement outside of MCR; return the power after it."""
         self._count()
         power = statement or not (self.lowered.override and self.status(OVERRIDE))
@@ -154,22 +156,22 @@ class Interpreter(Values):
         behind = [self._series(leg, power) for leg in branch.legs]
         return any(behind)
 
-    def _step(self, step: Step, power: bool) -> bool:
+    def _step(self, step: LoweredStep, power: bool) -> bool:
         return self.execute(step, power)
 
-    def execute(self, step: Step, power: bool) -> bool:
+    def execute(self, step: LoweredStep, power: bool) -> bool:
         """Execute an instruction; return the power after it."""
         self.site = step.site
         spec = step.spec
         if spec.decides:
             return bool(spec.run(self, power, *step.operands))
-        if spec.kind is Kind.BOTH:
+        if spec.kind is InstructionKind.BOTH:
             spec.run(self, power, *step.operands)
             return power
         if not power:
             return False
         passed = spec.run(self, *step.operands)
-        return bool(passed) if spec.kind is Kind.INPUT else True
+        return bool(passed) if spec.kind is InstructionKind.INPUT else True
 
     # --- structured text
 
@@ -184,7 +186,7 @@ class Interpreter(Values):
             else:
                 self._loop(each, inputs)
 
-    def _inside(self, _head: Line, body: Body, inputs: Sequence[Value]) -> None:
+    def _inside(self, _head: LoweredLine, body: Body, inputs: Sequence[Value]) -> None:
         """Run the body of a statement."""
         self._body(body, inputs)
 
@@ -257,14 +259,14 @@ class Interpreter(Values):
         finally:
             self.frame = outer
 
-    def handed(self, operand: Place | Group) -> Named:
+    def handed(self, operand: Place | Group) -> InterpretedAddOnStore:
         """Return what an operand is to an add-on instruction."""
         leaf = first_leaf(operand)
         dims = self.dims_of(leaf)
         path, left, first, bit = "", 1, 0, None
         if leaf.root:
             outer = self.frame[leaf.root]
-            assert isinstance(outer, Named)
+            assert isinstance(outer, InterpretedAddOnStore)
             path, left, first, bit = outer.path, outer.left, outer.first, outer.bit
         open_dims = operand.dims if isinstance(operand, Group) else ()
         settled = dims[: len(operand.indices)]
@@ -282,7 +284,7 @@ class Interpreter(Values):
         inner = count_of((*settled, *open_dims)[leaf.outer :])
         if isinstance(operand, Place) and operand.bit is not None:
             bit = self.subscript(operand.bit, leaf.type.bits, operand.text)
-        return Named(self.memory, path + rest, first * inner + flat, left, bit)
+        return InterpretedAddOnStore(self.memory, path + rest, first * inner + flat, left, bit)
 
     def value(self, operand: Resolved) -> Value:
         """Return a value to pass to a routine."""
@@ -339,7 +341,7 @@ class Interpreter(Values):
             else:
                 self._prescan_step(node)
 
-    def _prescan_step(self, step: Step) -> None:
+    def _prescan_step(self, step: LoweredStep) -> None:
         self.site = step.site
         if step.spec.prescan is None:
             return

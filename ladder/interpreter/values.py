@@ -12,8 +12,8 @@ from ..model.operands import (
     Constant,
     Group,
     Place,
-    Quoted,
     Resolved,
+    StringConstant,
     is_truth,
     place_of,
     width_of,
@@ -22,12 +22,12 @@ from ..model.operators import BITWISE, FUNCTIONS, RELATIONS
 from ..model.tags import Leaf
 from ..model.types import DINT
 from ..state.fault_log import FaultLog
-from ..state.lowered import Lowered
+from ..state.lowered import LoweredProgram
 from ..state.memory import Memory, Store, Value, set_text_in, text_in
 from ..state.regions import End, region_of
 
 
-class Values:
+class PlaceValues:
     """Reads and writes the places of a program, and computes.
 
     Attributes:
@@ -38,7 +38,7 @@ class Values:
         now_ns: virtual time of the scan, ns.
     """
 
-    def __init__(self, lowered: Lowered, memory: Memory, fault_log: FaultLog) -> None:
+    def __init__(self, lowered: LoweredProgram, memory: Memory, fault_log: FaultLog) -> None:
         self.lowered, self.memory, self.fault_log = lowered, memory, fault_log
         self.site = 0
         self.now_ns = 0
@@ -184,7 +184,7 @@ class Values:
 
     def compare(self, relation: str, a: Resolved, b: Resolved) -> bool:
         """Compare numbers, or the characters of strings."""
-        if isinstance(a, (Group, Quoted)):
+        if isinstance(a, (Group, StringConstant)):
             return _RELATIONS[relation](self.text(a), self.text(b))
         width = width_of(a, b)
         left, right = self.number(a, width), self.number(b, width)
@@ -192,7 +192,7 @@ class Values:
 
     def text(self, operand: Resolved) -> bytes:
         """Return the characters of a string."""
-        if isinstance(operand, Quoted):
+        if isinstance(operand, StringConstant):
             return operand.value.encode("latin-1", errors="replace")
         assert isinstance(operand, Group)
         store, _, first = self.end(operand)

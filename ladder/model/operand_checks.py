@@ -11,8 +11,8 @@ from .operands import (
     Constant,
     Group,
     Place,
-    Quoted,
     Resolved,
+    StringConstant,
     constant,
     is_integer,
     is_number,
@@ -59,7 +59,7 @@ def described(resolved: Resolved) -> str:
         return f"{'an' if resolved.type.name in ('INT', 'LREAL') else 'a'} {resolved.type.name}"
     if isinstance(resolved, Group):
         return f"an array of {resolved.type.name}" if resolved.dims else f"a {resolved.type.name}"
-    return "a string" if isinstance(resolved, Quoted) else "an expression"
+    return "a string" if isinstance(resolved, StringConstant) else "an expression"
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +90,7 @@ def _is_numeric_tag(resolved: Resolved) -> bool:
 def is_string(resolved: Resolved) -> bool:
     """Whether an operand is a STRING or a string constant."""
     if not isinstance(resolved, Group):
-        return isinstance(resolved, Quoted)
+        return isinstance(resolved, StringConstant)
     return isinstance(resolved.type, Structure) and not resolved.dims and resolved.type.is_string
 
 

@@ -108,13 +108,13 @@ class Calculation:
 
 
 @dataclass(frozen=True, slots=True)
-class Quoted:
+class StringConstant:
     """A string constant."""
 
     value: str
 
 
-Resolved = Constant | Place | Group | Calculation | Quoted
+Resolved = Constant | Place | Group | Calculation | StringConstant
 
 
 MOST_CHARACTERS = 8
@@ -126,10 +126,10 @@ def as_number(resolved: Resolved) -> Resolved:
 
     The first character is the most significant byte, as the display style ASCII has it.
 
-    >>> as_number(Quoted("A")).value, as_number(Quoted("AB")).value == 0x4142
+    >>> as_number(StringConstant("A")).value, as_number(StringConstant("AB")).value == 0x4142
     (65, True)
     """
-    if not isinstance(resolved, Quoted) or not 0 < len(resolved.value) <= MOST_CHARACTERS:
+    if not isinstance(resolved, StringConstant) or not 0 < len(resolved.value) <= MOST_CHARACTERS:
         return resolved
     codes = resolved.value.encode("latin-1", "replace")
     return constant(int.from_bytes(codes, "big", signed=len(codes) == MOST_CHARACTERS))

@@ -23,7 +23,17 @@ from ...io_images.image import WORDS
 from ...io_images.tag_names import AmbiguousNameError, in_scope, normal
 from .errors import LadderError
 from .expressions import parse_address
-from .operands import Calculation, Constant, Group, Place, Quoted, Resolved, as_number, constant, is_integer
+from .operands import (
+    Calculation,
+    Constant,
+    Group,
+    Place,
+    Resolved,
+    StringConstant,
+    as_number,
+    constant,
+    is_integer,
+)
 from .tags import HELD, STATUS_FLAGS, TRUTHS, Alias, Layout, SlotAlias, Tag, program_of
 from .tree import (
     Address,
@@ -147,7 +157,7 @@ class Resolver:
                 resolved = tuple(map(as_number, resolved))
             return Calculation(operand.name, resolved)
         if isinstance(operand, Characters):
-            return Quoted(operand.value)
+            return StringConstant(operand.value)
         assert isinstance(operand, Unknown)
         raise AddressError("? is in place of a value", "write the tag or the number")
 
@@ -390,7 +400,7 @@ class Resolver:
 def _is_text(resolved: Resolved) -> bool:
     if isinstance(resolved, Group):
         return isinstance(resolved.type, Structure) and not resolved.dims and resolved.type.is_string
-    return isinstance(resolved, Quoted)
+    return isinstance(resolved, StringConstant)
 
 
 def _bound(alias: Alias, module: Place | Group) -> Group:

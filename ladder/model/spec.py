@@ -86,7 +86,7 @@ WITH_PRESETS = {
 """Structures whose members exported rungs show, and those members."""
 
 
-class Kind(Enum):
+class InstructionKind(Enum):
     """Rung condition on which an instruction acts."""
 
     INPUT = auto()  # on a true rung: decides whether the rung stays true
@@ -132,7 +132,7 @@ class Spec:
     """
 
     name: str
-    kind: Kind
+    kind: InstructionKind
     operands: tuple[Use, ...] = ()
     run: Callable[..., Any] = field(kw_only=True)
     write: Callable[..., Any] | None = field(default=None, kw_only=True)
@@ -175,17 +175,17 @@ class Spec:
 
 def condition(name: str, *operands: Use, **parts: Any) -> Spec:
     """Return an instruction that decides whether the rung stays true."""
-    return _named(name, Kind.INPUT, operands, parts)
+    return _named(name, InstructionKind.INPUT, operands, parts)
 
 
 def action(name: str, *operands: Use, **parts: Any) -> Spec:
     """Return an instruction that acts on a true rung."""
-    return _named(name, Kind.OUTPUT, operands, parts)
+    return _named(name, InstructionKind.OUTPUT, operands, parts)
 
 
 def always(name: str, *operands: Use, **parts: Any) -> Spec:
     """Return an instruction that acts on a true and a false rung."""
-    return _named(name, Kind.BOTH, operands, parts)
+    return _named(name, InstructionKind.BOTH, operands, parts)
 
 
 WITH_CONTROL = (Use.CONTROL, Use.PRESET, Use.PRESET)
@@ -197,7 +197,7 @@ def on_control(name: str, *operands: Use, **parts: Any) -> Spec:
     return always(name, *operands, *WITH_CONTROL, optional=2, **parts)
 
 
-def _named(name: str, kind: Kind, operands: tuple[Use, ...], parts: dict[str, Any]) -> Spec:
+def _named(name: str, kind: InstructionKind, operands: tuple[Use, ...], parts: dict[str, Any]) -> Spec:
     first, _, other = name.partition("/")
     return Spec(first, kind, operands, other=other or None, **parts)
 

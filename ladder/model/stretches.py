@@ -14,7 +14,7 @@ from .types import HIDDEN, DataType, Elementary, count_of
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class StretchPart:
     """The values of one path in a stretch.
 
     Attributes:
@@ -37,7 +37,7 @@ class Stretch:
         zeros: the initial values.
     """
 
-    parts: dict[str, Part]
+    parts: dict[str, StretchPart]
     zeros: list[bool | int | float]
 
     @property
@@ -53,10 +53,10 @@ def stretch_of(kind: DataType) -> Stretch:
     >>> from .types import BOOL, DINT, Member, Structure
     >>> found = stretch_of(Structure("Pair", (Member("On", BOOL), Member("Data", DINT, (2, 3)))))
     >>> found.size, found.parts["DATA"]
-    (7, Part(offset=1, dims=(2, 3), strides=(3, 1)))
+    (7, StretchPart(offset=1, dims=(2, 3), strides=(3, 1)))
     """
     if isinstance(kind, Elementary):
-        return Stretch({"": Part(0)}, [kind.zero])
+        return Stretch({"": StretchPart(0)}, [kind.zero])
     zeros: list[bool | int | float] = []
     parts = {}
     for member in kind.own:
@@ -65,10 +65,10 @@ def stretch_of(kind: DataType) -> Stretch:
         for path, part in inner.parts.items():
             name = f"{member.name}.{path}" if path else member.name
             offset = len(zeros) + part.offset
-            parts[name.upper()] = Part(offset, member.dims + part.dims, strides + part.strides)
+            parts[name.upper()] = StretchPart(offset, member.dims + part.dims, strides + part.strides)
         zeros += inner.zeros * count_of(member.dims)
     for member in kind.hidden:
-        parts[f"{HIDDEN}{member.name}".upper()] = Part(len(zeros))
+        parts[f"{HIDDEN}{member.name}".upper()] = StretchPart(len(zeros))
         zeros.append(0)
     return Stretch(parts, zeros)
 
@@ -97,7 +97,7 @@ class Spot:
     ident: str
     base: str
     size: int
-    part: Part
+    part: StretchPart
     strides: tuple[int, ...]
 
     def at(self, index: int) -> int:

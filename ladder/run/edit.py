@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from ...io_images.text_limits import Text, check_text
+from ...io_images.text_limits import TextKind, check_text
 from ..model.errors import LadderError
 from ..model.schedule import Schedule
 from ..model.tags import Leaf, Tag, tag_in
@@ -167,7 +167,7 @@ def _shortages(name: str, value: Any, whole: Any) -> Iterator[str]:
 
 def _stored(text: str) -> dict[str, list[Any]]:
     try:
-        check_text(text, Text.RETAINED)
+        check_text(text, TextKind.RETAINED)
         data = json.loads(text)
     except ValueError as error:
         raise LadderError(f"this is not a file of retained tags: {error}") from None

@@ -15,7 +15,7 @@ from ..interpreter import Interpreter
 from ..model.errors import STACK_CODE, LadderFault, MinorFault, ScanEndedError, Site
 from ..model.tags import program_of, scoped
 from ..state.fault_log import FaultLog
-from ..state.lowered import Lowered
+from ..state.lowered import LoweredProgram
 from ..state.memory import Memory, Value
 from ..state.scheduler import Scheduler
 from .view import Tags
@@ -47,7 +47,7 @@ class Engine:
     """What executes prescan, and scans if nothing is compiled."""
 
     def __init__(
-        self, lowered: Lowered, scanner: Callable[[Engine], Callable[[int], object]] | None = None
+        self, lowered: LoweredProgram, scanner: Callable[[Engine], Callable[[int], object]] | None = None
     ) -> None:
         self.lowered = lowered
         self.memory = self.memory_type(lowered.layout, lowered.presets, lowered.defaults)

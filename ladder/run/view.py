@@ -7,7 +7,7 @@ from typing import Any
 
 from ..model.operands import Calculation, Constant, Group, Place, Resolved, leaves_in
 from ..model.resolver import Resolver
-from ..state.lowered import Lowered
+from ..state.lowered import LoweredProgram
 from ..state.memory import Memory, checked, mask_of
 
 
@@ -25,7 +25,7 @@ class Tags:
 
     __slots__ = ("_known", "_lowered", "_memory", "_resolver")
 
-    def __init__(self, lowered: Lowered, memory: Memory, program: str = "") -> None:
+    def __init__(self, lowered: LoweredProgram, memory: Memory, program: str = "") -> None:
         object.__setattr__(self, "_lowered", lowered)
         object.__setattr__(self, "_memory", memory)
         object.__setattr__(self, "_resolver", Resolver(lowered.layout, program))

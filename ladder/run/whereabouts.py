@@ -7,7 +7,7 @@ from traceback import walk_tb
 from types import CodeType, FrameType, TracebackType
 
 from ..interpreter import Interpreter
-from ..state.lowered import Line, LoweredRoutine
+from ..state.lowered import LoweredLine, LoweredRoutine
 from ..state.scheduler import Scheduler
 
 Compiled = Mapping[CodeType, LoweredRoutine]
@@ -23,7 +23,7 @@ def whereabouts(trace: TracebackType | None, compiled: Compiled) -> str:
     """
     task: str | None = None
     routine: LoweredRoutine | None = None
-    line: Line | None = None
+    line: LoweredLine | None = None
     for frame, number in walk_tb(trace):
         if frame.f_code is _TASK:
             task = frame.f_locals["each"].task.name
@@ -41,8 +41,8 @@ def whereabouts(trace: TracebackType | None, compiled: Compiled) -> str:
 
 
 def _interpreted(
-    frame: FrameType, routine: LoweredRoutine | None, line: Line | None
-) -> tuple[LoweredRoutine | None, Line | None]:
+    frame: FrameType, routine: LoweredRoutine | None, line: LoweredLine | None
+) -> tuple[LoweredRoutine | None, LoweredLine | None]:
     """Return routine and line of an interpreter frame."""
     if frame.f_code is _ROUTINE:
         return frame.f_locals["routine"], None

@@ -119,7 +119,7 @@ class _Comment:
     text: str
 
 
-class _Misplaced(Exception):  # noqa: N818 - becomes a RungTextError where file and line are known
+class _MisplacedError(Exception):
     """An error at a token that the grammar accepts."""
 
     def __init__(self, token: Token, expected: str, found: str | None = None) -> None:
@@ -152,14 +152,14 @@ class _Expressions(Transformer[Token, Any]):
     def function(self, children: list[Any]) -> Operand:
         name = FUNCTION_NAMES.get(children[0].upper())
         if name is None:
-            raise _Misplaced(children[0], f"a function ({', '.join(sorted(FUNCTION_NAMES))})")
+            raise _MisplacedError(children[0], f"a function ({', '.join(sorted(FUNCTION_NAMES))})")
         return Operation(name, (_value(children[1]),))
 
     def string(self, children: list[Any]) -> Operand:
         try:
             return Characters(unquoted(children[0][1:-1]))
         except ValueError as error:
-            raise _Misplaced(children[0], "escapes of characters", str(error)) from None
+            raise _MisplacedError(children[0], "escapes of characters", str(error)) from None
 
     def missing(self, _children: list[Any]) -> Address:
         """An omitted operand, as in GSV(WallClockTime,,DateTime,Now)."""
@@ -204,7 +204,7 @@ def _number(token: Token) -> Number:
     try:
         literal = parse_expression(f"0{text}" if text.startswith(".") else str(text))
     except RungTextError as error:
-        raise _Misplaced(token, error.expected) from None
+        raise _MisplacedError(token, error.expected) from None
     assert isinstance(literal, Number)
     return literal
 
@@ -251,10 +251,10 @@ class _Reader:
             self._refuse_depth(tree)
             block = self._block(tree.children[0], len(self._text))
         except VisitError as error:
-            if not isinstance(error.orig_exc, _Misplaced):
+            if not isinstance(error.orig_exc, _MisplacedError):
                 raise
             self._misplaced(error.orig_exc)
-        except _Misplaced as error:
+        except _MisplacedError as error:
             self._misplaced(error)
         except UnexpectedInput as error:
             self._unexpected(error)
@@ -419,7 +419,7 @@ class _Reader:
             found.append(self._comments.pop().text)
         return "\n".join(found)
 
-    def _misplaced(self, error: _Misplaced) -> NoReturn:
+    def _misplaced(self, error: _MisplacedError) -> NoReturn:
         self._fail(error.token.start_pos, error.expected, error.found or str(error.token))
 
     def _unexpected(self, error: UnexpectedInput) -> NoReturn:

@@ -16,7 +16,7 @@ from ..model.errors import (
     LadderFault,
     MinorFault,
 )
-from .lowered import Lowered
+from .lowered import LoweredProgram
 from .memory import Memory
 
 KEPT = 1000
@@ -43,7 +43,7 @@ class FaultLog:
         memory: where its status flags are.
     """
 
-    def __init__(self, lowered: Lowered, memory: Memory) -> None:
+    def __init__(self, lowered: LoweredProgram, memory: Memory) -> None:
         self.minor: deque[MinorFault] = deque(maxlen=KEPT)
         self.now_ns = 0
         self.overflows = 0

@@ -9,7 +9,7 @@ from typing import Any, Protocol
 from ..model.errors import Site
 from ..model.operands import Constant, Group, Place, Resolved
 from ..model.schedule import Schedule
-from ..model.spec import Kind, Spec, Use
+from ..model.spec import InstructionKind, Spec, Use
 from ..model.stubs import Stub
 from ..model.tags import FrameLayout, Layout, Presets, program_of
 from ..model.tree import Address, Operand, Origin
@@ -30,13 +30,13 @@ class Call:
     returns: tuple[Place, ...]
 
 
-class _Broken(tuple[Any, ...]):
+class _BreakResult(tuple[Any, ...]):
     """Return value of a routine left by BRK; FOR compares the identity."""
 
     __slots__ = ()
 
 
-BROKEN = _Broken()
+BROKEN = _BreakResult()
 """Returned by a routine that ends its FOR."""
 
 
@@ -138,14 +138,14 @@ class AddOnCall:
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class LoweredStep:
     """An instruction, ready to run.
 
     Attributes:
         spec: the instruction.
         operands: resolved; a label or a mode is a str, JSR has one `Call`, an add-on instruction one
             `AddOnCall`, presets are left out.
-        site: its number in `Lowered.sites`.
+        site: its number in `LoweredProgram.sites`.
     """
 
     spec: Spec
@@ -163,7 +163,7 @@ class Step:
         return self.spec.name
 
     @property
-    def kind(self) -> Kind:
+    def kind(self) -> InstructionKind:
         """When it acts."""
         return self.spec.kind
 
@@ -175,11 +175,11 @@ class Parallel:
     legs: tuple[tuple[Node, ...], ...]
 
 
-Node = Step | Parallel
+Node = LoweredStep | Parallel
 
 
 @dataclass(frozen=True, slots=True)
-class Line:
+class LoweredLine:
     """A rung, or a statement of structured text without the blocks in it, ready to run."""
 
     number: int
@@ -193,7 +193,7 @@ class Line:
 class Act:
     """A statement that acts: an assignment, an instruction, EXIT, RETURN."""
 
-    line: Line
+    line: LoweredLine
 
 
 @dataclass(frozen=True, slots=True)
@@ -205,7 +205,7 @@ class Arms:
         otherwise: the body of ELSE.
     """
 
-    arms: tuple[tuple[Line, Body], ...]
+    arms: tuple[tuple[LoweredLine, Body], ...]
     otherwise: Body
 
 
@@ -220,7 +220,7 @@ class Selection:
         otherwise: the body of ELSE.
     """
 
-    line: Line
+    line: LoweredLine
     width: int
     choices: tuple[tuple[tuple[tuple[Constant, Constant], ...], Body], ...]
     otherwise: Body
@@ -238,14 +238,14 @@ class Loop:
         until: decides after every pass whether it was the last one; None = it was not.
     """
 
-    start: Line | None
-    test: Line | None
+    start: LoweredLine | None
+    test: LoweredLine | None
     body: Body
-    advance: Line | None
-    until: Line | None
+    advance: LoweredLine | None
+    until: LoweredLine | None
 
     @property
-    def condition(self) -> Line:
+    def condition(self) -> LoweredLine:
         """The line that ends it."""
         line = self.test or self.until
         assert line is not None
@@ -274,7 +274,7 @@ class LoweredRoutine:
     """
 
     name: str
-    lines: tuple[Line, ...]
+    lines: tuple[LoweredLine, ...]
     labels: Mapping[str, int]
     parameters: tuple[Place, ...] | None
     body: Body | None = None
@@ -285,7 +285,7 @@ class LoweredRoutine:
         """What its lines are called: rung or line."""
         return "rung" if self.body is None else "line"
 
-    def numbered(self, number: int) -> Line:
+    def numbered(self, number: int) -> LoweredLine:
         """Return the rung of that number, or the first statement in the line of that number."""
         if self.body is None:
             return self.lines[number]
@@ -293,7 +293,7 @@ class LoweredRoutine:
 
 
 @dataclass(slots=True)
-class Frame:
+class AddOnFrame:
     """An add-on instruction, ready to run: one for all its instances.
 
     Attributes:
@@ -313,7 +313,7 @@ class Frame:
 
 
 @dataclass(slots=True)
-class Lowered:
+class LoweredProgram:
     """A program, ready to run.
 
     Attributes:
@@ -342,7 +342,7 @@ class Lowered:
     functions: dict[str, Callable[..., Any]] = field(default_factory=dict)
     sites: list[Site] = field(default_factory=list)
     presets: dict[tuple[str, int], int | float] = field(default_factory=dict)
-    frames: dict[str, Frame] = field(default_factory=dict)
+    frames: dict[str, AddOnFrame] = field(default_factory=dict)
     flags: bool = False
     override: bool = False
     schedule: Schedule | None = None
@@ -374,19 +374,19 @@ class Lowered:
         return {name: frame.presets for name, frame in self.frames.items() if frame.presets}
 
 
-def steps_of(nodes: tuple[Node, ...], *, copies: bool = True) -> list[Step]:
+def steps_of(nodes: tuple[Node, ...], *, copies: bool = True) -> list[LoweredStep]:
     """Return the instructions in the order in which they execute.
 
     Args:
         nodes: a series.
         copies: whether what copies the parameters of add-on instructions is among them.
     """
-    found: list[Step] = []
+    found: list[LoweredStep] = []
     _collect(nodes, copies, found)
     return found
 
 
-def _collect(nodes: tuple[Node, ...], copies: bool, found: list[Step]) -> None:
+def _collect(nodes: tuple[Node, ...], copies: bool, found: list[LoweredStep]) -> None:
     for node in nodes:
         if isinstance(node, Parallel):
             for leg in node.legs:

@@ -27,7 +27,7 @@ NOTHING: Mapping[str, Any] = MappingProxyType({})
 
 
 @dataclass(slots=True)
-class _Copied:
+class _InputCopy:
     """An input image that the program writes: its copy, the rack's image and the latest one copied."""
 
     own: memoryview
@@ -59,7 +59,7 @@ class Memory:
         self.left = 1
         self.cells: dict[str, CellType] = {}
         self._own: dict[Leaf, Image] = {}
-        self._copied: list[_Copied] = []
+        self._copied: list[_InputCopy] = []
         self._faults = layout.faults
         self._lists = dict(layout.lists)
         for ident, values in self._lists.items():
@@ -178,7 +178,7 @@ class Memory:
             if leaf.ident in written and not leaf.output:
                 own = self._own[leaf]
                 self.cells[leaf.ident].cell_contents = own.words
-                self._copied.append(_Copied(own.raw, slots[leaf.slot].inputs.raw))  # type: ignore[index]
+                self._copied.append(_InputCopy(own.raw, slots[leaf.slot].inputs.raw))  # type: ignore[index]
 
     @property
     def copies_inputs(self) -> bool:
@@ -336,7 +336,7 @@ class Store(Protocol):
         """Return where every `step`th value of a leaf is, None if each stands by itself."""
 
 
-class Listed:
+class CompiledAddOnStore:
     """What is passed to a compiled add-on instruction, as a store for its own leaves.
 
     Args:
@@ -379,7 +379,7 @@ class Listed:
         return column_in(self._values, lambda index: self._at(leaf, index), begin, step, count)
 
 
-class Named:
+class InterpretedAddOnStore:
     """What is passed to an interpreted add-on instruction, as a store for its own leaves.
 
     Attributes:
@@ -427,7 +427,7 @@ class Named:
 
 
 @dataclass(frozen=True, slots=True)
-class Meant:
+class AliasTarget:
     """What a member is that is another name of a part of its structure.
 
     Attributes:
@@ -444,7 +444,7 @@ class Meant:
     bit: int | None
 
 
-def meant_by(path: str, kind: Structure, member: Member, index: int) -> Meant:
+def meant_by(path: str, kind: Structure, member: Member, index: int) -> AliasTarget:
     """Return the part of a structure that a member is another name of.
 
     Args:
@@ -461,7 +461,7 @@ def meant_by(path: str, kind: Structure, member: Member, index: int) -> Meant:
     steps = _steps_of(member)
     for _ in range(_DEEPEST):
         if not steps:
-            return Meant(path, here, dims, index, bit)
+            return AliasTarget(path, here, dims, index, bit)
         step, *steps = steps
         where = f"{member.name} of {kind.name} is at {member.at}"
         if isinstance(step, MemberStep):

@@ -19,7 +19,7 @@ from .memory import Column, Store, Value
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class FieldSlice:
     """A field of an element, and where its values are."""
 
     field: Field
@@ -28,7 +28,7 @@ class Part:
 
 
 @dataclass(frozen=True, slots=True)
-class Region:
+class ArrayRegion:
     """Where copying starts, and how far it may go.
 
     Attributes:
@@ -46,7 +46,7 @@ class Region:
 
     type: DataType
     size: int
-    parts: tuple[Part, ...]
+    parts: tuple[FieldSlice, ...]
     indices: tuple[Resolved, ...]
     dims: tuple[int, ...]
     rest: int
@@ -88,7 +88,7 @@ class Region:
         return self.array - first % self.array
 
 
-def region_of(resolved: Resolved) -> Region:
+def region_of(resolved: Resolved) -> ArrayRegion:
     """Return the region that starts at an operand."""
     assert isinstance(resolved, (Place, Group))
     rest = () if isinstance(resolved, Place) else resolved.dims
@@ -101,11 +101,13 @@ def region_of(resolved: Resolved) -> Region:
         leaves = [resolved.layout.leaf(f"{path}.{each.path}" if each.path else path) for each in fields]
     settled = leaves[0].dims[: len(resolved.indices)]
     elements = count_of(settled) * count_of(rest)
-    parts = tuple(Part(each, leaf, leaf.size // elements) for each, leaf in zip(fields, leaves, strict=True))
+    parts = tuple(
+        FieldSlice(each, leaf, leaf.size // elements) for each, leaf in zip(fields, leaves, strict=True)
+    )
     array = count_of(rest) if rest else count_of(resolved.array)
     root = leaves[0].root
     whole = root not in ("", OWN) and path.upper() == root
-    return Region(
+    return ArrayRegion(
         kind,
         size_of(kind),
         parts,
@@ -119,7 +121,7 @@ def region_of(resolved: Resolved) -> Region:
     )
 
 
-End = tuple[Store, Region, int]
+End = tuple[Store, ArrayRegion, int]
 """One side of a copy: where the values are, the region, its first element."""
 
 
@@ -176,7 +178,7 @@ def converted(kind: Elementary, value: Value) -> Value:
     return wrap(whole(value) if isinstance(value, float) else int(value), kind.wraps)
 
 
-def take(memory: Store, region: Region, first: int, count: int) -> bytes:
+def take(memory: Store, region: ArrayRegion, first: int, count: int) -> bytes:
     """Return elements as bytes."""
     data = bytearray(count * region.size)
     for part in region.parts:
@@ -191,7 +193,7 @@ def take(memory: Store, region: Region, first: int, count: int) -> bytes:
     return bytes(data)
 
 
-def put(memory: Store, region: Region, first: int, count: int, data: bytes) -> None:
+def put(memory: Store, region: ArrayRegion, first: int, count: int, data: bytes) -> None:
     """Set elements from bytes."""
     data = data[: count * region.size]
     for part in region.parts:
@@ -205,7 +207,7 @@ def put(memory: Store, region: Region, first: int, count: int, data: bytes) -> N
             memory.write(part.leaf, (first + number) * part.per_element + part.field.index, value)
 
 
-def _column(store: Store, part: Part, first: int, count: int) -> Column | None:
+def _column(store: Store, part: FieldSlice, first: int, count: int) -> Column | None:
     """Return the slice of a field's values over several elements, None if they are accessed singly."""
     begin = first * part.per_element + part.field.index
     return store.column(part.leaf, begin, part.per_element, count) if count > 1 else None
@@ -247,7 +249,7 @@ def _unpack(data: bytes, offset: int, field: Field) -> Value:
     return value
 
 
-def plain(region: Region) -> Elementary | None:
+def plain(region: ArrayRegion) -> Elementary | None:
     """Return the elementary type of a region that is a list of numbers, None if it is another."""
     if isinstance(region.type, Elementary) and (region.parts[0].leaf.dims or region.whole):
         return region.type

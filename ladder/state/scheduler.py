@@ -18,7 +18,7 @@ from ..model.errors import LadderFault
 from ..model.schedule import Schedule, ScheduledProgram, ScheduledTask, TaskKind
 from ..model.tags import OVERRIDE, STATUS_FLAGS
 from .fault_log import FaultLog
-from .lowered import Lowered
+from .lowered import LoweredProgram
 from .memory import Memory
 
 PROGRAM_FAULT = 4
@@ -40,7 +40,9 @@ class Scheduler:
         fault_log: collects its faults.
     """
 
-    def __init__(self, lowered: Lowered, schedule: Schedule, memory: Memory, fault_log: FaultLog) -> None:
+    def __init__(
+        self, lowered: LoweredProgram, schedule: Schedule, memory: Memory, fault_log: FaultLog
+    ) -> None:
         self._schedule, self._memory, self._fault_log = schedule, memory, fault_log
         layout = lowered.layout
         self._first = layout.leaf("S:FS")
@@ -169,7 +171,7 @@ class Scheduler:
             raise fault
 
 
-def _rungs_of(lowered: Lowered, schedule: Schedule) -> int:
+def _rungs_of(lowered: LoweredProgram, schedule: Schedule) -> int:
     """Count the rungs of the continuous task's programs."""
     return sum(
         len(routine.lines) for routine in lowered.routines.values() if lowered.is_preempted(routine.name)

@@ -29,8 +29,8 @@ r"""L5X: programs that Studio 5000 and RSLogix 5000 export, as they are.
 | `trial` | runs it: interpreter and compiler in lockstep |
 """
 
-from .importer import Imported, import_l5x
+from .importer import L5xImport, import_l5x
 from .report import Refusal, Report
 from .xml.document import L5xError
 
-__all__ = ["Imported", "L5xError", "Refusal", "Report", "import_l5x"]
+__all__ = ["L5xError", "L5xImport", "Refusal", "Report", "import_l5x"]

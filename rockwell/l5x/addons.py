@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
-from ...ladder.build.addon import ENABLES, LOGIC, ROUTINES, AddOn, Parameter, Way
+from ...ladder.build.addon import ENABLES, LOGIC, ROUTINES, AddOn, Parameter, ParameterMode
 from ...ladder.instructions import BY_NAME
 from ...ladder.instructions.addons import ADD_ON_CALL
 from ...ladder.model.errors import LadderError
@@ -21,7 +21,7 @@ from .scopes import read_initial
 from .values.datatypes import NAME, Types
 from .xml.records import AddOnRecord, TagRecord
 
-_WAYS = {"INPUT": Way.INPUT, "OUTPUT": Way.OUTPUT, "INOUT": Way.INOUT}
+_WAYS = {"INPUT": ParameterMode.INPUT, "OUTPUT": ParameterMode.OUTPUT, "INOUT": ParameterMode.INOUT}
 
 
 class AddOns:
@@ -90,9 +90,9 @@ class AddOns:
         for each in _own(record):
             yield self._parameter(each, _way_of(each))
         for each in record.locals:
-            yield self._parameter(each, Way.LOCAL)
+            yield self._parameter(each, ParameterMode.LOCAL)
 
-    def _parameter(self, record: TagRecord, way: Way) -> Parameter:
+    def _parameter(self, record: TagRecord, way: ParameterMode) -> Parameter:
         if not NAME.fullmatch(record.name):
             raise LadderError(f"{record.name!r} is not a name of a parameter")
         if len(record.dims) > MAX_DIMENSIONS:
@@ -103,12 +103,12 @@ class AddOns:
             return self._alias(record, way)
         kind = self._types.find(record.type)
         initial = None
-        if way is not Way.INOUT:
+        if way is not ParameterMode.INOUT:
             what = "its default is not used"
             initial = read_initial(record, kind, self._types, self._report, record.name, what)
         return Parameter(record.name, kind, way, record.dims, record.required, record.comment, initial)
 
-    def _alias(self, record: TagRecord, way: Way) -> Parameter:
+    def _alias(self, record: TagRecord, way: ParameterMode) -> Parameter:
         parse_address(record.target)
         kind = self._types.find(record.type or "BOOL")
         return Parameter(
@@ -118,7 +118,7 @@ class AddOns:
     def read(self, reader: RoutineReader) -> None:
         """Read the logic of all add-ons, before their types are known."""
         for name, record in self.records.items():
-            inouts = {each.name.upper() for each in record.parameters if _way_of(each) is Way.INOUT}
+            inouts = {each.name.upper() for each in record.parameters if _way_of(each) is ParameterMode.INOUT}
             read = [(each.name, reader.routine(record.name, each, inouts)) for each in record.routines]
             self._routines[name] = [each for _, each in read if each is not None]
         for record in self.again:
@@ -186,7 +186,7 @@ class AddOns:
 
 def arguments_of(record: AddOnRecord) -> Iterator[TagRecord]:
     """Yield the parameters that a call names behind its instance, in order."""
-    yield from (each for each in _own(record) if each.required or _way_of(each) is Way.INOUT)
+    yield from (each for each in _own(record) if each.required or _way_of(each) is ParameterMode.INOUT)
 
 
 def _own(record: AddOnRecord) -> Iterator[TagRecord]:
@@ -195,8 +195,8 @@ def _own(record: AddOnRecord) -> Iterator[TagRecord]:
     yield from (each for each in record.parameters if each.name.upper() not in enables)
 
 
-def _way_of(parameter: TagRecord) -> Way:
-    return _WAYS.get(parameter.usage.upper(), Way.INPUT)
+def _way_of(parameter: TagRecord) -> ParameterMode:
+    return _WAYS.get(parameter.usage.upper(), ParameterMode.INPUT)
 
 
 def _spec_of(record: AddOnRecord) -> Spec:

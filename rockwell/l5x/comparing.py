@@ -16,7 +16,7 @@ from typing import Any, TypeVar
 
 from lxml import etree
 
-from .xml.records import AddOnRecord, Document, ProgramRecord, RoutineRecord, TagRecord
+from .xml.records import AddOnRecord, L5xDocument, ProgramRecord, RoutineRecord, TagRecord
 
 ADDED, REMOVED, CHANGED = "added", "removed", "changed"
 
@@ -52,7 +52,7 @@ class Difference:
         return asdict(self)
 
 
-def differences(old: Document, new: Document) -> list[Difference]:
+def differences(old: L5xDocument, new: L5xDocument) -> list[Difference]:
     """Return what differs between two documents, neither of them released yet."""
     return [
         *_named("data type", "", old.data_types, new.data_types, _type_text),

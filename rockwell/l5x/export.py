@@ -11,7 +11,7 @@ from typing import Any
 
 from lxml import etree
 
-from ...ladder.build.addon import ENABLES, OTHERWISE, PRESCAN, AddOn, Parameter, Way
+from ...ladder.build.addon import ENABLES, OTHERWISE, PRESCAN, AddOn, Parameter, ParameterMode
 from ...ladder.build.controller import Controller
 from ...ladder.build.program import Program
 from ...ladder.model.errors import LadderError
@@ -24,7 +24,7 @@ from ...ladder.model.types import DataType, Elementary, Member, Structure
 REVISION = "32.02"
 """The software revision that is written; later ones import it."""
 
-_USAGES = {Way.INPUT: "Input", Way.OUTPUT: "Output", Way.INOUT: "InOut"}
+_USAGES = {ParameterMode.INPUT: "Input", ParameterMode.OUTPUT: "Output", ParameterMode.INOUT: "InOut"}
 _CONTEXT = {"Use": "Context"}
 _TARGET = {"Use": "Target"}
 
@@ -172,7 +172,7 @@ def _write_add_ons(controller: Any, definitions: Iterable[AddOn]) -> None:
                 Required="false",
             )
         for parameter in each.parameters:
-            _write_parameter(local if parameter.way is Way.LOCAL else parameters, parameter)
+            _write_parameter(local if parameter.way is ParameterMode.LOCAL else parameters, parameter)
         _write_routines(_element(made, "Routines"), each.routines)
 
 
@@ -180,11 +180,11 @@ def _write_parameter(parent: Any, parameter: Parameter) -> None:
     attributes = {"DataType": parameter.type.name}
     if parameter.at:
         attributes = {"TagType": "Alias", "AliasFor": parameter.at}
-    elif parameter.way is not Way.LOCAL:
+    elif parameter.way is not ParameterMode.LOCAL:
         attributes["TagType"] = "Base"
     if parameter.dims:
         attributes["Dimensions"] = " ".join(map(str, parameter.dims))
-    if parameter.way is Way.LOCAL:
+    if parameter.way is ParameterMode.LOCAL:
         made = _element(parent, "LocalTag", Name=parameter.name, **attributes)
     else:
         attributes |= {"Usage": _USAGES[parameter.way], "Required": _flag(parameter.required)}

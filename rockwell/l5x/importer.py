@@ -28,14 +28,14 @@ from .uses import all_instructions, numbered_instructions
 from .values.datatypes import NAME, Types
 from .xml.document import read_document
 from .xml.limits import check_limits
-from .xml.records import Document, ProgramRecord
+from .xml.records import L5xDocument, ProgramRecord
 
 TRIAL_STUB = "done after 20 ms"
 """How messages end in a trial."""
 
 
 @dataclass(slots=True)
-class Imported:
+class L5xImport:
     """The result of an import.
 
     Attributes:
@@ -45,7 +45,7 @@ class Imported:
         reader: knows the document's rungs.
     """
 
-    document: Document
+    document: L5xDocument
     report: Report
     controller: Controller | None
     parts: Parts
@@ -58,7 +58,7 @@ def import_l5x(
     slots: Collection[int] | None = None,
     *,
     trial: bool = False,
-) -> Imported:
+) -> L5xImport:
     """Import an L5X.
 
     Args:
@@ -85,7 +85,7 @@ class Importer:
     """
 
     def __init__(
-        self, document: Document, stubs: Stubs = NO_STUBS, slots: Collection[int] | None = None
+        self, document: L5xDocument, stubs: Stubs = NO_STUBS, slots: Collection[int] | None = None
     ) -> None:
         self._document, self._stubs, self._slots = document, stubs, slots
         self.report = Report(document.file, document.revision, document.target, document.name)
@@ -97,7 +97,7 @@ class Importer:
         self._completes = stubs.missing_tags
         self._absent: dict[str, str] = {}
 
-    def run(self, *, trial: bool) -> Imported:
+    def run(self, *, trial: bool) -> L5xImport:
         """Import it."""
         self._completes = self._stubs.missing_tags or (trial and not self._document.whole)
         self._note_others()
@@ -109,7 +109,7 @@ class Importer:
             if self._parts.add_ons:
                 self._builder.build(harness_of)
         controller = self._builder.build() if self._parts.programs else None
-        return Imported(self._document, self.report, controller, self._parts, self._reader)
+        return L5xImport(self._document, self.report, controller, self._parts, self._reader)
 
     # --- reading
 

@@ -23,7 +23,7 @@ from .report import Report
 from .values.datatypes import NAME, Types
 from .values.value_texts import ValueTextError
 from .values.values import initial_of
-from .xml.records import Document, ModuleRecord, ModuleTagRecord, number_of
+from .xml.records import L5xDocument, ModuleRecord, ModuleTagRecord, number_of
 
 NETWORKS = ("ETHERNET", "CONTROLNET", "DEVICENET", "RHINOBP", "SERCOS", "USB", "RIO", "DH")
 """Types of ports whose addresses are not slots."""
@@ -61,7 +61,7 @@ def slot_of(module: ModuleRecord) -> int | None:
 
 
 def module_tags(
-    document: Document, types: Types, report: Report, slots: Collection[int] | None = None
+    document: L5xDocument, types: Types, report: Report, slots: Collection[int] | None = None
 ) -> list[Declaration]:
     """Return the tags of modules that are memory.
 
@@ -93,7 +93,7 @@ def module_tags(
 
 
 def module_objects(
-    document: Document, types: Types, declared: Collection[Declaration]
+    document: L5xDocument, types: Types, declared: Collection[Declaration]
 ) -> Iterator[Declaration]:
     """Yield a tag for each module that add-on instructions can take by name.
 

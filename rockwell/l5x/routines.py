@@ -17,7 +17,7 @@ from ...ladder.model.tree import Block, Origin, Routine, Rung
 from .presets import Presets
 from .report import Refusal, Report, StructuredRoutine
 from .xml.limits import MOST_IN_RUNG, instructions_in
-from .xml.records import Document, EncodedRecord, RoutineRecord, RungRecord
+from .xml.records import EncodedRecord, L5xDocument, L5xRungRecord, RoutineRecord
 
 DIAGRAMS = {"FBD": "a function block diagram", "SFC": "a sequential function chart"}
 """Kinds of routines that do not run here."""
@@ -44,7 +44,7 @@ _STATEMENTS = frozenset({"IF", "ELSIF", "WHILE", "UNTIL", "CASE"})
 """Keywords of statements that an expression in parentheses may follow."""
 
 
-def instruction_names(document: Document) -> list[str]:
+def instruction_names(document: L5xDocument) -> list[str]:
     """Return the names of the instructions that a document calls, each once."""
     routines = [each for program in document.programs for each in program.routines]
     routines += [each for add_on in document.add_ons for each in add_on.routines]
@@ -141,7 +141,7 @@ class RoutineReader:
         text = "its source is encoded, so that it is not in the file"
         self.refuse_object(owner, record.name, text, record.line, "export it without source protection")
 
-    def _rung(self, owner: str, record: RoutineRecord, place: int, rung: RungRecord) -> Rung:
+    def _rung(self, owner: str, record: RoutineRecord, place: int, rung: L5xRungRecord) -> Rung:
         origin = Origin(self._report.file, rung.line)
         if rung.texts > 1:
             name = f"{owner}.{record.name} rung {rung.number}"

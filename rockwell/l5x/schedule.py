@@ -8,10 +8,10 @@ from decimal import Decimal, InvalidOperation
 from ...ladder.model.errors import LadderError
 from ...ladder.model.schedule import PRIORITIES, Task, TaskKind
 from .report import Report
-from .xml.records import Document, TaskRecord, number_of
+from .xml.records import L5xDocument, TaskRecord, number_of
 
 
-def tasks_of(document: Document, programs: Iterable[str], report: Report) -> list[Task]:
+def tasks_of(document: L5xDocument, programs: Iterable[str], report: Report) -> list[Task]:
     """Return the tasks that run something.
 
     Args:

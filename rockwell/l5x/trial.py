@@ -22,7 +22,7 @@ from ...ladder.model.tree import Routine
 from ...ladder.run.engine import Engine
 from ...ladder.state.memory import same
 from .assembly import Parts, does_nothing, harness_of, implicit_task, trial_tasks
-from .importer import Imported
+from .importer import L5xImport
 
 SCANS = 100
 """Scans of a trial."""
@@ -34,7 +34,7 @@ MOST_IN_ALL = 4_000_000
 """The same in all scans of a trial: more than twice what a controller of 15,000 rungs does in 100 scans."""
 
 
-def run_trial(imported: Imported, scans: int = SCANS) -> None:
+def run_trial(imported: L5xImport, scans: int = SCANS) -> None:
     """Run what was imported; count in its report the rungs that ran, and note faults and differences."""
     parts, report, work = imported.parts, imported.report, Work(scans)
     if imported.controller is not None:
@@ -81,7 +81,7 @@ class Work:
 
 
 def _run(
-    imported: Imported, parts: Parts, tasks: Sequence[Task], controller: Controller | None, work: Work
+    imported: L5xImport, parts: Parts, tasks: Sequence[Task], controller: Controller | None, work: Work
 ) -> None:
     """Run the programs of tasks, again after a fault with fault routines that clear it.
 
@@ -129,7 +129,7 @@ def _without(parts: Parts, owner: str, routine: str) -> Parts:
     return parts
 
 
-def _count(imported: Imported, names: Iterable[str]) -> None:
+def _count(imported: L5xImport, names: Iterable[str]) -> None:
     """Count the executed rungs of programs and add-ons."""
     for name in names:
         part = imported.parts.programs.get(name.upper())

@@ -33,7 +33,7 @@ from ...ladder.model.types import DINT, DataType, Member, Structure
 from .addons import arguments_of
 from .scopes import type_of
 from .values.datatypes import Types, UnknownTypeError
-from .xml.records import Document, RoutineRecord, TagRecord
+from .xml.records import L5xDocument, RoutineRecord, TagRecord
 
 _MEMBER = re.compile(r"([A-Za-z_]\w*)\.([A-Za-z_]\w*)", re.ASCII)
 _ATTRIBUTE = re.compile(r"[GS]SV\(\s*Axis\s*,\s*(\w+)\s*,\s*(\w+)\s*,", re.ASCII | re.IGNORECASE)
@@ -51,7 +51,7 @@ _DEEPEST = 64
 class UnknownTypes:
     """Finds and guesses the types that a document does not define."""
 
-    def __init__(self, document: Document, types: Types) -> None:
+    def __init__(self, document: L5xDocument, types: Types) -> None:
         self._types = types
         self._members = {
             record.name.upper(): {each.name.upper(): each.type for each in record.members}
@@ -72,7 +72,7 @@ class UnknownTypes:
         """Whether there is something to define."""
         return bool(self.names or self._with_axes)
 
-    def _missing(self, document: Document) -> Iterator[tuple[str, str]]:
+    def _missing(self, document: L5xDocument) -> Iterator[tuple[str, str]]:
         """Yield undefined types: name in capitals, name."""
         for data_type in document.data_types:
             for member in data_type.members:
@@ -83,7 +83,7 @@ class UnknownTypes:
                 if self._is_unknown(record.type) and not self._shows(record):
                     yield record.type.upper(), record.type
 
-    def _naming_axis_members(self, document: Document) -> Iterator[tuple[str, str]]:
+    def _naming_axis_members(self, document: L5xDocument) -> Iterator[tuple[str, str]]:
         """Yield routines that name axis members beyond `AXIS_TYPES`: owner and name in capitals."""
         records = [
             each for scope in (*self._tags.values(), *self._add_ons.values()) for each in scope.values()

@@ -19,6 +19,6 @@ The program has the dialect `slc`, see `instructions.slc`.
 
 from .document import SlcError
 from .export import export_text
-from .importer import Imported, import_slc, import_text
+from .importer import SlcImport, import_slc, import_text
 
-__all__ = ["Imported", "SlcError", "export_text", "import_slc", "import_text"]
+__all__ = ["SlcError", "SlcImport", "export_text", "import_slc", "import_text"]

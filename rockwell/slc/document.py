@@ -39,7 +39,7 @@ from pathlib import Path
 from ...io_images.input_files import open_input
 from ...ladder.model.errors import LadderError
 from .lines import WORD, Line, lines_of
-from .records import DataRecord, DataRow, Document, LadderRecord, Other, RungRecord, SlotRecord
+from .records import DataRecord, DataRow, LadderRecord, Other, SlcDocument, SlcRungRecord, SlotRecord
 
 MOST_BYTES = 4 * 1024 * 1024
 """Bytes of a file; an SLC 500 has 64 K words for its program."""
@@ -78,7 +78,7 @@ _NUMBERED = re.compile(r"RUNG\s*:?\s*\d+", re.IGNORECASE)
 """A comment that only numbers the rung below."""
 
 
-def read_document(path: Path | str) -> Document:
+def read_document(path: Path | str) -> SlcDocument:
     """Read an export from a file.
 
     Raises:
@@ -107,7 +107,7 @@ def _text_of(data: bytes) -> str:
         return data.decode("cp1252", errors="replace")
 
 
-def parse_document(text: str, file: str, name: str) -> Document:
+def parse_document(text: str, file: str, name: str) -> SlcDocument:
     """Read the text of an export.
 
     Args:
@@ -117,14 +117,14 @@ def parse_document(text: str, file: str, name: str) -> Document:
     Raises:
         SlcError: it has no rung.
     """
-    document = _Reader(text, Document(file, name)).read()
+    document = _SlcReader(text, SlcDocument(file, name)).read()
     if not any(each.rungs for each in document.ladders.values()):
         raise SlcError(f"{file}: there is no rung in it: SOR ... EOR")
     return document
 
 
-class _Reader:
-    def __init__(self, text: str, document: Document) -> None:
+class _SlcReader:
+    def __init__(self, text: str, document: SlcDocument) -> None:
         self._text = text
         self._document = document
         self._ladder: LadderRecord | None = None
@@ -137,7 +137,7 @@ class _Reader:
         self._words: list[str] | None = None
         self._begun = self._count = 0
 
-    def read(self) -> Document:
+    def read(self) -> SlcDocument:
         for line in lines_of(self._text):
             if self._words is None and not line.begins_rung:
                 self._line(line)
@@ -178,7 +178,7 @@ class _Reader:
             raise SlcError(f"{self._document.file}:{line}: there are more than {MOST_RUNGS:,} rungs")
         comment = "\n".join(self._comment)
         self._comment = []
-        self._file(None).rungs.append(RungRecord(tuple(words), line, comment, whole))
+        self._file(None).rungs.append(SlcRungRecord(tuple(words), line, comment, whole))
 
     def _file(self, number: int | None, name: str = "") -> LadderRecord:
         """Return the present ladder file, or that of a number; file 2 by default."""

@@ -13,14 +13,14 @@ from ...ladder.model.tags import Tag
 from .addresses import STRUCTURED
 from .addresses import WORDS as INNER
 from .datafiles import letters_of
-from .records import Document
+from .records import SlcDocument
 from .rungs import ROUTINE, rung_text
 
 _PER_LINE = 10
 """Values of a line."""
 
 
-def export_text(program: Program, document: Document | None = None) -> str:
+def export_text(program: Program, document: SlcDocument | None = None) -> str:
     """Return a program as text.
 
     Args:

@@ -17,7 +17,7 @@ from ...ladder.model.tree import Origin, Routine, Rung, Series
 from ..l5x.report import Refusal, Report
 from .datafiles import DataFiles
 from .document import parse_document, read_document
-from .records import Document, LadderRecord
+from .records import LadderRecord, SlcDocument
 from .rungs import RungError, RungReader, routine_name
 
 ROUNDS = 30
@@ -36,7 +36,7 @@ _PLACE = re.compile(r"routine U(\d+), rung (\d+)")
 
 
 @dataclass(slots=True)
-class Imported:
+class SlcImport:
     """The result of an import.
 
     Attributes:
@@ -45,7 +45,7 @@ class Imported:
         program: what runs; None if nothing can be built.
     """
 
-    document: Document
+    document: SlcDocument
     report: Report
     program: Program | None
 
@@ -56,7 +56,7 @@ def import_slc(
     slots: Collection[int] | None = None,
     *,
     trial: bool = False,
-) -> Imported:
+) -> SlcImport:
     """Import an export from a file.
 
     Args:
@@ -76,7 +76,7 @@ def import_slc(
 
 def import_text(
     text: str, name: str, stubs: Stubs = NO_STUBS, slots: Collection[int] | None = None, *, file: str = ""
-) -> Imported:
+) -> SlcImport:
     """Import the text of an export, see `import_slc`."""
     return _Importer(parse_document(text, file, name), stubs, slots).run()
 
@@ -84,13 +84,13 @@ def import_text(
 class _Importer:
     """Imports one document."""
 
-    def __init__(self, document: Document, stubs: Stubs, slots: Collection[int] | None) -> None:
+    def __init__(self, document: SlcDocument, stubs: Stubs, slots: Collection[int] | None) -> None:
         self._document, self._stubs, self._slots = document, stubs, slots
         self._specs = specs_of({}, stubs.by_name, SLC_SPECS)
         self._report = Report(document.file, "", "RSLogix 500", document.name)
         self._rungs: dict[tuple[int, int], tuple[int, str]] = {}
 
-    def run(self) -> Imported:
+    def run(self) -> SlcImport:
         document, report = self._document, self._report
         for line, text, data_file in document.others:
             report.note(text.split()[0], f"the line is not understood: {text}"[:200], line)
@@ -116,7 +116,7 @@ class _Importer:
             for each in program.stubs_in_use:
                 name, _, text = each.partition(" = ")
                 report.stubs[name] = text
-        return Imported(document, report, program)
+        return SlcImport(document, report, program)
 
     # --- rungs
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 
 @dataclass(frozen=True, slots=True)
-class RungRecord:
+class SlcRungRecord:
     """A rung.
 
     Attributes:
@@ -39,7 +39,7 @@ class LadderRecord:
 
     number: int
     name: str = ""
-    rungs: list[RungRecord] = field(default_factory=list)
+    rungs: list[SlcRungRecord] = field(default_factory=list)
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,7 +144,7 @@ class Other(NamedTuple):
 
 
 @dataclass(slots=True)
-class Document:
+class SlcDocument:
     """An export.
 
     Attributes:

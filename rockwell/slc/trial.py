@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from ...ladder.model.errors import TooLongError
 from ..l5x.trial import SCANS, Work, lockstep
-from .importer import Imported
+from .importer import SlcImport
 
 
-def run_trial(imported: Imported, scans: int = SCANS) -> None:
+def run_trial(imported: SlcImport, scans: int = SCANS) -> None:
     """Run what was imported; count in its report the rungs that ran, and note a fault or a difference."""
     program, report = imported.program, imported.report
     if program is None:

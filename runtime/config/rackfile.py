@@ -19,7 +19,7 @@ from pydantic_core import ErrorDetails
 
 from ...io_images.addresses import allowed
 from ...io_images.input_files import read_input_text
-from ...io_images.text_limits import Text, TextLimitError, check_text
+from ...io_images.text_limits import TextKind, TextLimitError, check_text
 from ..machine import EncoderSpec, Jam, Slip, Switch
 from .axis_tables import AxisTable
 from .machine_tables import MachineTable, StationTable, TimelineTable
@@ -94,7 +94,7 @@ def parse_toml(text: str, path: Path) -> dict[str, Any]:
         RackFileError: it is not TOML, or beyond the limits of a text.
     """
     try:
-        check_text(text, Text.TOML)
+        check_text(text, TextKind.TOML)
         return tomllib.loads(text, parse_float=Decimal)
     except TextLimitError as error:
         raise RackFileError(f"{path}:{error.line}: {error}") from None
@@ -123,7 +123,7 @@ def explain(error: ValidationError, path: Path, lines: KeyLines | None = None) -
 
 def _read(path: Path) -> str:
     try:
-        return read_input_text(path, Text.TOML)
+        return read_input_text(path, TextKind.TOML)
     except FileNotFoundError:
         raise RackFileError(f"{path}: there is no such rack file") from None
     except OSError as error:

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from ...io_images.pcl601 import Code
-from ..controllers.pcl601.pins import Pins
+from ..controllers.pcl601.pins import Pcl601Pins
 from ..controllers.pcl601.pinstates import connect
 from .machine_tables import Table
 
@@ -80,7 +80,7 @@ class UnitSpec(Table):
     @model_validator(mode="after")
     def _can_be_wired(self) -> Self:
         for name, state in self.pins.items():
-            connect(Pins(), name, state)
+            connect(Pcl601Pins(), name, state)
         if self.program is not None and not self.program.endswith(STORED):
             raise ValueError(f"a stored program is a {STORED} file")
         if self.start and self.program is None:

@@ -2,5 +2,5 @@
 
 `pcl601/` and `pmc006/` each have a controller (registers, instructions, motion, stored program) and a line
 device that turns bytes and instants into calls of it. A stored program meets its controller in a protocol
-(`pcl601.stored.Axis601`, `pmc006.interpreter.Host`), so that neither file imports the other.
+(`pcl601.stored.Axis601`, `pmc006.interpreter.ProgramHost`), so that neither file imports the other.
 """

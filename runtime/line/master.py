@@ -6,9 +6,9 @@
 
 An answer that misses its time may arrive up to `LATE_NS` later, and look like the answer to a later request.
 
-A script is a generator. It yields a `Request` and receives the `Reply`, or None
+A script is a generator. It yields a `LineRequest` and receives the `Reply`, or None
 if the exchange failed: no reply, a damaged one, or a reply to another request.
-It yields a `Pause` to wait, and `PUBLISH` when the caller should read its results.
+It yields a `LinePause` to wait, and `PUBLISH` when the caller should read its results.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ Read = Callable[[bytes], Reply | Verdict]
 
 
 @dataclass(frozen=True, slots=True)
-class Request:
+class LineRequest:
     """A frame to send.
 
     Attributes:
@@ -59,7 +59,7 @@ class Request:
 
 
 @dataclass(frozen=True, slots=True)
-class Pause:
+class LinePause:
     """A wait."""
 
     duration_ns: int
@@ -72,7 +72,7 @@ class Publish(Enum):
 
 
 PUBLISH = Publish.PUBLISH
-Step = Request | Pause | Publish
+Step = LineRequest | LinePause | Publish
 Script = Generator[Step, Reply | None, None]
 
 
@@ -113,7 +113,7 @@ class Master:
         self.line_format = line_timing.line_format
         self._timing = line_timing
         self._script: Script | None = None
-        self._request: Request | None = None
+        self._request: LineRequest | None = None
         self._sent = False
         self._quiet_from_ns = 0
         self._deadline_ns = 0
@@ -178,7 +178,7 @@ class Master:
                 return b""
         return b""
 
-    def _end_wait(self, request: Request) -> None:
+    def _end_wait(self, request: LineRequest) -> None:
         """Resume with the reply, if exactly one has arrived."""
         reply = request.read(bytes(self._heard))
         if isinstance(reply, Reply):
@@ -189,7 +189,7 @@ class Master:
         self._quiet_from_ns = max(self._quiet_from_ns, self.now_ns + self._timing.gap_ns)
         self._resume(None)
 
-    def _send(self, request: Request) -> bytes:
+    def _send(self, request: LineRequest) -> bytes:
         line_timing = self._timing
         self.line_format = request.line_format or line_timing.line_format
         end_ns = self.now_ns + self.line_format.span_ns(len(request.frame))
@@ -203,9 +203,9 @@ class Master:
         self._request, self._sent, self._pause_until_ns = None, False, None
         self._heard.clear()
         step = self._script.send(reply)
-        if isinstance(step, Request):
+        if isinstance(step, LineRequest):
             self._request = step
-        elif isinstance(step, Pause):
+        elif isinstance(step, LinePause):
             self._pause_until_ns = self.now_ns + step.duration_ns
         else:
             self.published = True

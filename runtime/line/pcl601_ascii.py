@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from functools import partial
 
-from .master import Reply, Request, Verdict
+from .master import LineRequest, Reply, Verdict
 from .wire import LineFormat
 
 LINE_FORMAT = LineFormat(38_400, "N")
@@ -19,18 +19,18 @@ ANSWER_MAX = 4
 """Two digits, CR and LF."""
 
 
-def ask_address(unit: int) -> Request:
+def ask_address(unit: int) -> LineRequest:
     """Return the request for the address; only the answer of `unit` is accepted."""
-    return Request(ASK, ANSWER_MAX, partial(_read, unit=unit), LINE_FORMAT)
+    return LineRequest(ASK, ANSWER_MAX, partial(_read, unit=unit), LINE_FORMAT)
 
 
-def back_to_modbus(unit: int) -> Request:
+def back_to_modbus(unit: int) -> LineRequest:
     r"""Return the command that ends AA ASCII; it has no answer.
 
     >>> back_to_modbus(1).frame
     b'@1|\r'
     """
-    return Request(b"@%d|\r" % unit, 0, lambda heard: Verdict.FOREIGN, LINE_FORMAT)
+    return LineRequest(b"@%d|\r" % unit, 0, lambda heard: Verdict.FOREIGN, LINE_FORMAT)
 
 
 def _read(heard: bytes, unit: int) -> Reply | Verdict:

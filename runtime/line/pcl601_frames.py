@@ -8,7 +8,7 @@ from struct import unpack
 
 from ...io_images.pcl601 import Code, Register
 from . import pcl601_pdus as pdus
-from .master import Reply, Request, Verdict
+from .master import LineRequest, Reply, Verdict
 from .rtu import frame, is_frame
 from .wire import LineFormat
 
@@ -34,28 +34,28 @@ def _read(data: bytes, head: bytes, size: int) -> Reply | Verdict:
     return Reply(data)
 
 
-def _request(unit: int, pdu: bytes) -> Request:
+def _request(unit: int, pdu: bytes) -> LineRequest:
     size = pdus.answer_bytes(pdu) + AROUND
     head = bytes((unit,)) + pdus.answer_head(pdu, unit)
-    return Request(frame(unit, pdu), size, partial(_read, head=head, size=size))
+    return LineRequest(frame(unit, pdu), size, partial(_read, head=head, size=size))
 
 
-def read_registers(unit: int, first: Register, words: int) -> Request:
+def read_registers(unit: int, first: Register, words: int) -> LineRequest:
     """Return the request for registers, beginning with the first word of a value."""
     return _request(unit, pdus.read_registers(first, words))
 
 
-def read_inputs(unit: int) -> Request:
+def read_inputs(unit: int) -> LineRequest:
     """Return the request for the input register."""
     return _request(unit, pdus.read_input_register())
 
 
-def write_registers(unit: int, first: Register, words: Sequence[int]) -> Request:
+def write_registers(unit: int, first: Register, words: Sequence[int]) -> LineRequest:
     """Return the request that writes unsigned words, beginning with the first word of a value."""
     return _request(unit, pdus.write_registers(first, words))
 
 
-def write_command(unit: int, code: Code) -> Request:
+def write_command(unit: int, code: Code) -> LineRequest:
     """Return the request that carries out a command code.
 
     >>> write_command(1, Code.GO).frame.hex(" ")
@@ -64,12 +64,12 @@ def write_command(unit: int, code: Code) -> Request:
     return _request(unit, pdus.command(code))
 
 
-def write_output(unit: int, output: int, on: bool) -> Request:
+def write_output(unit: int, output: int, on: bool) -> LineRequest:
     """Return the request that switches an output, 1 to 8."""
     return _request(unit, pdus.write_output(output, on))
 
 
-def report_id(unit: int) -> Request:
+def report_id(unit: int) -> LineRequest:
     """Return the request for address and firmware."""
     return _request(unit, pdus.report_id())
 

@@ -6,7 +6,7 @@ from functools import partial
 
 from ...io_images.pmc006.frame import BAUD, FRAME_BYTES, REPLY, STATE_ERROR, UNKNOWN_ERROR, command, decode
 from ...io_images.pmc006.instructions import BY_NAME, Kind
-from .master import Reply, Request, Verdict
+from .master import LineRequest, Reply, Verdict
 from .wire import LineFormat
 
 LINE_FORMAT = LineFormat(BAUD)
@@ -25,7 +25,7 @@ def _read(data: bytes, unit: int, value: int | None) -> Reply | Verdict:
     return Reply(data, refused)
 
 
-def instruction(unit: int, name: str, value: int = 0) -> Request:
+def instruction(unit: int, name: str, value: int = 0) -> LineRequest:
     """Return the request of an instruction, by its name in the summary table.
 
     >>> instruction(1, "step", 2500).frame.hex(" ")
@@ -33,13 +33,13 @@ def instruction(unit: int, name: str, value: int = 0) -> Request:
     """
     row = BY_NAME[name]
     answer = value if row.kind is Kind.SET else None
-    return Request(command(unit, row.code, value), FRAME_BYTES, partial(_read, unit=unit, value=answer))
+    return LineRequest(command(unit, row.code, value), FRAME_BYTES, partial(_read, unit=unit, value=answer))
 
 
-def reading(unit: int, name: str) -> Request:
+def reading(unit: int, name: str) -> LineRequest:
     """Return the request of a read; any answer is a value."""
     row = BY_NAME[name]
-    return Request(command(unit, row.code), FRAME_BYTES, partial(_read_value, unit=unit))
+    return LineRequest(command(unit, row.code), FRAME_BYTES, partial(_read_value, unit=unit))
 
 
 def _read_value(data: bytes, unit: int) -> Reply | Verdict:

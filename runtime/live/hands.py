@@ -19,7 +19,7 @@ from ...io_images.addresses import parse_address
 from ...io_images.module_words import ModuleWords
 from ..loop.cpu import Cpu
 from ..loop.events import Event
-from ..loop.exposed import Exposed
+from ..loop.exposed import ExposedModule
 from ..loop.incidents import FaultKind, Incident
 from ..loop.rack import Rack
 from ..loop.scan import CpuMode
@@ -148,7 +148,7 @@ class Hands:
 
     def _happen(self, order: orders.Happen, at_ns: int) -> None:
         module = self._rack.slots[order.slot].module
-        if not isinstance(module, Exposed):
+        if not isinstance(module, ExposedModule):
             raise ValueError(f"slot {order.slot}: nothing can be made to happen to a real module")
         what, for_ns = FaultKind(order.kind), round(order.for_ms * 1_000_000)
         module.happen(Incident(at_ns, what, order.slot, for_ns, order.late_words))

@@ -41,7 +41,7 @@ writes: orders sent so far, snapshots asked for."""
 _HEAD_BYTES = 128
 
 
-class Shape(NamedTuple):
+class RingShape(NamedTuple):
     """What another process needs to open a ring.
 
     Attributes:
@@ -53,7 +53,7 @@ class Shape(NamedTuple):
     rows: int
 
 
-class Taken(NamedTuple):
+class RingRows(NamedTuple):
     """Rows that were read.
 
     Attributes:
@@ -89,16 +89,18 @@ class Ring:
     def __init__(self, memory_bytes: int, figures: int = 0, rows: int = ROWS) -> None:
         if rows & (rows - 1) or rows < 2:
             raise ValueError(f"a ring of {rows} rows is not allowed: a power of two")
-        self._open(_new_file(size_of(Shape(memory_bytes, figures, rows))), Shape(memory_bytes, figures, rows))
+        self._open(
+            _new_file(size_of(RingShape(memory_bytes, figures, rows))), RingShape(memory_bytes, figures, rows)
+        )
 
     @classmethod
-    def opened(cls, shape: Shape, file: int) -> Ring:
+    def opened(cls, shape: RingShape, file: int) -> Ring:
         """Open the ring of another process, whose file this process has been given."""
         ring = cls.__new__(cls)
         ring._open(file, shape)
         return ring
 
-    def _open(self, file: int, shape: Shape) -> None:
+    def _open(self, file: int, shape: RingShape) -> None:
         self.shape = shape
         self.file = file
         self._map = mmap.mmap(file, size_of(shape))
@@ -122,7 +124,7 @@ class Ring:
         """Rows written so far."""
         return int(self._head[_ROWS])
 
-    def take(self, since: int) -> Taken:
+    def take(self, since: int) -> RingRows:
         """Return the rows from a place on, as far as they are still there."""
         end = self.written
         first = max(since, end - self.shape.rows + 1, 0)
@@ -131,7 +133,7 @@ class Ring:
         overwritten = self.written - self.shape.rows + 1 - first
         if overwritten > 0:
             rows, first = rows[overwritten:], min(first + overwritten, end)
-        return Taken(rows[rows["scan"] == rows["again"]], end, first - since)
+        return RingRows(rows[rows["scan"] == rows["again"]], end, first - since)
 
     # --- requests of the monitor
 
@@ -177,7 +179,7 @@ def _putter(head: memoryview, rows: memoryview, row: Struct, mask: int) -> Put:
     return put
 
 
-def size_of(shape: Shape) -> int:
+def size_of(shape: RingShape) -> int:
     """Return the bytes of a ring."""
     stride = row_type(shape.memory_bytes, shape.figures).itemsize
     return _HEAD_BYTES + shape.rows * stride + MESSAGE_BYTES + SNAPSHOT_BYTES
@@ -301,5 +303,5 @@ def row_type(memory_bytes: int, figures: int) -> np.dtype[Any]:
     return np.dtype(fields)
 
 
-def _row_struct(shape: Shape, pad: int) -> Struct:
+def _row_struct(shape: RingShape, pad: int) -> Struct:
     return Struct(f"<IIqq{shape.figures}q{shape.memory_bytes}sI{pad}x")

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from ..loop.cpu import Cpu, CpuFault
-from ..loop.pace import Paced, stopping_on_interrupt
+from ..loop.pace import AdjustablePace, stopping_on_interrupt
 from ..loop.phases import ScanPhases
 from . import orders
 from .hands import GivenOrder, Hands
@@ -55,7 +55,7 @@ class Stops(Protocol):
 
 
 @dataclass(slots=True)
-class State:
+class SessionState:
     """What a monitor shows of a session.
 
     Attributes:
@@ -100,7 +100,7 @@ class Session:
         self,
         cpu: Cpu,
         hands: Hands,
-        pacer: Paced,
+        pacer: AdjustablePace,
         inbox: Inbox,
         tell: Callable[[Mapping[str, object]], None],
         *,
@@ -112,7 +112,7 @@ class Session:
         self._cpu, self._hands, self._pacer = cpu, hands, pacer
         self._inbox, self._tell, self._stops = inbox, tell, stops
         self._live, self._reload, self._prepare = live, reload, prepare
-        self.state = State(speed=pacer.speed)
+        self.state = SessionState(speed=pacer.speed)
         self.over = False
         self.attend: Callable[[], None] = lambda: None
         self.give: Callable[[], None] = lambda: None

@@ -4,8 +4,8 @@
     | . . . . . . . . | row row row row row row row row row row ... |  . (a ramp ends here)
       wait              calm: outputs stay, nothing happens
 
-Between two events of a module, position and count are closed forms of time. A module that is `Foreseeing`
-gives the end of that time, and its words of all scans up to there at once; what does not change stays
+Between two events of a module, position and count are closed forms of time. A `ForeseeingModule` gives
+the end of that time, and its words of all scans up to there at once; what does not change stays
 in the rows as it is. A scan then copies a row into the rack's memory instead of updating the modules.
 
 Rows hold as long as nothing acts on a module. New outputs are seen by comparing the memory with the row
@@ -21,7 +21,7 @@ from itertools import repeat
 from typing import TYPE_CHECKING, NamedTuple
 
 from ...io_images.image import IMAGE_BYTES, Image
-from .module import Foreseeing
+from .module import ForeseeingModule
 from .rack import SLOT_BYTES, Rack
 
 if TYPE_CHECKING:
@@ -79,7 +79,7 @@ class Outlook:
     def __init__(self, rack: Rack, sent: Sequence[Image]) -> None:
         self._memory = rack.memory
         modules = [slot.module for slot in rack.slots.values()]
-        self._modules = [module for module in modules if isinstance(module, Foreseeing)]
+        self._modules = [module for module in modules if isinstance(module, ForeseeingModule)]
         self._sent = sent
         self._block: NDArray[np.int16] | None = None
         self.possible = bool(modules) and len(self._modules) == len(modules)

@@ -16,7 +16,7 @@ from .events import Event, JsonValue
 from .exchange import EndOfScan, Exchange
 from .faults import Cause, CpuFault, Fault, ends_the_run, place_of, words_of
 from .listeners import ScanListener
-from .pace import FreeRun, Pacer, Watchdog, WatchdogExpired, stopping_on_interrupt
+from .pace import FreeRun, Pacer, Watchdog, WatchdogTimeout, stopping_on_interrupt
 from .phases import IDLE_PHASES, PHASES, Phase, ScanPhases
 from .rack import Rack
 from .scan import AttachedLogic, CpuMode, Logic, Scan, ScanFlag, mode_name
@@ -209,7 +209,7 @@ class Cpu(ScansAhead):
     def _loop(self, scans: int) -> None:
         try:
             self._scan(scans)
-        except (Exception, SystemExit, WatchdogExpired) as error:
+        except (Exception, SystemExit, WatchdogTimeout) as error:
             self._fail(error, self._present)
         except BaseException as error:
             if ends_the_run(error) or self._blame[self._present] is not Cause.PROGRAM:
@@ -264,7 +264,7 @@ class Cpu(ScansAhead):
 
     def _fail(self, error: BaseException, phase: Phase) -> NoReturn:
         """Stop in order after `error` in `phase`: outputs, modules, listeners; raise it as a `CpuFault`."""
-        cause = Cause.WATCHDOG if isinstance(error, WatchdogExpired) else self._blame[phase]
+        cause = Cause.WATCHDOG if isinstance(error, WatchdogTimeout) else self._blame[phase]
         text = _watchdog_words(error) if cause is Cause.WATCHDOG else words_of(error)
         self.fault = Fault(self.scan, self.now_ns, cause, place_of(error), text)
         if cause is Cause.LISTENER:

@@ -11,7 +11,7 @@ from ...io_images.image import Image
 from .events import Event, JsonValue
 from .exchange import RPI_NS
 from .incidents import LASTING, ON_THE_LINE, TROUBLES, FaultKind, Incident
-from .module import Foreseeing, Module, unnoticed
+from .module import ForeseeingModule, Module, unnoticed
 from .module_fault import ModuleFault
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ class OnALine(Module, Protocol):
         """Begin or end a disturbance of the line; one that does not last affects one reply."""
 
 
-class Exposed(Module):
+class ExposedModule(Module):
     """A module with incidents coming; satisfies `runtime.loop.module.Module`.
 
     Raises:
@@ -120,24 +120,28 @@ class Exposed(Module):
 
     @property
     def before_change(self) -> Callable[[], None]:
-        """What the module calls before a change; see `Foreseeing`."""
-        return self.module.before_change if isinstance(self.module, Foreseeing) else unnoticed
+        """What the module calls before a change; see `ForeseeingModule`."""
+        return self.module.before_change if isinstance(self.module, ForeseeingModule) else unnoticed
 
     @before_change.setter
     def before_change(self, notice: Callable[[], None]) -> None:
-        if isinstance(self.module, Foreseeing):
+        if isinstance(self.module, ForeseeingModule):
             self.module.before_change = notice
 
     def calm_until_ns(self, outputs: Image) -> int:
-        """Return the instant before which only the module itself goes on; see `Foreseeing`."""
-        if not isinstance(self.module, Foreseeing) or self._now_ns < self._late_ns or outputs != self._before:
+        """Return the instant before which only the module itself goes on; see `ForeseeingModule`."""
+        if (
+            not isinstance(self.module, ForeseeingModule)
+            or self._now_ns < self._late_ns
+            or outputs != self._before
+        ):
             return 0
         calm_ns = self.module.calm_until_ns(outputs)
         return min(calm_ns, self._acts[0][0]) if self._acts else calm_ns
 
     def foretell(self, first_ns: int, every_ns: int, count: int) -> Words:
         """Return what the module foretells."""
-        assert isinstance(self.module, Foreseeing)
+        assert isinstance(self.module, ForeseeingModule)
         return self.module.foretell(first_ns, every_ns, count)
 
     @override

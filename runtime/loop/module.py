@@ -58,7 +58,7 @@ class Module(Protocol):
 
 
 @runtime_checkable
-class Foreseeing(Module, Protocol):
+class ForeseeingModule(Module, Protocol):
     """A module that can compute its coming inputs while nothing acts on it, see `runtime.loop.ahead`.
 
     They are those that `update` would return, bit by bit.

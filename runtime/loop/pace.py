@@ -1,10 +1,10 @@
 """Everything that has to do with the clock on the wall; no other file imports `time`.
 
-    FreeRun     scans follow each other as fast as they come; virtual time only
-    RealTime    scan n of a run is due at start + n * period on the monotonic clock
-    Paced       the same at a multiple of real time, which may change while scans run
-    Clock       virtual time that keeps step with the clock on the wall
-    Watchdog    ends logic that does not come back
+    FreeRun           scans follow each other as fast as they come; virtual time only
+    RealTime          scan n of a run is due at start + n * period on the monotonic clock
+    AdjustablePace    the same at a multiple of real time, which may change while scans run
+    Clock             virtual time that keeps step with the clock on the wall
+    Watchdog          ends logic that does not come back
     stopping_on_interrupt    Ctrl-C asks for a stop between scans
     ending_as_interrupt      SIGTERM and SIGHUP do what Ctrl-C does
 
@@ -162,7 +162,7 @@ class RealTime(Pacer):
         return now_ns
 
 
-class Paced(RealTime):
+class AdjustablePace(RealTime):
     """Scans in step with the wall clock, at a speed that may change between two scans.
 
     As fast as possible it is free: modules may be run ahead, as without a session. The CPU takes note of
@@ -237,7 +237,7 @@ class Clock:
         return min(longest_s, max(0.0, (at_ns - self.now_ns()) / self.speed / 1e9))
 
 
-class WatchdogExpired(BaseException):
+class WatchdogTimeout(BaseException):
     """The logic has taken longer than the watchdog allows.
 
     Not an Exception, lest a program that catches everything in a loop also catches this.
@@ -252,7 +252,7 @@ class Watchdog:
 
     In the main thread of a system with interval timers it costs the scans nothing: a timer
     looks in now and then whether it still finds the same scan inside the logic, and after the
-    limit raises `WatchdogExpired` right there, even in an endless loop. (One long call of a C
+    limit raises `WatchdogTimeout` right there, even in an endless loop. (One long call of a C
     function can only be ended when it returns.) Anywhere else the time is taken before and
     after the logic, which notices an overlong scan, but not one that never ends; see `timed`.
 
@@ -304,7 +304,7 @@ class Watchdog:
         """Call `logic` and take the time, where `timed` says so.
 
         Raises:
-            WatchdogExpired: it took longer than the limit.
+            WatchdogTimeout: it took longer than the limit.
         """
         since = _clocks()
         with _noticing_breakpoints() as met:
@@ -319,7 +319,7 @@ class Watchdog:
             self._expire_if_over(self._since)
 
     def _expire_if_over(self, since: tuple[int, int]) -> None:
-        """Raise `WatchdogExpired` if the logic has taken too long.
+        """Raise `WatchdogTimeout` if the logic has taken too long.
 
         Args:
             since: what `_clocks` was when it began.
@@ -327,9 +327,9 @@ class Watchdog:
         used_ns, passed_ns = (now - then for now, then in zip(_clocks(), since, strict=True))
         limit_ms = self.limit_ns / 1e6
         if used_ns >= self.limit_ns:
-            raise WatchdogExpired(f"it took longer than {limit_ms:g} ms of processor time")
+            raise WatchdogTimeout(f"it took longer than {limit_ms:g} ms of processor time")
         if passed_ns >= WAITING * self.limit_ns:
-            raise WatchdogExpired(f"it waited: it took longer than {WAITING * limit_ms:g} ms on the clock")
+            raise WatchdogTimeout(f"it waited: it took longer than {WAITING * limit_ms:g} ms on the clock")
 
 
 def _clocks() -> tuple[int, int]:

@@ -55,7 +55,7 @@ Undo = Callable[[], object]
 
 
 @dataclass(frozen=True)
-class Request:
+class SystemRequest:
     """A request to the system.
 
     Attributes:
@@ -125,13 +125,13 @@ def _locks_without_limit() -> bool:
 
 
 REQUESTS = (
-    Request(
+    SystemRequest(
         "SCHED_FIFO",
         ask_for_fifo,
         f'give the user "rtprio {PRIORITY}" in /etc/security/limits.conf and log in again, '
         "or give a container the capability SYS_NICE",
     ),
-    Request(
+    SystemRequest(
         "locked memory",
         ask_for_locked_memory,
         'give the user "memlock unlimited" in /etc/security/limits.conf and log in again, '
@@ -141,7 +141,7 @@ REQUESTS = (
 
 
 @contextmanager
-def real_time(requests: tuple[Request, ...] = REQUESTS) -> Iterator[list[Outcome]]:
+def real_time(requests: tuple[SystemRequest, ...] = REQUESTS) -> Iterator[list[Outcome]]:
     """Ask the system for all that makes scans begin on time; take it back at the end.
 
     Threads that are started inside have it, too. Enter it before a port is opened.

@@ -50,7 +50,7 @@ class Operable(Protocol):
 
 
 @runtime_checkable
-class Figured(Protocol):
+class ModuleWithFigures(Protocol):
     """A module whose machine can be read between scans without an effect."""
 
     def figures(self) -> tuple[int, int, int]:
@@ -58,7 +58,7 @@ class Figured(Protocol):
 
 
 @runtime_checkable
-class Bolted(Module, Protocol):
+class ModuleWithMachine(Module, Protocol):
     """A module that drives a simulated machine."""
 
     def machine_at(self, now_ns: int) -> Machine:
@@ -66,7 +66,7 @@ class Bolted(Module, Protocol):
 
 
 @runtime_checkable
-class BoltedAhead(Bolted, Protocol):
+class BoltedAhead(ModuleWithMachine, Protocol):
     """A module that can predict its machine as long as nothing acts on it.
 
     An instant that is not later than the last `update` means that it can't.

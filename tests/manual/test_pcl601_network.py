@@ -8,7 +8,7 @@ from scanrack.io_images.pcl601.program import parse_program
 from scanrack.runtime.controllers.pcl601.line import PORT_TIMING, Pcl601
 from scanrack.runtime.controllers.pcl601.program import ProgramMachine
 from scanrack.runtime.controllers.pcl601.wiring import Wiring
-from scanrack.runtime.line.ports import Segment
+from scanrack.runtime.line.ports import BusSegment
 from scanrack.runtime.line.rtu import frame
 from scanrack.runtime.line.wire import SerialBus
 
@@ -58,7 +58,7 @@ def test_sample_5_moves_three_axes_over_a_line_with_the_baud_rates_timing() -> N
 
 def test_sample_5_over_a_port_hands_its_text_to_all_units_and_to_the_host() -> None:
     axes = three_axes()
-    line = Segment(*axes)
+    line = BusSegment(*axes)
     said = bytearray()
     line.receive(0, TO_ASCII)
     said += line.advance(10 * MS)
@@ -71,7 +71,7 @@ def test_sample_5_over_a_port_hands_its_text_to_all_units_and_to_the_host() -> N
 def test_each_of_99_units_answers_to_its_own_address_and_all_carry_out_a_broadcast() -> None:
     """Base speed 4x6: 100 for all, then 100 + n for each."""
     units = [Pcl601(address, timing=PORT_TIMING) for address in range(1, 100)]
-    line = Segment(*units)
+    line = BusSegment(*units)
     now_ns = 0
 
     def ask(request: bytes) -> bytes:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 from bench006 import Bench006
-from scanrack.io_images.pmc006.instructions import INSTRUCTIONS, PARAMETERS, Keeping, Kind
+from scanrack.io_images.pmc006.instructions import INSTRUCTIONS, PARAMETERS, Kind, ParameterStorage
 from scanrack.io_images.pmc006.status import Level, Status1, Status2
 
 # character: (values taken, values refused with 6, read by, kept by t and power cycle), transcribed from 4.2
@@ -193,5 +193,5 @@ def test_the_table_has_every_row_once_and_its_parameters_allow_their_defaults() 
     for row in PARAMETERS:
         assert row.allows(row.default) or row.name == "device_address"
         assert row.kind is Kind.SET
-    kept = "".join(sorted(row.char for row in INSTRUCTIONS if row.keeping is Keeping.SAVED))
+    kept = "".join(sorted(row.char for row in INSTRUCTIONS if row.keeping is ParameterStorage.SAVED))
     assert kept == "FJLMQSaemouw"  # "Can be saved after power-down" in 4.2

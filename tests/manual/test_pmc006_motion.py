@@ -8,8 +8,8 @@ import pytest
 from bench006 import MS, Bench006
 from scanrack.io_images.pmc006.status import Status1, Status2
 from scanrack.runtime.controllers.pmc006.line import Pmc006
-from scanrack.runtime.controllers.pmc006.pins import Pin, Switch
-from scanrack.runtime.controllers.pmc006.ramps import Speeds, plan_move, plan_run, plan_slowing
+from scanrack.runtime.controllers.pmc006.pins import Pin, SwitchPin
+from scanrack.runtime.controllers.pmc006.ramps import Pmc006Speeds, plan_move, plan_run, plan_slowing
 
 # 4.3.3's table, transcribed
 ACCELERATIONS = {1: 77440, 2: 48410, 3: 27170, 4: 21510, 5: 14080, 6: 10460, 7: 6915, 8: 5210}
@@ -24,14 +24,14 @@ def constant(speed: int = 1000) -> Bench006:
 
 @pytest.mark.parametrize(("coefficient", "acceleration"), ACCELERATIONS.items())
 def test_4_3_3_a_ramp_takes_the_time_and_distance_of_the_table(coefficient: int, acceleration: int) -> None:
-    motion = plan_run(0, 0, 1, Speeds(600, 6000, 600, coefficient, 5))
+    motion = plan_run(0, 0, 1, Pmc006Speeds(600, 6000, 600, coefficient, 5))
     ramp_s = (6000 - 600) / acceleration
     assert motion.segments[-1].start_ns == pytest.approx(ramp_s * 1e9, abs=2)
     assert motion.travel_at(round(ramp_s * 1e9)) / 1e12 == pytest.approx(ramp_s * (6000 + 600) / 2, abs=1e-3)
 
 
 def test_4_3_3_the_s_curve_stays_by_the_raised_cosine() -> None:
-    motion = plan_run(0, 0, 1, Speeds(600, 6000, 600, 3, 3))
+    motion = plan_run(0, 0, 1, Pmc006Speeds(600, 6000, 600, 3, 3))
     ramp_s = (6000 - 600) / 27170
     for part in range(101):
         at_s = ramp_s * part / 100
@@ -42,7 +42,7 @@ def test_4_3_3_the_s_curve_stays_by_the_raised_cosine() -> None:
 @pytest.mark.parametrize("up", [True, False])
 def test_4_3_3_the_s_curve_meets_the_raised_cosine_in_speed(up: bool) -> None:
     """At 0, 1/3, 1/2, 2/3 and 1 of the ramp's time exactly, elsewhere within 0.6 % of the change of speed."""
-    motion = plan_run(0, 0, 1, Speeds(600, 6000, 600, 3, 3))
+    motion = plan_run(0, 0, 1, Pmc006Speeds(600, 6000, 600, 3, 3))
     start_ns, ramp_ns = 0.0, (6000 - 600) / 27170 * 1e9
     if not up:
         motion = plan_slowing(motion, 10**9, 600, 3)
@@ -62,13 +62,13 @@ def test_4_3_3_the_s_curve_meets_the_raised_cosine_in_speed(up: bool) -> None:
 
 
 def test_4_3_3_coefficient_0_is_no_ramp() -> None:
-    motion = plan_move(0, 0, 6000, Speeds(600, 6000, 600, 0, 0))
+    motion = plan_move(0, 0, 6000, Pmc006Speeds(600, 6000, 600, 0, 0))
     assert (motion.end_ns, len(motion.segments)) == (10**9, 1)
 
 
 def test_4_3_3_ramps_that_do_not_fit_are_steepened_and_reach_the_speed() -> None:
     # 300 steps; at coefficient 8 the ramps alone take 2 * (36,000,000 - 360,000) / 10,420 = 6841 steps
-    motion = plan_move(0, 0, 300, Speeds(600, 6000, 600, 8, 8))
+    motion = plan_move(0, 0, 300, Pmc006Speeds(600, 6000, 600, 8, 8))
     assert motion.final_steps == 300
     assert motion.speed_at(motion.instant_of(150) or 0) == pytest.approx(6_000_000, rel=0.01)
     assert motion.end_ns == pytest.approx(2 * 300 / (600 + 6000) * 1e9, abs=2)
@@ -76,17 +76,17 @@ def test_4_3_3_ramps_that_do_not_fit_are_steepened_and_reach_the_speed() -> None
 
 @pytest.mark.parametrize(("steps", "ns"), [(255, 255 * 2 * 10**9 // 1600), (1, 2 * 10**9 // 1600)])
 def test_4_3_3_below_256_steps_the_speed_goes_straight_from_start_to_stop(steps: int, ns: int) -> None:
-    motion = plan_move(0, 0, steps, Speeds(600, 200_000, 1000, 5, 5))
+    motion = plan_move(0, 0, steps, Pmc006Speeds(600, 200_000, 1000, 5, 5))
     assert motion.final_steps == steps
     assert motion.end_ns == pytest.approx(ns, abs=1)
 
 
 def test_4_3_3_a_move_of_256_steps_has_the_s_curve() -> None:
-    assert len(plan_move(0, 0, 256, Speeds(600, 6000, 600, 1, 1)).segments) > 1
+    assert len(plan_move(0, 0, 256, Pmc006Speeds(600, 6000, 600, 1, 1)).segments) > 1
 
 
 def test_4_3_8_slowing_ends_on_a_whole_step_after_the_ramp() -> None:
-    running = plan_run(0, 0, -1, Speeds(600, 5000, 600, 3, 3))
+    running = plan_run(0, 0, -1, Pmc006Speeds(600, 5000, 600, 3, 3))
     slowing = plan_slowing(running, 2 * 10**9, 700, 3)
     ramp = (5000**2 - 700**2) / (2 * 27170)
     assert slowing.final_steps is not None
@@ -96,7 +96,7 @@ def test_4_3_8_slowing_ends_on_a_whole_step_after_the_ramp() -> None:
 
 @pytest.mark.parametrize("at_ns", [1_500_000_000, 1_500_000_001, 1_777_123_457, 2_345_678_901])
 def test_4_3_8_slowing_ends_when_a_whole_step_is_made(at_ns: int) -> None:
-    running = plan_run(0, 0, 1, Speeds(600, 5000, 600, 3, 3))
+    running = plan_run(0, 0, 1, Pmc006Speeds(600, 5000, 600, 3, 3))
     slowing = plan_slowing(running, at_ns, 700, 3)
     assert slowing.end_ns is not None
     # the last ns at 700 steps/s: within 2 ns' way of the step, 1.4e-6
@@ -298,7 +298,7 @@ def test_4_1_1_stepping_on_towards_an_active_limit_is_error_7(pin: Pin, bit: int
 
 def test_4_3_6_a_switch_on_the_way_stops_the_motor_on_its_step() -> None:
     bench = constant()
-    bench.pin(Pin.EXT2, Switch(1233, True))  # high up to 1233
+    bench.pin(Pin.EXT2, SwitchPin(1233, True))  # high up to 1233
     bench.set(ext_stop_enable=2)
     bench.ask("s", 3000)
     bench.wait(3000)
@@ -309,7 +309,7 @@ def zero_back_bench(last_high: int) -> Bench006:
     """Return a bench with an opto on EXT1, blocked (high) up to a position, and rising edges."""
     bench = Bench006()
     bench.set(ext_trigger_mode=3, zero_back_speed=1000)
-    bench.pin(Pin.EXT1, Switch(last_high, True))
+    bench.pin(Pin.EXT1, SwitchPin(last_high, True))
     return bench
 
 
@@ -361,7 +361,7 @@ def test_4_3_13_a_stroke_used_up_clears_home_and_leaves_the_position() -> None:
 
 def test_4_3_13_the_factory_trigger_takes_low_for_the_switch() -> None:
     bench = Bench006()
-    bench.pin(Pin.EXT1, Switch(-101, False))  # low up to -101
+    bench.pin(Pin.EXT1, SwitchPin(-101, False))  # low up to -101
     bench.ask("8", 2000)
     bench.wait(3000)
     assert (bench.controller.axis.physical, bench.position) == (-101, 0)
@@ -369,7 +369,7 @@ def test_4_3_13_the_factory_trigger_takes_low_for_the_switch() -> None:
 
 def test_4_3_13_ext2_stops_a_zero_back_if_it_is_armed_and_abort_ends_it() -> None:
     bench = zero_back_bench(-5000)
-    bench.pin(Pin.EXT2, Switch(-301, False))
+    bench.pin(Pin.EXT2, SwitchPin(-301, False))
     bench.set(ext_stop_enable=2, ext_trigger_mode=1)
     bench.ask("8", 20_000)
     bench.wait(3000)

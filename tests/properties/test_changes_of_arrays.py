@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from made_traces import A3601, record
 from scanrack.traces.format.flags import flag_names
 from scanrack.traces.format.layout import SlotInfo
-from scanrack.traces.read.changes import Changes, Row
+from scanrack.traces.read.changes import ChangeRows, Row
 from scanrack.traces.read.reader import open_trace
 
 SLOTS = (A3601, SlotInfo(2, "a toy"), SlotInfo(3, "amci3601", "4.1"))
@@ -34,7 +34,7 @@ def test_rows_of_arrays(
         TemporaryDirectory() as folder,
         open_trace(record(Path(folder) / "run.mcap", words, SLOTS, chunk_scans=chunk)) as trace,
     ):
-        one_by_one, by_arrays = (Changes(SLOTS, flag_names, every=every) for _ in range(2))
+        one_by_one, by_arrays = (ChangeRows(SLOTS, flag_names, every=every) for _ in range(2))
         expected: list[Row] = []
         for each in trace.scans():
             if first <= each.scan <= last:

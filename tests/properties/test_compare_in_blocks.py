@@ -14,7 +14,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from plain_compare import plainly
-from scanrack.traces.compare import SAME_CLOCK, Clock, Tolerance, blocks, compare_parts, findings
+from scanrack.traces.compare import SAME_CLOCK, TimeMap, Tolerance, blocks, compare_parts, findings
 from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.read.columns import Columns
 
@@ -89,7 +89,7 @@ def test_a_comparison_by_time_does_not_depend_on_its_blocks(
     words = signal(rng)
     one = sampled(rng, words, scans[0], since[0], 0)
     other = sampled(rng, words, scans[1], since[1], late)
-    clock = Clock((shift,), (0,)) if shift else SAME_CLOCK
+    clock = TimeMap((shift,), (0,)) if shift else SAME_CLOCK
     if tolerance.exact and clock == SAME_CLOCK:
         tolerance = Tolerance(1)
     found = compare_parts(

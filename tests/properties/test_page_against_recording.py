@@ -19,8 +19,8 @@ from scanrack.traces.read.reader import open_trace
 from scanrack.watch.monitors.monitor import About, Monitor
 from scanrack.watch.monitors.page import Page
 from scanrack.watch.monitors.questions import ask
-from scanrack.watch.monitors.session_monitor import Ran, SessionMonitor, Setup
-from scanrack.watch.recorded import Place, Recording
+from scanrack.watch.monitors.session_monitor import SessionMonitor, SessionProgram, Setup
+from scanrack.watch.recorded import OpenedRecording, Place
 
 SCANS = 1500
 SEEDS = range(2)
@@ -77,7 +77,7 @@ class Watching:
         assert self.ask(self.page, "lanes", tags=list(TAGS))["unknown"] == []
 
     def programs(self):
-        return (Ran(0, str(self.rack.parent), "feeder.toml", "feeder.rung"),)
+        return (SessionProgram(0, str(self.rack.parent), "feeder.toml", "feeder.rung"),)
 
     def play(self, scans):
         self.session.run.cpu.add_listener(self)
@@ -194,7 +194,7 @@ def test_an_opened_recording_shows_what_was_recorded(rack, tmp_path):
     watching = Watching.__new__(Watching)
     watching.dice, watching.answers, watching.pieces = dice, [], []
     with open_trace(path) as trace, tempfile.TemporaryDirectory() as folder:
-        recording = Recording(trace, Place(path, None, ""), Path(folder), trust=False)
+        recording = OpenedRecording(trace, Place(path, None, ""), Path(folder), trust=False)
         watching.monitor, watching.asking = recording.monitor(lambda *_: None), Page()
         watching.monitor.join(watching.asking)
         while watching.monitor.tick():

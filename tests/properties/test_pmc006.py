@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 from scanrack.io_images.pmc006.frame import Frame, Framer, command, decode, encode
 from scanrack.io_images.pmc006.instructions import INSTRUCTIONS
 from scanrack.io_images.pmc006.program import USER_OPS, UserInstruction, assemble, disassemble
-from scanrack.runtime.controllers.pmc006.controller import Controller
+from scanrack.runtime.controllers.pmc006.controller import Pmc006Controller
 from scanrack.runtime.controllers.pmc006.line import Pmc006
-from scanrack.runtime.controllers.pmc006.pins import Pin, Switch
-from scanrack.runtime.controllers.pmc006.ramps import Speeds, plan_move, plan_run, plan_slowing
+from scanrack.runtime.controllers.pmc006.pins import Pin, SwitchPin
+from scanrack.runtime.controllers.pmc006.ramps import Pmc006Speeds, plan_move, plan_run, plan_slowing
 from scanrack.runtime.kinematics import FOREVER
 
 int32 = st.integers(-(1 << 31), (1 << 31) - 1)
@@ -24,10 +24,10 @@ coefficients = st.integers(0, 8)
 
 
 @st.composite
-def speeds(draw: st.DrawFn) -> Speeds:
+def speeds(draw: st.DrawFn) -> Pmc006Speeds:
     top = draw(st.integers(65, 256_000))
     edge = st.integers(65, min(top, 30_000))
-    return Speeds(draw(edge), top, draw(edge), draw(coefficients), draw(coefficients))
+    return Pmc006Speeds(draw(edge), top, draw(edge), draw(coefficients), draw(coefficients))
 
 
 @given(frames)
@@ -47,7 +47,7 @@ def test_frames_are_found_however_the_stream_is_cut(sent: list[Frame], size: int
 
 def test_noise_never_escapes_and_costs_no_frame_once_the_line_is_quiet() -> None:
     draw = random.Random(6)
-    device, now_ns = Pmc006(Controller(address=1)), 0
+    device, now_ns = Pmc006(Pmc006Controller(address=1)), 0
     for _ in range(300):
         noise = bytearray(draw.randbytes(draw.randrange(30)))
         if draw.random() < 0.5:
@@ -65,7 +65,9 @@ def test_noise_never_escapes_and_costs_no_frame_once_the_line_is_quiet() -> None
 
 
 @given(st.integers(1, 100_000), speeds(), st.integers(0, 10**12))
-def test_a_move_ends_on_its_step_and_never_goes_back(steps: int, given_speeds: Speeds, now_ns: int) -> None:
+def test_a_move_ends_on_its_step_and_never_goes_back(
+    steps: int, given_speeds: Pmc006Speeds, now_ns: int
+) -> None:
     motion = plan_move(now_ns, 7, -steps, given_speeds)
     assert motion.final_steps == steps
     assert motion.end_ns is not None
@@ -76,7 +78,9 @@ def test_a_move_ends_on_its_step_and_never_goes_back(steps: int, given_speeds: S
 
 
 @given(speeds(), st.integers(0, 10**10), coefficients)
-def test_slowing_takes_over_where_the_run_is(given_speeds: Speeds, after_ns: int, coefficient: int) -> None:
+def test_slowing_takes_over_where_the_run_is(
+    given_speeds: Pmc006Speeds, after_ns: int, coefficient: int
+) -> None:
     running = plan_run(0, 0, 1, given_speeds)
     slowing = plan_slowing(running, after_ns, given_speeds.stop_sps, coefficient)
     assert slowing.end_ns is not None
@@ -105,13 +109,13 @@ happenings = st.one_of(
     st.tuples(st.sampled_from([row.code for row in INSTRUCTIONS]), st.integers(0, 9) | st.integers(0, 5000)),
     st.tuples(
         st.sampled_from(Pin),
-        st.booleans() | st.builds(Switch, st.integers(-300, 300), st.booleans()),
+        st.booleans() | st.builds(SwitchPin, st.integers(-300, 300), st.booleans()),
     ),
     st.just("power"),
 )
 
 
-def do(controller: Controller, happening: Any) -> object:
+def do(controller: Pmc006Controller, happening: Any) -> object:
     """Let one thing happen; return what the controller says to it."""
     if happening == "power":
         controller.power_cycle()
@@ -123,7 +127,7 @@ def do(controller: Controller, happening: Any) -> object:
     return controller.execute(what, value)
 
 
-def seen(controller: Controller) -> tuple[object, ...]:
+def seen(controller: Pmc006Controller) -> tuple[object, ...]:
     """Return all that can be seen of a controller."""
     interpreter, axis = controller.interpreter, controller.axis
     state = interpreter.running, interpreter.line, interpreter.counter, interpreter.equal, interpreter.paused
@@ -139,7 +143,7 @@ def seen(controller: Controller) -> tuple[object, ...]:
 def test_in_pieces_it_is_what_it_is_at_once(
     lines: list[UserInstruction], plan: list[tuple[int, Any]], glances: list[int]
 ) -> None:
-    whole, pieces = (Controller(address=1, program=assemble(disassemble(lines))) for _ in range(2))
+    whole, pieces = (Pmc006Controller(address=1, program=assemble(disassemble(lines))) for _ in range(2))
     at_ns = 0
     for wait_ns, happening in plan:
         for glance in sorted(glance for glance in glances if at_ns <= glance < at_ns + wait_ns):

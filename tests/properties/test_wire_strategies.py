@@ -4,7 +4,7 @@ from hypothesis import find, given
 from scanrack.io_images import strategies as wires
 from scanrack.io_images.pmc006.frame import REPLY, decode
 from scanrack.runtime.controllers.pcl601.line import Pcl601
-from scanrack.runtime.controllers.pmc006.controller import Controller
+from scanrack.runtime.controllers.pmc006.controller import Pmc006Controller
 from scanrack.runtime.controllers.pmc006.line import Pmc006
 from scanrack.runtime.line.rtu import is_frame
 from scanrack.runtime.line.wire import LineFormat, SerialBus
@@ -44,7 +44,7 @@ def test_requests_of_another_unit_are_left_to_it(pieces):
 
 @given(wires.line_traffic(wires.pmc006_requests(1)))
 def test_a_pmc006_answers_every_whole_frame(pieces):
-    device = Pmc006(Controller(address=1))
+    device = Pmc006(Pmc006Controller(address=1))
     for piece, answer in zip(pieces, answers(device, PLAIN, pieces, 300 * MS), strict=True):
         if piece.whole and device.controller.address == 1:
             assert answer is not None

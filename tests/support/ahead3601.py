@@ -18,7 +18,7 @@ from scanrack.io_images.amci3601 import Direction, Idle, InputBit, Manual
 from scanrack.io_images.image import Image
 from scanrack.runtime.loop.cpu import Cpu, CpuMode
 from scanrack.runtime.loop.exchange import EndOfScan, EveryRpi, Exchange
-from scanrack.runtime.loop.exposed import Exposed
+from scanrack.runtime.loop.exposed import ExposedModule
 from scanrack.runtime.loop.incidents import FaultKind, Incident
 from scanrack.runtime.loop.key_switch import KeySwitch
 from scanrack.runtime.loop.listeners import ScanListener
@@ -26,7 +26,7 @@ from scanrack.runtime.loop.rack import Card, Rack
 from scanrack.runtime.machine import EncoderSpec, Jam, Machine, MachineSpec, Slip, Switch
 from scanrack.runtime.modules.amci3601 import Amci3601
 from scanrack.runtime.modules.cards.module import GenericCard
-from scanrack.runtime.modules.cards.options import Cam, CardOptions, Press
+from scanrack.runtime.modules.cards.options import Cam, CardOptions, InputPress
 from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.write.recorder import ScanRecorder
 
@@ -44,7 +44,7 @@ CARD = CardOptions(
         Cam(input="short", slot=1, last=-100),
         Cam(input="home", slot=1, switch="home"),
     ),
-    timeline=(Press(at_ms=Decimal("777.5"), input="start", for_ms=Decimal(100)),),
+    timeline=(InputPress(at_ms=Decimal("777.5"), input="start", for_ms=Decimal(100)),),
 )
 
 Action = Callable[["Rig"], None]
@@ -76,7 +76,7 @@ class World:
         """Return the rack, powered up."""
         own = [each for each in self.incidents if each.slot == 1]
         stepper = self.stepper()
-        module = Exposed(stepper, own) if own else stepper
+        module = ExposedModule(stepper, own) if own else stepper
         cards = [Card(1, module, "amci3601", self.setting.firmware)]
         if self.neighbours:
             panel = GenericCard(CARD)
@@ -153,7 +153,7 @@ class Rig:
             self.cpu.add_listener(KeySwitch(self.cpu, turns))
         slot: Any = self.rack.slots[1].module
         self.stepper: Amci3601 = getattr(slot, "module", slot)  # inside of incidents
-        self.exposed: Any = slot if isinstance(slot, Exposed) else None
+        self.exposed: Any = slot if isinstance(slot, ExposedModule) else None
         self.inputs = self.rack.slots[1].inputs
         self.fresh: list[bool] = []
         self.seen: list[tuple[int, int, int]] = []

@@ -6,10 +6,10 @@ from scanrack.io_images.pmc006.frame import Frame, command, decode
 from scanrack.io_images.pmc006.instructions import BY_NAME
 from scanrack.io_images.pmc006.program import assemble
 from scanrack.io_images.pmc006.status import Status1, Status2
-from scanrack.runtime.controllers.pmc006.controller import Controller
+from scanrack.runtime.controllers.pmc006.controller import Pmc006Controller
 from scanrack.runtime.controllers.pmc006.line import Pmc006
 from scanrack.runtime.controllers.pmc006.options import Pmc006Switches
-from scanrack.runtime.controllers.pmc006.pins import Pin, Switch
+from scanrack.runtime.controllers.pmc006.pins import Pin, SwitchPin
 from scanrack.runtime.kinematics import FOREVER
 from scanrack.runtime.line.pmc006_frames import LINE_FORMAT
 from scanrack.runtime.line.wire import SerialBus
@@ -22,7 +22,7 @@ class Bench006:
     """One controller and a host that sends frames to it."""
 
     def __init__(self, address: int = 1, program: str = "", **options: int) -> None:
-        self.controller = Controller(Pmc006Switches(**options), address, assemble(program))  # type: ignore[arg-type]
+        self.controller = Pmc006Controller(Pmc006Switches(**options), address, assemble(program))  # type: ignore[arg-type]
         self.device = Pmc006(self.controller)
         self.bus = SerialBus(self.device)
         self.address = address
@@ -55,7 +55,7 @@ class Bench006:
         """Let time run."""
         self.bus.run_until(self.bus.now_ns + round(ms * MS))
 
-    def pin(self, pin: Pin, level: bool | Switch) -> None:
+    def pin(self, pin: Pin, level: bool | SwitchPin) -> None:
         """Give a pin a level."""
         self.controller.set_pin(pin, level)
 

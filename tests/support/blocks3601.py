@@ -16,7 +16,7 @@ from functools import cache
 from bench3601 import CONFIGURATION
 from scanrack import Program
 from scanrack.io_images.amci3601 import InputBit, StatusView
-from scanrack.ladder.build.addon import Way
+from scanrack.ladder.build.addon import ParameterMode
 from scanrack.ladder.files.rungfile import parse_program
 from scanrack.ladder.files.rungreader import load_library
 from scanrack.runtime.loop.cpu import Cpu
@@ -73,7 +73,7 @@ def program_of(*, told: bool = True) -> Program:
         tags.append(f"TAG {name} : {block}")
         operands = [name]
         for each in LIBRARY.add_ons[block.upper()].required:
-            if each.way is Way.INOUT:
+            if each.way is ParameterMode.INOUT:
                 operands.append(each.name)
             else:
                 operands.append(f"{name}_{each.name}")
@@ -175,10 +175,10 @@ class BlocksBench:
         """Set Execute of a block, with these inputs or the usual ones."""
         block = LIBRARY.add_ons[INSTANCES[name].upper()]
         for each in block.required:
-            if each.way is Way.INPUT and each.name in {**USUAL, **inputs}:
+            if each.way is ParameterMode.INPUT and each.name in {**USUAL, **inputs}:
                 self.tags[f"{name}_{each.name}"] = {**USUAL, **inputs}[each.name]
         for each in block.parameters:
-            if each.way is Way.INPUT and not each.required and each.name in inputs:
+            if each.way is ParameterMode.INPUT and not each.required and each.name in inputs:
                 self.tags[f"{name}.{each.name}"] = inputs[each.name]
         self.tags[f"{name}_Execute"] = True
         return self

@@ -48,7 +48,7 @@ from scanrack.runtime.modules.amci3601.operations.homing import Homing
 from scanrack.runtime.modules.amci3601.operations.manual_move import ManualMove, OneShot
 from scanrack.runtime.modules.amci3601.operations.profile_move import ProfileMove
 from scanrack.runtime.modules.amci3601.operations.registration_move import RegistrationMove
-from scanrack.runtime.modules.amci3601.state import EXTERNAL, Held, ModuleState
+from scanrack.runtime.modules.amci3601.state import EXTERNAL, HeldMove, ModuleState
 from scanrack.runtime.modules.amci3601.step_generator import StepGenerator
 
 BLEND_ACK = 0x0200
@@ -464,7 +464,7 @@ def resume_starts_over(right):
     def wrong(layer, now_ns, given):
         held = layer.state.held
         if held is not None:
-            layer.state.held = Held(held.target + 1000, held.name)
+            layer.state.held = HeldMove(held.target + 1000, held.name)
         right(layer, now_ns, given)
 
     return wrong

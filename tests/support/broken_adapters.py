@@ -20,7 +20,7 @@ from scanrack.runtime.modules.adapters import exchanges
 from scanrack.runtime.modules.adapters.axis import LinkedAxis
 from scanrack.runtime.modules.adapters.capabilities import RowCapabilities
 from scanrack.runtime.modules.adapters.driver import Driver
-from scanrack.runtime.modules.adapters.exchanges import State
+from scanrack.runtime.modules.adapters.exchanges import ControllerState
 from scanrack.runtime.modules.adapters.findings import FindingKind
 from scanrack.runtime.modules.adapters.module import Adapter
 from scanrack.runtime.modules.adapters.pcl601 import axis as axis601
@@ -142,7 +142,7 @@ def left_running_after_a_loss(right):
         self._was_ready = ready
         if ready:
             self.findings.add(FindingKind.RETURNED)
-        self.state = State.READY if ready else State.PRESENT
+        self.state = ControllerState.READY if ready else ControllerState.PRESENT
 
     return see_again
 

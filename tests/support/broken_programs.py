@@ -21,7 +21,7 @@ from scanrack.io_images.amci3601 import (
     ResetErrors,
     StatusView,
 )
-from scanrack.jobs.fuzz import STANDARD, Bench, Invariant, never, search, within
+from scanrack.jobs.fuzz import STANDARD, Invariant, TrialBench, never, search, within
 from scanrack.jobs.fuzz.drawing import Kind, scenarios
 from scanrack.jobs.fuzz.run import NO_FAULT
 from scanrack.runtime.config.rackspec import RackSpec
@@ -89,13 +89,13 @@ class BrokenProgram:
     kinds: frozenset[Kind]
     controller: str
 
-    def bench(self) -> Bench:
+    def bench(self) -> TrialBench:
         """Return what is searched."""
         slot = {"number": 1, "module": "amci3601"}
         spec = RackSpec.model_validate(
             {"program": "none.py", "run_for_s": 1, "controller": self.controller, "slot": [slot]}
         )
-        return Bench(spec, self.program, [] if self.invariant is None else [self.invariant], SCANS)
+        return TrialBench(spec, self.program, [] if self.invariant is None else [self.invariant], SCANS)
 
 
 BROKEN_PROGRAMS: list[BrokenProgram] = []

@@ -6,12 +6,12 @@ import os
 from collections import Counter
 from pathlib import Path
 
-from scanrack.jobs.fuzz import Report
+from scanrack.jobs.fuzz import SearchReport
 from scanrack.jobs.fuzz.campaign.campaign import Task
 
 
-def counted(task: Task) -> Report:
-    return Report(runs=task.examples, rules=Counter({f"R{task.number}": 1}))
+def counted(task: Task) -> SearchReport:
+    return SearchReport(runs=task.examples, rules=Counter({f"R{task.number}": 1}))
 
 
 class DiesOnce:
@@ -20,12 +20,12 @@ class DiesOnce:
     def __init__(self, flag: Path) -> None:
         self.flag = flag
 
-    def __call__(self, task: Task) -> Report:
+    def __call__(self, task: Task) -> SearchReport:
         if task.number == 1 and not self.flag.exists():
             self.flag.touch()
             os._exit(1)
         return counted(task)
 
 
-def dies(task: Task) -> Report:
+def dies(task: Task) -> SearchReport:
     os._exit(1)

@@ -12,7 +12,7 @@ from scanrack.jobs.run.running import JobRun, RunOptions
 from scanrack.runtime.live.ring import ROWS, Ring
 from scanrack.runtime.live.session import Session
 from scanrack.runtime.live.tap import Tap
-from scanrack.runtime.loop.pace import Paced
+from scanrack.runtime.loop.pace import AdjustablePace
 from scanrack.watch.history.watched_machines import PER_SLOT, MachineFigures
 from scanrack.watch.history.watched_program import LadderNotes
 
@@ -48,7 +48,7 @@ class LiveSession:
         self.told = []
         self.ports = ExitStack()
         job = load_job(str(rack))
-        pacer = Paced(None)
+        pacer = AdjustablePace(None)
         self.run = JobRun(job, self.ports, RunOptions(trace=trace, pacer=pacer, handled=True))
         self.program = self.run.program.debugger
         figures = MachineFigures(self.run.rack)

@@ -9,8 +9,8 @@ from bisect import bisect_right
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from scanrack.traces.compare import Clock, Comparison, Extent, First, Tolerance
-from scanrack.traces.compare.fields import TIME, Field, Kind, all_fields
+from scanrack.traces.compare import Comparison, Extent, First, TimeMap, Tolerance
+from scanrack.traces.compare.fields import TIME, Field, FieldKind, all_fields
 from scanrack.traces.compare.findings import Differing, changes_before
 from scanrack.traces.compare.stream import Side
 from scanrack.traces.format.layout import SlotInfo
@@ -21,12 +21,12 @@ Found = dict[int, tuple[int, int]]
 
 
 def plainly(
-    slots: Sequence[SlotInfo], one: Columns, other: Columns, tolerance: Tolerance, clock: Clock
+    slots: Sequence[SlotInfo], one: Columns, other: Columns, tolerance: Tolerance, clock: TimeMap
 ) -> Comparison:
     """Compare two traces of the same slots."""
     a, b = (Side(columns, {slot.number: 16 * i for i, slot in enumerate(slots)}) for columns in (one, other))
     fields = all_fields(slots)
-    if tolerance.exact and clock == Clock():
+    if tolerance.exact and clock == TimeMap():
         found, only = by_number(fields, a, b)
     else:
         found, only = by_time(fields, a, b, tolerance, clock(other.time_ns).tolist())
@@ -44,7 +44,7 @@ def plainly(
         slots_only_b=(),
         heads=(),
         tolerance=tolerance,
-        aligned=clock != Clock(),
+        aligned=clock != TimeMap(),
     )
 
 
@@ -119,10 +119,10 @@ def missing(field: Field, own: Side, row: int, other: Side, there: tuple[int, ra
         return 0
     wanted, met = own.images(field, np.array([row])), other.images(field, np.array(window))
     key, keys = int(field.key(wanted)[0]), field.key(met).tolist()
-    if field.kind is Kind.BITS:
+    if field.kind is FieldKind.BITS:
         levels = [{other_key >> bit & 1 for other_key in keys} for bit in range(16)]
         return sum(1 << bit for bit in range(16) if (key >> bit & 1) not in levels[bit])
-    if field.kind is Kind.COUNT:
+    if field.kind is FieldKind.COUNT:
         value = float(field.values(wanted)[0])
         values = [each for each in field.values(met).tolist() if not np.isnan(each)]
         return int(bool(values) and (value < min(values) - counts or value > max(values) + counts))
@@ -132,7 +132,7 @@ def missing(field: Field, own: Side, row: int, other: Side, there: tuple[int, ra
 def extents_of(field: Field, rows: Found, a: Side, b: Side) -> Iterator[Extent]:
     """Yield how much differs in a field: of each bit, or as a whole."""
     numbers = a.columns.scan.tolist()
-    if field.kind is not Kind.BITS:
+    if field.kind is not FieldKind.BITS:
         most = None
         for row, (row_b, _) in rows.items():
             apart = abs(number_of(field, a, row) - number_of(field, b, row_b))
@@ -162,7 +162,7 @@ def first_of(
     details = []
     for field, rows in differing:
         if row in rows:
-            bits = np.array([rows[row][1]], np.uint16) if field.kind is Kind.BITS else None
+            bits = np.array([rows[row][1]], np.uint16) if field.kind is FieldKind.BITS else None
             pair = Differing(field, np.array([row]), np.array([rows[row][0]]), bits)
             detail = pair.detail(a, b, row)
             assert detail is not None

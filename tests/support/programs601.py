@@ -8,7 +8,7 @@ from typing import Any
 
 from scanrack.io_images.pcl601 import Code, Register
 from scanrack.io_images.pcl601.program import parse_program
-from scanrack.runtime.controllers.pcl601.controller import Controller
+from scanrack.runtime.controllers.pcl601.controller import Pcl601Controller
 from scanrack.runtime.controllers.pcl601.pins import Contact
 from scanrack.runtime.controllers.pcl601.program import ProgramMachine
 
@@ -33,7 +33,7 @@ class Bench:
     """A controller whose program has been started."""
 
     def __init__(self, text: str, **options: Any) -> None:
-        self.controller = Controller(**options)
+        self.controller = Pcl601Controller(**options)
         self.controller.runner = ProgramMachine(parse_program(text))
         self.controller.power_up(0)
         self.stops: list[Stop] = []

@@ -17,7 +17,7 @@ Exactly, scans are paired by number, and every word counts. With a tolerance, as
 hardware, they are paired by time, and what one trace shows the other shows within the tolerance.
 """
 
-from .alignment import SAME_CLOCK, Clock, align, realign
+from .alignment import SAME_CLOCK, TimeMap, align, realign
 from .comparison import Comparison, compare, compare_parts
 from .fields import EXACT, Tolerance
 from .findings import Detail, Extent, First
@@ -26,11 +26,11 @@ from .report import report
 __all__ = [
     "EXACT",
     "SAME_CLOCK",
-    "Clock",
     "Comparison",
     "Detail",
     "Extent",
     "First",
+    "TimeMap",
     "Tolerance",
     "align",
     "compare",

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..read.reader import Trace
-from ..signals import Catalog, Kind, blocks
+from ..signals import Catalog, SignalKind, blocks
 
 Times = NDArray[np.int64]
 
@@ -21,10 +21,10 @@ START = "start"
 
 
 @dataclass(frozen=True, slots=True)
-class Clock:
+class TimeMap:
     """Turns times of the second trace into times of the first.
 
-    >>> clock = Clock((100, 200), (90, 190))
+    >>> clock = TimeMap((100, 200), (90, 190))
     >>> clock(np.array([90, 140, 190, 200])).tolist()
     [100, 150, 200, 210]
 
@@ -44,11 +44,11 @@ class Clock:
         return result
 
 
-SAME_CLOCK = Clock()
+SAME_CLOCK = TimeMap()
 """Both traces have one clock."""
 
 
-def align(one: Trace, other: Trace, at: str) -> Clock:
+def align(one: Trace, other: Trace, at: str) -> TimeMap:
     """Return the clock by which something is at one time in both traces.
 
     Args:
@@ -59,10 +59,10 @@ def align(one: Trace, other: Trace, at: str) -> Clock:
     Raises:
         ValueError: there is no such bit, or it never rises in one of them.
     """
-    return Clock(_times_of(one, at)[:1], _times_of(other, at)[:1])
+    return TimeMap(_times_of(one, at)[:1], _times_of(other, at)[:1])
 
 
-def realign(one: Trace, other: Trace, signal: str) -> Clock:
+def realign(one: Trace, other: Trace, signal: str) -> TimeMap:
     """Return the clock by which a bit rises at the same times in both traces, as often as it does in both.
 
     What takes a little longer each time, as on a real machine, so does not add up.
@@ -71,7 +71,7 @@ def realign(one: Trace, other: Trace, signal: str) -> Clock:
         ValueError: there is no such bit, or it never rises in one of them.
     """
     first, second = _times_of(one, signal), _times_of(other, signal)
-    return Clock(first[: len(second)], second[: len(first)])
+    return TimeMap(first[: len(second)], second[: len(first)])
 
 
 def _times_of(trace: Trace, at: str) -> tuple[int, ...]:
@@ -79,7 +79,7 @@ def _times_of(trace: Trace, at: str) -> tuple[int, ...]:
     if at == START:
         return (next(int(block.time_ns[0]) for block in blocks(trace)),)
     signal = Catalog.of(trace)[at]
-    if signal.kind is not Kind.BIT:
+    if signal.kind is not SignalKind.BIT:
         raise ValueError(f"{at} is not a bit: traces are aligned at 'start' or where a bit rises")
     before, times = True, list[int]()
     for block in blocks(trace):

@@ -13,7 +13,7 @@ from ..read.arrays import column_chunks
 from ..read.columns import Columns
 from ..read.reader import Trace
 from ..read.sequence_steps import OVER, Step, step_of
-from .alignment import SAME_CLOCK, Clock
+from .alignment import SAME_CLOCK, TimeMap
 from .blocks import BLOCK_SCANS, blocks_by_number, blocks_by_time
 from .differing import differing
 from .fields import EXACT, TIME, Tolerance, all_fields
@@ -78,7 +78,7 @@ def compare(
     other: Trace,
     tolerance: Tolerance = EXACT,
     *,
-    clock: Clock = SAME_CLOCK,
+    clock: TimeMap = SAME_CLOCK,
     progress: Callable[[int], None] = lambda scans: None,
 ) -> Comparison:
     """Compare two traces.
@@ -130,7 +130,7 @@ def compare_parts(
     other: tuple[Sequence[SlotInfo], Iterable[Columns]],
     tolerance: Tolerance = EXACT,
     *,
-    clock: Clock = SAME_CLOCK,
+    clock: TimeMap = SAME_CLOCK,
     only: frozenset[tuple[int | None, str]] | None = None,
     tags: CommonTags | None = None,
     block_scans: int = BLOCK_SCANS,

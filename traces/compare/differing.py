@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .blocks import Block, Windows
-from .fields import TIME, Array, Field, Kind
+from .fields import TIME, Array, Field, FieldKind
 from .findings import Differing
 from .stream import Rows
 
@@ -75,11 +75,11 @@ def _missing(field: Field, asked: _Question, counts: int | None) -> Differing:
     span = windows.first, windows.end
     alone = bool((windows.end - windows.first == 1).all())  # only what is in force is within the tolerance
     bits = None
-    if field.kind is Kind.BITS:
+    if field.kind is FieldKind.BITS:
         bits = wanted ^ held[rows] if alone else _missing_bits(wanted, field.key(asked.others), *span)
         missing = bits != 0
         bits = bits[missing]
-    elif field.kind is Kind.COUNT and counts is not None and len(rows):
+    elif field.kind is FieldKind.COUNT and counts is not None and len(rows):
         missing = _beyond(field.values(asked.own[rows]), field.values(asked.others), *span, counts)
     else:
         missing = np.ones(len(rows), bool) if alone else ~occurs(wanted, field.key(asked.others), *span)

@@ -56,7 +56,7 @@ EXACT = Tolerance()
 """Nothing may differ."""
 
 
-class Kind(Enum):
+class FieldKind(Enum):
     """What a field is."""
 
     BITS = "bits"
@@ -94,7 +94,7 @@ class Field:
     slot: int | None
     direction: str
     name: str
-    kind: Kind
+    kind: FieldKind
     word: int
     words: int
     key: Callable[[Array], Array]
@@ -113,7 +113,7 @@ class Field:
 
     def values(self, images: Array) -> Array:
         """Return its value in some scans as float64, NaN where it has none; of a word the word."""
-        if self.kind in (Kind.COUNT, Kind.VALUE):
+        if self.kind in (FieldKind.COUNT, FieldKind.VALUE):
             return decode.value(images, self.word)
         return self.key(images).astype(np.int64)
 
@@ -133,7 +133,7 @@ FLAGS = Field(
     None,
     "cpu",
     "flags",
-    Kind.BITS,
+    FieldKind.BITS,
     0,
     1,
     lambda flags: (flags & _COMPARED_FLAGS).astype(np.uint16),
@@ -141,7 +141,7 @@ FLAGS = Field(
 )
 """What the CPU was doing; that a scan began late is a matter of the computer it ran on, and may differ."""
 
-TIME = Field(None, "cpu", "time_ns", Kind.WORD, 0, 1, lambda times: times)
+TIME = Field(None, "cpu", "time_ns", FieldKind.WORD, 0, 1, lambda times: times)
 """When the scan was; compared where scans are paired by number."""
 
 
@@ -157,40 +157,40 @@ def _fields_of(slot: SlotInfo) -> Iterator[Field]:
             for word in range(WORDS):
                 key = partial(_where_configured, word)
                 name = f"configuration.word{word}"
-                yield Field(slot.number, direction, name, Kind.WORD, word, 1, key)
+                yield Field(slot.number, direction, name, FieldKind.WORD, word, 1, key)
         return
     for direction, image, words in (("in", "I", slot.words.inputs), ("out", "O", slot.words.outputs)):
         for word, name in enumerate(words):
             named = {bit: of for of, bit in slot.words.bits(image, word)}
             if named:
                 bits = tuple(named.get(bit, f"{name}.{bit}") for bit in range(16))
-                yield Field(slot.number, direction, name, Kind.BITS, word, 1, partial(_bits, word), bits)
+                yield Field(slot.number, direction, name, FieldKind.BITS, word, 1, partial(_bits, word), bits)
             else:
-                yield Field(slot.number, direction, name, Kind.WORD, word, 1, partial(_word, word))
+                yield Field(slot.number, direction, name, FieldKind.WORD, word, 1, partial(_word, word))
 
 
-IMAGES_3601: dict[str, tuple[tuple[str, int, Kind, type[IntFlag] | None, int], ...]] = {
+IMAGES_3601: dict[str, tuple[tuple[str, int, FieldKind, type[IntFlag] | None, int], ...]] = {
     "in": (
-        ("status_msw", 0, Kind.BITS, StatusMsw, LIVE_BITS),
-        ("status_lsw", 1, Kind.BITS, StatusLsw, 0),
-        ("position", 2, Kind.COUNT, None, 0),
-        ("encoder", 4, Kind.COUNT, None, 0),
-        ("captured", 6, Kind.COUNT, None, 0),
+        ("status_msw", 0, FieldKind.BITS, StatusMsw, LIVE_BITS),
+        ("status_lsw", 1, FieldKind.BITS, StatusLsw, 0),
+        ("position", 2, FieldKind.COUNT, None, 0),
+        ("encoder", 4, FieldKind.COUNT, None, 0),
+        ("captured", 6, FieldKind.COUNT, None, 0),
     ),
     "out": (
-        ("command_msw", 0, Kind.BITS, CommandMsw, CommandMsw.MODE_CONFIG.value),
-        ("command_lsw", 1, Kind.BITS, CommandLsw, 0),
-        ("target", 2, Kind.VALUE, None, 0),
-        ("programmed_speed", 4, Kind.VALUE, None, 0),
-        ("acceleration", 6, Kind.WORD, None, 0),
-        ("deceleration", 7, Kind.WORD, None, 0),
+        ("command_msw", 0, FieldKind.BITS, CommandMsw, CommandMsw.MODE_CONFIG.value),
+        ("command_lsw", 1, FieldKind.BITS, CommandLsw, 0),
+        ("target", 2, FieldKind.VALUE, None, 0),
+        ("programmed_speed", 4, FieldKind.VALUE, None, 0),
+        ("acceleration", 6, FieldKind.WORD, None, 0),
+        ("deceleration", 7, FieldKind.WORD, None, 0),
     ),
 }
 """A 3601's fields: name, first word, kind, bits, and those that mean the same in configuration mode."""
 
 
 def _field_3601(
-    slot: int, direction: str, name: str, word: int, kind: Kind, bits: type[IntFlag] | None, live: int
+    slot: int, direction: str, name: str, word: int, kind: FieldKind, bits: type[IntFlag] | None, live: int
 ) -> Field:
     if bits is not None:
         names = tuple(
@@ -198,7 +198,7 @@ def _field_3601(
             for number in range(16)
         )
         return Field(slot, direction, name, kind, word, 1, partial(_masked, word, live), names)
-    if kind is Kind.WORD:
+    if kind is FieldKind.WORD:
         return Field(slot, direction, name, kind, word, 1, partial(_where_commanded, word))
     return Field(slot, direction, name, kind, word, 2, partial(_pair, word))
 

@@ -10,10 +10,10 @@ import numpy as np
 
 from ..format.flags import flag_names
 from ..format.layout import SlotInfo
-from ..read.changes import Changes, Row
+from ..read.changes import ChangeRows, Row
 from ..read.event_text import describe
 from ..read.reader import Scan, Trace
-from .fields import Array, Field, Kind
+from .fields import Array, Field, FieldKind
 from .stream import Rows, Side
 
 SCANS_BEFORE = 5
@@ -120,7 +120,7 @@ class Differing(NamedTuple):
                 yield _extent(f"{self.field.stem}.{name}", numbers[rows], None)
 
     def _most(self, one: Side, other: Side) -> int | None:
-        if self.field.kind is Kind.TAG:
+        if self.field.kind is FieldKind.TAG:
             return None
         values = (self.field.values(side.images(self.field, rows)) for side, rows in self._rows(one, other))
         apart = np.abs(np.subtract(*values))
@@ -137,7 +137,7 @@ class Differing(NamedTuple):
         field = self.field
         a, b = (side.images(field, rows[places]) for side, rows in self._rows(one, other))
         place_in_image = field.slot, field.direction, field.name, field.word
-        if field.kind is Kind.TAG:
+        if field.kind is FieldKind.TAG:
             return Detail(*place_in_image, (), (), text_a=field.text(a[0]), text_b=field.text(b[0]))
         words = field.words_in(a), field.words_in(b)
         if self.bits is not None:
@@ -225,7 +225,7 @@ def changes_before(side: Side, slots: Sequence[SlotInfo], row: int) -> tuple[Row
 
 
 def _rows(side: Side, slots: Sequence[SlotInfo], row: int) -> Iterator[Row]:
-    changes = Changes(slots, flag_names, every=True)
+    changes = ChangeRows(slots, flag_names, every=True)
     if row:
         changes.skip(_scan(side, row - 1))
     return changes.rows(_scan(side, row))

@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from ...io_images.image import WORDS
 from ..format.layout import SlotInfo
 from ..read.columns import SLOT_WORDS, Columns, join, no_columns
-from .alignment import Clock
-from .fields import TIME, Array, Field, Kind
+from .alignment import TimeMap
+from .fields import TIME, Array, Field, FieldKind
 
 Rows = NDArray[np.intp]
 Keys = NDArray[np.int64]
@@ -29,7 +29,7 @@ Keyed = Iterator[tuple[Columns, Keys]]
 """Parts of a trace, each with a key for every scan; the keys of a trace never descend."""
 
 
-def keyed_by_time(parts: Iterable[Columns], clock: Clock) -> Keyed:
+def keyed_by_time(parts: Iterable[Columns], clock: TimeMap) -> Keyed:
     """Yield the parts of a trace with the times of their scans by a clock.
 
     Raises:
@@ -76,7 +76,7 @@ class Side(NamedTuple):
 
     def images(self, field: Field, rows: Rows | None = None) -> Array:
         """Return what a field is read from, in all rows or some."""
-        if field.kind is Kind.TAG:
+        if field.kind is FieldKind.TAG:
             assert self.columns.tags is not None, "tags are compared"
             images: Array = self.columns.tags
         elif field.slot is None:

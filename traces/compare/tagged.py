@@ -19,7 +19,7 @@ from ..format.tagplan import TagField
 from ..read.columns import Columns
 from ..read.reader import Trace
 from ..signals.tags import CODES, code_names
-from .fields import Field, Kind
+from .fields import Field, FieldKind
 
 Array = NDArray[Any]
 
@@ -78,7 +78,7 @@ class CommonTags:
             codes = pair[0].tag.type in CODES
             for value, _ in _values(*pair):
                 key, text = partial(_key, value), self._name if codes else _number
-                yield Field(None, "tags", value, Kind.TAG, 0, 0, key, text=partial(_text, value, text))
+                yield Field(None, "tags", value, FieldKind.TAG, 0, 0, key, text=partial(_text, value, text))
 
     def _shared(self, codes: Array, names: Mapping[int, str]) -> Array:
         """Return codes of a trace as codes of both."""

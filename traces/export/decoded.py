@@ -30,31 +30,31 @@ from numpy.typing import NDArray
 
 from ..format.cdr import leaves
 from ..format.layout import SlotInfo
-from ..signals import Block, Catalog, Kind, Signal
+from ..signals import Block, Catalog, Signal, SignalKind
 
 FIELD = "decoded"
 """Name of the field of /scan."""
 
 _STEM = "Decoded3601"
 _HASH_DIGITS = 12
-_ROS = {Kind.BIT: "bool", Kind.VALUE: "float64", Kind.MEASURED: "float64"}
+_ROS = {SignalKind.BIT: "bool", SignalKind.VALUE: "float64", SignalKind.MEASURED: "float64"}
 
 Message = tuple[str, list[str]]
 """Name and lines of a message."""
 
 
-class Placed(NamedTuple):
+class DecodedColumn(NamedTuple):
     """A decoded column.
 
     Attributes:
-        name: its field in `Decoded.dtype`.
+        name: its field in `DecodedValues.dtype`.
     """
 
     signal: Signal
     name: str
 
 
-class Decoded:
+class DecodedValues:
     """The decoded values of a trace's 3601s, and how they lie after the other fields of a scan.
 
     Args:
@@ -79,7 +79,7 @@ class Decoded:
         self.messages = _messages(steppers, signals)
         placed = list(leaves(self.messages[0][1], dict(self.messages), offset))
         by_path = {_path(signal): signal for signal in signals}
-        self._columns = [Placed(by_path[leaf.path], ".".join(leaf.path)) for leaf in placed]
+        self._columns = [DecodedColumn(by_path[leaf.path], ".".join(leaf.path)) for leaf in placed]
         self.dtype: np.dtype[np.void] = np.dtype(
             {
                 "names": [column.name for column in self._columns],
@@ -105,7 +105,7 @@ def _messages(slots: Sequence[SlotInfo], signals: Sequence[Signal]) -> list[Mess
     """Return the messages; all 3601s have the same signals, so those of the first one tell."""
     stem = f"slot{slots[0].number}"
     fields: dict[str, list[str]] = {"": [], "in": [], "out": []}
-    widest_first = sorted(signals, key=lambda signal: signal.kind is Kind.BIT)
+    widest_first = sorted(signals, key=lambda signal: signal.kind is SignalKind.BIT)
     for signal in widest_first:
         slot, *direction, name = _path(signal)
         if slot == stem:

@@ -39,7 +39,7 @@ from ..read.reader import Trace, TraceEvent
 from ..read.sections import ScanRows
 from ..signals import ALL, Selection, blocks
 from ..write.chunks import ChunkWriter
-from .decoded import FIELD, Decoded
+from .decoded import FIELD, DecodedValues
 
 CHUNK_BYTES = 1 << 20
 _PREAMBLE_BYTES = 9
@@ -73,13 +73,13 @@ def write_mcap(
     tags = None if head.tags is None else head.tags.dtype
     memory_bytes = SLOT_BYTES * len(head.slots)
     own_bytes = memory_bytes + (0 if tags is None else tags.itemsize)
-    decoded = Decoded(head.slots, SCAN_HEAD.size - 4 + own_bytes)
+    decoded = DecodedValues(head.slots, SCAN_HEAD.size - 4 + own_bytes)
     schema = scan_schema(head.slots, head.tags, (FIELD, decoded.messages))
     layout = message_layout(memory_bytes, tags, decoded.dtype)
     rows = Rows(decoded.rows(block) for block in blocks(trace, selection, progress=progress))
     rows.fill()  # an empty selection is refused before there is a file
     with new_file(path, TRACE, "wb") as file:
-        copy = Copy(trace, Counted(file), schema, layout)
+        copy = Copy(trace, CountingFile(file), schema, layout)
         for section in trace.sections:
             for entry in trace.entries(section):
                 if isinstance(entry, TraceEvent):
@@ -90,7 +90,7 @@ def write_mcap(
     return copy.count
 
 
-class Counted:
+class CountingFile:
     """An open file that counts what is written: a pipe does not know where it is.
 
     Args:
@@ -145,7 +145,9 @@ class Copy:
         layout: the record of a scan.
     """
 
-    def __init__(self, trace: Trace, file: Counted, schema: ScanSchema, layout: np.dtype[np.void]) -> None:
+    def __init__(
+        self, trace: Trace, file: CountingFile, schema: ScanSchema, layout: np.dtype[np.void]
+    ) -> None:
         self.count = 0
         self._layout = layout
         self._copied = [name for name in layout.names or () if name != "rest"]

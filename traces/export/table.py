@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..read.reader import Trace
-from ..signals import ALL, Block, Catalog, Kind, Selection, Signal, blocks
+from ..signals import ALL, Block, Catalog, Selection, Signal, SignalKind, blocks
 from ..signals.signal import named, whole_numbers
 
 Array = NDArray[Any]
@@ -58,8 +58,8 @@ def _columns(block: Block, wanted: Sequence[Signal]) -> list[Column]:
 
 
 def _column(signal: Signal, values: Array) -> Column:
-    if signal.kind is Kind.VALUE:
+    if signal.kind is SignalKind.VALUE:
         return Column(signal.name, *whole_numbers(values))
-    if signal.kind is Kind.CODE:
+    if signal.kind is SignalKind.CODE:
         return Column(signal.name, np.array(named(values, signal.names), dtype=object))
     return Column(signal.name, values)

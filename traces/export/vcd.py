@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from ..files.guard import VCD
 from ..files.newfile import Target, new_file
 from ..read.reader import Trace
-from ..signals import ALL, Block, Catalog, Kind, Selection, Signal, blocks
+from ..signals import ALL, Block, Catalog, Selection, Signal, SignalKind, blocks
 from ..signals.signal import named, whole_numbers
 
 Array = NDArray[Any]
@@ -97,7 +97,7 @@ class Variable:
             new[0] &= not (none[0] and self._last is not None and np.isnan(self._last))
         self._last = values[-1]
         rows = np.flatnonzero(new)
-        if self.signal.kind is Kind.CODE:
+        if self.signal.kind is SignalKind.CODE:
             return rows, [
                 f"s{_word(name)} {self._identifier}\n" for name in named(values[rows], self.signal.names)
             ]
@@ -105,12 +105,12 @@ class Variable:
 
 
 _DECLARED = {
-    Kind.BIT: ("wire", 1, ""),
-    Kind.WORD: ("wire", 16, " [15:0]"),
-    Kind.VALUE: ("integer", 32, ""),
-    Kind.MEASURED: ("real", 64, ""),
-    Kind.NUMBER: ("real", 64, ""),
-    Kind.CODE: ("string", 1, ""),
+    SignalKind.BIT: ("wire", 1, ""),
+    SignalKind.WORD: ("wire", 16, " [15:0]"),
+    SignalKind.VALUE: ("integer", 32, ""),
+    SignalKind.MEASURED: ("real", 64, ""),
+    SignalKind.NUMBER: ("real", 64, ""),
+    SignalKind.CODE: ("string", 1, ""),
 }
 
 
@@ -118,7 +118,7 @@ def _declared(signal: Signal) -> tuple[str, int, str]:
     """Return a variable's type, size and bounds: viewers show an integer with its sign, a wire without."""
     if signal.path == ("cpu", "flags"):
         return "wire", 32, " [31:0]"
-    if signal.kind is not Kind.NUMBER or not signal.bits:
+    if signal.kind is not SignalKind.NUMBER or not signal.bits:
         return _DECLARED[signal.kind]
     return ("integer", signal.bits, "") if signal.signed else ("wire", signal.bits, f" [{signal.bits - 1}:0]")
 
@@ -135,9 +135,9 @@ def _word(text: str) -> str:
 
 def _lines(values: Array, signal: Signal, identifier: str) -> list[str]:
     """Return a line per value."""
-    if signal.kind is Kind.BIT:
+    if signal.kind is SignalKind.BIT:
         return [f"{value:d}{identifier}\n" for value in values.tolist()]
-    if signal.kind is Kind.VALUE:
+    if signal.kind is SignalKind.VALUE:
         numbers, missing = whole_numbers(values)
         return [
             f"bx {identifier}\n" if none else f"b{number & 0xFFFF_FFFF:b} {identifier}\n"

@@ -37,7 +37,7 @@ class OwnedError(ValueError):
 
 
 @dataclass(frozen=True, slots=True)
-class Kind:
+class FileKind:
     """A kind of file that commands write.
 
     Attributes:
@@ -48,23 +48,23 @@ class Kind:
     fits: Callable[[bytes], bool]
 
 
-def beginning(name: str, *begins: bytes) -> Kind:
+def beginning(name: str, *begins: bytes) -> FileKind:
     """Return a kind by what its files begin with, upper and lower case alike, blanks before it left out."""
     wanted = tuple(each.lower() for each in begins)
-    return Kind(name, lambda content: content.lstrip().lower().startswith(wanted))
+    return FileKind(name, lambda content: content.lstrip().lower().startswith(wanted))
 
 
-TRACE = Kind("an MCAP recording", lambda content: content.startswith(MAGIC))
+TRACE = FileKind("an MCAP recording", lambda content: content.startswith(MAGIC))
 CSV = beginning("a table of scans", b"scan,time_ns")
 PARQUET = beginning("a Parquet file", b"PAR1")
 VCD = beginning("a value change dump", b"$version", b"$date", b"$comment", b"$timescale")
 PAGE = beginning("an HTML page", b"<!doctype html", b"<html")
 PNG = beginning("a PNG picture", b"\x89PNG")
-SVG = Kind("an SVG picture", lambda content: b"<svg" in content)
+SVG = FileKind("an SVG picture", lambda content: b"<svg" in content)
 TAGS = beginning("a file of retained tags", b'{"format": "scanrack tags')
 
 
-def check_output(path: Path | str, kind: Kind, used: Used = NOTHING) -> Path:
+def check_output(path: Path | str, kind: FileKind, used: Used = NOTHING) -> Path:
     """Refuse to replace a file that somebody owns; return the file that is to be written.
 
     Args:
@@ -88,7 +88,7 @@ def check_output(path: Path | str, kind: Kind, used: Used = NOTHING) -> Path:
     return target
 
 
-def _check_kind(path: Path | str, target: Path, kind: Kind) -> None:
+def _check_kind(path: Path | str, target: Path, kind: FileKind) -> None:
     with target.open("rb") as file:
         content = file.read(LOOK_BYTES)
     if content and not kind.fits(content):

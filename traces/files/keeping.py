@@ -36,7 +36,7 @@ def numbered(path: Path, number: int, stem: str | None = None) -> Path:
     return path.with_name(f"{stem}.{number}{path.name.removeprefix(stem)}") if number else path
 
 
-class Keeping:
+class RecordingKeeper:
     """Keeps what is there when a new recording begins.
 
     Args:
@@ -109,7 +109,7 @@ class Keeping:
                 self._name(path, number).rename(self._name(path, to))
 
 
-def check_recordings(paths: Sequence[Path], keeping: Keeping | None, used: Used = NOTHING) -> None:
+def check_recordings(paths: Sequence[Path], keeping: RecordingKeeper | None, used: Used = NOTHING) -> None:
     """Refuse new recordings that would replace what somebody owns, or move what is in use.
 
     Args:

@@ -21,7 +21,7 @@ from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 from typing import IO, Any
 
-from .guard import NOTHING, Kind, Used, check_output
+from .guard import NOTHING, FileKind, Used, check_output
 from .locking import NO_LINK, beside, held
 
 Target = Path | str | IO[Any]
@@ -39,7 +39,7 @@ class Draft:
         file: it, open for writing.
     """
 
-    def __init__(self, file: IO[Any], place: Path, target: Path, kind: Kind) -> None:
+    def __init__(self, file: IO[Any], place: Path, target: Path, kind: FileKind) -> None:
         self.file, self.place, self._target, self._kind = file, place, target, kind
 
     def sync(self) -> None:
@@ -63,7 +63,13 @@ class Draft:
 
 @contextmanager
 def new_file(
-    path: Target, kind: Kind, mode: str = "w", *, used: Used = NOTHING, locked: bool = False, **options: Any
+    path: Target,
+    kind: FileKind,
+    mode: str = "w",
+    *,
+    used: Used = NOTHING,
+    locked: bool = False,
+    **options: Any,
 ) -> Iterator[IO[Any]]:
     """Open a file for writing, which takes the place of what is there when the block ends without an error.
 
@@ -96,7 +102,7 @@ def new_file(
 @contextmanager
 def replacing(
     path: Path | str,
-    kind: Kind,
+    kind: FileKind,
     mode: str = "wb",
     *,
     used: Used = NOTHING,

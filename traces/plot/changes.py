@@ -15,7 +15,7 @@ BIT_WORDS = 2
 
 
 @dataclass(frozen=True, slots=True)
-class Changes:
+class BitChanges:
     """An image in the first scan, and in every scan in which a word with bits changed.
 
     Attributes:
@@ -87,7 +87,7 @@ class ChangeFinder:
         self._slot, self._direction, self._watched = slot, direction, words
         self._rows = 0
         self._last: NDArray[np.int16] | None = None
-        self._found: list[Changes] = []
+        self._found: list[BitChanges] = []
 
     def add(self, block: Block) -> None:
         """Take a block."""
@@ -98,13 +98,13 @@ class ChangeFinder:
         differs[1:] = (watched[1:] != watched[:-1]).any(axis=1)
         rows = np.flatnonzero(differs)
         if len(rows):
-            self._found.append(Changes(rows + self._rows, block.time_ns[rows], words[rows]))
+            self._found.append(BitChanges(rows + self._rows, block.time_ns[rows], words[rows]))
         self._rows += len(watched)
         self._last = watched[-1].copy()
 
-    def changes(self) -> Changes:
+    def changes(self) -> BitChanges:
         """Return what has been found; at least one block must have been taken."""
-        return Changes(
+        return BitChanges(
             np.concatenate([found.row for found in self._found]),
             np.concatenate([found.time_ns for found in self._found]),
             np.concatenate([found.words for found in self._found]),

@@ -167,7 +167,7 @@ def read_chart(
     choice = Choice((), 0) if slots and not tags else choose(trace, catalog, selection, tags)
     tracks = [Tracks(slot, catalog, maker) for slot in wanted_slots(trace, slots)]
     program = TagTracks(choice.signals, catalog[FROM_OUTSIDE], exact or maker)
-    extent = Extent()
+    extent = ScanExtent()
     for block in blocks(trace, selection, progress=progress):
         extent.add(block)
         watch(block)
@@ -221,7 +221,7 @@ def _about(choice: Choice) -> str:
     return ", ".join(parts)
 
 
-class Extent:
+class ScanExtent:
     """First and last scan of what goes by."""
 
     def __init__(self) -> None:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ...io_images.amci3601 import ERROR_BITS, CommandLsw, CommandMsw, StatusLsw, StatusMsw
 from ...io_images.module_words import ModuleWords
 from ..signals import decode
-from .changes import Changes
+from .changes import BitChanges
 
 GROUPS = ("command", "status", "error", "input", "output", "tag")
 """Kinds of lanes, from top to bottom."""
@@ -67,13 +67,13 @@ class Band(Lane):
         return self.names.get(value, str(value)) or '""'
 
 
-def bit_lanes(inputs: Changes, outputs: Changes) -> list[Lane]:
+def bit_lanes(inputs: BitChanges, outputs: BitChanges) -> list[Lane]:
     """Return a lane for every command and status bit of a 3601, those that never change among them."""
     lanes = [*_command_lanes(outputs), *_status_lanes(inputs)]
     return sorted(lanes, key=lambda lane: GROUPS.index(lane.group))
 
 
-def card_lanes(words: ModuleWords, inputs: Changes, outputs: Changes) -> list[Lane]:
+def card_lanes(words: ModuleWords, inputs: BitChanges, outputs: BitChanges) -> list[Lane]:
     """Return a lane for every bit that a card names, inputs above outputs."""
     lanes = []
     for image, changes, group in (("I", inputs, "input"), ("O", outputs, "output")):
@@ -84,7 +84,7 @@ def card_lanes(words: ModuleWords, inputs: Changes, outputs: Changes) -> list[La
     return lanes
 
 
-def ramp_lane(inputs: Changes) -> Lane:
+def ramp_lane(inputs: BitChanges) -> Lane:
     """Return the lane of the ramp state."""
     words = inputs.words
     moving = _status(words, StatusMsw.MOVING_CW) | _status(words, StatusMsw.MOVING_CCW)
@@ -101,14 +101,14 @@ def ramp_lane(inputs: Changes) -> Lane:
     return _lane("ramp", "ramp", inputs, states)
 
 
-def _command_lanes(outputs: Changes) -> Iterator[Lane]:
+def _command_lanes(outputs: BitChanges) -> Iterator[Lane]:
     for word, bits in enumerate((CommandMsw, CommandLsw)):
         for bit in bits:
             values = decode.command_bit(outputs.words, word, bit.value)
             yield _lane(str(bit.name), "command", outputs, values)
 
 
-def _status_lanes(inputs: Changes) -> Iterator[Lane]:
+def _status_lanes(inputs: BitChanges) -> Iterator[Lane]:
     for word, bits in enumerate((StatusMsw, StatusLsw)):
         for bit in bits:
             values = decode.status_bit(inputs.words, word, bit.value)
@@ -125,7 +125,7 @@ def _status(words: NDArray[np.int16], bit: StatusMsw) -> NDArray[np.bool_]:
     return decode.status_bit(words, 0, bit.value)
 
 
-def _lane(name: str, group: str, changes: Changes, values: NDArray[Any]) -> Lane:
+def _lane(name: str, group: str, changes: BitChanges, values: NDArray[Any]) -> Lane:
     """Keep the changes in which this lane takes a new value."""
     new = np.ones(len(values), bool)
     new[1:] = values[1:] != values[:-1]

@@ -34,7 +34,7 @@ SCANS_MAX = 10_000_000
 """Most scans in a page: more and a browser runs short of memory."""
 
 
-class Packed(NamedTuple):
+class PackedValues(NamedTuple):
     """The values of all scans.
 
     Attributes:
@@ -57,9 +57,9 @@ class PackedCurve:
         """Take the values of a block."""
         self._packer.add(whole(values))
 
-    def curve(self) -> Packed:
+    def curve(self) -> PackedValues:
         """Return them packed."""
-        return Packed("Int32", True, self._packer.text())
+        return PackedValues("Int32", True, self._packer.text())
 
 
 class PackedNumbers:
@@ -76,10 +76,10 @@ class PackedNumbers:
             self._packer = Packer(self._kind.lower().removeprefix("big"), differences=self._differences)
         self._packer.add(values)
 
-    def curve(self) -> Packed:
+    def curve(self) -> PackedValues:
         """Return them packed; there must be some."""
         assert self._packer is not None
-        return Packed(self._kind, self._differences, self._packer.text())
+        return PackedValues(self._kind, self._differences, self._packer.text())
 
 
 def _packed_as(kind: np.dtype[Any]) -> tuple[str, bool]:
@@ -95,7 +95,7 @@ class TooLongError(ValueError):
     """There are more scans than a page can hold."""
 
 
-class Clock:
+class ScanTimes:
     """Packs times and numbers of all scans."""
 
     def __init__(self) -> None:
@@ -129,14 +129,14 @@ def save_page(
     title: str | None = None,
     more: Sequence[Mark] = (),
     progress: Callable[[int], None] = lambda scans: None,
-) -> Chart[Packed]:
+) -> Chart[PackedValues]:
     """Write the chart of a trace as an HTML page, and return it; the arguments are those of `read_chart`.
 
     Raises:
         TooLongError: there are more than SCANS_MAX scans.
         EmptySelectionError, NothingToPlotError, ValueError: as `read_chart`.
     """
-    clock = Clock()
+    clock = ScanTimes()
     chart = read_chart(
         trace,
         PackedCurve,
@@ -155,7 +155,7 @@ def save_page(
     return chart
 
 
-def page(chart: Chart[Packed], clock: dict[str, str]) -> str:
+def page(chart: Chart[PackedValues], clock: dict[str, str]) -> str:
     """Return the page of a chart."""
     data = json.dumps(_data(chart) | clock, separators=(",", ":"), ensure_ascii=False)
     web = files(__package__) / "web"
@@ -173,7 +173,7 @@ def _text(resource: Any) -> str:
     return text
 
 
-def _data(chart: Chart[Packed]) -> dict[str, object]:
+def _data(chart: Chart[PackedValues]) -> dict[str, object]:
     return {
         "start": chart.start_ns,
         "end": chart.end_ns,
@@ -193,7 +193,7 @@ def _data(chart: Chart[Packed]) -> dict[str, object]:
     }
 
 
-def _panel(panel: Panel[Packed]) -> dict[str, object]:
+def _panel(panel: Panel[PackedValues]) -> dict[str, object]:
     return {
         "name": panel.name,
         "about": panel.about,

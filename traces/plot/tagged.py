@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ..format.flags import FLAGS
 from ..read.reader import Trace
-from ..signals import Block, Catalog, Kind, Selection, Signal, blocks
+from ..signals import Block, Catalog, Selection, Signal, SignalKind, blocks
 from ..signals.names import RECORDED
 from .changes import StepFinder, Steps
 from .curves import CurveMaker
@@ -110,7 +110,7 @@ def _fitting(signals: Sequence[Signal]) -> list[Signal]:
     taken: Counter[bool] = Counter()
     fitting = []
     for signal in signals:
-        is_curve = signal.kind is Kind.NUMBER
+        is_curve = signal.kind is SignalKind.NUMBER
         taken[is_curve] += 1
         if taken[is_curve] <= room[is_curve]:
             fitting.append(signal)
@@ -163,9 +163,11 @@ class TagTracks(Generic[C]):
         self, signals: Sequence[Signal], outside: Signal, maker: Callable[[], CurveMaker[C]]
     ) -> None:
         self._outside = StepFinder(outside)
-        numbers = [signal for signal in signals if signal.kind is Kind.NUMBER]
+        numbers = [signal for signal in signals if signal.kind is SignalKind.NUMBER]
         self._curves = [(Steady(signal), maker()) for signal in numbers]
-        self._steps = [(signal, StepFinder(signal)) for signal in signals if signal.kind is not Kind.NUMBER]
+        self._steps = [
+            (signal, StepFinder(signal)) for signal in signals if signal.kind is not SignalKind.NUMBER
+        ]
 
     def add(self, block: Block) -> None:
         """Take a block."""
@@ -205,7 +207,7 @@ def _number(steady: Steady) -> str:
 
 
 def _lane(signal: Signal, steps: Steps) -> Lane:
-    if signal.kind is Kind.CODE:
+    if signal.kind is SignalKind.CODE:
         codes = steps.value.astype(np.int32)
         return Band(_title(signal), "band", steps.row, steps.time_ns, codes, signal.names)
     return _bit(_title(signal), steps)

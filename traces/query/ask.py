@@ -14,7 +14,7 @@ from .answer import Answer, Occurrence
 from .columns import Column, Scans
 from .language import TOO_DEEP, QueryError, parse
 from .numbers import Numbers
-from .patterns import Found
+from .patterns import Occurrences
 
 Array = NDArray[Any]
 
@@ -64,38 +64,38 @@ def read_scans(trace: Trace, signals: Iterable[Signal], progress: Callable[[int]
     return Scans(np.concatenate(numbers), np.concatenate(times), joined)
 
 
-def _all(found: Found, scans: Scans) -> slice:
+def _all(found: Occurrences, scans: Scans) -> slice:
     return slice(None)
 
 
-def _none(found: Found, scans: Scans) -> slice:
+def _none(found: Occurrences, scans: Scans) -> slice:
     return slice(0)
 
 
-def _first(found: Found, scans: Scans) -> slice:
+def _first(found: Occurrences, scans: Scans) -> slice:
     return slice(1)
 
 
-def _last(found: Found, scans: Scans) -> slice:
+def _last(found: Occurrences, scans: Scans) -> slice:
     return slice(max(0, len(found) - 1), None)
 
 
-def _longest(found: Found, scans: Scans) -> slice:
+def _longest(found: Occurrences, scans: Scans) -> slice:
     return _at(np.argmax, found, scans)
 
 
-def _shortest(found: Found, scans: Scans) -> slice:
+def _shortest(found: Occurrences, scans: Scans) -> slice:
     return _at(np.argmin, found, scans)
 
 
-def _at(pick: Callable[[Array], Any], found: Found, scans: Scans) -> slice:
+def _at(pick: Callable[[Array], Any], found: Occurrences, scans: Scans) -> slice:
     if not len(found):
         return slice(0)
     place = int(pick(scans.time_ns[found.end] - scans.time_ns[found.first]))
     return slice(place, place + 1)
 
 
-_PICKS: Mapping[str | None, Callable[[Found, Scans], slice]] = {
+_PICKS: Mapping[str | None, Callable[[Occurrences, Scans], slice]] = {
     None: _all,
     "count": _none,
     "first": _first,
@@ -105,7 +105,7 @@ _PICKS: Mapping[str | None, Callable[[Found, Scans], slice]] = {
 }
 
 
-def _occurrences(found: Found, scans: Scans, shown: Sequence[Signal]) -> Iterable[Occurrence]:
+def _occurrences(found: Occurrences, scans: Scans, shown: Sequence[Signal]) -> Iterable[Occurrence]:
     shown_at = [list(_values(scans.column(signal)[found.first])) for signal in shown]
     for place in range(len(found)):
         values = {signal.name: column[place] for signal, column in zip(shown, shown_at, strict=True)}

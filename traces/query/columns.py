@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..signals import Kind, Signal
+from ..signals import Signal, SignalKind
 from ..signals.signal import whole_numbers
 from . import numbers
 from .numbers import Numbers
@@ -39,9 +39,9 @@ class Scans:
     def column(self, signal: Signal) -> Column:
         """Return the values of a signal."""
         values = self.values[signal.name]
-        if signal.kind is Kind.BIT:
+        if signal.kind is SignalKind.BIT:
             return values
-        if signal.kind is Kind.VALUE:
+        if signal.kind is SignalKind.VALUE:
             return Numbers(*whole_numbers(values))
         return numbers.numbers(values)
 

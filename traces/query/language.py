@@ -21,7 +21,7 @@ import numpy as np
 from lark import Lark, Token, Transformer, v_args
 from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken, VisitError
 
-from ..signals import Catalog, Kind, Signal
+from ..signals import Catalog, Signal, SignalKind
 from ..signals.catalog import UnknownSignalError
 from . import columns, numbers
 from .columns import Condition, Scans
@@ -40,7 +40,7 @@ from .expression import (
     want,
 )
 from .grammar import GRAMMAR, TERMS
-from .patterns import Found, Pattern, response, runs, silence
+from .patterns import Occurrences, Pattern, response, runs, silence
 
 
 class QueryError(ValueError):
@@ -134,7 +134,7 @@ _Found = tuple[Pattern, tuple[Signal, ...]]
 
 
 def _two(
-    cause: Expression, effect: Expression, find: Callable[[Condition, Condition, Scans], Found]
+    cause: Expression, effect: Expression, find: Callable[[Condition, Condition, Scans], Occurrences]
 ) -> _Found:
     """Make a pattern of two conditions."""
     want(cause, Type.CONDITION)
@@ -148,7 +148,7 @@ def _two(
 def _is_text(coded: Expression, text: Expression, sign: Token) -> Expression:
     """Compare a step or a text with what it may be."""
     signal = coded.signals[0] if coded.type is Type.NUMBER and len(coded.signals) == 1 else None
-    if signal is None or signal.kind is not Kind.CODE or sign not in ("==", "!="):
+    if signal is None or signal.kind is not SignalKind.CODE or sign not in ("==", "!="):
         raise MeaningError(column_of(sign), "a text is compared with a step or a text, with == or !=")
     wanted = text.text[1:-1]
     codes = [code for code, name in signal.names.items() if name == wanted]
@@ -264,5 +264,5 @@ class _Builder(Transformer[Token, Any]):
             signal = self._catalog[str(token)]
         except UnknownSignalError as error:
             raise MeaningError(column_of(token), str(error)) from error
-        kind = Type.CONDITION if signal.kind is Kind.BIT else Type.NUMBER
+        kind = Type.CONDITION if signal.kind is SignalKind.BIT else Type.NUMBER
         return leaf(kind, token, lambda scans: scans.column(signal), signal)

@@ -24,7 +24,7 @@ Rows = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True)
-class Found:
+class Occurrences:
     """Occurrences, in the order of their beginnings.
 
     Attributes:
@@ -42,16 +42,16 @@ class Found:
     def __len__(self) -> int:
         return len(self.first)
 
-    def some(self, rows: Rows | slice) -> Found:
+    def some(self, rows: Rows | slice) -> Occurrences:
         """Return some of the occurrences."""
-        return Found(self.first[rows], self.last[rows], self.end[rows], self.open[rows])
+        return Occurrences(self.first[rows], self.last[rows], self.end[rows], self.open[rows])
 
 
-Pattern = Callable[[Scans], Found]
+Pattern = Callable[[Scans], Occurrences]
 """Finds the occurrences in the columns of a trace."""
 
 
-def runs(condition: Condition, scans: Scans) -> Found:
+def runs(condition: Condition, scans: Scans) -> Occurrences:
     """Find the stretches in which a condition holds."""
     first = _beginnings(condition)
     end = _beginnings(~condition)
@@ -64,10 +64,10 @@ def runs(condition: Condition, scans: Scans) -> Found:
     end = np.concatenate((end, [len(scans) - 1] * still)).astype(np.int64)
     open_ = np.zeros(len(first), bool)
     open_[len(first) - still :] = True
-    return Found(first, last, end, open_)
+    return Occurrences(first, last, end, open_)
 
 
-def response(cause: Condition, effect: Condition, within_ns: int | None, scans: Scans) -> Found:
+def response(cause: Condition, effect: Condition, within_ns: int | None, scans: Scans) -> Occurrences:
     """Find each beginning of a cause that an effect follows, in a later scan, and in time."""
     found = _answers(cause, effect, scans)
     answered = ~found.open
@@ -76,7 +76,7 @@ def response(cause: Condition, effect: Condition, within_ns: int | None, scans: 
     return found.some(np.flatnonzero(answered))
 
 
-def silence(cause: Condition, effect: Condition, within_ns: int, scans: Scans) -> Found:
+def silence(cause: Condition, effect: Condition, within_ns: int, scans: Scans) -> Occurrences:
     """Find each beginning of a cause that no effect follows in time.
 
     One whose time is not up yet when the trace ends is not judged.
@@ -85,14 +85,14 @@ def silence(cause: Condition, effect: Condition, within_ns: int, scans: Scans) -
     return found.some(np.flatnonzero(_lengths(found, scans) > within_ns))
 
 
-def _answers(cause: Condition, effect: Condition, scans: Scans) -> Found:
+def _answers(cause: Condition, effect: Condition, scans: Scans) -> Occurrences:
     """Find each beginning of a cause, with the first later scan in which the effect holds, or the last."""
     first = _beginnings(cause)
     effects = np.append(np.flatnonzero(effect), len(scans))
     answer = effects[np.searchsorted(effects[:-1], first, "right")]
     open_ = answer == len(scans)
     last = np.where(open_, len(scans) - 1, answer)
-    return Found(first, last, last, open_)
+    return Occurrences(first, last, last, open_)
 
 
 def _beginnings(condition: Condition) -> Rows:
@@ -102,6 +102,6 @@ def _beginnings(condition: Condition) -> Rows:
     return np.flatnonzero(begins)
 
 
-def _lengths(found: Found, scans: Scans) -> Rows:
+def _lengths(found: Occurrences, scans: Scans) -> Rows:
     lengths: Rows = scans.time_ns[found.end] - scans.time_ns[found.first]
     return lengths

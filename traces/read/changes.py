@@ -58,7 +58,7 @@ class Row:
     text: str
 
 
-class Changes:
+class ChangeRows:
     """Turns scans into rows.
 
     Args:

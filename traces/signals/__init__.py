@@ -7,7 +7,7 @@ slot1.in.status_msw.12    a bit of a word, by number
 
 from ..read.columns import ALL, Selection
 from .catalog import Catalog
-from .signal import Kind, Signal
+from .signal import Signal, SignalKind
 from .stream import Block, blocks, count
 
-__all__ = ["ALL", "Block", "Catalog", "Kind", "Selection", "Signal", "blocks", "count"]
+__all__ = ["ALL", "Block", "Catalog", "Selection", "Signal", "SignalKind", "blocks", "count"]

@@ -19,11 +19,11 @@ from ..read.sequence_steps import sequence_steps
 from . import decode
 from .names import DIRECTIONS, SignalNames, is_named
 from .sequences import Steps, sequence_signals
-from .signal import Array, Kind, Signal
+from .signal import Array, Signal, SignalKind
 from .stream import Block
 from .tags import constant, tag_signals
 
-FLAGS = Signal("cpu.flags", Kind.WORD, lambda block: block.flags)
+FLAGS = Signal("cpu.flags", SignalKind.WORD, lambda block: block.flags)
 """What the CPU was doing, as recorded; see the table of flags in docs/traces.md."""
 
 NO_TEXTS: Mapping[int, str] = MappingProxyType({})
@@ -141,7 +141,7 @@ class Catalog(Mapping[str, Signal]):
         return [signal for signal in self.tags if is_named(signal, wanted)]
 
     def _is_plain(self, signal: Signal) -> bool:
-        if signal.kind is not Kind.WORD or signal is FLAGS:
+        if signal.kind is not SignalKind.WORD or signal is FLAGS:
             return True
         return not signal.name.endswith(("_msw", "_lsw"))
 
@@ -165,12 +165,12 @@ class Catalog(Mapping[str, Signal]):
     def _numbered_bit(self, name: str) -> Signal | None:
         word, _, number = name.rpartition(".")
         source = self._signals.get(word)
-        if source is None or source.kind not in (Kind.WORD, Kind.NUMBER):
+        if source is None or source.kind not in (SignalKind.WORD, SignalKind.NUMBER):
             return None
-        width = source.bits if source.kind is Kind.NUMBER else 32 if source is FLAGS else 16
+        width = source.bits if source.kind is SignalKind.NUMBER else 32 if source is FLAGS else 16
         if not (number.isdecimal() and number.isascii() and int(number) < width):
             return None
-        return Signal(name, Kind.BIT, partial(_bit_of, source, int(number)))
+        return Signal(name, SignalKind.BIT, partial(_bit_of, source, int(number)))
 
     def _unknown(self, name: str) -> str:
         """Return that there is no signal of a name, with the closest ones."""
@@ -196,7 +196,7 @@ def _slot_signals(slot: SlotInfo) -> Iterator[Signal]:
     """Yield the signals of a slot."""
     number, stem = slot.number, f"slot{slot.number}"
     if slot.is_stepper:
-        yield Signal(f"{stem}.speed", Kind.MEASURED, partial(_speed, number))
+        yield Signal(f"{stem}.speed", SignalKind.MEASURED, partial(_speed, number))
         yield from _3601_signals(number, stem)
     else:
         yield from _named_bits(slot, stem)
@@ -204,7 +204,7 @@ def _slot_signals(slot: SlotInfo) -> Iterator[Signal]:
     for direction, names in zip(_DIRECTIONS, (words.inputs, words.outputs), strict=True):
         for place, name in enumerate(names):
             read = partial(_word, number, direction, place)
-            yield Signal(f"{stem}.{direction}.{name}", Kind.WORD, read)
+            yield Signal(f"{stem}.{direction}.{name}", SignalKind.WORD, read)
 
 
 def _named_bits(slot: SlotInfo, stem: str) -> Iterator[Signal]:
@@ -213,22 +213,24 @@ def _named_bits(slot: SlotInfo, stem: str) -> Iterator[Signal]:
         for name, (image, word, bit) in names.items():
             direction = DIRECTIONS[image]
             read = partial(_bit, slot.number, direction, word, bit)
-            yield Signal(f"{stem}.{direction}.{name}", Kind.BIT, read)
+            yield Signal(f"{stem}.{direction}.{name}", SignalKind.BIT, read)
 
 
 def _3601_signals(number: int, stem: str) -> Iterator[Signal]:
     """Yield values and bits of a 3601."""
     for direction, values in _VALUES.items():
         for name, msw in values.items():
-            yield Signal(f"{stem}.{direction}.{name}", Kind.VALUE, partial(_value, number, direction, msw))
+            yield Signal(
+                f"{stem}.{direction}.{name}", SignalKind.VALUE, partial(_value, number, direction, msw)
+            )
     for word, status in enumerate((StatusMsw, StatusLsw)):
         for bit in status:
             read = partial(_status, number, word, bit.value)
-            yield Signal(f"{stem}.in.{bit.name}", Kind.BIT, read)
+            yield Signal(f"{stem}.in.{bit.name}", SignalKind.BIT, read)
     for word, command in enumerate((CommandMsw, CommandLsw)):
         for bit in command:
             read = partial(_command, number, word, bit.value)
-            yield Signal(f"{stem}.out.{bit.name}", Kind.BIT, read)
+            yield Signal(f"{stem}.out.{bit.name}", SignalKind.BIT, read)
 
 
 def _word(slot: int, direction: str, place: int, block: Block) -> Array:

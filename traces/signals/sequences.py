@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 
 from ..read.sequence_steps import Step
-from .signal import Array, Kind, Signal
+from .signal import Array, Signal, SignalKind
 from .stream import Block
 
 FIELD = "sequences"
@@ -33,9 +33,9 @@ def sequence_signals(steps: Steps) -> Iterator[Signal]:
         scans = np.array([step.scan for step in own], np.int64)
         names = {code: label for label, code in codes.items()}
         read = partial(_values, scans, np.array([0, *waits], np.uint16))
-        yield Signal(f"{FIELD}.{name}", Kind.CODE, read, names, title=name)
+        yield Signal(f"{FIELD}.{name}", SignalKind.CODE, read, names, title=name)
         lines = np.array([0, *(step.line for step in own)], np.int32)
-        yield Signal(f"{FIELD}.{name}.{LINE}", Kind.NUMBER, partial(_values, scans, lines), bits=32)
+        yield Signal(f"{FIELD}.{name}.{LINE}", SignalKind.NUMBER, partial(_values, scans, lines), bits=32)
 
 
 def _values(scans: Array, values: Array, block: Block) -> Array:

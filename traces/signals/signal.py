@@ -15,7 +15,7 @@ from .stream import Block
 Array = NDArray[Any]
 
 
-class Kind(Enum):
+class SignalKind(Enum):
     """What a signal's values are."""
 
     BIT = "bit"
@@ -52,7 +52,7 @@ class Signal:
     """
 
     name: str
-    kind: Kind
+    kind: SignalKind
     read: Callable[[Block], Array]
     names: Mapping[int, str] = field(default_factory=dict)
     bits: int = 0

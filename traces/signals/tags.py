@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 
 from ..format.tagplan import FIELD, FORMATS, TagField, TagPlan
-from .signal import Array, Kind, Signal
+from .signal import Array, Signal, SignalKind
 from .stream import Block
 
 CODES = ("ENUM", "TEXT")
@@ -42,15 +42,15 @@ def code_names(field: TagField, texts: Mapping[int, str]) -> Mapping[int, str]:
 def constant(signal: Signal, name: str) -> Signal | None:
     """Return the condition that a code stands for a name; None where no code does."""
     codes = [code for code, known in signal.names.items() if known == name]
-    if signal.kind is not Kind.CODE or not codes:
+    if signal.kind is not SignalKind.CODE or not codes:
         return None
-    return Signal(f"{signal.name}.{name}", Kind.BIT, partial(_is_code, signal, codes[0]))
+    return Signal(f"{signal.name}.{name}", SignalKind.BIT, partial(_is_code, signal, codes[0]))
 
 
-def _kind(field: TagField) -> Kind:
+def _kind(field: TagField) -> SignalKind:
     if field.tag.type == "BOOL":
-        return Kind.BIT
-    return Kind.CODE if field.tag.type in CODES else Kind.NUMBER
+        return SignalKind.BIT
+    return SignalKind.CODE if field.tag.type in CODES else SignalKind.NUMBER
 
 
 def _bits(field: TagField) -> int:

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from ..files.keeping import Keeping
+from ..files.keeping import RecordingKeeper
 from ..format.schema import LIBRARY
 from .chunks import ChunkWriter
 from .output import SUMMARY_ROOM, open_trace_file
@@ -68,7 +68,7 @@ class LineRecorder:
         target: Path | str,
         units: Sequence[UnitColumns],
         metadata: Mapping[str, str],
-        keeping: Keeping | None = None,
+        keeping: RecordingKeeper | None = None,
     ) -> None:
         self._file = open_trace_file(Path(target), 2 * CHUNK_BYTES + SUMMARY_ROOM, keeping)
         self._writer = ChunkWriter(

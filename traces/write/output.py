@@ -29,7 +29,7 @@ from pathlib import Path
 from typing import BinaryIO, Protocol
 
 from ..files.guard import TRACE, OwnedError, check_output
-from ..files.keeping import Keeping, check_recordings
+from ..files.keeping import RecordingKeeper, check_recordings
 from ..files.locking import could_lock, held
 from ..format.records import DRAFT, RECORD_HEAD
 
@@ -137,7 +137,7 @@ class TraceFile:
         raw: RawFile,
         name: str,
         room: Room | None = None,
-        keeping: Keeping | None = None,
+        keeping: RecordingKeeper | None = None,
         *,
         drafts: bool = False,
     ) -> None:
@@ -298,7 +298,7 @@ class TraceFile:
         raise self.failure from error
 
 
-def open_trace_file(path: Path, ballast_bytes: int, keeping: Keeping | None = None) -> TraceFile:
+def open_trace_file(path: Path, ballast_bytes: int, keeping: RecordingKeeper | None = None) -> TraceFile:
     """Open `path` for a new trace, replacing what is there, or keeping it under another name.
 
     A device or pipe has no ballast, nor has a file in a directory that takes no new files. The
@@ -329,7 +329,7 @@ def open_trace_file(path: Path, ballast_bytes: int, keeping: Keeping | None = No
     return TraceFile(raw, str(path), room, keeping, drafts=path.is_file())
 
 
-def _beginning(path: Path, keeping: Keeping) -> RawFile:
+def _beginning(path: Path, keeping: RecordingKeeper) -> RawFile:
     """Move the recordings before it aside, and open a new one."""
     check_recordings([path], keeping)
     keeping.begin()

@@ -21,7 +21,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Never
 
-from ..files.keeping import Keeping
+from ..files.keeping import RecordingKeeper
 from ..format.batch import ScanBatch, TagBatch, message_layout
 from ..format.layout import SLOT_BYTES, SlotInfo, check_slots
 from ..format.named_words import names_key, names_text
@@ -107,7 +107,7 @@ class ScanRecorder:
         tags: TagSource | None = None,
         orders: bool = False,
         sequences: bool = False,
-        keeping: Keeping | None = None,
+        keeping: RecordingKeeper | None = None,
     ) -> None:
         self._sequences = sequences
         self._slots = check_slots(slots)

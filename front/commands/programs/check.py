@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from ...jobs.check import Report, check_rack
+from ...jobs.check import CheckReport, check_rack
 from ...jobs.load.loading import load_job
 from ...ladder import LadderError
 from ...terminal.as_json import JsonOption, say_json
@@ -14,7 +14,7 @@ from ...terminal.status import BAD_INPUT, NO, complain
 from ...terminal.terminal import say
 
 
-def _as_json(report: Report) -> dict[str, object]:
+def _as_json(report: CheckReport) -> dict[str, object]:
     findings = [
         {"rule": each.rule, "file": each.place.file, "line": each.place.line, "text": each.text}
         for each in report.findings

@@ -11,12 +11,12 @@ from typing import Annotated
 import typer
 
 from ...io_images.input_files import read_checked
-from ...io_images.text_limits import Text
+from ...io_images.text_limits import TextKind
 from ...jobs.fuzz import STANDARD, Scenario
 from ...jobs.fuzz.drawing import Kind, kinds_for, possible_kinds
 from ...jobs.fuzz.folder_lock import locked
 from ...jobs.fuzz.job import Setup, bench_of, replay
-from ...jobs.fuzz.learning import Learned, learn
+from ...jobs.fuzz.learning import LearnedScenario, learn
 from ...jobs.load.loading import Job, load_job, scans_to_run
 from ...runtime.config.quantities import parse_duration
 from ...terminal.as_json import JsonOption, say_json
@@ -156,7 +156,7 @@ def _fuzz_command(
     raise typer.Exit(status)
 
 
-def _scans(job: Job, duration: str | None, learned: Learned | None) -> int:
+def _scans(job: Job, duration: str | None, learned: LearnedScenario | None) -> int:
     """Return how long a run is: as the command line says, or the recording, or the rack file."""
     if learned is not None and duration is None:
         return learned.scans
@@ -183,7 +183,7 @@ def read_scenario(file: Path, setup: Setup) -> Scenario:
     if not file.is_file():
         raise ValueError(f"{file}: there is no such scenario")
     try:
-        text = read_checked(file, Text.SCENARIO)
+        text = read_checked(file, TextKind.SCENARIO)
         scenario = Scenario.from_json(json.loads(text))
         scenario.check(bench_of(setup).spec)
     except json.JSONDecodeError as error:

@@ -16,7 +16,7 @@ from types import FrameType
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TaskProgressColumn, TextColumn, TimeElapsedColumn
 
-from ...jobs.fuzz import Found, Scenario, undisturbed
+from ...jobs.fuzz import Counterexample, Scenario, undisturbed
 from ...jobs.fuzz.campaign.campaign import campaign
 from ...jobs.fuzz.campaign.confirming import Confirmation
 from ...jobs.fuzz.campaign.executors import executor_of
@@ -25,7 +25,7 @@ from ...jobs.fuzz.campaign.working import Apart, Work
 from ...jobs.fuzz.folder_lock import STATE_NAME
 from ...jobs.fuzz.job import Setup, bench_of, hand_over
 from ...jobs.fuzz.report import mended
-from ...jobs.fuzz.run import NO_FAULT, Bench, Broken
+from ...jobs.fuzz.run import NO_FAULT, BrokenInvariant, TrialBench
 from ...jobs.fuzz.steady import Uses
 from ...jobs.load.loading import Job
 from ...runtime.loop.pace import interrupted_by, wall_ns
@@ -146,7 +146,7 @@ class Session:
             say(f"{failure(each)}\n  see {self._folder_of(state, each.broken)}")
         return status or (NO if broken else DONE)
 
-    def _undisturbed(self, bench: Bench, state: State) -> list[Found]:
+    def _undisturbed(self, bench: TrialBench, state: State) -> list[Counterexample]:
         """Run the program without disturbances, and report what it uses that may differ between runs."""
         uses = Uses()
         found = undisturbed(
@@ -160,7 +160,7 @@ class Session:
         """Say something beside the result."""
         say(text, err=self.as_json)
 
-    def _look_again(self, bench: Bench, state: State) -> None:
+    def _look_again(self, bench: TrialBench, state: State) -> None:
         """Run known failures again, and report those that are gone."""
         for broken in state.recheck(bench):
             self._tell(f"mended: {broken.sentence.rstrip('.')} [{broken.invariant}]")
@@ -174,11 +174,11 @@ class Session:
             return False
         return True
 
-    def _search(self, bench: Bench, state: State, start_ns: int) -> int:
+    def _search(self, bench: TrialBench, state: State, start_ns: int) -> int:
         deadline_ns = None if self.limit_ns is None else start_ns + self.limit_ns
         with self._progress(state) as show, noting_ctrl_c() as pressed:
 
-            def news(found: list[Found]) -> None:
+            def news(found: list[Counterexample]) -> None:
                 self._keep(bench, state, found)
                 show(found)
 
@@ -202,17 +202,17 @@ class Session:
             return INTERRUPTED
         return DONE
 
-    def _keep(self, bench: Bench, state: State, found: Iterable[Found]) -> None:
+    def _keep(self, bench: TrialBench, state: State, found: Iterable[Counterexample]) -> None:
         """Save the state, and write the files of new failures."""
         for each in found:
             hand_over(self.job, self.setup, bench, each, self._folder_of(state, each.broken))
         write_state(state, self.state_file)
 
-    def _folder_of(self, state: State, broken: Broken) -> Path:
+    def _folder_of(self, state: State, broken: BrokenInvariant) -> Path:
         return self.folder / state.folders[broken.key]
 
     @contextmanager
-    def _progress(self, state: State) -> Iterator[Callable[[list[Found]], None]]:
+    def _progress(self, state: State) -> Iterator[Callable[[list[Counterexample]], None]]:
         """Show the progress of the search on a terminal; yield the function to call after every task."""
         console = Console(file=sys.stderr)  # the real one: a running program may replace it
         if self.quiet or not console.is_terminal:
@@ -223,10 +223,10 @@ class Session:
             total = self.tasks if self.limit_ns is None else self.limit_ns
             yield self._bar(bar, bar.add_task("searching", total=total), state)
 
-    def _bar(self, bar: Progress, task: TaskID, state: State) -> Callable[[list[Found]], None]:
+    def _bar(self, bar: Progress, task: TaskID, state: State) -> Callable[[list[Counterexample]], None]:
         start_ns, tasks_before = wall_ns(), state.tasks
 
-        def show(found: list[Found]) -> None:
+        def show(found: list[Counterexample]) -> None:
             for each in found:
                 bar.console.print(on_a_line(str(each.broken)), highlight=False, markup=False)
             done = state.tasks - tasks_before if self.limit_ns is None else wall_ns() - start_ns

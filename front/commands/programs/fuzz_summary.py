@@ -8,7 +8,7 @@ from pathlib import Path
 from textwrap import wrap
 
 from ...io_images.amci3601 import ERROR_BITS, RULES
-from ...jobs.fuzz import Found
+from ...jobs.fuzz import Counterexample
 from ...jobs.fuzz.campaign.state import State
 from ...jobs.fuzz.run import NO_FAULT
 from ...jobs.fuzz.scenarios.words import told
@@ -17,7 +17,7 @@ from ...jobs.fuzz.search import SPENT
 WIDTH = 100
 
 
-def failure(found: Found) -> str:
+def failure(found: Counterexample) -> str:
     """Return a failure in a few lines: what is broken, the scenario, and what it shows.
 
     The first line names the invariant and the time; the others are indented.
@@ -27,7 +27,7 @@ def failure(found: Found) -> str:
     return "\n  ".join([str(broken), *lines])
 
 
-def failure_row(found: Found, folder: Path | None = None) -> dict[str, object]:
+def failure_row(found: Counterexample, folder: Path | None = None) -> dict[str, object]:
     """Return a failure for --json.
 
     Args:

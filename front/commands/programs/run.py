@@ -14,7 +14,7 @@ import typer
 from ...jobs.load.loading import DEFAULT_RUN, Job, load_job, scans_to_run, with_tags
 from ...jobs.record.recording import NOTHING
 from ...jobs.run.build import check_ports
-from ...jobs.run.retained import Retained
+from ...jobs.run.retained import RetainedMemory
 from ...jobs.run.running import JobRun, RunOptions
 from ...jobs.trust.owned import check_recording
 from ...runtime.loop.pace import FreeRun, Pacer, RealTime, wall_ns
@@ -222,7 +222,7 @@ def _run_command(
         check_ports(job.spec, realtime=realtime, live=live)
         if spin and not realtime:
             raise ValueError("--spin goes with --realtime only: virtual time does not wait")
-        retained = None if retain is None else Retained(job, retain, trace, keep)
+        retained = None if retain is None else RetainedMemory(job, retain, trace, keep)
     except ValueError as error:
         raise typer.Exit(complain(str(error), BAD_INPUT)) from error
     except OSError as error:
@@ -241,7 +241,7 @@ def _run_command(
     raise typer.Exit(run(job) if retained is None else _run_retained(retained, run))
 
 
-def _run_retained(retained: Retained, run: Callable[[Job], int]) -> int:
+def _run_retained(retained: RetainedMemory, run: Callable[[Job], int]) -> int:
     """Run a job that begins with retained tags, and write them; return the exit status."""
     with retained:
         for said in retained.begin():

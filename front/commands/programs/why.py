@@ -10,7 +10,7 @@ from typing import Annotated, NamedTuple
 import typer
 
 from ...jobs.bench import Bench, NotReachedError
-from ...jobs.bench.moment import Moment
+from ...jobs.bench.moment import ScanChoice
 from ...jobs.bench.of_trace import why_of_trace
 from ...jobs.bench.opening import open_bench
 from ...jobs.load.loading import RACK_FORMS
@@ -29,7 +29,7 @@ from ...traces.read.reader import open_trace
 from .ladder import load_rungs
 
 
-def _run(bench: Bench, moment: Moment) -> None:
+def _run(bench: Bench, moment: ScanChoice) -> None:
     """Run a bench to where the question is asked.
 
     Raises:
@@ -41,7 +41,7 @@ def _run(bench: Bench, moment: Moment) -> None:
         bench.run_until(moment.until, within=own)
     else:
         scans = moment.scans_from_power_up(bench.cpu.period_ns)
-        bench.scan(scans or Moment(own).scans_from_power_up(bench.cpu.period_ns) or 1)
+        bench.scan(scans or ScanChoice(own).scans_from_power_up(bench.cpu.period_ns) or 1)
 
 
 def _why_command(
@@ -78,7 +78,7 @@ def _why_command(
     Exit status: 0 answered, 1 --until has not become true, 2 a file or an option can't be used.
     """
     try:
-        moment = Moment(at, scans, until)
+        moment = ScanChoice(at, scans, until)
         if Path(split_address(file)[0]).suffix in RACK_FORMS:
             asked = _ask_bench(open_bench(file, watched=True), what, moment)
         else:
@@ -96,7 +96,7 @@ def _why_command(
         say(f"{asked.when}{gap}{asked.text}")
 
 
-class _Asked(NamedTuple):
+class _Answer(NamedTuple):
     """An answer.
 
     Attributes:
@@ -115,7 +115,7 @@ class _Asked(NamedTuple):
     text: str
 
 
-def _ask_bench(bench: Bench, what: str | None, moment: Moment) -> _Asked:
+def _ask_bench(bench: Bench, what: str | None, moment: ScanChoice) -> _Answer:
     bench.check(*(each for each in (what, moment.until) if each is not None))
     fault = None
     try:
@@ -124,17 +124,17 @@ def _ask_bench(bench: Bench, what: str | None, moment: Moment) -> _Asked:
         fault = str(error)
         say(f"the CPU has faulted in {error}", err=True)
     when = f"after {bench.scans:,} scans, {short_seconds(bench.now_ns)} s:"
-    return _Asked(bench.scans - 1, bench.now_ns, fault, (), when, bench.why(what))
+    return _Answer(bench.scans - 1, bench.now_ns, fault, (), when, bench.why(what))
 
 
-def _ask_trace(path: Path, what: str | None, moment: Moment, *, trust: bool) -> _Asked:
+def _ask_trace(path: Path, what: str | None, moment: ScanChoice, *, trust: bool) -> _Answer:
     with open_trace(path) as trace, tempfile.TemporaryDirectory() as folder:
         tell_notes(trace)
         asked = why_of_trace(trace, Path(folder), what, moment, trust=trust)
     for note in asked.notes:
         say(f"note: {note}", err=True)
     when = f"scan {asked.scan:,}, {short_seconds(asked.now_ns)} s:"
-    return _Asked(asked.scan, asked.now_ns, None, asked.notes, when, asked.text)
+    return _Answer(asked.scan, asked.now_ns, None, asked.notes, when, asked.text)
 
 
 def _xref_command(

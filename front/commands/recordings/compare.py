@@ -14,7 +14,7 @@ from ...terminal.complaints import reported_mistakes
 from ...terminal.status import DONE, NO
 from ...terminal.terminal import on_a_line, say
 from ...terminal.trace_options import QuietOption, reading, tell_notes
-from ...traces.compare import SAME_CLOCK, Clock, Comparison, Tolerance, align, compare, realign, report
+from ...traces.compare import SAME_CLOCK, Comparison, TimeMap, Tolerance, align, compare, realign, report
 from ...traces.read.reader import Trace, open_trace
 
 ToleranceTimeOption = Annotated[
@@ -111,7 +111,7 @@ def _compare_command(
     raise typer.Exit(status)
 
 
-def _clock(one: Trace, other: Trace, align_at: str | None, realign_at: str | None) -> Clock:
+def _clock(one: Trace, other: Trace, align_at: str | None, realign_at: str | None) -> TimeMap:
     if align_at is not None and realign_at is not None:
         raise ValueError("--align and --realign contradict each other: give one of them")
     if realign_at is not None:

@@ -78,7 +78,7 @@ def _plot_command(
             raise ValueError(f"{target}: the file's suffix says what to draw: {allowed}")
         check_output(target, _KINDS[kind], itself(trace))
         with open_trace(trace) as opened, reading(opened, wanted, quiet=quiet) as progress:
-            shown = _Shown(slot or (), tag or (), title)
+            shown = _ChartContent(slot or (), tag or (), title)
             left_out = _draw(opened, target, wanted, shown, progress)
         if not quiet:
             say(f"{target}: {target.stat().st_size:,} bytes")
@@ -88,7 +88,7 @@ def _plot_command(
         tell_notes(opened)
 
 
-class _Shown(NamedTuple):
+class _ChartContent(NamedTuple):
     """What a chart is to show.
 
     Attributes:
@@ -103,7 +103,7 @@ class _Shown(NamedTuple):
 
 
 def _draw(
-    trace: Trace, target: Path, wanted: Selection, shown: _Shown, progress: Callable[[int], None]
+    trace: Trace, target: Path, wanted: Selection, shown: _ChartContent, progress: Callable[[int], None]
 ) -> int:
     """Draw a chart; return how many values of recorded tags are not on it."""
     slots, tags, title = shown

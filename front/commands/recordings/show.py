@@ -23,7 +23,7 @@ from ...terminal.terminal import on_a_line, say
 from ...terminal.trace_options import ScansOption, TimeOption, selection
 from ...traces.format.flags import flag_names
 from ...traces.read.arrays import extent, scan_count
-from ...traces.read.changes import Changes, Row
+from ...traces.read.changes import ChangeRows, Row
 from ...traces.read.event_text import describe
 from ...traces.read.image_text import seconds
 from ...traces.read.reader import Trace, TraceEvent, open_trace
@@ -67,7 +67,7 @@ def show(
             print_block(block)
 
 
-class Capped(Generic[T]):
+class CappedList(Generic[T]):
     """Keeps so many of the things it is given, and counts the others.
 
     Args:
@@ -115,13 +115,13 @@ class Contents:
     """
 
     def __init__(self, trace: Trace, *, every: bool, limit: int | None, wanted: Selection = ALL) -> None:
-        self.rows: Capped[Row] = Capped(limit)
-        self.events: Capped[TraceEvent] = Capped(limit)
+        self.rows: CappedList[Row] = CappedList(limit)
+        self.events: CappedList[TraceEvent] = CappedList(limit)
         self._wanted = wanted
         self._every = every
         self._scans = 0
         tags = None if trace.head.tags is None else TagText(trace.head.tags, trace.texts(), every=every)
-        self._changes = Changes(trace.head.slots, flag_names, every=every, tags=tags)
+        self._changes = ChangeRows(trace.head.slots, flag_names, every=every, tags=tags)
         for section in trace.sections:
             if self.events.full and self.rows.full:
                 self.events.stopped = self.rows.stopped = True
@@ -212,7 +212,7 @@ def _scans_line(contents: Contents) -> str:
     )
 
 
-def _more(capped: Capped[T], what: str) -> Iterator[str]:
+def _more(capped: CappedList[T], what: str) -> Iterator[str]:
     if capped.stopped:
         yield f"... and maybe more {what}: it stopped at the limit"
     elif capped.more:

@@ -13,7 +13,7 @@ import typer
 from ...io_images.input_files import read_checked
 from ...io_images.pmc006.program import UserProgram, assemble
 from ...io_images.pmc006.status import Level
-from ...io_images.text_limits import Text
+from ...io_images.text_limits import TextKind
 from ...runtime.line.clients.link import Link
 from ...runtime.line.clients.pmc006 import BY_ZERO, READABLE, SETTABLE, Pmc006Client
 from ...runtime.line.pmc006_frames import LINE_FORMAT
@@ -206,7 +206,7 @@ FileArgument = Annotated[Path, typer.Argument(metavar="FILE", help="The listing.
 
 def _listing(file: Path) -> UserProgram:
     try:
-        program = assemble(read_checked(file, Text.STORED))
+        program = assemble(read_checked(file, TextKind.STORED))
     except OSError as error:
         raise ValueError(f"{file}: {error.strerror}") from error
     except ValueError as error:

@@ -30,6 +30,7 @@ from ...runtime.config.rackspec import KEPT_TRACES
 from ...runtime.line.hosts import split_address
 from ...runtime.line.ports import (
     LONGEST_S,
+    BusSegment,
     LineListener,
     LineServer,
     ModbusTcpPort,
@@ -37,7 +38,6 @@ from ...runtime.line.ports import (
     Port,
     PtyPort,
     RawTcpPort,
-    Segment,
     SerialPort,
     Server,
     serve_until_interrupted,
@@ -49,7 +49,7 @@ from ...terminal.status import INTERRUPTED, complain
 from ...terminal.tables import Cells
 from ...terminal.terminal import say
 from ...terminal.trace_options import QuietOption, ReplaceOption
-from ...traces.files.keeping import Keeping, check_recordings
+from ...traces.files.keeping import RecordingKeeper, check_recordings
 from ...traces.write.line import LineRecorder, UnitColumns
 
 LOOPBACK = "127.0.0.1"
@@ -61,16 +61,16 @@ REFRESH_NS = 250_000_000
 """How often the status is redrawn."""
 
 
-class Served(StrEnum):
+class ControllerKind(StrEnum):
     """Controllers that can be served."""
 
     PCL601 = "pcl601"
     PMC006 = "pmc006"
 
 
-MAKERS: dict[Served, Callable[[list[int], list[Path], float, list[str], float], list[Unit]]] = {
-    Served.PCL601: pcl601_units,
-    Served.PMC006: pmc006_units,
+MAKERS: dict[ControllerKind, Callable[[list[int], list[Path], float, list[str], float], list[Unit]]] = {
+    ControllerKind.PCL601: pcl601_units,
+    ControllerKind.PMC006: pmc006_units,
 }
 
 
@@ -92,7 +92,7 @@ def socket_address(text: str) -> tuple[str, int]:
 
 def line_of(units: list[Unit]) -> Device:
     """Return the line that the units are on, as one device."""
-    return units[0].device if len(units) == 1 else Segment(*(unit.device for unit in units))
+    return units[0].device if len(units) == 1 else BusSegment(*(unit.device for unit in units))
 
 
 def server_for(
@@ -167,7 +167,7 @@ def wire(units: list[Unit], text: str) -> None:
     chosen[0].wire(pin, state)
 
 
-class Typed:
+class TypedInputs:
     """Lines typed while it serves: each gives an input a state."""
 
     def __init__(self, units: list[Unit]) -> None:
@@ -225,7 +225,7 @@ def recording(
         yield None
         return
     used = dict.fromkeys(programs, "a stored program")
-    keeping = None if replace else Keeping(path, KEPT_TRACES)
+    keeping = None if replace else RecordingKeeper(path, KEPT_TRACES)
     check_recordings([path], keeping, used)
     columns = [UnitColumns(unit.address, tuple(unit.values())) for unit in units]
     with closing(LineRecorder(path, columns, {"controller": controller}, keeping)) as recorder:
@@ -252,7 +252,7 @@ def shown_status(units: list[Unit], *, quiet: bool) -> Iterator[Callable[[], Non
 
 
 def _serve_command(
-    controller: Annotated[Served, typer.Argument(help="Which controller.", show_default=False)],
+    controller: Annotated[ControllerKind, typer.Argument(help="Which controller.", show_default=False)],
     pty: Annotated[bool, typer.Option("--pty", help="On a pseudo-terminal, whose path is printed.")] = False,
     serial: Annotated[
         str | None, typer.Option("--serial", metavar="DEV", help="On a serial port of this machine.")
@@ -343,7 +343,7 @@ def _serve_command(
 def _serve(
     server: Server, units: list[Unit], clock: Clock, recorder: LineRecorder | None, *, quiet: bool
 ) -> None:
-    typed = Typed(units)
+    typed = TypedInputs(units)
 
     def each_step() -> None:
         refresh()

@@ -8,8 +8,8 @@
 Made for tests that read as a story. A condition that stays false is reported with what the bench shows then.
 """
 
-from .bench import Bench, NotReachedError, Observed
-from .event_log import Told
+from .bench import Bench, NotReachedError, ObservedLogic
+from .event_log import BenchEvent
 from .slot import SlotBench
 
-__all__ = ["Bench", "NotReachedError", "Observed", "SlotBench", "Told"]
+__all__ = ["Bench", "BenchEvent", "NotReachedError", "ObservedLogic", "SlotBench"]

@@ -33,7 +33,7 @@ class NotReachedError(AssertionError):
 
 
 @runtime_checkable
-class Observed(Protocol):
+class ObservedLogic(Protocol):
     """Logic with a debugger: a ladder program."""
 
     stops: tuple[Any, ...]
@@ -86,7 +86,7 @@ class Bench:
         self.spec = spec
         self._load = load
         self.logic: Any = logic
-        self._observed = isinstance(logic, Observed)
+        self._observed = isinstance(logic, ObservedLogic)
         if self._observed:
             self.program.on_edit = self._record_edit
         rack = build_rack(spec)

@@ -10,7 +10,7 @@ from ...runtime.loop.events import JsonValue
 
 
 @dataclass(frozen=True, slots=True)
-class Told:
+class BenchEvent:
     """Something that happened.
 
     Attributes:
@@ -42,7 +42,7 @@ class EventLog:
     """
 
     def __init__(self) -> None:
-        self.told: list[Told] = []
+        self.told: list[BenchEvent] = []
         self.over: Callable[[], object] = bool
         self.cpu: Cpu
 
@@ -52,7 +52,9 @@ class EventLog:
         text = fields.get("text", ", ".join(f"{key} {value}" for key, value in fields.items()))
         kind = str(fields.get("kind", topic.strip("/")))
         name = str(fields.get("name", kind))
-        self.told.append(Told(scan, now_ns, slot if isinstance(slot, int) else 0, kind, name, str(text)))
+        self.told.append(
+            BenchEvent(scan, now_ns, slot if isinstance(slot, int) else 0, kind, name, str(text))
+        )
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
         """Stop the CPU if the run is over."""

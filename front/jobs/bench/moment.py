@@ -10,7 +10,7 @@ from ...traces.replay import Recording
 
 
 @dataclass(frozen=True, slots=True)
-class Moment:
+class ScanChoice:
     """The scan of a question; the last one if nothing is given.
 
     Attributes:

@@ -18,13 +18,13 @@ from ..replay.tag_orders import TagOrders, first_few
 from ..trust.attachments import job_of
 from ..why.again import Load
 from ..why.answer import Why
-from ..why.following import Following
+from ..why.following import InputReplay
 from . import NotReachedError
-from .moment import Moment
+from .moment import ScanChoice
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
+class TraceAnswer:
     """An answer, and the scan that it is about.
 
     Attributes:
@@ -42,11 +42,11 @@ def why_of_trace(
     trace: Trace,
     folder: Path,
     what: str | None,
-    moment: Moment,
+    moment: ScanChoice,
     *,
     trust: bool,
     more: Columns | None = None,
-) -> Asked:
+) -> TraceAnswer:
     """Answer a question about a trace.
 
     Args:
@@ -74,17 +74,17 @@ def why_of_trace(
 def _of_images(
     recording: Recording,
     what: str | None,
-    moment: Moment,
+    moment: ScanChoice,
     spec: RackSpec | None = None,
     load: Load | None = None,
-) -> Asked:
+) -> TraceAnswer:
     asked = Why(recording, 0, spec, load)
     row = moment.row(recording) if moment.until is None else _reached(moment, asked.first_on(moment.until))
     why = Why(recording, row, spec, load)
     return _asked(recording, row, why.rack() if what is None else why.of(what))
 
 
-def _of_ladder(recording: Recording, job: Job, what: str | None, moment: Moment) -> Asked:
+def _of_ladder(recording: Recording, job: Job, what: str | None, moment: ScanChoice) -> TraceAnswer:
     """Answer from a ladder program under its debugger."""
     assert isinstance(job.logic, LadderLogic)
     debugger = Debugger(job.logic)
@@ -94,11 +94,11 @@ def _of_ladder(recording: Recording, job: Job, what: str | None, moment: Moment)
             _ = debugger.tags[tag]  # refuse an unknown tag before the run
     if moment.until is not None and images.means_image(moment.until):
         row = _reached(moment, images.first_on(moment.until))
-        moment = Moment(at=str(recording.numbers[row]))
+        moment = ScanChoice(at=str(recording.numbers[row]))
     last = len(recording.scans) - 1 if moment.until is not None else moment.row(recording)
     until = moment.until
     over = bool if until is None else lambda: debugger.tags[until]
-    following = Following(recording, job.spec, last, over)
+    following = InputReplay(recording, job.spec, last, over)
     orders = TagOrders(score_of(recording), recording.events)
     refused = following.play(debugger, orders)
     row = _reached(moment, following.row - 1 if following.met or until is None else None)
@@ -115,7 +115,7 @@ def _of_ladder(recording: Recording, job: Job, what: str | None, moment: Moment)
     return _asked(recording, row, debugger.why(what) if own else why.of(what), notes)
 
 
-def _departed(why: Why, following: Following) -> list[str]:
+def _departed(why: Why, following: InputReplay) -> list[str]:
     """Return a note if the program has not done as recorded."""
     if following.departs is None:
         return []
@@ -123,11 +123,11 @@ def _departed(why: Why, following: Following) -> list[str]:
     return [f"run again on the recorded inputs, the program writes other words from {when} on"]
 
 
-def _reached(moment: Moment, row: int | None) -> int:
+def _reached(moment: ScanChoice, row: int | None) -> int:
     if row is None:
         raise NotReachedError(f"{moment.until} does not come on in the trace")
     return row
 
 
-def _asked(recording: Recording, row: int, text: str, notes: Sequence[str] = ()) -> Asked:
-    return Asked(recording.numbers[row], recording.times[row], text, tuple(notes))
+def _asked(recording: Recording, row: int, text: str, notes: Sequence[str] = ()) -> TraceAnswer:
+    return TraceAnswer(recording.numbers[row], recording.times[row], text, tuple(notes))

@@ -13,6 +13,6 @@ rules.py            the rules, one row each; they read the facts and the rack
 from __future__ import annotations
 
 from .facts import Place
-from .rules import RULES, Finding, Report, check_rack
+from .rules import RULES, CheckReport, Finding, check_rack
 
-__all__ = ["RULES", "Finding", "Place", "Report", "check_rack"]
+__all__ = ["RULES", "CheckReport", "Finding", "Place", "check_rack"]

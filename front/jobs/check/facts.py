@@ -28,7 +28,7 @@ class Remark:
 
 
 @dataclass(frozen=True, slots=True)
-class Sent:
+class SentCommand:
     """Output words, or a command, that the program sends to a 3601.
 
     Attributes:
@@ -63,8 +63,8 @@ class Facts:
         not_seen: sentences about what the reader can't find out.
     """
 
-    configurations: list[Sent] = field(default_factory=list)
-    searches: list[Sent] = field(default_factory=list)
+    configurations: list[SentCommand] = field(default_factory=list)
+    searches: list[SentCommand] = field(default_factory=list)
     repeated: list[Remark] = field(default_factory=list)
     unused: list[Remark] = field(default_factory=list)
     held: list[Remark] = field(default_factory=list)

@@ -19,9 +19,9 @@ from ...ladder.debug.crossref import Mention
 from ...ladder.model.operands import Constant, Group, first_leaf
 from ...ladder.model.operands import Place as Operand
 from ...ladder.model.tags import tag_in
-from ...ladder.state.lowered import AddOnCall, Line, Lowered, Step, steps_of
+from ...ladder.state.lowered import AddOnCall, LoweredLine, LoweredProgram, LoweredStep, steps_of
 from ...runtime.config.rackspec import RackSpec
-from .facts import Facts, Place, Remark, Sent, UsesBit
+from .facts import Facts, Place, Remark, SentCommand, UsesBit
 from .output_writes import MODE_CONFIG, Write, WriteReader, computed, held, path_of, words_out_of_range
 
 _SEARCHES = (CommandMsw.FIND_HOME_CW | CommandMsw.FIND_HOME_CCW).value
@@ -70,7 +70,7 @@ def ladder_facts(program: LadderLogic, path: Path, spec: RackSpec) -> Facts:
 class _Reader:
     def __init__(self, program: LadderLogic, path: Path, spec: RackSpec) -> None:
         self.program, self.path, self.spec = program, path, spec
-        self.lowered: Lowered = program.build()
+        self.lowered: LoweredProgram = program.build()
         self.mentions = cross_reference(self.lowered).mentions
         self.cards = {slot.number: slot.words for slot in spec.slot}
         self.slots = {slot.number: slot for slot in spec.slot if is_stepper(slot.words)}
@@ -100,7 +100,7 @@ class _Reader:
         reported = {each.place for each in facts.out_of_range}
         facts.out_of_range += [each for each in words_out_of_range(writes) if each.place not in reported]
         facts.configurations += [
-            Sent(each.place, each.slot, (each.sets,))
+            SentCommand(each.place, each.slot, (each.sets,))
             for each in writes
             if each.word == 0 and each.known and each.sets & MODE_CONFIG
         ]
@@ -180,44 +180,44 @@ class _Reader:
                 if slot is not None:
                     yield call.handed["AXIS"].text.upper(), slot
 
-    def _calls(self) -> Iterator[tuple[Place, Step, AddOnCall]]:
+    def _calls(self) -> Iterator[tuple[Place, LoweredStep, AddOnCall]]:
         for _, line in self.lines:
             for step in steps_of(line.nodes):
                 for operand in step.operands:
                     if isinstance(operand, AddOnCall):
                         yield self._place(line), step, operand
 
-    def _place(self, line: Line) -> Place:
+    def _place(self, line: LoweredLine) -> Place:
         return Place(line.origin.file or str(self.path), line.origin.line or 1)
 
-    def _block_searches(self) -> Iterator[Sent]:
+    def _block_searches(self) -> Iterator[SentCommand]:
         for place, _, call in self._calls():
             if call.name == "MC_HOME":
-                yield Sent(place, self.axes.get(call.handed["AXIS"].text.upper()))
+                yield SentCommand(place, self.axes.get(call.handed["AXIS"].text.upper()))
 
-    def _searches(self, writes: Sequence[Write]) -> Iterator[Sent]:
+    def _searches(self, writes: Sequence[Write]) -> Iterator[SentCommand]:
         for each in writes:
             if each.word == 0 and each.sets & _SEARCHES and not each.sets & MODE_CONFIG:
-                yield Sent(each.place, each.slot)
+                yield SentCommand(each.place, each.slot)
 
-    def _copied(self, line: Line) -> Iterator[Sent]:
+    def _copied(self, line: LoweredLine) -> Iterator[SentCommand]:
         """Yield constants that are copied to all words of a 3601, or handed to a block as configuration."""
         for step in steps_of(line.nodes):
             target = self.writes.target(step.operands[1]) if step.name in ("COP", "CPS") else None
             if target is not None and target[0] in self.slots and target[1] == 0:
                 words = self.writes.words_of(step.operands[0])
                 if words is not None and words[0] is not None:
-                    yield Sent(self._place(line), target[0], _filled(words))
+                    yield SentCommand(self._place(line), target[0], _filled(words))
             for call in step.operands:
                 if isinstance(call, AddOnCall) and call.name == "CONFIGURE3601":
                     words = self.writes.words_of(call.handed["CONFIGURATION"])
                     if words is not None and words[0] is not None:
                         slot = self.axes.get(call.handed["AXIS"].text.upper())
-                        yield Sent(self._place(line), slot, _filled(words))
+                        yield SentCommand(self._place(line), slot, _filled(words))
 
     # --- ranges
 
-    def _copies_out_of_range(self, copies: Sequence[Sent]) -> Iterator[Remark]:
+    def _copies_out_of_range(self, copies: Sequence[SentCommand]) -> Iterator[Remark]:
         for each in copies:
             if each.words[0] & MODE_CONFIG:
                 version = self.slots[each.slot].firmware if each.slot in self.slots else "4.1"

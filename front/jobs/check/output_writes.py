@@ -31,7 +31,7 @@ from ...ladder.debug.crossref import TARGETS, Mention
 from ...ladder.model.operands import Constant, Group, first_leaf
 from ...ladder.model.operands import Place as Operand
 from ...ladder.model.types import count_of
-from ...ladder.state.lowered import AddOnCall, Line, Lowered, Step, steps_of
+from ...ladder.state.lowered import AddOnCall, LoweredLine, LoweredProgram, LoweredStep, steps_of
 from .facts import Place, Remark
 
 MODE_CONFIG = CommandMsw.MODE_CONFIG.value
@@ -98,16 +98,16 @@ class WriteReader:
 
     def __init__(
         self,
-        lowered: Lowered,
+        lowered: LoweredProgram,
         mentions: Sequence[Mention],
         slots: Mapping[int, object],
-        place_of: Callable[[Line], Place],
+        place_of: Callable[[LoweredLine], Place],
     ) -> None:
         self._constants = _constants(lowered, mentions)
         self._slots, self._place = slots, place_of
         self._staged = dict(self._stages(lowered))
 
-    def _stages(self, lowered: Lowered) -> Iterator[tuple[str, tuple[int, int]]]:
+    def _stages(self, lowered: LoweredProgram) -> Iterator[tuple[str, tuple[int, int]]]:
         """Yield the paths of tags that are copied to all output words: slot, and where its words begin."""
         lines = [line for routine in lowered.routines.values() for line in routine.lines]
         for step in (step for line in lines for step in steps_of(line.nodes)):
@@ -144,7 +144,7 @@ class WriteReader:
             return None
         return words[start : start + 8] if len(words) >= start + 8 else None
 
-    def writes(self, is_rung: bool, line: Line) -> Iterator[Write]:
+    def writes(self, is_rung: bool, line: LoweredLine) -> Iterator[Write]:
         """Yield the writes of a rung, or of a statement."""
         needs = _needs(line) if is_rung else {}
         for step in steps_of(line.nodes):
@@ -158,14 +158,20 @@ class WriteReader:
                     if target is not None:
                         yield Write(self._place(line), target[0], 0, 0, _WORD, known=False)
 
-    def _hands_on(self, step: Step, operand: object) -> bool:
+    def _hands_on(self, step: LoweredStep, operand: object) -> bool:
         """Return whether an instruction copies staged words to the module."""
         source = step.operands[0]
         is_copy = step.name in ("COP", "CPS") and isinstance(source, (Operand, Group))
         return is_copy and output_word(operand) is not None and path_of(source) in self._staged
 
     def _written(
-        self, step: Step, operand: Operand | Group, slot: int, word: int, place: Place, needs: Write | None
+        self,
+        step: LoweredStep,
+        operand: Operand | Group,
+        slot: int,
+        word: int,
+        place: Place,
+        needs: Write | None,
     ) -> Iterator[Write]:
         base = replace(needs, place=place) if needs else Write(place, slot, 0, 0, 0)
         bit = operand.bit if isinstance(operand, Operand) else None
@@ -183,7 +189,7 @@ class WriteReader:
             else:
                 yield replace(base, word=at, sets=value & _WORD, clears=~value & _WORD)
 
-    def _values(self, step: Step) -> Sequence[int | None]:
+    def _values(self, step: LoweredStep) -> Sequence[int | None]:
         """Return the values of the words that an instruction writes; None for an unknown one."""
         source = step.operands[0]
         if step.name == "CLR":
@@ -200,7 +206,7 @@ class WriteReader:
         return [None] * 8
 
 
-def _constants(lowered: Lowered, mentions: Sequence[Mention]) -> Mapping[str, tuple[int | None, ...]]:
+def _constants(lowered: LoweredProgram, mentions: Sequence[Mention]) -> Mapping[str, tuple[int | None, ...]]:
     """Return the initial values of arrays of integers by path; None for words that are written."""
     found: dict[str, list[int | None]] = {
         name: [*tag.initial, *[0] * (count_of(tag.dims) - len(tag.initial))]  # the rest is zeros
@@ -217,13 +223,17 @@ def _constants(lowered: Lowered, mentions: Sequence[Mention]) -> Mapping[str, tu
     return {name: tuple(words) for name, words in found.items()}
 
 
-def _needs(line: Line) -> dict[int, Write]:
+def _needs(line: LoweredLine) -> dict[int, Write]:
     """Return by slot what the contacts in series with the whole rung need."""
     status: dict[int, int] = {}
     command: dict[int, int] = {}
     first = False
     for step in line.nodes:
-        if not isinstance(step, Step) or step.name != "XIC" or not isinstance(step.operands[0], Operand):
+        if (
+            not isinstance(step, LoweredStep)
+            or step.name != "XIC"
+            or not isinstance(step.operands[0], Operand)
+        ):
             continue
         place = step.operands[0]
         first = first or place.leaf.path == "S:FS"
@@ -238,7 +248,7 @@ def _needs(line: Line) -> dict[int, Write]:
     }
 
 
-def _of_bit(step: Step) -> tuple[bool, bool]:
+def _of_bit(step: LoweredStep) -> tuple[bool, bool]:
     """Return whether an instruction that writes a bit may set it, and whether it may clear it."""
     if step.name == ":=" and isinstance(step.operands[1], Constant):
         return bool(step.operands[1].value), not step.operands[1].value

@@ -21,7 +21,7 @@ from typing import Any
 
 from ...io_images import amci3601
 from ...io_images.amci3601 import Acceleration, Configuration, Direction, FindHome, Move, MoveKind
-from .facts import Facts, Place, Remark, Sent, UsesBit
+from .facts import Facts, Place, Remark, SentCommand, UsesBit
 
 NEUTRAL: Mapping[str, object] = {
     "kind": MoveKind.ABSOLUTE,
@@ -67,14 +67,14 @@ def python_facts(path: Path, names: Mapping[str, Any], terminals: Set[str]) -> F
     for kind, call in reader.calls():
         place = Place(str(path), call.lineno)
         if kind == "FindHome":
-            facts.searches.append(Sent(place, None))
+            facts.searches.append(SentCommand(place, None))
         try:
             made = reader.make(kind, call)
         except ValueError as error:
             facts.out_of_range.append(Remark(place, f"{kind}: {error}"))
             continue
         if isinstance(made, Configuration):
-            facts.configurations.append(Sent(place, None, tuple(made.to_image().words.tolist())))
+            facts.configurations.append(SentCommand(place, None, tuple(made.to_image().words.tolist())))
             least.append(made.starting_speed)
         elif isinstance(made, Move | FindHome) and "speed" in reader.known(kind, call):
             moves.append((place, kind, made.speed))

@@ -19,7 +19,7 @@ from ..load.loading import Job, rack_form
 from ..load.program import Form
 from ..record.tag_source import tags_of
 from ..run.hints import not_configured, wired_inputs
-from .facts import Facts, Place, Remark, Sent
+from .facts import Facts, Place, Remark, SentCommand
 from .ladder_facts import ladder_facts
 from .python_facts import python_facts
 from .sequence_facts import sequence_facts
@@ -45,7 +45,7 @@ class Finding:
 
 
 @dataclass(frozen=True, slots=True)
-class Report:
+class CheckReport:
     """What a check has found.
 
     Attributes:
@@ -82,20 +82,20 @@ class Subject:
             if is_stepper(slot.words) and not slot.is_live:
                 yield index, slot
 
-    def sent_to(self, slot: int, sent: list[Sent]) -> list[Sent]:
+    def sent_to(self, slot: int, sent: list[SentCommand]) -> list[SentCommand]:
         """Return the sent words of a slot, and those that may be sent to any."""
         own = [each for each in sent if each.slot == slot]
         return own or [each for each in sent if each.slot is None]
 
 
-class Found(NamedTuple):
+class Violation(NamedTuple):
     """A finding without its rule."""
 
     place: Place
     text: str
 
 
-def _not_configured(subject: Subject) -> Iterator[Found]:
+def _not_configured(subject: Subject) -> Iterator[Violation]:
     for index, slot in subject.steppers:
         sent = subject.sent_to(slot.number, subject.facts.configurations)
         used = 0
@@ -103,7 +103,7 @@ def _not_configured(subject: Subject) -> Iterator[Found]:
             used |= each.words[0] & ALL_INPUTS
         for bit in InputBit if sent else ():
             if bit.value & wired_inputs(slot.machine) & ~used:
-                yield Found(_wiring(subject, index, slot, bit), not_configured(slot.number, bit))
+                yield Violation(_wiring(subject, index, slot, bit), not_configured(slot.number, bit))
 
 
 def _wiring(subject: Subject, index: int, slot: SlotSpec, bit: InputBit) -> Place:
@@ -116,7 +116,7 @@ def _wiring(subject: Subject, index: int, slot: SlotSpec, bit: InputBit) -> Plac
     return subject.place("slot", index, "machine")
 
 
-def _search_without_switch(subject: Subject) -> Iterator[Found]:
+def _search_without_switch(subject: Subject) -> Iterator[Violation]:
     without = [
         slot.number
         for _, slot in subject.steppers
@@ -126,19 +126,19 @@ def _search_without_switch(subject: Subject) -> Iterator[Found]:
     for search in subject.facts.searches:
         if search.slot in without or (search.slot is None and without and without == numbers):
             where = f"slot {search.slot}" if search.slot is not None else "the machine"
-            yield Found(
+            yield Violation(
                 search.place, f"a home search starts here, but {where} has neither home switch nor encoder"
             )
 
 
-def _unused_terminals(subject: Subject) -> Iterator[Found]:
+def _unused_terminals(subject: Subject) -> Iterator[Violation]:
     """Terminals of cards that are wired in the rack file and that the program never uses."""
     uses = subject.facts.uses_bit
     for index, slot in enumerate(subject.job.spec.slot if uses is not None else ()):
         for group, verb, name, at in _terminals(slot):
             if uses is not None and not uses(slot.number, at.image, name, at.word, at.bit):
                 place = subject.place("slot", index, "options", f"{group}s", name)
-                yield Found(place, f"slot {slot.number}: the program never {verb} {group} {name}")
+                yield Violation(place, f"slot {slot.number}: the program never {verb} {group} {name}")
 
 
 def _terminals(slot: SlotSpec) -> Iterator[tuple[str, str, str, BitPlace]]:
@@ -159,19 +159,19 @@ def _terminals(slot: SlotSpec) -> Iterator[tuple[str, str, str, BitPlace]]:
                 yield group, verb, names[word], BitPlace(image, word, SIGN_BIT)
 
 
-def _unknown_tags(subject: Subject) -> Iterator[Found]:
+def _unknown_tags(subject: Subject) -> Iterator[Violation]:
     """Patterns of `tags` that a run would refuse."""
     for index, pattern in enumerate(subject.job.spec.tags):
         try:
             tags_of(subject.job.logic, [pattern], bytearray(SLOT_BYTES))
         except ValueError as error:
-            yield Found(subject.place("tags", index), str(error))
+            yield Violation(subject.place("tags", index), str(error))
 
 
-def _remarks(field: str) -> Callable[[Subject], Iterator[Found]]:
-    def found(subject: Subject) -> Iterator[Found]:
+def _remarks(field: str) -> Callable[[Subject], Iterator[Violation]]:
+    def found(subject: Subject) -> Iterator[Violation]:
         remarks: list[Remark] = getattr(subject.facts, field)
-        yield from (Found(each.place, each.text) for each in remarks)
+        yield from (Violation(each.place, each.text) for each in remarks)
 
     return found
 
@@ -186,7 +186,7 @@ class Rule(NamedTuple):
 
     id: str
     words: str
-    check: Callable[[Subject], Iterator[Found]]
+    check: Callable[[Subject], Iterator[Violation]]
 
 
 RULES = (
@@ -211,7 +211,7 @@ RULES = (
 _STEPS_NOT_SEEN = "a list of steps is not read: only the rack file is checked"
 
 
-def check_rack(job: Job) -> Report:
+def check_rack(job: Job) -> CheckReport:
     """Check a rack and its program without running it.
 
     Raises:
@@ -222,7 +222,7 @@ def check_rack(job: Job) -> Report:
     lines = load_rack_file(job.rack_file).lines if is_toml else None
     subject = Subject(job, facts, lines)
     findings = (Finding(rule.id, *found) for rule in RULES for found in rule.check(subject))
-    return Report(tuple(dict.fromkeys(findings)), (*facts.not_seen, *_unseen_configurations(subject)))
+    return CheckReport(tuple(dict.fromkeys(findings)), (*facts.not_seen, *_unseen_configurations(subject)))
 
 
 def facts_of(job: Job) -> Facts:

@@ -23,7 +23,7 @@ from ...ladder.python.sequences import Input, InputWord, Logic, fresh, parts_of
 from ...ladder.python.sequences.signals import Signal
 from ...runtime.config.rackspec import RackSpec
 from ..load.bare_slots import bare_slots
-from .facts import Facts, Place, Remark, Sent, UsesBit
+from .facts import Facts, Place, Remark, SentCommand, UsesBit
 from .loops import endless
 from .python_facts import Reader
 from .sequence_calls import Calls
@@ -49,10 +49,10 @@ def sequence_facts(path: Path, program: Logic, spec: RackSpec) -> Facts:
     inputs = [each.name for each in parts_of(logic) if isinstance(each, Input | InputWord)]
     for axis in axes.values():
         words = tuple(axis.configuration.to_image().words.tolist())
-        facts.configurations.append(Sent(_place(axis.declared, path), axis.slot, words))
+        facts.configurations.append(SentCommand(_place(axis.declared, path), axis.slot, words))
     for file, tree, names in texts:
         calls = Calls(Reader(str(file), tree, names, fields), axes, type(program).__mro__)
-        facts.searches.extend(Sent(place, axis.slot) for place, axis in calls.searches())
+        facts.searches.extend(SentCommand(place, axis.slot) for place, axis in calls.searches())
         facts.out_of_range.extend(calls.refused())
         facts.misused.extend(calls.failing())
         facts.endless.extend(Remark(Place(str(file), line), text) for line, text in endless(tree, inputs))

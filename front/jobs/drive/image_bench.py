@@ -17,7 +17,7 @@ from ...runtime.loop.events import Event, JsonValue
 from ...runtime.loop.module import Module
 from ...runtime.machine import Machine, MachineSpec, Switch
 from ...runtime.modules.record import ModuleRecord, Trait
-from .requests import Bench, Encoder, Request, RequestError, Until
+from .requests import Encoder, ImageBenchOptions, Request, RequestError, Until
 
 NS_PER_MS = 1_000_000
 ERROR_NAMES = frozenset(str(bit.name) for bit in StatusMsw if bit & ERROR_BITS)
@@ -35,11 +35,11 @@ class BenchModule(Module, Protocol):
 class ImageBench:
     """One module on the bench, driven request by request."""
 
-    def __init__(self, make: Callable[[Bench], BenchModule]) -> None:
+    def __init__(self, make: Callable[[ImageBenchOptions], BenchModule]) -> None:
         self._make = make
-        self._renew(Bench())
+        self._renew(ImageBenchOptions())
 
-    def _renew(self, options: Bench) -> None:
+    def _renew(self, options: ImageBenchOptions) -> None:
         try:
             module = self._make(options)
         except ValueError as error:
@@ -170,7 +170,7 @@ def time_ms(now_ns: int) -> int | float:
     return whole if rest == 0 else float(Decimal(now_ns) / NS_PER_MS)
 
 
-def machine_of(options: Bench) -> MachineSpec:
+def machine_of(options: ImageBenchOptions) -> MachineSpec:
     """Return the machine that the options of a fresh bench describe."""
     return MachineSpec(
         switches=tuple(
@@ -181,7 +181,7 @@ def machine_of(options: Bench) -> MachineSpec:
     )
 
 
-def on_bench(record: ModuleRecord, options: Bench) -> Any:
+def on_bench(record: ModuleRecord, options: ImageBenchOptions) -> Any:
     """Make a simulated module for the options of a fresh bench."""
     return record.make(
         firmware=options.firmware,

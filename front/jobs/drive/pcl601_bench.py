@@ -33,7 +33,7 @@ class EncoderOptions(Strict):
     steps: Annotated[int, Field(strict=True, ge=0)] = 0
 
 
-class Options(Strict):
+class Pcl601BenchOptions(Strict):
     """Options of a fresh bench."""
 
     address: Annotated[int, Field(strict=True, ge=0, le=99)] = 1
@@ -68,7 +68,7 @@ def _contact(value: Any) -> Contact:
     raise ValueError(f"allowed are {PIN_FORMS}")
 
 
-class Env(Strict):
+class Pcl601Env(Strict):
     """Pins and voltages from now on."""
 
     in1: Any = None
@@ -111,7 +111,7 @@ class Pcl601Target:
     silence_ns = 200_000_000
     has_reset = True
 
-    def __init__(self, options: Options) -> None:
+    def __init__(self, options: Pcl601BenchOptions) -> None:
         encoder = EncoderModel(**options.encoder.model_dump()) if options.encoder is not None else None
         digits = int(options.thumbwheel) if options.thumbwheel is not None else None
         self.device = Pcl601(options.address, encoder, Wiring(options.sw2 == "TWS", digits))
@@ -138,7 +138,7 @@ class Pcl601Target:
         """Press the reset button."""
         self.device.power_cycle(now_ns)
 
-    def set_env(self, now_ns: int, env: Env) -> None:
+    def set_env(self, now_ns: int, env: Pcl601Env) -> None:
         """Set pins, the voltage on input 1, the encoder register."""
         controller = self.device.controller
         for name in INPUTS:
@@ -174,6 +174,6 @@ def _on_off(bit: int) -> str:
     return "on" if bit else "off"
 
 
-def pcl601_bench() -> WireBench[Options, Env]:
+def pcl601_bench() -> WireBench[Pcl601BenchOptions, Pcl601Env]:
     """Return the bench of `drive pcl601`."""
-    return WireBench(Pcl601Target, Options, Env, {("new", "encoder"): EncoderOptions})
+    return WireBench(Pcl601Target, Pcl601BenchOptions, Pcl601Env, {("new", "encoder"): EncoderOptions})

@@ -9,15 +9,15 @@ from pydantic import Field, field_validator
 
 from ...io_images.pmc006.frame import FACTORY_ADDRESS
 from ...io_images.pmc006.program import assemble
-from ...runtime.controllers.pmc006.controller import Controller
+from ...runtime.controllers.pmc006.controller import Pmc006Controller
 from ...runtime.controllers.pmc006.line import Pmc006
-from ...runtime.controllers.pmc006.pins import Pin, Switch
+from ...runtime.controllers.pmc006.pins import Pin, SwitchPin
 from ...runtime.loop.events import JsonValue
 from .requests import Strict
 from .wire_bench import WireBench
 
 
-class Options(Strict):
+class Pmc006BenchOptions(Strict):
     """Options of a fresh bench."""
 
     address: Annotated[int, Field(strict=True)] = FACTORY_ADDRESS
@@ -25,14 +25,14 @@ class Options(Strict):
 
 
 LEVELS = {"low": False, "high": True}
-FOLLOWERS: dict[str, Callable[[int], Switch]] = {
-    "high_when_pos_le": lambda position: Switch(position, True),
-    "high_when_pos_ge": lambda position: Switch(position - 1, False),
+FOLLOWERS: dict[str, Callable[[int], SwitchPin]] = {
+    "high_when_pos_le": lambda position: SwitchPin(position, True),
+    "high_when_pos_ge": lambda position: SwitchPin(position - 1, False),
 }
 FORMS = '"low", "high", {"high_when_pos_le": N, "else": "low"} and the same with ge, N a number of steps'
 
 
-def _level(value: Any) -> bool | Switch:
+def _level(value: Any) -> bool | SwitchPin:
     """Return what a pin's value means.
 
     Raises:
@@ -48,7 +48,7 @@ def _level(value: Any) -> bool | Switch:
     raise ValueError(f"allowed are {FORMS}")
 
 
-class Env(Strict):
+class Pmc006Env(Strict):
     """Levels of the pins from now on; None where the request does not give one."""
 
     ext1: Any = None
@@ -59,7 +59,7 @@ class Env(Strict):
 
     @field_validator("*")
     @classmethod
-    def _understood(cls, value: Any) -> bool | Switch:
+    def _understood(cls, value: Any) -> bool | SwitchPin:
         return _level(value)
 
 
@@ -78,12 +78,12 @@ class Pmc006Target:
     has_reset = False
     quiet_ns = 0
 
-    def __init__(self, options: Options) -> None:
+    def __init__(self, options: Pmc006BenchOptions) -> None:
         try:
             program = assemble(options.program or "")
         except ValueError as error:
             raise ValueError(f"program: {error}") from None
-        self._controller = Controller(address=options.address, program=program)
+        self._controller = Pmc006Controller(address=options.address, program=program)
         self.device = Pmc006(self._controller)
 
     @property
@@ -98,10 +98,10 @@ class Pmc006Target:
     def reset(self, now_ns: int) -> None:
         """There is no reset button."""
 
-    def set_env(self, now_ns: int, env: Env) -> None:
+    def set_env(self, now_ns: int, env: Pmc006Env) -> None:
         """Set the levels of pins."""
         for name, pin in PINS.items():
-            level: bool | Switch | None = getattr(env, name)
+            level: bool | SwitchPin | None = getattr(env, name)
             if level is not None:
                 self._controller.set_pin(pin, level)
 
@@ -114,6 +114,6 @@ class Pmc006Target:
         return self._controller.coil_percent
 
 
-def pmc006_bench() -> WireBench[Options, Env]:
+def pmc006_bench() -> WireBench[Pmc006BenchOptions, Pmc006Env]:
     """Return the bench of `drive pmc006`."""
-    return WireBench(Pmc006Target, Options, Env)
+    return WireBench(Pmc006Target, Pmc006BenchOptions, Pmc006Env)

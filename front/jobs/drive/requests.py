@@ -60,7 +60,7 @@ class Levels(Strict):
     ccw_limit: Level | None = None
 
 
-class Bench(Strict):
+class ImageBenchOptions(Strict):
     """Options of a fresh bench."""
 
     firmware: Literal["2.0", "2.1", "2.2", "3.1", "4.1"] = "4.1"
@@ -104,7 +104,7 @@ class Until(Strict):
 class Request(Strict):
     """One request to an image target."""
 
-    new: Bench | None = None
+    new: ImageBenchOptions | None = None
     power_cycle: Literal[True] | None = None
     plc_mode: Literal["run", "program"] | None = None
     out: Annotated[list[Word], Field(min_length=WORDS, max_length=WORDS)] | None = None
@@ -131,7 +131,7 @@ Tables = dict[tuple[str, ...], type[BaseModel]]
 
 TABLES: Tables = {
     (): Request,
-    ("new",): Bench,
+    ("new",): ImageBenchOptions,
     ("new", "machine"): SwitchRanges,
     ("inputs",): Levels,
     ("encoder",): Encoder,

@@ -7,7 +7,7 @@ the line at the line's speed, time, marks, replies. A target's file defines
     the options of `new` and the table of `env`     two `Strict` models
     a function that makes a target of the options   ValueError where they can't be taken
 
-and puts `WireBench(make, New, Env)` into the table of `drive`.
+and puts `WireBench(make, New, env)` into the table of `drive`.
 """
 
 from __future__ import annotations

@@ -19,22 +19,22 @@ and the rack is built again; what breaks an invariant is shrunk by Hypothesis (`
 from .laws.invariants import Invariant, InvariantError, always, load_invariants, never, within
 from .laws.scan_view import Moment, SlotMoment
 from .laws.standard import STANDARD
-from .run import Bench, Broken, Verdict
+from .run import BrokenInvariant, TrialBench, Verdict
 from .scenarios.scenario import Press, Scenario
-from .search import Found, Report, UnsteadyError, search, undisturbed
+from .search import Counterexample, SearchReport, UnsteadyError, search, undisturbed
 
 __all__ = [
     "STANDARD",
-    "Bench",
-    "Broken",
-    "Found",
+    "BrokenInvariant",
+    "Counterexample",
     "Invariant",
     "InvariantError",
     "Moment",
     "Press",
-    "Report",
     "Scenario",
+    "SearchReport",
     "SlotMoment",
+    "TrialBench",
     "UnsteadyError",
     "Verdict",
     "always",

@@ -17,7 +17,7 @@ from ...runtime.loop.incidents import FaultKind, Incident
 from ...runtime.machine import MachineSpec
 from ...runtime.modules.record import Trait
 from ...runtime.modules.registry import MODULES, has
-from .scenarios.scenario import Lost, Press, Push, Scenario, Shift, Signal
+from .scenarios.scenario import LostSteps, Press, Push, Scenario, Shift, Signal
 
 T = TypeVar("T")
 Timed = TypeVar("Timed", Press, Push, Signal, Incident)
@@ -142,9 +142,9 @@ INCIDENTS = (Kind.LINK, Kind.POWER, Kind.MODE, Kind.TORN, Kind.LINE)
 """Kinds that are incidents."""
 
 
-def _lost(slots: Sequence[int]) -> st.SearchStrategy[Lost]:
+def _lost(slots: Sequence[int]) -> st.SearchStrategy[LostSteps]:
     where = st.integers(-20_000, 20_000)
-    return st.builds(Lost, st.sampled_from(slots), where, st.sampled_from((1, 5, 200)))
+    return st.builds(LostSteps, st.sampled_from(slots), where, st.sampled_from((1, 5, 200)))
 
 
 def _number(slot: SlotSpec) -> int:

@@ -7,11 +7,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from ...traces.files.guard import NOTHING, Kind, OwnedError, Used
+from ...traces.files.guard import NOTHING, FileKind, OwnedError, Used
 from ...traces.files.locking import could_lock
 from ...traces.files.newfile import naming, new_file
 
-OF_A_CAMPAIGN = Kind("a file of a campaign", lambda _content: True)
+OF_A_CAMPAIGN = FileKind("a file of a campaign", lambda _content: True)
 """Anything in a folder that passed `locked`."""
 
 STATE_NAME = "state.json"

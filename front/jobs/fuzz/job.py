@@ -30,7 +30,7 @@ from ..record.recording import recorder_for
 from ..record.sequence_watch import watching
 from ..trust.attachments import forget_imported
 from ..trust.owned import in_use
-from . import STANDARD, Bench, Found, Invariant, InvariantError, Scenario, load_invariants
+from . import STANDARD, Counterexample, Invariant, InvariantError, Scenario, TrialBench, load_invariants
 from .drawing import Kind
 from .folder_lock import write_text
 from .report import report
@@ -77,14 +77,16 @@ class Setup:
 
 
 @cache
-def bench_of(setup: Setup) -> Bench:
+def bench_of(setup: Setup) -> TrialBench:
     """Return the bench of a setup; a worker makes it once.
 
     Raises:
         ValueError: the rack, its program or the invariants can't be used.
     """
     job = load_job(setup.rack)
-    return Bench(with_needs(job), logic_maker(job, setup.rack), invariants_of(setup), setup.scans, _tags_of)
+    return TrialBench(
+        with_needs(job), logic_maker(job, setup.rack), invariants_of(setup), setup.scans, _tags_of
+    )
 
 
 NEEDS_FIRMWARE = "NEEDS_FIRMWARE"
@@ -170,7 +172,7 @@ def _tags_of(logic: Logic) -> Any:
     return getattr(logic, "tags", {})
 
 
-def hand_over(job: Job, setup: Setup, bench: Bench, found: Found, folder: Path) -> None:
+def hand_over(job: Job, setup: Setup, bench: TrialBench, found: Counterexample, folder: Path) -> None:
     """Write all that shows a failure: report, scenario, rack file, trace, drive scripts, picture.
 
     Raises:
@@ -194,7 +196,7 @@ def hand_over(job: Job, setup: Setup, bench: Bench, found: Found, folder: Path) 
     write_text(folder / "report.txt", report(found, chart, again, check), used)
 
 
-def _drawn(found: Found, folder: Path) -> list[str]:
+def _drawn(found: Counterexample, folder: Path) -> list[str]:
     """Draw the trace as a page; return where it is, and where on it the failure is."""
     broken, page = found.broken, folder / "chart.html"
     mark = Mark(broken.now_ns, None, "broken", f"{broken.invariant} is broken", str(broken))
@@ -207,7 +209,7 @@ def _drawn(found: Found, folder: Path) -> list[str]:
     ]
 
 
-def _recorded(job: Job, bench: Bench, scenario: Scenario, scans: int, folder: Path) -> list[str]:
+def _recorded(job: Job, bench: TrialBench, scenario: Scenario, scans: int, folder: Path) -> list[str]:
     """Record a scenario, as a trace and as scripts for the bench; return how to run these, or why not."""
     scripts: dict[int, DriveScript] = {}
     told = []
@@ -227,7 +229,7 @@ def _recorded(job: Job, bench: Bench, scenario: Scenario, scans: int, folder: Pa
         made.append(bench.fresh_logic())
         return made[-1]
 
-    Bench(bench.spec, fresh_logic, (), scans).run(scenario, listeners=listeners)
+    TrialBench(bench.spec, fresh_logic, (), scans).run(scenario, listeners=listeners)
     modules = {slot.number: slot.module for slot in bench.spec.slot}
     for number, script in scripts.items():
         file = write_text(folder / f"drive-slot{number}.jsonl", script.text())
@@ -238,11 +240,11 @@ def _recorded(job: Job, bench: Bench, scenario: Scenario, scans: int, folder: Pa
     return told
 
 
-def replay(bench: Bench, scenario: Scenario) -> list[Found]:
+def replay(bench: TrialBench, scenario: Scenario) -> list[Counterexample]:
     """Run one scenario; return what it breaks, each failure once. What the program prints is shown."""
-    found: list[Found] = []
+    found: list[Counterexample] = []
     known: set[str] = set()
     while (broken := bench.run(scenario, without=known, aloud=not known).broken) is not None:
-        found.append(Found(scenario, broken, 1))
+        found.append(Counterexample(scenario, broken, 1))
         known.add(broken.key)
     return found

@@ -25,7 +25,7 @@ from .scenarios.recorded import recorded_scenario
 SCENARIO = "scenario.json"
 
 
-class Learned(NamedTuple):
+class LearnedScenario(NamedTuple):
     """What a recording gives.
 
     Attributes:
@@ -47,7 +47,7 @@ def _stimuli(recording: Recording, spec: RackSpec) -> Iterator[Stimulus]:
     yield from sorted([*told, *shown], key=lambda each: each.at_ns)
 
 
-def learn(path: Path, folder: Path, *, trust: bool) -> Learned:
+def learn(path: Path, folder: Path, *, trust: bool) -> LearnedScenario:
     """Take rack file and program out of a trace, and its stimuli for a scenario.
 
     A controller on a real port is simulated from there on, and its inputs change when their status bits did.
@@ -71,4 +71,4 @@ def learn(path: Path, folder: Path, *, trust: bool) -> Learned:
     text = bare_rack_text(job.rack_file, os.path.relpath(program, rack.parent))
     write_text(rack, text, {path: "the trace itself"})
     write_text(folder / SCENARIO, json.dumps(scenario.to_json(), indent=1) + "\n", {path: "the trace itself"})
-    return Learned(rack, scenario, len(recording.scans))
+    return LearnedScenario(rack, scenario, len(recording.scans))

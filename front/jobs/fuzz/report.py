@@ -7,10 +7,10 @@ from pathlib import Path
 
 from .folder_lock import write_text
 from .scenarios.words import told
-from .search import Found
+from .search import Counterexample
 
 
-def report(found: Found, chart: Sequence[str], again: Sequence[str], check: str) -> str:
+def report(found: Counterexample, chart: Sequence[str], again: Sequence[str], check: str) -> str:
     """Return the text of a failure's report.
 
     Args:

@@ -23,7 +23,7 @@ from ...runtime.loop.pace import wall_ns
 from ...runtime.loop.rack import Rack
 from ...runtime.loop.scan import Logic
 from ..record.sequence_watch import sequences_in, standing
-from ..record.wrapped import Wrapped
+from ..record.wrapped import LogicWrapper
 from ..run.build import build_cpu, build_rack
 from .laws.busy import axes_in
 from .laws.invariants import Invariant, Watch
@@ -49,7 +49,7 @@ NOTHING: Mapping[str, Any] = {}
 
 
 @dataclass(frozen=True, slots=True)
-class Broken:
+class BrokenInvariant:
     """An invariant that did not hold.
 
     Attributes:
@@ -101,13 +101,13 @@ class Verdict:
 
     scans: int
     rules: Mapping[str, int]
-    broken: Broken | None = None
+    broken: BrokenInvariant | None = None
     spent: Mapping[str, int] = field(default_factory=dict, compare=False)
     applied: frozenset[str] = frozenset()
     printed: int = 0
 
 
-class _Timed(Wrapped):
+class _TimedLogic(LogicWrapper):
     """A logic whose time is taken."""
 
     def __init__(self, logic: Logic) -> None:
@@ -120,7 +120,7 @@ class _Timed(Wrapped):
         self.spent_ns += wall_ns() - start_ns
 
 
-class _Counted(TextIOBase):
+class _LineCounter(TextIOBase):
     """What a program prints to; it only counts the lines."""
 
     def __init__(self) -> None:
@@ -137,7 +137,7 @@ class _Counted(TextIOBase):
         return len(text)
 
 
-class _Asked:
+class _InvariantWatch:
     """An invariant in one run.
 
     Attributes:
@@ -163,14 +163,16 @@ class _Watcher(ScanListener):
         place: returns what a failure is known by where no rule has fired.
     """
 
-    def __init__(self, asked: Sequence[_Asked], known: Collection[str], place: Callable[[], str]) -> None:
+    def __init__(
+        self, asked: Sequence[_InvariantWatch], known: Collection[str], place: Callable[[], str]
+    ) -> None:
         self._asked = asked
         self._known = known
         self._place = place
         self.moment: Moment
         self.cpu: Cpu
         self.rules: Counter[str] = Counter()
-        self.broken: Broken | None = None
+        self.broken: BrokenInvariant | None = None
         self.spent_ns = 0
         self.sequences: tuple[LogicSequence, ...] = ()
         self._stood: tuple[str, ...] = ()
@@ -206,7 +208,7 @@ class _Watcher(ScanListener):
         self._told.clear()
         self.spent_ns += wall_ns() - start_ns
 
-    def _counts(self, asked: _Asked, why: str) -> bool:
+    def _counts(self, asked: _InvariantWatch, why: str) -> bool:
         """Note a failure unless it is a known one; return whether it is noted."""
         broken = self.told(asked.invariant.name, asked.invariant.sentence, why)
         origin = getattr(asked.watch, "origin_scan", broken.scan)
@@ -221,18 +223,18 @@ class _Watcher(ScanListener):
         """Names of the invariants that have had something to look at."""
         return frozenset(each.invariant.name for each in self._asked if getattr(each.watch, "applied", True))
 
-    def told(self, name: str, sentence: str, why: str) -> Broken:
+    def told(self, name: str, sentence: str, why: str) -> BrokenInvariant:
         """Return what is broken at this moment."""
         now = self.moment
         shows = tuple(f"slot {number}: {slot}" for number, slot in now.slot.items())
         shows += self._stood or self._standing(now.scan)
-        return Broken(name, sentence, now.scan, now.ns, why, shows, tuple(self._told))
+        return BrokenInvariant(name, sentence, now.scan, now.ns, why, shows, tuple(self._told))
 
     def _standing(self, scan: int) -> tuple[str, ...]:
         """Return where the program's sequences wait, a sentence each."""
         return tuple(str(standing(each, scan)) for each in self.sequences)
 
-    def faulted(self, fault: Fault) -> Broken:
+    def faulted(self, fault: Fault) -> BrokenInvariant:
         """Return that the CPU has faulted."""
         self.moment.scan, self.moment.ns = fault.scan, fault.now_ns
         broken = self.told(NO_FAULT, "The program does not fault the CPU", f"{fault.text} [{fault.where}]")
@@ -272,7 +274,7 @@ UNPLACED = "?"
 
 
 @dataclass(frozen=True, slots=True)
-class Bench:
+class TrialBench:
     """What does not change from trial to trial.
 
     Attributes:
@@ -332,17 +334,19 @@ class _Run:
         traced: find the lines that write outputs, which makes the program slower.
     """
 
-    def __init__(self, bench: Bench, scenario: Scenario, without: frozenset[str], *, traced: bool) -> None:
+    def __init__(
+        self, bench: TrialBench, scenario: Scenario, without: frozenset[str], *, traced: bool
+    ) -> None:
         self._scans = bench.scans
         self._without = without
-        self._printed = _Counted()
+        self._printed = _LineCounter()
         self._spec = scenario.laid_over(bench.spec)
         self._rack = build_rack(self._spec)
         with self._kept_quiet(aloud=False):
             logic = bench.fresh_logic()
         self._places = Places(logic, self._rack) if traced else None
-        self._timed = _Timed(logic if self._places is None else self._places)
-        asked = [_Asked(each) for each in bench.invariants if each.name not in without]
+        self._timed = _TimedLogic(logic if self._places is None else self._places)
+        asked = [_InvariantWatch(each) for each in bench.invariants if each.name not in without]
         self._watcher = _Watcher(asked, without, self._place)
         tags = bench.tags_of(logic)
         self._watcher.moment = Moment(self._rack, tags, axes_in(logic, tags))

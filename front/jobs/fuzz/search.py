@@ -19,7 +19,7 @@ from hypothesis.errors import Flaky
 
 from ...runtime.loop.pace import wall_ns
 from .drawing import buttons, sensors
-from .run import ASKING, BUILDING, HANGS, PROGRAM, RUNNING, Bench, Broken, Verdict
+from .run import ASKING, BUILDING, HANGS, PROGRAM, RUNNING, BrokenInvariant, TrialBench, Verdict
 from .scenarios.scenario import Scenario
 from .scenarios.words import told
 from .shrink import smallest
@@ -31,7 +31,7 @@ SPENT = (PROGRAM, RUNNING, ASKING, BUILDING, DRAWING, CONFIRMING)
 
 
 @dataclass(frozen=True, slots=True)
-class Found:
+class Counterexample:
     """A scenario in which an invariant is broken.
 
     Attributes:
@@ -41,12 +41,12 @@ class Found:
     """
 
     scenario: Scenario
-    broken: Broken
+    broken: BrokenInvariant
     after: int
 
 
 @dataclass(slots=True)
-class Report:
+class SearchReport:
     """What a search came to.
 
     Attributes:
@@ -64,7 +64,7 @@ class Report:
     runs: int = 0
     scans: int = 0
     rules: Counter[str] = field(default_factory=Counter)
-    found: list[Found] = field(default_factory=list)
+    found: list[Counterexample] = field(default_factory=list)
     firsts: dict[str, Scenario] = field(default_factory=dict)
     shrinking: int = 0
     spent: Counter[str] = field(default_factory=Counter)
@@ -91,19 +91,19 @@ class _BrokenError(Exception):
     """The exception that makes an example a failure for Hypothesis."""
 
 
-Confirm = Callable[[Found, Collection[str]], bool]
+Confirm = Callable[[Counterexample, Collection[str]], bool]
 """Looks in another process whether a failure happens there, too, without what is known.
 
 Returns False where it may have been the machine's doing; raises `UnsteadyError` where it is the program's.
 """
 
 
-def _taken_at_its_word(_found: Found, _without: Collection[str]) -> bool:
+def _taken_at_its_word(_found: Counterexample, _without: Collection[str]) -> bool:
     return True
 
 
 def search(
-    bench: Bench,
+    bench: TrialBench,
     strategy: st.SearchStrategy[Scenario],
     *,
     examples: int,
@@ -111,7 +111,7 @@ def search(
     known: Iterable[str] = (),
     progress: Callable[[int], None] = lambda _runs: None,
     confirm: Confirm = _taken_at_its_word,
-) -> Report:
+) -> SearchReport:
     """Look for scenarios in which invariants are broken.
 
     When one is found it is made as small as can be and confirmed, and the search goes on past it
@@ -130,7 +130,7 @@ def search(
         InvariantError: an invariant raised.
         UnsteadyError: the program does not do the same twice.
     """
-    report = Report()
+    report = SearchReport()
     start_ns = wall_ns()
     given_up = set(known)
     left, attempt = examples, 0
@@ -153,12 +153,12 @@ def search(
 
 
 def undisturbed(
-    bench: Bench,
+    bench: TrialBench,
     scenario: Scenario,
     known: Iterable[str] = (),
     *,
     confirm: Confirm = _taken_at_its_word,
-) -> list[Found]:
+) -> list[Counterexample]:
     """Run one scenario, before anything is random; return what is broken in it, each failure once.
 
     Args:
@@ -171,26 +171,28 @@ def undisturbed(
         InvariantError: an invariant raised.
         UnsteadyError: the program does not do the same twice.
     """
-    found: list[Found] = []
+    found: list[Counterexample] = []
     given_up = set(known)
     while (broken := bench.run(scenario, without=given_up).broken) is not None:
         without = behind(bench, broken, given_up)
         given_up.add(broken.key)
-        each = shrunk(bench, Found(scenario, broken, 1), without)
+        each = shrunk(bench, Counterexample(scenario, broken, 1), without)
         if confirm(each, without):
             found.append(each)
     return found
 
 
-def behind(bench: Bench, broken: Broken, known: Collection[str]) -> frozenset[str]:
+def behind(bench: TrialBench, broken: BrokenInvariant, known: Collection[str]) -> frozenset[str]:
     """Return what does not count in a run for one failure: all other invariants, and what is known before."""
     return frozenset({*known, *bench.names} - {broken.invariant, broken.key})
 
 
-def shrunk(bench: Bench, found: Found, without: Collection[str], report: Report | None = None) -> Found:
+def shrunk(
+    bench: TrialBench, found: Counterexample, without: Collection[str], report: SearchReport | None = None
+) -> Counterexample:
     """Return a failure with the smallest scenario that shows it, see `shrink`."""
 
-    def breaks(scenario: Scenario) -> Broken | None:
+    def breaks(scenario: Scenario) -> BrokenInvariant | None:
         verdict = bench.run(scenario, without=without)
         if report is not None:
             report.add(scenario, verdict)
@@ -199,7 +201,7 @@ def shrunk(bench: Bench, found: Found, without: Collection[str], report: Report 
 
     inputs = {slot.number: (*buttons(slot), *sensors(slot)) for slot in bench.spec.slot}
     scenario, broken = smallest(found.scenario, found.broken, breaks, inputs, bench.spec.scan_ns)
-    return Found(scenario, broken, found.after)
+    return Counterexample(scenario, broken, found.after)
 
 
 class _Hunt:
@@ -210,14 +212,18 @@ class _Hunt:
     """
 
     def __init__(
-        self, bench: Bench, without: frozenset[str], report: Report, progress: Callable[[int], None]
+        self,
+        bench: TrialBench,
+        without: frozenset[str],
+        report: SearchReport,
+        progress: Callable[[int], None],
     ) -> None:
         self._bench, self._without = bench, without
         self._report, self._progress = report, progress
-        self._found: Found | None = None
+        self._found: Counterexample | None = None
         self.used = 0
 
-    def go(self, strategy: st.SearchStrategy[Scenario], examples: int, start: int) -> Found | None:
+    def go(self, strategy: st.SearchStrategy[Scenario], examples: int, start: int) -> Counterexample | None:
         """Search; return what was found.
 
         Raises:
@@ -251,7 +257,7 @@ class _Hunt:
                 broken = self._bench.run(scenario, without=self._without).broken
         if broken is None or (self._found is not None and broken.key != self._found.broken.key):
             return
-        self._found = self._found or Found(scenario, broken, self._report.runs)
+        self._found = self._found or Counterexample(scenario, broken, self._report.runs)
         raise _BrokenError
 
 
@@ -267,7 +273,7 @@ HYPOTHESIS: dict[str, Any] = {
 """Hypothesis only draws the scenarios; `shrink` makes them small."""
 
 
-def unsteady(found: Found, uses: str = "") -> str:
+def unsteady(found: Counterexample, uses: str = "") -> str:
     """Return that a program does not do the same twice, and why.
 
     Args:

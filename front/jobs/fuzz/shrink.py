@@ -23,8 +23,8 @@ from typing import Any
 from ...io_images.amci3601.bits import InputBit
 from ...io_images.amci3601.firmware import KNOWN
 from ...runtime.loop.incidents import Incident
-from .run import Broken
-from .scenarios.scenario import Lost, Press, Push, Scenario, Shift, Signal
+from .run import BrokenInvariant
+from .scenarios.scenario import LostSteps, Press, Push, Scenario, Shift, Signal
 
 Inputs = Mapping[int, Sequence[InputBit]]
 """By slot number: inputs, those that are simpler to press before the others."""
@@ -41,11 +41,11 @@ STEPS = (1, 2, 5)
 
 def smallest(
     scenario: Scenario,
-    broken: Broken,
-    breaks: Callable[[Scenario], Broken | None],
+    broken: BrokenInvariant,
+    breaks: Callable[[Scenario], BrokenInvariant | None],
     inputs: Inputs = MappingProxyType({}),
     scan_ns: int = 2_000_000,
-) -> tuple[Scenario, Broken]:
+) -> tuple[Scenario, BrokenInvariant]:
     """Return the smallest scenario that breaks the same, and how it does.
 
     Args:
@@ -55,13 +55,13 @@ def smallest(
         inputs: of each slot the inputs that may be pressed, the simplest first.
         scan_ns: time from scan to scan; times that are tried are multiples of it.
     """
-    shrinking = _Shrinking(scenario, broken, breaks, inputs, scan_ns)
+    shrinking = _Shrinker(scenario, broken, breaks, inputs, scan_ns)
     while shrinking.drops_parts() or shrinking.simplifies_parts():
         pass
     return shrinking.scenario, shrinking.broken
 
 
-class _Shrinking:
+class _Shrinker:
     """A scenario on its way to the smallest one.
 
     Attributes:
@@ -72,8 +72,8 @@ class _Shrinking:
     def __init__(
         self,
         scenario: Scenario,
-        broken: Broken,
-        breaks: Callable[[Scenario], Broken | None],
+        broken: BrokenInvariant,
+        breaks: Callable[[Scenario], BrokenInvariant | None],
         inputs: Inputs,
         scan_ns: int,
     ) -> None:
@@ -147,9 +147,9 @@ def simpler_parts(part: Any, inputs: Inputs, scan_ns: int) -> Iterator[Any]:
         yield from (replace(part, value=float(value)) for value in rounder(int(part.value)))
     if isinstance(part, Incident) and len(part.late_words) > 1:
         yield from (replace(part, late_words=words) for words in _all_but_one(part.late_words))
-    if isinstance(part, Lost):
+    if isinstance(part, LostSteps):
         yield from (replace(part, at=at) for at in rounder(part.at))
-    if isinstance(part, Lost | Shift):
+    if isinstance(part, LostSteps | Shift):
         yield from (replace(part, steps=steps) for steps in rounder(part.steps) if steps)
     if isinstance(part, tuple):  # a slot and its firmware
         slot, version = part

@@ -25,8 +25,8 @@ from typing import Any
 
 from ...runtime.loop.faults import is_the_users
 from ...runtime.loop.scan import Logic
-from ..record.wrapped import Wrapped, unwrapped
-from .run import Bench
+from ..record.wrapped import LogicWrapper, unwrapped
+from .run import TrialBench
 
 CHANCE, CLOCK, THREADS, PROCESS = "chance", "the clock", "threads", "state of the process"
 
@@ -96,12 +96,12 @@ class Uses:
         finally:
             sys.setprofile(before)
 
-    def watching(self, bench: Bench) -> Bench:
+    def watching(self, bench: TrialBench) -> TrialBench:
         """Return a bench whose program is watched while it is loaded and called."""
 
         def fresh_logic() -> Logic:
             with self.noticing():
-                return _Noticed(bench.fresh_logic(), self)
+                return _CallRecorder(bench.fresh_logic(), self)
 
         return replace(bench, fresh_logic=fresh_logic, tags_of=lambda logic: bench.tags_of(unwrapped(logic)))
 
@@ -149,7 +149,7 @@ class Uses:
         return CHANCE if shared or type(owner).__name__ == "SystemRandom" else None
 
 
-class _Noticed(Wrapped):
+class _CallRecorder(LogicWrapper):
     """A logic whose calls are noticed."""
 
     def __init__(self, logic: Logic, uses: Uses) -> None:

@@ -11,7 +11,7 @@ from collections.abc import Collection, Iterable, Iterator
 from pathlib import Path
 
 from ...ladder.instructions import BY_NAME
-from ...rockwell.l5x import Imported
+from ...rockwell.l5x import L5xImport
 from ...rockwell.l5x.modules import GENERIC, prefix_of, slot_of
 from ...rockwell.l5x.report import Refusal
 from ...rockwell.l5x.xml.records import ModuleRecord
@@ -26,7 +26,7 @@ _CALL = re.compile(r"\b([A-Z_][A-Z0-9_]*)\(", re.IGNORECASE)
 _US_PER_MS = 1000
 
 
-def rack_of(imported: Imported, program: Path, steppers: Collection[str] = ()) -> str:
+def rack_of(imported: L5xImport, program: Path, steppers: Collection[str] = ()) -> str:
     """Return a rack file as text.
 
     Args:
@@ -41,7 +41,7 @@ def rack_of(imported: Imported, program: Path, steppers: Collection[str] = ()) -
     return "\n".join([*_head(imported, program), *_stubs(imported), *slot_tables(slots)]) + "\n"
 
 
-def _head(imported: Imported, program: Path) -> Iterator[str]:
+def _head(imported: L5xImport, program: Path) -> Iterator[str]:
     report = imported.report
     name = report.controller or program.stem
     yield comment(f"{name}: {report.rungs} rungs, {len(report.refused)} refused.")
@@ -58,7 +58,7 @@ def _head(imported: Imported, program: Path) -> Iterator[str]:
     yield '# tags = ["*"]        # variables to record, by name or pattern'
 
 
-def _stubs(imported: Imported) -> Iterator[str]:
+def _stubs(imported: L5xImport) -> Iterator[str]:
     """Yield a table of stubs for what is not here."""
     report = imported.report
     tagless = [each for each in report.refused if "there is no tag" in each.reason]

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable
 from pathlib import Path
 
-from ...rockwell.slc import Imported
+from ...rockwell.slc import SlcImport
 from ...rockwell.slc.records import SlotRecord
 from .export_slots import STEPPER, ExportSlot, simulated, slot_tables, with_steppers
 from .toml_text import comment, text
 
 
-def rack_of_slc(imported: Imported, path: Path, steppers: Collection[str] = ()) -> str:
+def rack_of_slc(imported: SlcImport, path: Path, steppers: Collection[str] = ()) -> str:
     """Return the text of a rack file.
 
     Args:

@@ -22,7 +22,7 @@ from types import FunctionType, ModuleType
 from typing import TYPE_CHECKING, Any
 
 from ...io_images.input_files import read_input
-from ...io_images.text_limits import LIMITS, Text, shortened
+from ...io_images.text_limits import LIMITS, TextKind, shortened
 from ...ladder.build.bound_axes import Axes
 from ...ladder.build.runnable import REFUSALS_SHOWN, LadderLogic
 from ...ladder.files.rungfile import STRUCTURED_SUFFIX, SUFFIX, parse_program, parse_structured
@@ -281,7 +281,7 @@ def _is_logic_of(module: ModuleType, value: object) -> bool:
 
 def _load_rungs(path: Path, stubs: Stubs) -> Program:
     """Load a ladder program, or one of structured text, from its text."""
-    data = _read(path, Text.STRUCTURED if path.suffix == STRUCTURED_SUFFIX else Text.RUNGS)
+    data = _read(path, TextKind.STRUCTURED if path.suffix == STRUCTURED_SUFFIX else TextKind.RUNGS)
     _check_text(path, data)
     try:
         text = data.decode("utf-8")
@@ -300,7 +300,7 @@ def _load_l5x(path: Path, stubs: Stubs, slots: Collection[int] | None) -> Progra
     """Load an exported controller; one of which a part is refused does not run."""
     from ...rockwell.l5x import import_l5x  # lxml takes time to import, and most programs are no L5X
 
-    data = _read(path, Text.EXPORT)
+    data = _read(path, TextKind.EXPORT)
     try:
         imported = import_l5x(path, stubs, slots)
     except LadderError as error:
@@ -312,7 +312,7 @@ def _load_slc(path: Path, stubs: Stubs, slots: Collection[int] | None) -> Progra
     """Load an export of RSLogix 500; one of which a rung is refused does not run."""
     from ...rockwell.slc import import_slc  # most programs are no SLC
 
-    data = _read(path, Text.EXPORT)
+    data = _read(path, TextKind.EXPORT)
     try:
         imported = import_slc(path, stubs, slots)
     except LadderError as error:
@@ -347,7 +347,7 @@ def _whole(
 
 def _load_steps(path: Path) -> Program:
     """Load a program of steps from its text."""
-    data = _read(path, Text.STEPS)
+    data = _read(path, TextKind.STEPS)
     _check_text(path, data)
     try:
         return Program(path, path.stem, parse_steps(data.decode("utf-8"), str(path)), data)
@@ -364,7 +364,7 @@ def _build(path: Path, program: LadderLogic, stubs: Stubs = NO_STUBS) -> None:
         raise ProgramError(f"{path}: {error}") from error
 
 
-def _read(path: Path, kind: Text = Text.PYTHON) -> bytes:
+def _read(path: Path, kind: TextKind = TextKind.PYTHON) -> bytes:
     try:
         return read_input(path, LIMITS[kind].size)
     except FileNotFoundError:

@@ -33,7 +33,7 @@ from ..trust.attachments import (
     own_program,
 )
 from ..trust.extracting import attached_files, extract
-from ..trust.trust import Given, address_name, admitted
+from ..trust.trust import RunFiles, address_name, admitted
 from .repeating import orders_of
 
 
@@ -222,7 +222,7 @@ def _recorded(files: Mapping[str, bytes], number: int, rack: str, program: str, 
     own = {name.removeprefix(start): data for name, data in files.items() if name.startswith(start)}
     if not own:
         raise ValueError(f"the trace does not bring the files of edit {number}, which its run needs")
-    given = Given(address_name(rack), own_program(rack, program) and address_name(program))
+    given = RunFiles(address_name(rack), own_program(rack, program) and address_name(program))
     return Edition(rack, program, admitted(own, given, trust=trust))
 
 

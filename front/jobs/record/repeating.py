@@ -38,7 +38,7 @@ def orders_of(events: Iterable[TraceEvent]) -> list[RecordedOrder]:
     return found
 
 
-class Repeated:
+class OrderRepeater:
     """Gives recorded orders again; the last listener of the scan loop.
 
     Args:

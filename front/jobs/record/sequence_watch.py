@@ -64,7 +64,7 @@ class WatchesSequences:
 
     def watch(self, sequences: tuple[Sequence, ...]) -> None:
         """Watch others from now on: the program has been edited."""
-        self._watched = [_Watched(each) for each in sequences]
+        self._watched = [_SequenceState(each) for each in sequences]
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
         """Pass on an event."""
@@ -86,7 +86,7 @@ class WatchesSequences:
         self._listener.close()
 
 
-class _Watched:
+class _SequenceState:
     """A sequence and its wait in the scan before."""
 
     def __init__(self, sequence: Sequence) -> None:

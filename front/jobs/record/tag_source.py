@@ -29,7 +29,7 @@ Pending = list[tuple[str, Mapping[str, str | int]]]
 
 
 @dataclass(frozen=True, slots=True)
-class Recorded:
+class RecordedTag:
     """A tag and what reads it.
 
     Attributes:
@@ -116,7 +116,7 @@ class ProgramTags:
 
     def __init__(
         self,
-        recorded: Sequence[Recorded],
+        recorded: Sequence[RecordedTag],
         cells: Mapping[str, CellType],
         namespace: dict[str, Any],
         memory: bytearray,
@@ -195,19 +195,19 @@ class WatchedTags:
         self._tags = ProgramTags(recorded, engine.memory.cells, {}, self._memory, self._tags.texts)
 
 
-def _after_edit(engine: Engine, tag: Tag) -> Recorded:
+def _after_edit(engine: Engine, tag: Tag) -> RecordedTag:
     """Return what reads a tag in an edited program."""
     try:
         found = [each for each in _of_ladder(engine, [tag.name]) if each.tag == tag]
     except LadderError:
         found = []
     zeros = "0, []" if tag.type == TEXT else f"*[0] * {tag.length}" if tag.length else "0"
-    return found[0] if found else Recorded(tag, zeros)
+    return found[0] if found else RecordedTag(tag, zeros)
 
 
-def _of_ladder(engine: Engine, patterns: Sequence[str]) -> list[Recorded]:
+def _of_ladder(engine: Engine, patterns: Sequence[str]) -> list[RecordedTag]:
     return [
-        Recorded(Tag(each.name, each.type, each.length), each.source)
+        RecordedTag(Tag(each.name, each.type, each.length), each.source)
         for each in tag_values(engine.lowered.layout, patterns)
     ]
 
@@ -232,12 +232,12 @@ def tags_of(logic: Logic, patterns: Sequence[str], memory: bytearray) -> Program
     for each in named_values(namespace, patterns):
         names = tuple(member.name for member in each.members)
         codes = {member.value: code for code, member in enumerate(each.members)}
-        recorded.append(Recorded(Tag(each.name, each.type, names=names), each.source, codes))
+        recorded.append(RecordedTag(Tag(each.name, each.type, names=names), each.source, codes))
     return ProgramTags(recorded, {}, namespace, memory)
 
 
 def _services(
-    recorded: Sequence[Recorded], texts: TextCodes, *, in_cells: bool
+    recorded: Sequence[RecordedTag], texts: TextCodes, *, in_cells: bool
 ) -> tuple[dict[str, object], list[str]]:
     """Return the variables that the generated function needs, and its expressions."""
     own: dict[str, object] = {}

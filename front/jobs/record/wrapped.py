@@ -8,7 +8,7 @@ from ...runtime.loop.rack import Slot
 from ...runtime.loop.scan import AttachedLogic, Logic, Scan
 
 
-class Wrapped:
+class LogicWrapper:
     """A logic that calls another one; see `AttachedLogic`."""
 
     def __init__(self, logic: Logic) -> None:
@@ -31,6 +31,6 @@ class Wrapped:
 
 def unwrapped(logic: Logic) -> Logic:
     """Return the logic inside of all that is around it."""
-    while isinstance(logic, Wrapped):
+    while isinstance(logic, LogicWrapper):
         logic = logic._logic
     return logic

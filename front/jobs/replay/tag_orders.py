@@ -17,7 +17,7 @@ from ...runtime.loop.rack import Rack
 from ...runtime.loop.scan import Logic, ScanFlag
 from ...traces.format.topics import ORDERS
 from ...traces.read.reader import TraceEvent
-from ..record.repeating import Repeated, orders_of
+from ..record.repeating import OrderRepeater, orders_of
 from ..run.playback import Score
 
 Forced = Mapping[str, str | int | float | bool]
@@ -52,7 +52,7 @@ class TagOrders:
 
         return Debugger(logic, remembered=0)
 
-    def give(self, cpu: Cpu, rack: Rack, logic: Logic) -> Repeated:
+    def give(self, cpu: Cpu, rack: Rack, logic: Logic) -> OrderRepeater:
         """Carry out the orders while a CPU runs, before the same scans.
 
         Args:
@@ -64,7 +64,7 @@ class TagOrders:
         """
         from ...ladder.debug import Debugger
 
-        repeated = Repeated(
+        repeated = OrderRepeater(
             cpu, Hands(cpu, rack, logic if isinstance(logic, Debugger) else None), self._given
         )
         cpu.add_listener(repeated)

@@ -9,7 +9,7 @@ from ...runtime.config.quantities import exact_ns
 from ...runtime.config.rackspec import RackSpec, SlotSpec
 from ...runtime.loop.cpu import Cpu
 from ...runtime.loop.exchange import EndOfScan, EveryRpi, Exchange, RecordedAtRpi
-from ...runtime.loop.exposed import Exposed
+from ...runtime.loop.exposed import ExposedModule
 from ...runtime.loop.incidents import FaultKind
 from ...runtime.loop.key_switch import KeySwitch
 from ...runtime.loop.listeners import ScanListener
@@ -29,7 +29,7 @@ def build_rack(spec: RackSpec, ports: ExitStack | None = None, *, handled: bool 
     Args:
         spec: the specification.
         ports: closes the real ports that are opened; None = there must be none.
-        handled: incidents may happen to every module while the rack runs, see `Exposed.happen`.
+        handled: incidents may happen to every module while the rack runs, see `ExposedModule.happen`.
 
     Raises:
         ValueError: there is a real port and should be none, or it can't be opened.
@@ -65,7 +65,7 @@ def round_trip_ms(spec: RackSpec, slot: SlotSpec) -> int:
 def _exposed(spec: RackSpec, slot: int, module: Module, *, handled: bool) -> Module:
     """Return a slot's module, exposed to the incidents of the rack file and to those still to be ordered."""
     coming = [each for each in spec.incidents if each.slot == slot]
-    return Exposed(module, coming) if coming or handled else module
+    return ExposedModule(module, coming) if coming or handled else module
 
 
 def _module(slot: SlotSpec, seed: int, ports: ExitStack | None) -> Module:

@@ -30,7 +30,7 @@ NO_TAGS: Mapping[str, list[str]] = MappingProxyType({"new": [], "changed": [], "
 
 
 @dataclass(frozen=True, slots=True)
-class Edited:
+class ProgramEdit:
     """An edit of the running program.
 
     Attributes:
@@ -65,7 +65,7 @@ class RunProgram:
     def __init__(self, logic: Logic, *, handled: bool, editions: Editions | None) -> None:
         self.debugger = _debugger_of(logic) if handled else None
         self.logic: Logic = self.debugger or logic
-        self.on_edit: Callable[[Edited], object] = lambda _edited: None
+        self.on_edit: Callable[[ProgramEdit], object] = lambda _edited: None
         self._editions, self._edits = editions, 0
         self._followers: list[WatchesSequences] = []
         self.may_bring_sequences = editions is not None and self.debugger is None
@@ -100,7 +100,7 @@ class RunProgram:
         """
         name, text, tags = self._take_over(cpu, editions.job(order.number))
         cpu.announce(Event(at_ns, "edit", name, text, {**tags}))
-        self.on_edit(Edited(order.number, at_ns, name, text, tags))
+        self.on_edit(ProgramEdit(order.number, at_ns, name, text, tags))
 
     def _take_over(self, cpu: Cpu, job: Job) -> tuple[str, str, Mapping[str, list[str]]]:
         """Go on with the program of a job; return its name, what happened, and the tags concerned."""

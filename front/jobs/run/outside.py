@@ -9,7 +9,7 @@ from typing import Protocol
 from ...runtime.loop.cpu import Cpu
 
 
-class Operated(Protocol):
+class OperatedProgram(Protocol):
     """A program whose tags are set and forced from outside: a debugger."""
 
     on_outside: Callable[[], object]
@@ -19,12 +19,12 @@ class Operated(Protocol):
         """The forced tags with their values."""
 
 
-def tell_cpu(program: Operated, cpu: Cpu) -> None:
+def tell_cpu(program: OperatedProgram, cpu: Cpu) -> None:
     """Report every tag that is set, forced or released between scans to the CPU."""
     program.on_outside = lambda: cpu.tags_from_outside(forced_tags(program))
 
 
-def forced_tags(program: Operated) -> dict[str, str | int | float | bool]:
+def forced_tags(program: OperatedProgram) -> dict[str, str | int | float | bool]:
     """Return the forced tags and their values as JSON has them; infinity and NaN as text."""
     return {
         tag: str(value) if isinstance(value, float) and not isfinite(value) else value

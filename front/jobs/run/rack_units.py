@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from ...runtime.controllers.pcl601.line import Pcl601
-from ...runtime.line.ports import Segment
+from ...runtime.line.ports import BusSegment
 from ...runtime.loop.events import JsonValue
 from ...traces.write.line import LineRecorder, UnitColumns
 from ..trust.owned import line_path
@@ -26,7 +26,7 @@ class UnitsBeside:
 
     def __init__(self, units: Mapping[int, Pcl601], trace: Path | None) -> None:
         self.units = units
-        self._line = Segment(*self.units.values())
+        self._line = BusSegment(*self.units.values())
         self._recorder = None if trace is None else self._recording(line_path(trace))
         self._record(0)
 

@@ -8,7 +8,7 @@ from types import TracebackType
 from typing import Self
 
 from ...io_images.input_files import read_input
-from ...io_images.text_limits import LIMITS, Text
+from ...io_images.text_limits import LIMITS, TextKind
 from ...ladder import LadderLogic
 from ...ladder.run.edit import retained_text
 from ...traces.files.guard import TAGS, check_output
@@ -19,7 +19,7 @@ from ..load.retaining import retaining
 from ..trust.owned import in_use, names_of
 
 
-class Retained:
+class RetainedMemory:
     """The retentive memory of a job.
 
     Attributes:
@@ -54,7 +54,7 @@ class Retained:
 
     def _load(self, job: Job) -> tuple[Job, list[str]]:
         try:
-            data = read_input(self.path, LIMITS[Text.RETAINED].size)
+            data = read_input(self.path, LIMITS[TextKind.RETAINED].size)
         except FileNotFoundError:
             return job, []
         except OSError as error:

@@ -22,7 +22,7 @@ from ...runtime.loop.realtime import frozen_collector
 from ...traces.write.recorder import ScanRecorder
 from ..load.loading import Job
 from ..record.recording import recorder_for
-from ..record.repeating import RecordedOrder, Repeated
+from ..record.repeating import OrderRepeater, RecordedOrder
 from ..record.sequence_watch import declared_axes, sequences_in, standing
 from .build import build_cpu, build_rack
 from .editing import RunProgram
@@ -122,7 +122,9 @@ class JobRun:
         self.cpu = build_cpu(job.spec, self.program.logic, self.rack, listeners=listeners, pacer=self._pacer)
         if self.program.debugger is not None:
             tell_cpu(self.program.debugger, self.cpu)
-        self.repeated = None if options.orders is None else Repeated(self.cpu, self.hands, options.orders)
+        self.repeated = (
+            None if options.orders is None else OrderRepeater(self.cpu, self.hands, options.orders)
+        )
         if self.repeated is not None:
             self.cpu.add_listener(self.repeated)
             self.repeated.begin()

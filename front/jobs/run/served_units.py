@@ -12,13 +12,13 @@ from ...io_images.pcl601 import MAP, Register
 from ...io_images.pcl601.program import Program
 from ...io_images.pmc006.frame import FACTORY_ADDRESS
 from ...io_images.pmc006.program import UserProgram, assemble
-from ...io_images.text_limits import Text
+from ...io_images.text_limits import TextKind
 from ...runtime.controllers.pcl601.line import Pcl601
 from ...runtime.controllers.pcl601.pinstates import connect
 from ...runtime.controllers.pcl601.program import load, read_program
 from ...runtime.controllers.pcl601.stored import ProgramRunner
 from ...runtime.controllers.pcl601.wiring import Wiring
-from ...runtime.controllers.pmc006.controller import Controller
+from ...runtime.controllers.pmc006.controller import Pmc006Controller
 from ...runtime.controllers.pmc006.line import Pmc006
 from ...runtime.controllers.pmc006.pins import Pin
 from ...runtime.line.rtu import Timing
@@ -205,7 +205,7 @@ def pmc006_units(
     if len(addresses) > 1 or len(programs) > 1:
         raise ValueError("a PMC006 is alone on its line: give one --address and one --program at most")
     program = _user_program(programs[0]) if programs else None
-    controller = Controller(address=addresses[0] if addresses else FACTORY_ADDRESS, program=program)
+    controller = Pmc006Controller(address=addresses[0] if addresses else FACTORY_ADDRESS, program=program)
     return [
         Unit(
             Pmc006(controller),
@@ -219,14 +219,14 @@ def pmc006_units(
 
 def _user_program(file: Path) -> UserProgram:
     try:
-        return assemble(read_checked(file, Text.STORED))
+        return assemble(read_checked(file, TextKind.STORED))
     except OSError as error:
         raise ValueError(f"{file}: {error.strerror}") from error
     except ValueError as error:
         raise ValueError(f"{file}: {error}") from error
 
 
-def _pmc006_status(controller: Controller) -> dict[str, str]:
+def _pmc006_status(controller: Pmc006Controller) -> dict[str, str]:
     return {
         "address": str(controller.address),
         "position": f"{controller.axis.position:,}",
@@ -236,7 +236,7 @@ def _pmc006_status(controller: Controller) -> dict[str, str]:
     }
 
 
-def _pmc006_values(controller: Controller) -> dict[str, int]:
+def _pmc006_values(controller: Pmc006Controller) -> dict[str, int]:
     return {
         "position": controller.axis.position,
         "status1": int(controller.status1),
@@ -246,7 +246,7 @@ def _pmc006_values(controller: Controller) -> dict[str, int]:
     }
 
 
-def _wire_pmc006(controller: Controller, name: str, state: str) -> None:
+def _wire_pmc006(controller: Pmc006Controller, name: str, state: str) -> None:
     pins = {pin.name.lower(): pin for pin in Pin if pin.name is not None}
     if name not in pins:
         raise ValueError(f"there is no input {name}: allowed are {', '.join(pins)}")

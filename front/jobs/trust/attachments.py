@@ -29,7 +29,7 @@ from ..load.loading import Job, load_job, load_spec, rack_form
 from ..load.program import Form
 from ..load.retaining import retaining
 from .extracting import attached_files, extract
-from .trust import Given, address_name, admitted
+from .trust import RunFiles, address_name, admitted
 
 PYTHON = ".py"
 RETAINED = "retained/tags.json"
@@ -221,7 +221,7 @@ def _take_out(
         for name, data in attached_files(trace).items()
         if name not in _NOT_OF_THE_RUN and not edit_number(name)
     }
-    given = Given(address_name(rack), None if program is None else address_name(program), retained)
+    given = RunFiles(address_name(rack), None if program is None else address_name(program), retained)
     wanted = admitted(files, given, trust=trust)
     _check_alone(folder, wanted)
     extract(wanted, folder)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from ...traces.files.guard import NOTHING, Used
-from ...traces.files.keeping import Keeping, check_recordings
+from ...traces.files.keeping import RecordingKeeper, check_recordings
 from ..load.loading import Job
 from .attachments import files_beside
 
@@ -30,7 +30,7 @@ def recording_of(job: Job, trace: Path) -> list[Path]:
     return [trace, line_path(trace)] if job.spec.unit else [trace]
 
 
-def keeping_of(job: Job, trace: Path, keep: int | None = None) -> Keeping | None:
+def keeping_of(job: Job, trace: Path, keep: int | None = None) -> RecordingKeeper | None:
     """Return what keeps the recordings before a job's new one.
 
     Args:
@@ -41,7 +41,7 @@ def keeping_of(job: Job, trace: Path, keep: int | None = None) -> Keeping | None
         None if none is kept.
     """
     most = job.spec.keep_traces if keep is None else keep
-    return Keeping(trace, most, recording_of(job, trace)[1:]) if most else None
+    return RecordingKeeper(trace, most, recording_of(job, trace)[1:]) if most else None
 
 
 def check_recording(job: Job, trace: Path, used: Used = NOTHING, keep: int | None = None) -> None:

@@ -37,7 +37,7 @@ class Use(StrEnum):
     REACHED = "reached"
 
 
-class Given(NamedTuple):
+class RunFiles(NamedTuple):
     """Which files a run starts from, by name.
 
     Attributes:
@@ -50,7 +50,7 @@ class Given(NamedTuple):
     retained: str | None = None
 
 
-def admitted(files: Mapping[str, bytes], given: Given, *, trust: bool) -> dict[str, bytes]:
+def admitted(files: Mapping[str, bytes], given: RunFiles, *, trust: bool) -> dict[str, bytes]:
     """Return the files that a run needs, if they may be used.
 
     Args:
@@ -73,7 +73,7 @@ def admitted(files: Mapping[str, bytes], given: Given, *, trust: bool) -> dict[s
     return wanted
 
 
-def uses_of(files: Mapping[str, bytes], given: Given) -> dict[str, Use]:
+def uses_of(files: Mapping[str, bytes], given: RunFiles) -> dict[str, Use]:
     """Return what a run does with which files of a trace.
 
     Raises:

@@ -23,9 +23,9 @@ from ...runtime.config.rackspec import RackSpec
 from ...runtime.loop.rack import Slot
 from ...runtime.loop.scan import Logic, Scan
 from ...traces.replay import Recording
-from ..record.wrapped import Wrapped
+from ..record.wrapped import LogicWrapper
 from ..trust.attachments import forget_imported
-from .following import Following
+from .following import InputReplay
 from .source.conditions import Stands, stands_in, values_of
 from .source.lines import Line, Lines
 from .source.reads import Reads
@@ -54,7 +54,7 @@ class Load:
 
 
 @dataclass(frozen=True, slots=True)
-class Changed:
+class TracedChange:
     """A change that a line made.
 
     Attributes:
@@ -87,7 +87,7 @@ class Again:
         value: the watched value at the end.
     """
 
-    changes: dict[int, list[Changed]] = field(default_factory=dict)
+    changes: dict[int, list[TracedChange]] = field(default_factory=dict)
     departs: int | None = None
     watched: int | None = None
     value: Any = None
@@ -120,8 +120,8 @@ def run_again(
     """
     with fresh(load) as logic:
         read = None if watched is None else watched(logic)
-        traced = _Traced(logic, rows, read, load.program)
-        following = Following(recording, spec, last)
+        traced = _TracedLogic(logic, rows, read, load.program)
+        following = InputReplay(recording, spec, last)
         traced.following = following
         following.play(traced)
         traced.found.departs = following.departs
@@ -141,7 +141,7 @@ def fresh(load: Load) -> Iterator[Logic]:
         sys.modules.update(before)
 
 
-class _Traced(Wrapped):
+class _TracedLogic(LogicWrapper):
     """A logic that is traced in some scans.
 
     Attributes:
@@ -158,7 +158,7 @@ class _Traced(Wrapped):
         self._reads.counts = lambda: self._lines.in_program
         self._values: dict[Line, dict[str, str]] = {}
         self._looked = 0
-        self.following: Following
+        self.following: InputReplay
         self.found = Again(value=None if read is None else read())
 
     def __call__(self, scan: Scan) -> None:
@@ -203,5 +203,5 @@ class _Traced(Wrapped):
         stands = stands_in(line.file, line.number)
         masks = dict(self._reads.masks)
         sent = () if line.number else senders(self._logic, self._program)
-        change = Changed(line, before, after, stands, self._values.get(line, {}), masks, sent)
+        change = TracedChange(line, before, after, stands, self._values.get(line, {}), masks, sent)
         self.found.changes[self.following.row].append(change)

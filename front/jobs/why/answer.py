@@ -17,7 +17,7 @@ from ...traces.read.event_text import describe
 from ...traces.read.image_text import module_text
 from ...traces.replay import Recording
 from ..record.tag_names import named_values, namespace_of
-from .again import Again, Changed, Load, Watched, fresh, run_again
+from .again import Again, Load, TracedChange, Watched, fresh, run_again
 from .past import ALL_BITS, Past, SlotPast
 from .source.conditions import source_line
 from .source.named import Names
@@ -175,7 +175,7 @@ class Why:
         """Return the slot of a place among all output images."""
         return self.recording.slots[at // IMAGE_BYTES].number
 
-    def _told(self, said: str, made: Sequence[Changed], row: int, slot: int = 0) -> Iterator[str]:
+    def _told(self, said: str, made: Sequence[TracedChange], row: int, slot: int = 0) -> Iterator[str]:
         """Yield sentences about the last of some changes in a scan; the words are those of `slot`."""
         sent = [each for each in made[-1].senders if each.slot == slot] if made else []
         if sent:
@@ -286,7 +286,7 @@ def _side(place: Address) -> str:
     return "in" if place.image == "I" else "out"
 
 
-def _differs(change: Changed, at: int, mask: int) -> bool:
+def _differs(change: TracedChange, at: int, mask: int) -> bool:
     """Return whether a change is one of these bits of the word at a place."""
     before, after = (int.from_bytes(each[0][at : at + 2], "little") for each in (change.before, change.after))
     return bool((before ^ after) & mask)

@@ -18,7 +18,7 @@ from ..replay.tag_orders import TagOrders
 from ..run.build import build_playback
 
 
-class Following:
+class InputReplay:
     """A run of a program on the inputs of a recording; a listener of its own scan loop.
 
     Args:

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from ...io_images.thousands import join_reported
 from ...traces.format.layout import SlotInfo
-from .again import Changed
+from .again import TracedChange
 from .source.conditions import source_line
 from .source.lines import Line
 from .source.senders import Sender
@@ -36,7 +36,7 @@ def place_of(line: Line) -> str:
     return f"{Path(line.file).name}:{line.number} in {line.function}"
 
 
-def told(said: str, change: Changed, slots: Iterable[SlotInfo], inputs: Words) -> Iterator[str]:
+def told(said: str, change: TracedChange, slots: Iterable[SlotInfo], inputs: Words) -> Iterator[str]:
     """Yield what a line changed and under which conditions, the code first, then what it had read.
 
     Args:

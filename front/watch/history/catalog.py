@@ -36,7 +36,7 @@ COLUMNS = range(40, 161)
 
 
 @dataclass(frozen=True, slots=True)
-class Shown:
+class PageRoutine:
     """A routine that a page shows.
 
     Attributes:
@@ -63,7 +63,7 @@ class Shown:
         return found
 
 
-NOTHING_SHOWN = Shown("", {}, (), ())
+NOTHING_SHOWN = PageRoutine("", {}, (), ())
 
 
 class Catalog:
@@ -113,7 +113,7 @@ class Catalog:
             )
         return found
 
-    def show(self, name: str, columns: int) -> tuple[Shown, Json]:
+    def show(self, name: str, columns: int) -> tuple[PageRoutine, Json]:
         """Return what a page shows of a routine, and the answer that draws it.
 
         Raises:
@@ -125,7 +125,7 @@ class Catalog:
             raise ValueError(f"there is no routine {name}: there are {names}")
         return self._text(routine) if routine.statements is not None else self._rungs(routine, columns)
 
-    def _rungs(self, routine: Routine, columns: int) -> tuple[Shown, Json]:
+    def _rungs(self, routine: Routine, columns: int) -> tuple[PageRoutine, Json]:
         resolver = Resolver(self._layout, program_of(routine.name))
         names: dict[str, None] = {}
         drawn = []
@@ -149,10 +149,10 @@ class Catalog:
                     "text": str(rung),
                 }
             )
-        shown = Shown(routine.name, dict(enumerate(routine.rungs)), (), tuple(names))
+        shown = PageRoutine(routine.name, dict(enumerate(routine.rungs)), (), tuple(names))
         return shown, {"routine": routine.name, "rungs": drawn}
 
-    def _text(self, routine: Routine) -> tuple[Shown, Json]:
+    def _text(self, routine: Routine) -> tuple[PageRoutine, Json]:
         names: dict[str, None] = {}
         lines = []
         for each in routine.statements or ():
@@ -160,7 +160,7 @@ class Catalog:
                 own = self._names_in(text, program_of(routine.name))
                 names.update(dict.fromkeys(own))
                 lines.append({"number": number, "text": text, "names": own})
-        shown = Shown(routine.name, {}, tuple(routine.numbers), tuple(names))
+        shown = PageRoutine(routine.name, {}, tuple(routine.numbers), tuple(names))
         return shown, {"routine": routine.name, "text": lines}
 
     def _names_in(self, text: str, program: str) -> list[str]:
@@ -309,7 +309,7 @@ class PythonSource:
         file, _, line = text.rpartition("[")[2].rstrip("]").rpartition(":")
         return f"{self._name}.{line}" if Path(file).name == self._name else None
 
-    def show(self, names: tuple[str, ...]) -> tuple[Shown, Json]:
+    def show(self, names: tuple[str, ...]) -> tuple[PageRoutine, Json]:
         """Return what a page shows of it, and the answer with its text.
 
         Args:
@@ -317,4 +317,4 @@ class PythonSource:
         """
         lines = [{"number": number, "text": text} for number, text in enumerate(self._lines, 1)]
         answer = {"routine": self._name, "file": self._name, "text": lines, "names": list(names)}
-        return Shown(self._name, {}, (), names), answer
+        return PageRoutine(self._name, {}, (), names), answer

@@ -76,8 +76,8 @@ class EventLog:
         self.begin = 0
         self.earlier: States | None = None
         self._events: list[Json] = []
-        self._forces = _Standing()
-        self._lines = _Standing()
+        self._forces = _StateHistory()
+        self._lines = _StateHistory()
         self._faults: list[Fault] = []
         self._stated: dict[str, Json] = {}
         self._rules: list[Json] = []
@@ -199,7 +199,7 @@ class EventLog:
         return {(each["slot"], each["bit"]): each for each in self._rules if each["scan"] <= scan}
 
 
-class _Standing:
+class _StateHistory:
     """States by the first scan in which they were in effect."""
 
     def __init__(self) -> None:

@@ -99,7 +99,7 @@ def _counted(stretch: Sequence[bool]) -> Point:
     return [int(stretch[-1]), *([edges] if edges else [])]
 
 
-class Told:
+class ValueHistory:
     """Values of a program in Python, by the scans at which they were looked at.
 
     Args:
@@ -144,7 +144,7 @@ class TagLanes:
         told: the values of a program in Python.
     """
 
-    def __init__(self, timeline: Timeline, shadow: Shadow | None, told: Told) -> None:
+    def __init__(self, timeline: Timeline, shadow: Shadow | None, told: ValueHistory) -> None:
         self._timeline, self._shadow, self._told = timeline, shadow, told
         self._period_ns = told.period_ns
         self._known: tuple[tuple[int, int, tuple[str, ...]], Series] | None = None

@@ -48,7 +48,7 @@ CHAPTERS = 15
 Truths = Mapping[LineKey, tuple[bool, ...]]
 
 
-class Kept:
+class SnapshotStore:
     """What the scan process has noted of one program, see `app.watched_program`."""
 
     def __init__(self) -> None:
@@ -118,7 +118,9 @@ class Shadow:
         is_impure: there are routines in Python, so that no scan can be repeated.
     """
 
-    def __init__(self, program: LadderLogic, slots: list[int], timeline: Timeline, kept: Kept) -> None:
+    def __init__(
+        self, program: LadderLogic, slots: list[int], timeline: Timeline, kept: SnapshotStore
+    ) -> None:
         self.program = program
         self.engine = WatchedEngine(program.build(), program.scanner)
         self.at: int | None = None

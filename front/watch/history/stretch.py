@@ -16,8 +16,8 @@ from ...ladder import LadderLogic
 from ...runtime.loop.scan import Logic
 from .catalog import Catalog, PythonSource
 from .event_log import LAST_SCAN
-from .lanes import TagLanes, Told
-from .shadow import Kept, Shadow
+from .lanes import TagLanes, ValueHistory
+from .shadow import Shadow, SnapshotStore
 from .timeline import Timeline
 
 Json = dict[str, Any]
@@ -51,8 +51,8 @@ class Stretch:
         lacks: str,
         slots: list[int],
         timeline: Timeline,
-        told: Told,
-        kept: Kept,
+        told: ValueHistory,
+        kept: SnapshotStore,
     ) -> None:
         self.number, self.first, self.logic, self._lacks = number, first, logic, lacks
         self._slots, self._timeline, self._told, self.kept = slots, timeline, told, kept
@@ -111,14 +111,14 @@ class Stretches:
         told: the values of a program in Python.
     """
 
-    def __init__(self, slots: list[int], timeline: Timeline, told: Told) -> None:
+    def __init__(self, slots: list[int], timeline: Timeline, told: ValueHistory) -> None:
         self._slots, self._timeline, self._told = slots, timeline, told
         self.clear()
 
     def clear(self) -> None:
         """Forget all: another session begins."""
         self.all: list[Stretch] = []
-        self._kept: dict[int, Kept] = {}
+        self._kept: dict[int, SnapshotStore] = {}
 
     def add(self, first: int, logic: Logic | None, file: Path | None, lacks: str = "") -> Stretch:
         """Add the program that runs from a scan on."""
@@ -132,9 +132,9 @@ class Stretches:
         self.all = [each for each in self.all if each.first < first]
         self.add(first, None, None, "The recording does not bring the program of this scan.")
 
-    def kept(self, number: int) -> Kept:
+    def kept(self, number: int) -> SnapshotStore:
         """Return the values of the program with a number; they may come before the program."""
-        return self._kept.setdefault(number, Kept())
+        return self._kept.setdefault(number, SnapshotStore())
 
     @property
     def latest(self) -> Stretch:

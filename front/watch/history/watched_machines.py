@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from ...runtime.loop.rack import Rack
-from ...runtime.modules.record import Figured
+from ...runtime.modules.record import ModuleWithFigures
 
 PER_SLOT = 3
 """Shaft, encoder, mask of energised inputs."""
@@ -22,12 +22,12 @@ class MachineFigures:
     """
 
     def __init__(self, rack: Rack) -> None:
-        self._machines: list[Figured] = []
+        self._machines: list[ModuleWithFigures] = []
         self.slots: list[int] = []
         for slot in rack.slots.values():
             module: Any = slot.module
             device = getattr(module, "module", module)  # inside of incidents
-            if isinstance(device, Figured):
+            if isinstance(device, ModuleWithFigures):
                 self._machines.append(device)
                 self.slots.append(slot.number)
 

@@ -20,7 +20,7 @@ from ...runtime.config.rackspec import RackSpec
 from ...runtime.live.ring import Row
 from ..history.catalog import NOTHING_SHOWN, shown_value, value_of
 from ..history.event_log import States
-from ..history.lanes import Told
+from ..history.lanes import ValueHistory
 from ..history.recent import Recent
 from ..history.stretch import Stretch, Stretches
 from ..history.strip import piece_of, signals_of
@@ -91,7 +91,7 @@ class Subject:
         self.signals = signals_of(self.words, [slot for slot, each in self.words.items() if is_stepper(each)])
         self.recent = Recent(dtype)
         self.timeline = Timeline(self.recent, trace)
-        self.told = Told(spec.scan_ns)
+        self.told = ValueHistory(spec.scan_ns)
         self.programs = Stretches(list(self.words), self.timeline, self.told)
         self.values: Json = {}
         """Values of a program in Python, as of the last message."""

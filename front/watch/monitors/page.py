@@ -8,7 +8,7 @@ from typing import Any
 
 from ...runtime.live.ring import Row
 from ...runtime.loop.pace import wall_ns
-from ..history.catalog import NOTHING_SHOWN, Shown
+from ..history.catalog import NOTHING_SHOWN, PageRoutine
 from ..history.stretch import Stretch
 
 Json = dict[str, Any]
@@ -39,7 +39,7 @@ class Page:
 
     def __init__(self) -> None:
         self.program: Stretch | None = None
-        self.shown: Shown = NOTHING_SHOWN
+        self.shown: PageRoutine = NOTHING_SHOWN
         self.watched: tuple[str, ...] = ()
         self.lanes: tuple[str, ...] = ()
         self.lanes_at: int | None = None
@@ -57,7 +57,7 @@ class Page:
         self.last = {}
         self.place = self.lanes_at = None
 
-    def show(self, shown: Shown) -> None:
+    def show(self, shown: PageRoutine) -> None:
         """Show another routine: the next frame has all of it."""
         self.shown = shown
         self.last.pop("power", None)

@@ -16,7 +16,7 @@ from ...jobs.load.loading import Job, load_job
 from ...jobs.record.editions import folders_of, forget
 from ...jobs.trust.attachments import load_files
 from ...runtime.live.orders import ORDERS, order_of, said_of
-from ...runtime.live.ring import Ring, Shape
+from ...runtime.live.ring import Ring, RingShape
 from ...runtime.loop.scan import ScanFlag
 from ..history.event_log import EventLog
 from ..history.indexer import SLICE, Indexer, indexable
@@ -32,7 +32,7 @@ SPEED_ROWS = 512
 """Rows over which the speed is measured."""
 
 
-class Ran(NamedTuple):
+class SessionProgram(NamedTuple):
     """A program of the session.
 
     Attributes:
@@ -61,14 +61,14 @@ class Setup:
         started: how often a monitor was started before.
     """
 
-    shape: Shape
+    shape: RingShape
     about: About
     key: str
     host: str
     port: int
     machines: tuple[int, ...]
     trace: str
-    programs: tuple[Ran, ...]
+    programs: tuple[SessionProgram, ...]
     started: int = 0
 
 
@@ -81,10 +81,10 @@ class Loader:
 
     def __init__(self, rack: str) -> None:
         self._rack = rack
-        self._jobs: dict[Ran, Job] = {}
+        self._jobs: dict[SessionProgram, Job] = {}
         self._folders: set[Path] = set()
 
-    def job(self, ran: Ran) -> Job:
+    def job(self, ran: SessionProgram) -> Job:
         """Load a program, once.
 
         Raises:
@@ -131,7 +131,7 @@ class SessionMonitor(Monitor):
         self._index_to = 0
         ring.asked += 1  # values to begin with, and the state
 
-    def _add(self, ran: Ran) -> None:
+    def _add(self, ran: SessionProgram) -> None:
         """Show a program from its first scan on."""
         job = self._loader.job(ran)
         self.subject.programs.add(ran.first, job.logic, job.program)
@@ -219,7 +219,7 @@ class SessionMonitor(Monitor):
         """Show the edited program; earlier scans keep the one that they ran."""
         if told["number"] < len(self.subject.programs.all):
             return  # a monitor that was started again began with it
-        self._add(Ran(*told["program"]))
+        self._add(SessionProgram(*told["program"]))
         self.subject.values.clear()
         self._mistake = None
         if told["again"]:
@@ -250,7 +250,7 @@ class SessionMonitor(Monitor):
         subject.programs.clear()
         subject.told.clear()
         for each in told["programs"]:
-            self._add(Ran(*each))
+            self._add(SessionProgram(*each))
         self.log.clear()
         self._indexer, self._indexed = None, False
         self.latest, self._late, self._missed = None, 0, 0

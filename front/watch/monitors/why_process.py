@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from ...jobs.bench import NotReachedError
-from ...jobs.bench.moment import Moment
+from ...jobs.bench.moment import ScanChoice
 from ...jobs.bench.of_trace import why_of_trace
 from ...jobs.trust.trust import UntrustedError
 from ...traces.format.records import TraceError
@@ -35,7 +35,7 @@ def answer(path: str, what: str, scan: str, more: Columns) -> dict[str, Any]:
     """
     try:
         with open_trace(path) as trace, tempfile.TemporaryDirectory() as folder:
-            asked = why_of_trace(trace, Path(folder), what, Moment(at=scan), trust=True, more=more)
+            asked = why_of_trace(trace, Path(folder), what, ScanChoice(at=scan), trust=True, more=more)
     except (ValueError, TraceError, NotReachedError, UntrustedError) as error:
         return {"refused": str(error)}
     return {"text": "\n".join([asked.text, *asked.notes]), "scan": asked.scan}

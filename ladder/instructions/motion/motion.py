@@ -16,7 +16,7 @@ from __future__ import annotations
 from ...interpreter import Interpreter
 from ...model.operands import Group, Resolved
 from ...model.predefined.motion_types import MOTION_INSTRUCTION, is_axis
-from ...model.spec import Kind, Spec, Use
+from ...model.spec import InstructionKind, Spec, Use
 from ...model.types import Structure
 from .motion_3601 import Axis, begin, follow
 from .motion_control import AXIS_NOT_CONFIGURED, MotionControl
@@ -152,7 +152,7 @@ def motion(name: str, operands: str, *, optional: int = 0) -> Spec:
     def run(machine: Interpreter, power: bool, *given: Resolved) -> None:
         _run(machine, power, name, *given)
 
-    return Spec(name, Kind.BOTH, uses, run=run, prescan=_prescan, optional=optional)
+    return Spec(name, InstructionKind.BOTH, uses, run=run, prescan=_prescan, optional=optional)
 
 
 # motion state

@@ -12,7 +12,7 @@ from typing import Any
 from ...interpreter import Interpreter
 from ...model.operand_checks import OperandError
 from ...model.operands import Constant, Group, Place
-from ...model.spec import Kind, Spec, Use
+from ...model.spec import InstructionKind, Spec, Use
 from ...model.stubs import Ending, stub_of
 from ...model.tree import Address, Operand
 from ...model.types import DINT, INT, MESSAGE
@@ -83,4 +83,4 @@ def _resolve(resolver: OperandResolver, given: tuple[Operand, ...]) -> tuple[Any
     raise OperandError("MSG has no control block", "name an element of a file MG, or the first word of it")
 
 
-MSG = Spec("MSG", Kind.BOTH, (Use.ANYTHING,), run=_run, resolve=_resolve)
+MSG = Spec("MSG", InstructionKind.BOTH, (Use.ANYTHING,), run=_run, resolve=_resolve)

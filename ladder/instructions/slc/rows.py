@@ -14,7 +14,7 @@ from ...interpreter import Interpreter
 from ...model.errors import ScanEndedError
 from ...model.operand_checks import OperandError
 from ...model.operands import Constant, Place, Resolved
-from ...model.spec import Kind, Spec, Use, action, always, condition
+from ...model.spec import InstructionKind, Spec, Use, action, always, condition
 from ...model.tree import Operand
 from ...model.types import REAL
 from ...state.lowered import OperandResolver
@@ -70,7 +70,7 @@ def _timer(name: str, run: Callable[..., None], prescan: Callable[..., None]) ->
 
     return Spec(
         name,
-        Kind.BOTH,
+        InstructionKind.BOTH,
         (Use.SLC_TIMER, *_shown(3)),
         run=run,
         prescan=prescan,
@@ -85,7 +85,7 @@ def _counter(name: str, run: Callable[..., None], prescan: Callable[..., None]) 
 
 def _first(count: int, spec: Spec) -> Callable[..., Any]:
     """Return the executor of a row that uses its first operands only."""
-    start = 1 if spec.kind is Kind.BOTH else 0
+    start = 1 if spec.kind is InstructionKind.BOTH else 0
     return lambda machine, *operands: spec.run(machine, *operands[: start + count])
 
 

@@ -24,7 +24,7 @@ from ...model.spec import Use, always
 from ...model.stubs import Ending, stub_of
 from ...model.tags import Leaf
 from ...model.types import DINT, MESSAGE_BITS, count_of
-from ...state.lowered import Lowered, steps_of
+from ...state.lowered import LoweredProgram, steps_of
 from ...state.memory import Memory
 
 __all__ = ["MSG"]
@@ -94,7 +94,7 @@ def _go_on(message: _Message, stub: Ending | None) -> None:
 
 
 @dataclass(frozen=True, slots=True)
-class _Waiting:
+class _MessagePlaces:
     """The messages of one tag that structured text may have begun, as leaves of its members."""
 
     path: str
@@ -104,7 +104,7 @@ class _Waiting:
     started: Leaf
 
 
-def ends_of_messages(lowered: Lowered) -> tuple[Callable[[Any], None], ...]:
+def ends_of_messages(lowered: LoweredProgram) -> tuple[Callable[[Any], None], ...]:
     """Return what ends messages after a scan: nothing if no structured text begins any."""
     texts = [each for each in lowered.routines.values() if each.body is not None]
     if not any(step.name == "MSG" for each in texts for line in each.lines for step in steps_of(line.nodes)):
@@ -112,16 +112,16 @@ def ends_of_messages(lowered: Lowered) -> tuple[Callable[[Any], None], ...]:
     return (partial(_end_messages, tuple(_waiting_in(lowered))),)
 
 
-def _waiting_in(lowered: Lowered) -> Iterator[_Waiting]:
+def _waiting_in(lowered: LoweredProgram) -> Iterator[_MessagePlaces]:
     layout = lowered.layout
     for leaf in list(layout.leaves.values()):
         path, _, member = leaf.path.rpartition(".")
         if member == "~waiting":
             parts = (layout.leaf(f"{path}.{name}") for name in ("FLAGS", "ERR", "~started_ns"))
-            yield _Waiting(path, leaf, *parts)
+            yield _MessagePlaces(path, leaf, *parts)
 
 
-def _end_messages(tags: tuple[_Waiting, ...], engine: Any) -> None:
+def _end_messages(tags: tuple[_MessagePlaces, ...], engine: Any) -> None:
     """End the messages whose time has elapsed."""
     memory: Memory = engine.memory
     for tag in tags:
@@ -130,7 +130,7 @@ def _end_messages(tags: tuple[_Waiting, ...], engine: Any) -> None:
                 _end_if_over(memory, tag, index, engine.now_ns, stub_of(engine.lowered.stubs, tag.path))
 
 
-def _end_if_over(memory: Memory, tag: _Waiting, index: int, now_ns: int, stub: Ending | None) -> None:
+def _end_if_over(memory: Memory, tag: _MessagePlaces, index: int, now_ns: int, stub: Ending | None) -> None:
     assert stub is not None  # `checks` refuses a program without one
     flags = int(memory.read(tag.flags, index))
     stopped = bool(flags >> MESSAGE_BITS["TO"] & 1)

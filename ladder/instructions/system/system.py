@@ -26,7 +26,7 @@ from ...model.tree import Address, MemberStep, Operand
 from ...model.types import HIDDEN
 from ...state.lowered import OperandResolver
 from ...state.regions import End, put, take
-from .objects import OBJECTS, Kept
+from .objects import OBJECTS, StoredValue
 
 __all__ = ["EVENT", "GSV", "SSV"]
 
@@ -208,7 +208,7 @@ def _path(kind: str, instance: str, name: str) -> str:
     return f"{HIDDEN}gsv.{kind}.{instance}.{name}"
 
 
-def _kept(kind: str, name: str, kept: Kept) -> Attribute:
+def _kept(kind: str, name: str, kept: StoredValue) -> Attribute:
     """Return an attribute with memory."""
 
     def read(machine: Interpreter, instance: str) -> bytes:

@@ -38,12 +38,12 @@ from .kinds import (
     RELATIVE,
     RESET,
     RUN_BLEND,
-    Kind,
+    CommandKind,
     State,
 )
 from .link import Link
 from .motions import Gear, Homing, Registration, Velocity
-from .probe import Captured
+from .probe import CaptureWait
 from .stop import Stop
 
 LEAST_ROUND_TRIP_MS = 10
@@ -346,13 +346,13 @@ class Axis3601(Device):
         command = Command(self.name, PRESET, f"set_position({position})")
         return self._ask(command, lambda: PresetPosition(position).to_image())
 
-    def captured(self) -> Captured:
+    def captured(self) -> CaptureWait:
         """The next edge of the capture input; the value is the position there [MC_TouchProbe].
 
         It does not take the axis. The value is in steps, or in encoder counts if an encoder is configured.
         """
         drive = self._drive
-        return Captured(self.name, self._words, self.status, lambda: drive.state, drive.link)
+        return CaptureWait(self.name, self._words, self.status, lambda: drive.state, drive.link)
 
     # -- a part of the logic
 
@@ -415,7 +415,7 @@ class Axis3601(Device):
             self._drive.ask(command)
         return command
 
-    def _refusal(self, kind: Kind) -> int:
+    def _refusal(self, kind: CommandKind) -> int:
         drive = self._drive
         wrong = drive.state not in kind.allowed or (kind.keeps_out and drive.locked)
         no_position = kind is ABSOLUTE and not drive.position_valid

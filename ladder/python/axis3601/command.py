@@ -10,7 +10,7 @@ from typing_extensions import override
 
 from ....io_images.image import Image
 from .errors import AxisError, CommandAborted, ErrorId, reasons
-from .kinds import Kind
+from .kinds import CommandKind
 from .link import LinkedWait
 
 
@@ -67,7 +67,7 @@ class Command(LinkedWait[None]):
     handshake_over = True
     """Whether a handshake with the module over several scans is complete."""
 
-    def __init__(self, axis: str, kind: Kind, text: str) -> None:
+    def __init__(self, axis: str, kind: CommandKind, text: str) -> None:
         super().__init__()
         self._axis = axis
         self.kind = kind

@@ -31,12 +31,12 @@ from ..sequences.parts import Clock
 from .command import Command, Outcome
 from .errors import ErrorId
 from .evidence import Evidence
-from .kinds import ABSOLUTE, CONFIGURE, NOTHING_TO_SEND, RESET, VELOCITY, Kind, State, Way
+from .kinds import ABSOLUTE, CONFIGURE, NOTHING_TO_SEND, RESET, VELOCITY, CommandKind, State, Yielding
 from .link import Link
 from .stop import Stop
 
 
-class Step(IntEnum):
+class HandshakeStep(IntEnum):
     """The step of the handshake."""
 
     REST = 0
@@ -48,7 +48,7 @@ class Step(IntEnum):
     PARAMETERS = 6
 
 
-_REST, _SENT, _UNDER_WAY = Step.REST, Step.SENT, Step.UNDER_WAY
+_REST, _SENT, _UNDER_WAY = HandshakeStep.REST, HandshakeStep.SENT, HandshakeStep.UNDER_WAY
 _IN_FORCE = (_SENT, _UNDER_WAY)
 
 _MOVING = (StatusMsw.MOVING_CW | StatusMsw.MOVING_CCW).value
@@ -143,9 +143,13 @@ class Drive:
             return State.ERROR_STOP
         if self.locked:
             return State.STOPPING
-        if self.step == Step.YIELDING:
+        if self.step == HandshakeStep.YIELDING:
             return State.DISCRETE_MOTION
-        return self.kind.state if self.step in (_SENT, _UNDER_WAY, Step.PARAMETERS) else State.STANDSTILL
+        return (
+            self.kind.state
+            if self.step in (_SENT, _UNDER_WAY, HandshakeStep.PARAMETERS)
+            else State.STANDSTILL
+        )
 
     @property
     def locked(self) -> bool:
@@ -242,7 +246,7 @@ class Drive:
         if self.step == _SENT and self._has_begun(moving):
             self._begin()
         under_way = self.step == _UNDER_WAY
-        lost = _SENT <= self.step <= Step.YIELDING and self.kind is not CONFIGURE and _is_lost(msw)
+        lost = _SENT <= self.step <= HandshakeStep.YIELDING and self.kind is not CONFIGURE and _is_lost(msw)
         faults = faults_of(msw) if under_way or lost else 0
         if under_way and self.kind.alone:
             self.out[0] = 0
@@ -285,7 +289,9 @@ class Drive:
 
     def _is_stuck(self, now_ns: int) -> bool:
         """Whether the axis has rested so long that the step can't end by itself."""
-        idle = (self.step in _IN_FORCE or self.step == Step.RESETTING) and not (self.moving or self.link.down)
+        idle = (self.step in _IN_FORCE or self.step == HandshakeStep.RESETTING) and not (
+            self.moving or self.link.down
+        )
         self._stuck = self._evidence.rests_too_long(self.kind, self.out[1], now_ns, idle=idle)
         return self._stuck
 
@@ -306,7 +312,7 @@ class Drive:
         if self.running is not None:
             self.running.end(outcome, error_id, detail)
         self.running = None
-        self._clear(Step.ZEROS)
+        self._clear(HandshakeStep.ZEROS)
 
     # -- the newest command
 
@@ -321,38 +327,38 @@ class Drive:
 
     def _make_way(self, newer: Command, now_ns: int) -> None:
         """Stop the command under way, or change its speed."""
-        if self.step == Step.PARAMETERS:
+        if self.step == HandshakeStep.PARAMETERS:
             self.running = None
-            self._clear(Step.ZEROS)  # nothing has been commanded
+            self._clear(HandshakeStep.ZEROS)  # nothing has been commanded
         if self.step != _UNDER_WAY:
             return
         if self.kind is newer.kind is VELOCITY and newer.words[0] == self.out[0]:
             self._start(newer, now_ns)
             return
         way = self.kind.way
-        if way is Way.WAIT:
+        if way is Yielding.WAIT:
             return
-        if way is Way.RELEASE:
+        if way is Yielding.RELEASE:
             self.out[0] = 0
             if not self.parameters_first:
                 self.out[1] &= ~_FOLLOWER
         else:
             self._write(way.value)
-        self.step = Step.YIELDING
+        self.step = HandshakeStep.YIELDING
 
     def _go_on(self, now_ns: int) -> None:
         command_error = self.msw & _COMMAND_ERROR != 0
-        if self.step == Step.YIELDING and not self.moving:
+        if self.step == HandshakeStep.YIELDING and not self.moving:
             self.running = None
-            self._clear(Step.ZEROS)
+            self._clear(HandshakeStep.ZEROS)
             if command_error:  # a Hold that reached a move at its very end
                 self.out[0] = _RESET_ERRORS
-                self.step = Step.RESETTING
-        elif self.step == Step.RESETTING and (self._stuck or not command_error):
-            self._clear(Step.ZEROS)
-        elif self.step == Step.ZEROS:
+                self.step = HandshakeStep.RESETTING
+        elif self.step == HandshakeStep.RESETTING and (self._stuck or not command_error):
+            self._clear(HandshakeStep.ZEROS)
+        elif self.step == HandshakeStep.ZEROS:
             self.step = _REST
-        elif self.step == Step.PARAMETERS and self.running is not None:
+        elif self.step == HandshakeStep.PARAMETERS and self.running is not None:
             self._send_command(self.running, now_ns)
 
     def _lay_out(self, command: Command) -> None:
@@ -361,7 +367,7 @@ class Drive:
         self.out = array("h", command.words)
         self.out[0] = 0
         self.out[1] &= _COMMAND_BITS
-        self.step = Step.PARAMETERS
+        self.step = HandshakeStep.PARAMETERS
 
     def _send_command(self, command: Command, now_ns: int) -> None:
         """Send the command bits after the parameters; word 1 first if both words have command bits."""
@@ -387,7 +393,7 @@ class Drive:
                 self._start(command, now_ns)
                 self.step = _SENT
 
-    def _refused_by_now(self, kind: Kind) -> int:
+    def _refused_by_now(self, kind: CommandKind) -> int:
         """Return why a queued command is refused: the axis has failed meanwhile."""
         if kind in NOTHING_TO_SEND or kind is CONFIGURE:
             return 0
@@ -402,7 +408,7 @@ class Drive:
         self.running, self.pending = command, None
         command.activate(now_ns)
 
-    def _clear(self, step: Step) -> None:
+    def _clear(self, step: HandshakeStep) -> None:
         self._write(ZEROS)
         self.step = step
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ....io_images.amci3601.bits import StatusLsw, StatusMsw
-from .kinds import ABSOLUTE, GEAR, HOME, PRESET, RELATIVE, RUN_BLEND, Kind
+from .kinds import ABSOLUTE, GEAR, HOME, PRESET, RELATIVE, RUN_BLEND, CommandKind
 
 HOME_REST_NS = 3_000_000_000
 """How long a search for home may rest: two seconds on an end limit [3601 manual, chapter 4, Find Home]."""
@@ -58,7 +58,7 @@ class Evidence:
         if words[0] >= 0:  # in configuration mode there is no position
             self._from = (words[2], words[3])
 
-    def look(self, kind: Kind, out: Sequence[int], *, moving: bool, down: bool) -> None:
+    def look(self, kind: CommandKind, out: Sequence[int], *, moving: bool, down: bool) -> None:
         """Take the status of a scan in which the words of the command are in force."""
         self.broken = self.broken or down
         if moving and not down:
@@ -69,7 +69,7 @@ class Evidence:
     def _has_left(self) -> bool:
         return self._in[0] >= 0 and (self._in[2], self._in[3]) != self._from
 
-    def _is_over(self, kind: Kind, out: Sequence[int]) -> bool:
+    def _is_over(self, kind: CommandKind, out: Sequence[int]) -> bool:
         if not self._in[0] & _COMPLETION.get(kind, -1):
             return True
         if kind is RELATIVE:
@@ -80,7 +80,7 @@ class Evidence:
         """Return whether the position is that of output words 2 and 3."""
         return self._in[2] == out[2] and self._in[3] == out[3]
 
-    def proves(self, kind: Kind, out: Sequence[int]) -> bool:
+    def proves(self, kind: CommandKind, out: Sequence[int]) -> bool:
         """Return whether the status at rest can be the end of this command."""
         invalid = self._in[0] & _INVALID != 0
         if kind is PRESET:
@@ -89,7 +89,7 @@ class Evidence:
             return self.taken and (not invalid or not (self.was_valid or self.broken))
         return self.taken or kind not in _COMPLETION
 
-    def rests_too_long(self, kind: Kind, phase: int, now_ns: int, *, idle: bool) -> bool:
+    def rests_too_long(self, kind: CommandKind, phase: int, now_ns: int, *, idle: bool) -> bool:
         """Return whether the axis has neither moved nor gone on for too long.
 
         Args:

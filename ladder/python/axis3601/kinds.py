@@ -24,7 +24,7 @@ class State(IntEnum):
     SYNCHRONIZED_MOTION = 7
 
 
-class Way(Enum):
+class Yielding(Enum):
     """How a command under way yields to a newer one; the words that are written."""
 
     WAIT = "wait"
@@ -38,7 +38,7 @@ class Way(Enum):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Kind:
+class CommandKind:
     """A kind of command.
 
     Attributes:
@@ -59,7 +59,7 @@ class Kind:
     allowed: tuple[State, ...]
     state: State = State.STANDSTILL
     done: int | None = 0
-    way: Way = Way.WAIT
+    way: Yielding = Yielding.WAIT
     alone: bool = False
     keeps_out: bool = True
     ends_at_rest: bool = False
@@ -84,21 +84,21 @@ _AT_HOME = StatusMsw.AT_HOME.value
 _MOVING = State.DISCRETE_MOTION
 
 # fmt: off
-ABSOLUTE = Kind("move_to", "MC_MoveAbsolute", _FREE, _MOVING, _COMPLETE, Way.HOLD, alone=True)
-RELATIVE = Kind("move_by", "MC_MoveRelative", _FREE, _MOVING, _COMPLETE, Way.HOLD, alone=True)
-VELOCITY = Kind("run", "MC_MoveVelocity", _FREE, State.CONTINUOUS_MOTION, None, Way.RELEASE)
-HOME = Kind("home", "MC_Home", _REST, State.HOMING, _AT_HOME, Way.STOP, alone=True)
-HALT = Kind("halt", "MC_Halt", _FREE)
-GEAR_OUT = Kind("gear_out", "MC_GearOut", _GEARED)
-STOP = Kind("stop", "MC_Stop", _ALIVE, keeps_out=False)
-RESET = Kind("reset", "MC_Reset", _CONFIGURED, keeps_out=False)
-PRESET = Kind("set_position", "MC_SetPosition", _REST)
-GEAR = Kind("gear", "MC_GearIn", _FREE, State.SYNCHRONIZED_MOTION, None, Way.RELEASE)
-PROGRAM_BLEND = Kind("program_blend", "ProgramBlend3601", _REST, way=Way.NOTHING)
-RUN_BLEND = Kind("run_blend", "RunBlend3601", _REST, _MOVING, _COMPLETE, Way.STOP, alone=True)
-REGISTRATION = Kind("run", "MoveRegistration3601", _FREE, _MOVING, 0, Way.STOP, ends_at_rest=True)
-CONFIGURE = Kind("configure", "Configure3601", _NOT_MOVING, done=None)
-MINIMUM = Kind("store_minimum", "StoreMinimum3601", _REST)
+ABSOLUTE = CommandKind("move_to", "MC_MoveAbsolute", _FREE, _MOVING, _COMPLETE, Yielding.HOLD, alone=True)
+RELATIVE = CommandKind("move_by", "MC_MoveRelative", _FREE, _MOVING, _COMPLETE, Yielding.HOLD, alone=True)
+VELOCITY = CommandKind("run", "MC_MoveVelocity", _FREE, State.CONTINUOUS_MOTION, None, Yielding.RELEASE)
+HOME = CommandKind("home", "MC_Home", _REST, State.HOMING, _AT_HOME, Yielding.STOP, alone=True)
+HALT = CommandKind("halt", "MC_Halt", _FREE)
+GEAR_OUT = CommandKind("gear_out", "MC_GearOut", _GEARED)
+STOP = CommandKind("stop", "MC_Stop", _ALIVE, keeps_out=False)
+RESET = CommandKind("reset", "MC_Reset", _CONFIGURED, keeps_out=False)
+PRESET = CommandKind("set_position", "MC_SetPosition", _REST)
+GEAR = CommandKind("gear", "MC_GearIn", _FREE, State.SYNCHRONIZED_MOTION, None, Yielding.RELEASE)
+PROGRAM_BLEND = CommandKind("program_blend", "ProgramBlend3601", _REST, way=Yielding.NOTHING)
+RUN_BLEND = CommandKind("run_blend", "RunBlend3601", _REST, _MOVING, _COMPLETE, Yielding.STOP, alone=True)
+REGISTRATION = CommandKind("run", "MoveRegistration3601", _FREE, _MOVING, 0, Yielding.STOP, ends_at_rest=True)
+CONFIGURE = CommandKind("configure", "Configure3601", _NOT_MOVING, done=None)
+MINIMUM = CommandKind("store_minimum", "StoreMinimum3601", _REST)
 # fmt: on
 
 NOTHING_TO_SEND = (HALT, GEAR_OUT, STOP)

@@ -15,7 +15,7 @@ from .link import Link, LinkedWait
 _CAPTURE = StatusLsw.IN_CAPTURE.value
 
 
-class Captured(LinkedWait[int]):
+class CaptureWait(LinkedWait[int]):
     """A rising capture input; one shorter than a scan shows in the captured value alone.
 
     Args:

@@ -33,7 +33,7 @@ class WaitTimeout(Exception):  # noqa: N818 - the trade says timeout
     """A wait did not hold in time."""
 
 
-class Branch(Wait[T], Generic[T]):
+class BranchWait(Wait[T], Generic[T]):
     """A coroutine as a wait.
 
     Args:
@@ -91,7 +91,7 @@ def _as_wait(work: Wait[Any] | Coroutine[Any, Any, Any], what: str) -> Wait[Any]
     if isinstance(work, Wait):
         return work
     if isinstance(work, Coroutine):
-        return Branch(work)
+        return BranchWait(work)
     raise TypeError(
         f"{what} of {work!r} is not allowed: give it waits, commands, or calls of async functions"
     )

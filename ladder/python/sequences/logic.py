@@ -28,7 +28,7 @@ from typing import Any, Self, TypeVar
 from .coroutine import Sequence
 from .declaring import SequenceMethod, check_class, declarations
 from .mistakes import check_statements
-from .parts import Clock, Device, Part, Scan, Slots, Turn
+from .parts import Clock, Device, LogicScan, Part, Slots, Turn
 from .signals import Place, Signal, place_of
 
 Field = bool | int | float | str
@@ -69,7 +69,7 @@ class Logic:
     def every_scan(self) -> None:
         """What is done in every scan, before the sequences."""
 
-    def __call__(self, scan: Scan) -> None:
+    def __call__(self, scan: LogicScan) -> None:
         """Do one scan."""
         now_ns = self._logic_clock.now_ns = scan.now_ns
         if scan.first or scan.slot is not self._logic_slots:
@@ -83,7 +83,7 @@ class Logic:
         for turn in self._logic_after:
             turn(now_ns)
 
-    def _logic_begin(self, scan: Scan) -> None:
+    def _logic_begin(self, scan: LogicScan) -> None:
         """Do a first scan."""
         self.__close_logic__()
         if scan.slot is not self._logic_slots:

@@ -36,7 +36,7 @@ Slots = Mapping[int, Slot]
 """The slots of a rack by number."""
 
 
-class Scan(Protocol):
+class LogicScan(Protocol):
     """A scan, as logic sees it."""
 
     @property

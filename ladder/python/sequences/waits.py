@@ -24,7 +24,7 @@ Condition = Callable[[], object]
 """A question that is asked in every scan; its answer counts as true or false."""
 
 
-class Stepping(threading.local):
+class SequenceTurn(threading.local):
     """Whether a sequence takes its turn, in this thread.
 
     Python may close a coroutine at any time, the innermost first. Nothing would resume an await in its
@@ -49,7 +49,7 @@ class Stepping(threading.local):
             raise GeneratorExit
 
 
-stepping = Stepping()
+stepping = SequenceTurn()
 """Of the thread that asks."""
 
 

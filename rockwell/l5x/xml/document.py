@@ -25,14 +25,14 @@ from .records import (
     AddOnRecord,
     Data,
     DataTypeRecord,
-    Document,
     EncodedRecord,
+    L5xDocument,
+    L5xRungRecord,
     MemberRecord,
     ModuleRecord,
     ModuleTagRecord,
     ProgramRecord,
     RoutineRecord,
-    RungRecord,
     TagRecord,
     TaskRecord,
 )
@@ -70,7 +70,7 @@ class L5xError(LadderError):
         super().__init__(f"{file}:{line}: {text}" if line else f"{file}: {text}")
 
 
-def read_document(path: Path) -> Document:
+def read_document(path: Path) -> L5xDocument:
     """Read an L5X file.
 
     Raises:
@@ -84,7 +84,7 @@ def read_document(path: Path) -> Document:
     return parse_document(data, str(path))
 
 
-def parse_document(data: bytes, file: str) -> Document:
+def parse_document(data: bytes, file: str) -> L5xDocument:
     """Read the bytes of an L5X file.
 
     Args:
@@ -94,7 +94,7 @@ def parse_document(data: bytes, file: str) -> Document:
     Raises:
         L5xError: see `read_document`.
     """
-    return _Reader(file).document(_root(data, file))
+    return _L5xReader(file).document(_root(data, file))
 
 
 def _root(data: bytes, file: str) -> Any:
@@ -226,13 +226,13 @@ _READ = frozenset(
 """Children of a controller that are read, or that no logic depends on."""
 
 
-class _Reader:
+class _L5xReader:
     """Builds records from elements."""
 
     def __init__(self, file: str) -> None:
         self._file = file
 
-    def document(self, root: Any) -> Document:
+    def document(self, root: Any) -> L5xDocument:
         controller = root.find("Controller")
         if controller is None:
             raise L5xError(self._file, root.sourceline, "it has no Controller")
@@ -251,7 +251,7 @@ class _Reader:
             for each in chain(controller.iterchildren(), controller.iterfind("SafetyInfo/SafetyTagMap"))
             if isinstance(each.tag, str) and each.tag not in _READ
         ]
-        return Document(
+        return L5xDocument(
             self._file,
             root.get("SoftwareRevision", ""),
             target,
@@ -369,11 +369,11 @@ class _Reader:
             element.sourceline,
         )
 
-    def _rung(self, element: Any, place: int) -> RungRecord:
+    def _rung(self, element: Any, place: int) -> L5xRungRecord:
         texts = element.findall("Text")
         text = texts[0] if texts else None
         number = element.get("Number", "")
-        return RungRecord(
+        return L5xRungRecord(
             int(number) if _NUMBER.fullmatch(number) else place,
             element.get("Type", "N"),
             _text(text),

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 from .document import L5xError
-from .records import Document, RoutineRecord
+from .records import L5xDocument, RoutineRecord
 
 MOST_IN_RUNG = 5_000
 """Instructions in one rung; only the rung is refused beyond it."""
@@ -27,10 +27,10 @@ class Limit(NamedTuple):
 
     most: int
     noun: str
-    count: Callable[[Document], int]
+    count: Callable[[L5xDocument], int]
 
 
-def check_limits(document: Document) -> None:
+def check_limits(document: L5xDocument) -> None:
     """Check a document against all limits.
 
     Raises:
@@ -43,7 +43,7 @@ def check_limits(document: Document) -> None:
             raise L5xError(document.file, 0, text)
 
 
-def _routines(document: Document) -> Iterator[RoutineRecord]:
+def _routines(document: L5xDocument) -> Iterator[RoutineRecord]:
     for program in document.programs:
         yield from program.routines
     for add_on in document.add_ons:
@@ -55,32 +55,32 @@ def instructions_in(text: str) -> int:
     return text.count("(")
 
 
-def _programs(document: Document) -> int:
+def _programs(document: L5xDocument) -> int:
     return len(document.programs)
 
 
-def _add_ons(document: Document) -> int:
+def _add_ons(document: L5xDocument) -> int:
     return len(document.add_ons)
 
 
-def _routine_count(document: Document) -> int:
+def _routine_count(document: L5xDocument) -> int:
     return sum(1 for _ in _routines(document))
 
 
-def _rungs(document: Document) -> int:
+def _rungs(document: L5xDocument) -> int:
     return sum(len(each.rungs) for each in _routines(document))
 
 
-def _lines(document: Document) -> int:
+def _lines(document: L5xDocument) -> int:
     return sum(len(each.lines) for each in _routines(document))
 
 
-def _characters(document: Document) -> int:
+def _characters(document: L5xDocument) -> int:
     rungs = sum(len(rung.text) for each in _routines(document) for rung in each.rungs)
     return rungs + sum(len(text) for each in _routines(document) for text, _ in each.lines)
 
 
-def _all_instructions(document: Document) -> int:
+def _all_instructions(document: L5xDocument) -> int:
     return sum(instructions_in(rung.text) for each in _routines(document) for rung in each.rungs)
 
 

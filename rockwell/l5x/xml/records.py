@@ -77,7 +77,7 @@ class TagRecord:
         required: whether a call names it.
         comment: its description.
         comments: descriptions of its parts, by what follows its name.
-        data: the elements that hold its values, until `Document.release`.
+        data: the elements that hold its values, until `L5xDocument.release`.
         wrong_dims: a text in place of dimensions that is not one, "" without one.
     """
 
@@ -96,7 +96,7 @@ class TagRecord:
 
 
 @dataclass(frozen=True, slots=True)
-class RungRecord:
+class L5xRungRecord:
     """A rung.
 
     Attributes:
@@ -129,7 +129,7 @@ class RoutineRecord:
     name: str
     kind: str
     comment: str
-    rungs: tuple[RungRecord, ...]
+    rungs: tuple[L5xRungRecord, ...]
     lines: tuple[tuple[str, int], ...]
     target: bool
     line: int
@@ -223,7 +223,7 @@ class ModuleTagRecord:
         suffix: what follows the module's name: `I`, `O`, `C`, `I1`.
         kind: `InputTag`, `OutputTag`, `ConfigTag`, `InAliasTag` or `OutAliasTag`.
         comments: descriptions of its parts, by what follows its name.
-        data: the elements that hold its values, until `Document.release`.
+        data: the elements that hold its values, until `L5xDocument.release`.
         size: bytes of its connection, 0 if the document has no number.
     """
 
@@ -266,7 +266,7 @@ class ModuleRecord:
 
 
 @dataclass(frozen=True, slots=True)
-class Document:
+class L5xDocument:
     """An L5X file.
 
     Attributes:

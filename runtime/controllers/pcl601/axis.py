@@ -18,15 +18,15 @@ from .autocorrect import Autocorrect
 from .fly import OutputOnFly
 from .jog import JogInputs
 from .motor import Motor
-from .pins import Pins
-from .speeds import Speeds
+from .pins import Pcl601Pins
+from .speeds import Pcl601Speeds
 from .values import Values
 
 MSPS = 1000
 """Speeds of a motion are in 1e-3 step/s."""
 
 
-class Pcl601Axis:
+class SimulatedPcl601Axis:
     """One axis.
 
     Attributes:
@@ -42,7 +42,7 @@ class Pcl601Axis:
     def __init__(
         self,
         values: Values,
-        pins: Pins,
+        pins: Pcl601Pins,
         motor: Motor,
         report: Callable[[Error], None],
         retries_failed: Callable[[], None],
@@ -51,7 +51,7 @@ class Pcl601Axis:
         self.direction = 1
         self.fly = OutputOnFly()
         self.jog = JogInputs(pins, motor)
-        self.speeds = Speeds(values)
+        self.speeds = Pcl601Speeds(values)
         self._values, self._pins, self._motor = values, pins, motor
         self._report, self._retries_failed = report, retries_failed
         self._motion: Motion | None = None

@@ -12,10 +12,10 @@ from enum import Enum, auto
 from ....io_images.pcl601 import NEEDS_IDLE, NO_ERROR, POSITION_LIMIT, ROWS, Code, Error, Register
 from ....io_images.pcl601.terminals import ON_FLY_OUTPUT, RETRIES_OUTPUT
 from .activities import AxisActivity
-from .axis import Pcl601Axis
+from .axis import SimulatedPcl601Axis
 from .inputs import Inputs
 from .motor import EncoderModel, Motor
-from .pins import Pins
+from .pins import Pcl601Pins
 from .stored import ProgramRunner
 from .values import Values
 from .wiring import Wiring
@@ -35,7 +35,7 @@ class Aim(Enum):
     POSITION = auto()
 
 
-class Controller:
+class Pcl601Controller:
     """A PCL601 without its line.
 
     Attributes:
@@ -53,10 +53,10 @@ class Controller:
 
     def __init__(self, encoder: EncoderModel | None = None, wiring: Wiring | None = None) -> None:
         self.values = Values()
-        self.pins = Pins()
+        self.pins = Pcl601Pins()
         self.motor = Motor(encoder)
         self.inputs = Inputs(self.pins, self.motor, wiring or Wiring(), self.values, self.report)
-        self.axis = Pcl601Axis(self.values, self.pins, self.motor, self.report, self._retries_failed)
+        self.axis = SimulatedPcl601Axis(self.values, self.pins, self.motor, self.report, self._retries_failed)
         self.protocol = Protocol.MODBUS
         self.outputs = 0
         self.errors = NO_ERROR

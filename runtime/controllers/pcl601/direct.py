@@ -24,7 +24,7 @@ from ....io_images.pcl601.talk import (
     Command,
 )
 from ....io_images.pcl601.terminals import GENERAL_INPUTS, OUTPUT_COUNT
-from .controller import Controller, Protocol
+from .controller import Pcl601Controller, Protocol
 
 START, END = ord("@"), ord("\r")
 FLOW_CONTROL = frozenset(b"\x11\x13")
@@ -40,7 +40,7 @@ FLAGS = {"0": 0, "1": 1}
 class Direct:
     """Reads ASCII lines and answers them."""
 
-    def __init__(self, controller: Controller) -> None:
+    def __init__(self, controller: Pcl601Controller) -> None:
         self._controller = controller
         self._line: bytearray | None = None
         self._actions: dict[Action, Callable[[Command, str], str | None]] = {

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from ....io_images.pcl601 import Error, Register
 from ....io_images.pcl601.terminals import HARD_LIMIT_BIT, SOFT_LIMIT_BIT
 from .motor import Motor
-from .pins import FULL_SCALE_VOLTS, Pins
+from .pins import FULL_SCALE_VOLTS, Pcl601Pins
 from .values import Values
 from .wiring import Wiring
 
@@ -26,7 +26,7 @@ class Inputs:
     """
 
     def __init__(
-        self, pins: Pins, motor: Motor, wiring: Wiring, values: Values, report: Callable[[Error], None]
+        self, pins: Pcl601Pins, motor: Motor, wiring: Wiring, values: Values, report: Callable[[Error], None]
     ) -> None:
         self._pins, self._motor, self._wiring = pins, motor, wiring
         self._values, self._report = values, report

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ....io_images.pcl601.terminals import HARD_LIMITS, JOG_INPUTS, SOFT_LIMITS
 from .motor import Motor
-from .pins import Pins
+from .pins import Pcl601Pins
 
 
 class JogInputs:
@@ -17,7 +17,7 @@ class JogInputs:
         motor: its position operates contacts.
     """
 
-    def __init__(self, pins: Pins, motor: Motor) -> None:
+    def __init__(self, pins: Pcl601Pins, motor: Motor) -> None:
         self.allowed = True
         self._pins, self._motor = pins, motor
         self._released = True

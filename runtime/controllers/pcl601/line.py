@@ -12,7 +12,7 @@ from ....io_images.pcl601 import Register
 from ...line import pcl601_ascii, pcl601_frames
 from ...line.rtu import Framer, Timing, frame
 from ...line.wire import LineFormat
-from .controller import Controller, Protocol
+from .controller import Pcl601Controller, Protocol
 from .direct import Direct
 from .modbus import Modbus
 from .motor import EncoderModel
@@ -58,7 +58,7 @@ class Pcl601:
     ) -> None:
         if not 0 <= address <= 99:
             raise ValueError(f"address {address}: allowed is 0 to 99")
-        self.controller = Controller(encoder, wiring)
+        self.controller = Pcl601Controller(encoder, wiring)
         self.controller.values[Register.ADDRESS] = address
         self.controller.runner = runner
         self._modbus = Modbus(self.controller)

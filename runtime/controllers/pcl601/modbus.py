@@ -21,7 +21,7 @@ from struct import pack, unpack
 
 from ....io_images.pcl601 import FIRMWARE, WORD_COUNT, WORDS, Code, Error, Register
 from ....io_images.pcl601.terminals import INPUT_COUNT, OUTPUT_BITS, OUTPUT_COUNT
-from .controller import Controller
+from .controller import Pcl601Controller
 
 BITS_MAX = 2000
 WORDS_MAX = 125
@@ -34,7 +34,7 @@ EXCEPTION = 0x80
 ILLEGAL_FUNCTION, ILLEGAL_ADDRESS, ILLEGAL_VALUE, DEVICE_BUSY = 1, 2, 3, 6
 
 
-class RefusedError(Exception):
+class ModbusRefusalError(Exception):
     """A refused request, with its exception code."""
 
     def __init__(self, code: int) -> None:
@@ -45,7 +45,7 @@ class RefusedError(Exception):
 class Modbus:
     """Answers Modbus requests from the controller's tables."""
 
-    def __init__(self, controller: Controller) -> None:
+    def __init__(self, controller: Pcl601Controller) -> None:
         self._controller = controller
         self._functions: dict[int, Callable[[bytes], bytes]] = {
             0x01: self._read_outputs,
@@ -64,9 +64,9 @@ class Modbus:
         function, data = request[0], request[1:]
         try:
             if function not in self._functions:
-                raise RefusedError(ILLEGAL_FUNCTION)
+                raise ModbusRefusalError(ILLEGAL_FUNCTION)
             return bytes((function,)) + self._functions[function](data)
-        except RefusedError as refused:
+        except ModbusRefusalError as refused:
             return bytes((function & 0x7F | EXCEPTION, refused.code))
 
     # reading
@@ -91,7 +91,7 @@ class Modbus:
 
     def _report_id(self, data: bytes) -> bytes:
         if data:
-            raise RefusedError(ILLEGAL_VALUE)
+            raise ModbusRefusalError(ILLEGAL_VALUE)
         text = bytes((self._controller.values[Register.ADDRESS],)) + FIRMWARE.encode()
         return bytes((len(text),)) + text
 
@@ -100,9 +100,9 @@ class Modbus:
     def _write_output(self, data: bytes) -> bytes:
         address, value = _pair(data)
         if value not in (ON, OFF):
-            raise RefusedError(ILLEGAL_VALUE)
+            raise ModbusRefusalError(ILLEGAL_VALUE)
         if address >= OUTPUT_COUNT:
-            raise RefusedError(ILLEGAL_ADDRESS)
+            raise ModbusRefusalError(ILLEGAL_ADDRESS)
         self._not_while_program_runs()
         self._controller.set_outputs(0xFF if value == ON else 0, 1 << address)
         return data
@@ -110,7 +110,7 @@ class Modbus:
     def _write_outputs(self, data: bytes) -> bytes:
         first, count = _span(data[:4], WRITE_BITS_MAX, OUTPUT_COUNT)
         if data[4:5] != bytes(((count + 7) // 8,)) or len(data) != 5 + data[4]:
-            raise RefusedError(ILLEGAL_VALUE)
+            raise ModbusRefusalError(ILLEGAL_VALUE)
         self._not_while_program_runs()
         values = int.from_bytes(data[5:], "little")
         self._controller.set_outputs(values << first, (1 << count) - 1 << first)
@@ -124,17 +124,17 @@ class Modbus:
     def _write_registers(self, data: bytes) -> bytes:
         first, count = _span(data[:4], WRITE_WORDS_MAX, WORD_COUNT)
         if data[4:5] != bytes((2 * count,)) or len(data) != 5 + 2 * count:
-            raise RefusedError(ILLEGAL_VALUE)
+            raise ModbusRefusalError(ILLEGAL_VALUE)
         self._write_words(first, unpack(f">{count}H", data[5:]))
         return data[:4]
 
     def _write_words(self, first: int, words: Sequence[int]) -> None:
         """Check all values, then store all; carry out a command last."""
         if first + len(words) > WORD_COUNT:
-            raise RefusedError(ILLEGAL_ADDRESS)
+            raise ModbusRefusalError(ILLEGAL_ADDRESS)
         targets = WORDS[first : first + len(words)]
         if not all(row.writable for row, _ in targets):
-            raise RefusedError(ILLEGAL_ADDRESS)
+            raise ModbusRefusalError(ILLEGAL_ADDRESS)
         is_stop = first == 0 and tuple(words) == (Code.STOP_MOTION,)
         if not is_stop:
             self._not_while_program_runs()
@@ -157,12 +157,12 @@ class Modbus:
 
     def _refuse(self, code: int, error: Error) -> None:
         self._controller.report(error)
-        raise RefusedError(code)
+        raise ModbusRefusalError(code)
 
 
 def _pair(data: bytes) -> tuple[int, int]:
     if len(data) != 4:
-        raise RefusedError(ILLEGAL_VALUE)
+        raise ModbusRefusalError(ILLEGAL_VALUE)
     first, second = unpack(">HH", data)
     return first, second
 
@@ -171,9 +171,9 @@ def _span(data: bytes, limit: int, size: int) -> tuple[int, int]:
     """Return first address and quantity, both checked."""
     first, count = _pair(data)
     if not 1 <= count <= limit:
-        raise RefusedError(ILLEGAL_VALUE)
+        raise ModbusRefusalError(ILLEGAL_VALUE)
     if first + count > size:
-        raise RefusedError(ILLEGAL_ADDRESS)
+        raise ModbusRefusalError(ILLEGAL_ADDRESS)
     return first, count
 
 

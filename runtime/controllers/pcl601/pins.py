@@ -49,7 +49,7 @@ OPEN = Contact(low=FAR)
 """Open or at a high voltage: all inputs but input 1 have pull-ups."""
 
 
-class Pins:
+class Pcl601Pins:
     """The fourteen inputs: at the start input 1 is high, all others are open."""
 
     def __init__(self) -> None:

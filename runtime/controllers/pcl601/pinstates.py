@@ -10,12 +10,12 @@ from __future__ import annotations
 from fractions import Fraction
 
 from ....io_images.pcl601.terminals import INPUTS
-from .pins import FAR, FULL_SCALE_VOLTS, GROUND, OPEN, Contact, Pins
+from .pins import FAR, FULL_SCALE_VOLTS, GROUND, OPEN, Contact, Pcl601Pins
 
 LEVELS = {"ground": GROUND, "open": OPEN, "high": OPEN}
 
 
-def connect(pins: Pins, name: str, state: str) -> None:
+def connect(pins: Pcl601Pins, name: str, state: str) -> None:
     """Set an input to a state in the notation above.
 
     Raises:

@@ -9,7 +9,7 @@ from ...kinematics import Motion, Profile, Shape, change_speed, creep, stop
 from .values import Values
 
 
-class Speeds:
+class Pcl601Speeds:
     """Base, maximum and jog speed, and the acceleration; they do not change in motion."""
 
     def __init__(self, values: Values) -> None:

@@ -18,14 +18,14 @@ from enum import Enum, auto
 from ....io_images.pmc006.status import Status1
 from ...kinematics import FOREVER, Motion
 from .memory import Memory
-from .pins import Pin, Pins
-from .ramps import Speeds, plan_move, plan_run, plan_slowing
+from .pins import Pin, Pmc006Pins
+from .ramps import Pmc006Speeds, plan_move, plan_run, plan_slowing
 
 RETREAT_PART = 16
 """The retreat from the switch is the stroke divided by this [4.3.13]."""
 
 
-class Doing(Enum):
+class MotorActivity(Enum):
     """Activity of the motor."""
 
     IDLE = auto()
@@ -47,7 +47,9 @@ class ExtStop:
 
     __slots__ = ("_memory", "_pins", "bit", "blocks", "flag", "pin")
 
-    def __init__(self, memory: Memory, pins: Pins, pin: Pin, flag: Status1, bit: int, blocks: int) -> None:
+    def __init__(
+        self, memory: Memory, pins: Pmc006Pins, pin: Pin, flag: Status1, bit: int, blocks: int
+    ) -> None:
         self._memory = memory
         self._pins = pins
         self.pin = pin
@@ -67,7 +69,7 @@ class ExtStop:
         return bool(self._pins.levels & self.pin) == rising
 
 
-class Pmc006Axis:
+class SimulatedPmc006Axis:
     """The motor, at rest at physical position 0.
 
     Attributes:
@@ -76,7 +78,7 @@ class Pmc006Axis:
         stalled: the encoder has reported a stall since the last start.
     """
 
-    def __init__(self, memory: Memory, pins: Pins) -> None:
+    def __init__(self, memory: Memory, pins: Pmc006Pins) -> None:
         self._memory = memory
         self._pins = pins
         self._ext1 = ExtStop(memory, pins, Pin.EXT1, Status1.EXT1, 1, -1)
@@ -84,7 +86,7 @@ class Pmc006Axis:
         self._motion: Motion | None = None
         self._zero = 0  # physical position at which the position register reads 0
         self._stroke = self._retreated = 0
-        self.doing = Doing.IDLE
+        self.doing = MotorActivity.IDLE
         self.physical = 0
         self.flags = Status1(0)
         self.stalled = False
@@ -103,12 +105,12 @@ class Pmc006Axis:
     @property
     def moving(self) -> bool:
         """Whether a motion is under way."""
-        return self.doing is not Doing.IDLE
+        return self.doing is not MotorActivity.IDLE
 
     @property
     def homing(self) -> bool:
         """Whether a zero-back is under way."""
-        return self.doing in (Doing.RETREAT, Doing.SEEK)
+        return self.doing in (MotorActivity.RETREAT, MotorActivity.SEEK)
 
     @property
     def direction(self) -> int:
@@ -142,17 +144,17 @@ class Pmc006Axis:
     def step(self, now_ns: int, steps: int) -> None:
         """Begin a move in the selected direction."""
         distance = self.direction * steps
-        self._begin(Doing.MOVE, plan_move(now_ns, self.physical, distance, self._speeds()))
+        self._begin(MotorActivity.MOVE, plan_move(now_ns, self.physical, distance, self._speeds()))
 
     def run(self, now_ns: int) -> None:
         """Begin to run at the maximum speed in the selected direction."""
-        self._begin(Doing.SPEED, plan_run(now_ns, self.physical, self.direction, self._speeds()))
+        self._begin(MotorActivity.SPEED, plan_run(now_ns, self.physical, self.direction, self._speeds()))
 
     def slow_down(self, now_ns: int) -> None:
         """Leave speed mode by the ramp; do nothing in another mode."""
-        if self.doing is Doing.SPEED and self._motion is not None:
+        if self.doing is MotorActivity.SPEED and self._motion is not None:
             ramp = self._memory["stop_speed"], self._memory["decel_coefficient"]
-            self._begin(Doing.SLOWING, plan_slowing(self._motion, now_ns, *ramp))
+            self._begin(MotorActivity.SLOWING, plan_slowing(self._motion, now_ns, *ramp))
 
     def zero_back(self, now_ns: int, stroke: int) -> None:
         """Begin to search for the switch on EXT1 within a stroke."""
@@ -165,7 +167,7 @@ class Pmc006Axis:
     def halt(self) -> None:
         """End any motion at once, without a ramp."""
         self._motion = None
-        self.doing = Doing.IDLE
+        self.doing = MotorActivity.IDLE
 
     def power_up(self) -> None:
         """Restart: the motor rests in place, its position register is 0."""
@@ -196,7 +198,7 @@ class Pmc006Axis:
         motion = self._motion
         if motion is None or motion.end_ns is None or now_ns < motion.end_ns:
             return
-        if self.doing is Doing.RETREAT:
+        if self.doing is MotorActivity.RETREAT:
             self._retreat_ended(now_ns)
         else:
             self.halt()
@@ -214,14 +216,14 @@ class Pmc006Axis:
 
     # -- inside ------------------------------------------------------------------------------
 
-    def _begin(self, doing: Doing, motion: Motion) -> None:
+    def _begin(self, doing: MotorActivity, motion: Motion) -> None:
         self.doing = doing
         self._motion = motion
         self.stalled = False
 
-    def _speeds(self) -> Speeds:
+    def _speeds(self) -> Pmc006Speeds:
         memory = self._memory
-        return Speeds(
+        return Pmc006Speeds(
             memory["start_speed"],
             memory["max_speed"],
             memory["stop_speed"],
@@ -229,16 +231,16 @@ class Pmc006Axis:
             memory["decel_coefficient"],
         )
 
-    def _zero_speeds(self) -> Speeds:
+    def _zero_speeds(self) -> Pmc006Speeds:
         """Return the speeds of a zero-back: instruction 9's speed also bounds start and stop speed."""
         memory, top = self._memory, self._memory["zero_back_speed"]
         edges = min(memory["start_speed"], top), min(memory["stop_speed"], top)
-        return Speeds(edges[0], top, edges[1], memory["accel_coefficient"], memory["decel_coefficient"])
+        return Pmc006Speeds(edges[0], top, edges[1], memory["accel_coefficient"], memory["decel_coefficient"])
 
     def _retreat(self, now_ns: int) -> None:
         distance = max(1, self._stroke // RETREAT_PART)
         self._retreated += distance
-        self._begin(Doing.RETREAT, plan_move(now_ns, self.physical, distance, self._zero_speeds()))
+        self._begin(MotorActivity.RETREAT, plan_move(now_ns, self.physical, distance, self._zero_speeds()))
 
     def _retreat_ended(self, now_ns: int) -> None:
         """Seek the switch; while it is still active, retreat further, within the stroke."""
@@ -250,11 +252,11 @@ class Pmc006Axis:
             self.halt()
 
     def _seek(self, now_ns: int) -> None:
-        self._begin(Doing.SEEK, plan_move(now_ns, self.physical, -self._stroke, self._zero_speeds()))
+        self._begin(MotorActivity.SEEK, plan_move(now_ns, self.physical, -self._stroke, self._zero_speeds()))
 
     def _triggered(self, stop: ExtStop) -> None:
         """Handle an external stop's edge: the end of a zero-back, or an emergency stop."""
-        home = stop is self._ext1 and self.doing is Doing.SEEK
+        home = stop is self._ext1 and self.doing is MotorActivity.SEEK
         if home or stop.armed:
             self.halt()
         if home:

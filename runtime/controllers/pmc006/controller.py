@@ -11,22 +11,22 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from ....io_images.pmc006.frame import FACTORY_ADDRESS, STATE_ERROR, UNKNOWN_ERROR
-from ....io_images.pmc006.instructions import ATTENUATION_PERCENT, BY_CODE, BY_NAME, Instruction, Kind
+from ....io_images.pmc006.instructions import ATTENUATION_PERCENT, BY_CODE, BY_NAME, InstructionRow, Kind
 from ....io_images.pmc006.program import UserProgram
 from ....io_images.pmc006.status import GPIO_EFFECTIVE, Gpio, Level, Status1, Status2
-from .axis import Doing, Pmc006Axis
+from .axis import MotorActivity, SimulatedPmc006Axis
 from .interpreter import Interpreter
 from .memory import Memory
 from .options import Pmc006Switches
-from .pins import Pin, Pins, Switch
+from .pins import Pin, Pmc006Pins, SwitchPin
 
 SUPPLY_LIMIT_V = 9.0
 """Least supply voltage [7]; below it status bit UVL is set."""
 
-Handler = Callable[["Controller", int], int]
+Handler = Callable[["Pmc006Controller", int], int]
 
 
-class Controller:
+class Pmc006Controller:
     """A controller at power-up, at t = 0.
 
     Attributes:
@@ -57,8 +57,8 @@ class Controller:
         self.memory.preset("device_address", address)
         if program is not None:
             self.memory.lines = program.lines
-        self.pins: Pins = Pins()
-        self.axis: Pmc006Axis = Pmc006Axis(self.memory, self.pins)
+        self.pins: Pmc006Pins = Pmc006Pins()
+        self.axis: SimulatedPmc006Axis = SimulatedPmc006Axis(self.memory, self.pins)
         self.interpreter: Interpreter = Interpreter(self)
         self.pins.on_change = self._on_pins
         self.gpio = Gpio.GPIO8
@@ -109,7 +109,7 @@ class Controller:
             self.memory[row.name] = data
         return self.memory[row.shows or row.name]
 
-    def set_pin(self, pin: Pin, level: bool | Switch) -> None:
+    def set_pin(self, pin: Pin, level: bool | SwitchPin) -> None:
         """Hold an input high (True) or low from now on, or connect it to a switch."""
         self.pins.hold(pin, level)
         self.pins.sense(self.axis.physical)
@@ -185,7 +185,7 @@ class Controller:
             Status2.FREE_RUN: memory["free_run"],
             Status2.EXT1_EN: memory["ext_stop_enable"] & 1,
             Status2.COIL: memory["solenoid"],
-            Status2.SPEED_MODE: self.axis.doing is Doing.SPEED,
+            Status2.SPEED_MODE: self.axis.doing is MotorActivity.SPEED,
             Status2.DIR: memory["direction"],
             Status2.OFFLINE_AUTO: memory["offline_execution"],
             Status2.EXT2_EN: memory["ext_stop_enable"] & 2,
@@ -195,7 +195,7 @@ class Controller:
 
     # -- instructions ------------------------------------------------------------------------
 
-    def _allows(self, row: Instruction, data: int) -> bool:
+    def _allows(self, row: InstructionRow, data: int) -> bool:
         if row.name == "microstepping" and data == 256:
             return self.options.max_microstep == 256
         if row.name == "set_position" and self.options.i_signed:
@@ -269,17 +269,17 @@ class Controller:
 
 
 HANDLERS: dict[str, Handler] = {
-    "step": Controller._step,
-    "speed_mode": Controller._speed_mode,
-    "zero_back": Controller._zero_back,
-    "abort": Controller._abort,
-    "free_run": Controller._free_run,
-    "clear_ext1_flag": Controller._clear_ext1,
-    "clear_ext2_flag": Controller._clear_ext2,
-    "set_position": Controller._set_position,
-    "write_io": Controller._write_io,
-    "save_parameters": Controller._save,
-    "run_user_program": Controller._run_program,
+    "step": Pmc006Controller._step,
+    "speed_mode": Pmc006Controller._speed_mode,
+    "zero_back": Pmc006Controller._zero_back,
+    "abort": Pmc006Controller._abort,
+    "free_run": Pmc006Controller._free_run,
+    "clear_ext1_flag": Pmc006Controller._clear_ext1,
+    "clear_ext2_flag": Pmc006Controller._clear_ext2,
+    "set_position": Pmc006Controller._set_position,
+    "write_io": Pmc006Controller._write_io,
+    "save_parameters": Pmc006Controller._save,
+    "run_user_program": Pmc006Controller._run_program,
     "read_position": lambda controller, _data: controller.axis.position,
     "read_status1": lambda controller, _data: int(controller.status1),
     "read_status2": lambda controller, _data: int(controller.status2),

@@ -20,9 +20,9 @@ from typing import Protocol
 from ....io_images.pmc006.program import UserInstruction
 from ....io_images.pmc006.status import Gpio, Level, Status1
 from ...kinematics import FOREVER
-from .axis import Pmc006Axis
+from .axis import SimulatedPmc006Axis
 from .memory import Memory
-from .pins import Pin, Pins
+from .pins import Pin, Pmc006Pins
 
 INSTRUCTION_NS = 1_000_000
 """Time of a user instruction (reading)."""
@@ -31,12 +31,12 @@ RESET_PIN, PAUSE_PIN = Pin.FSET, Pin.GPI2
 """GPI1 and GPI2 of the manual [5.1.2.7], as this hardware has them (reading)."""
 
 
-class Host(Protocol):
+class ProgramHost(Protocol):
     """The controller as its user program sees it."""
 
     memory: Memory
-    pins: Pins
-    axis: Pmc006Axis
+    pins: Pmc006Pins
+    axis: SimulatedPmc006Axis
     gpio: Gpio
     now_ns: int
 
@@ -62,7 +62,7 @@ class Interpreter:
         paused: whether PAUSE_EN's key holds it.
     """
 
-    def __init__(self, host: Host) -> None:
+    def __init__(self, host: ProgramHost) -> None:
         self.host = host
         self._due_ns = 0
         self.stop()

@@ -11,7 +11,7 @@ from __future__ import annotations
 from ....io_images.pmc006.frame import Framer, reply
 from ...kinematics import FOREVER
 from ...line.pmc006_frames import LINE_FORMAT
-from .controller import Controller
+from .controller import Pmc006Controller
 
 RECEIVE_TIMEOUT_NS = 50_000_000
 """Silence after which an unfinished frame is dropped (reading: the manual gives no figure [4.1])."""
@@ -27,8 +27,10 @@ class Pmc006:
 
     line_format = LINE_FORMAT
 
-    def __init__(self, controller: Controller | None = None, timeout_ns: int = RECEIVE_TIMEOUT_NS) -> None:
-        self.controller = controller or Controller()
+    def __init__(
+        self, controller: Pmc006Controller | None = None, timeout_ns: int = RECEIVE_TIMEOUT_NS
+    ) -> None:
+        self.controller = controller or Pmc006Controller()
         self._framer = Framer()
         self._timeout_ns = timeout_ns
         self._latest_ns = 0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ....io_images.pmc006.instructions import BY_NAME, PARAMETERS, Keeping
+from ....io_images.pmc006.instructions import BY_NAME, PARAMETERS, ParameterStorage
 from ....io_images.pmc006.program import UserInstruction
 
 
@@ -11,7 +11,9 @@ class Memory:
 
     def __init__(self) -> None:
         self.lines: tuple[UserInstruction, ...] = ()
-        self._eeprom = {row.name: row.default for row in PARAMETERS if row.keeping is not Keeping.VOLATILE}
+        self._eeprom = {
+            row.name: row.default for row in PARAMETERS if row.keeping is not ParameterStorage.VOLATILE
+        }
         self._values: dict[str, int] = {}
         self.load()
 
@@ -21,7 +23,7 @@ class Memory:
     def __setitem__(self, name: str, value: int) -> None:
         """Set a parameter; store one of the EEPROM at once."""
         self._values[name] = value
-        if BY_NAME[name].keeping is Keeping.EEPROM:
+        if BY_NAME[name].keeping is ParameterStorage.EEPROM:
             self._eeprom[name] = value
 
     def save(self) -> None:

@@ -19,7 +19,7 @@ class Pin(IntFlag):
 
 
 @dataclass(frozen=True, slots=True)
-class Switch:
+class SwitchPin:
     """A switch on the machine: high on one side of a point, low on the other.
 
     Attributes:
@@ -41,7 +41,7 @@ class Switch:
         return self.last if position > self.last else None
 
 
-class Pins:
+class Pmc006Pins:
     """The pins, all high at first: no opto-coupler conducts [3.11].
 
     Attributes:
@@ -50,17 +50,17 @@ class Pins:
     """
 
     def __init__(self) -> None:
-        self._held: dict[Pin, bool | Switch] = dict.fromkeys(Pin, True)
+        self._held: dict[Pin, bool | SwitchPin] = dict.fromkeys(Pin, True)
         self._fixed = sum(Pin)  # the pins that are held high
-        self._switches: dict[Pin, Switch] = {}
+        self._switches: dict[Pin, SwitchPin] = {}
         self.levels = sum(Pin)
         self.on_change: Callable[[int, int], None] | None = None
 
-    def hold(self, pin: Pin, level: bool | Switch) -> None:
+    def hold(self, pin: Pin, level: bool | SwitchPin) -> None:
         """Set a pin's level, True for high, or connect a switch; `sense` reports the change."""
         self._held[pin] = level
         self._fixed = sum(pin for pin, level in self._held.items() if level is True)
-        self._switches = {pin: level for pin, level in self._held.items() if isinstance(level, Switch)}
+        self._switches = {pin: level for pin, level in self._held.items() if isinstance(level, SwitchPin)}
 
     def sense(self, position: int) -> None:
         """Read the pins with the motor at a position; report changes."""

@@ -27,7 +27,7 @@ RAISED_COSINE: tuple[Phase, ...] = ((0, 24, 0, 0, 0, 54), (24, 48, 2, 18, 54, 0)
 
 
 @dataclass(frozen=True, slots=True)
-class Speeds:
+class Pmc006Speeds:
     """Speeds and ramps of a motion.
 
     Attributes:
@@ -45,7 +45,7 @@ class Speeds:
     deceleration: int
 
 
-def plan_move(now_ns: int, origin: int, distance: int, speeds: Speeds) -> Motion:
+def plan_move(now_ns: int, origin: int, distance: int, speeds: Pmc006Speeds) -> Motion:
     """Plan a move of `distance` signed steps, not 0, from step count `origin`; it ends exactly."""
     steps = abs(distance)
     course = Course(now_ns)
@@ -56,7 +56,7 @@ def plan_move(now_ns: int, origin: int, distance: int, speeds: Speeds) -> Motion
     return course.ended(1 if distance > 0 else -1, origin)
 
 
-def plan_run(now_ns: int, origin: int, direction: int, speeds: Speeds) -> Motion:
+def plan_run(now_ns: int, origin: int, direction: int, speeds: Pmc006Speeds) -> Motion:
     """Plan an endless motion [4.3.8]; arguments as for `plan_move`."""
     course = Course(now_ns)
     top = NANO * speeds.max_sps
@@ -99,7 +99,7 @@ def _ramp_steps_fine(fast_nsps: int, slow_nsps: int, coefficient: int) -> Fracti
     return Fraction(fast_nsps**2 - slow_nsps**2, 2 * ACCELERATIONS_PPS2[coefficient] * NANO**2)
 
 
-def _lay_short(course: Course, steps: int, speeds: Speeds) -> None:
+def _lay_short(course: Course, steps: int, speeds: Pmc006Speeds) -> None:
     start, stop = NANO * speeds.start_sps, NANO * speeds.stop_sps
     if start == stop:
         course.cruise_to(steps, start)
@@ -107,7 +107,7 @@ def _lay_short(course: Course, steps: int, speeds: Speeds) -> None:
         course.ramp_over(Fraction(steps), start, stop)
 
 
-def _lay_long(course: Course, steps: int, speeds: Speeds) -> None:
+def _lay_long(course: Course, steps: int, speeds: Pmc006Speeds) -> None:
     top = NANO * speeds.max_sps
     up = ramp_steps(speeds.start_sps, speeds.max_sps, speeds.acceleration)
     down = ramp_steps(speeds.stop_sps, speeds.max_sps, speeds.deceleration)

@@ -15,7 +15,7 @@ from .. import pcl601_pdus as pdus
 from .link import BadAnswerError, NoAnswerError, Progress, RefusedError, StoppedError, until_answered
 from .modbus import ModbusLine
 from .names import known, settable
-from .watching import MotionClient, Seen, stopped_when_lost
+from .watching import ControllerView, MotionClient, stopped_when_lost
 
 READABLE: dict[str, Row] = {row.register.name.lower(): row for row in ROWS.values()}
 """The registers by name."""
@@ -32,7 +32,7 @@ MOTIONS = frozenset({Code.GO, Code.GO_SLEW, Code.HOME_TYPE_0, Code.HOME_TYPE_1})
 
 
 @dataclass(frozen=True, slots=True)
-class Registers(Seen):
+class Registers(ControllerView):
     """One read of a PCL601: its registers from the position to the errors."""
 
     values: Mapping[Register, int] = field(compare=False, default_factory=dict)

@@ -18,7 +18,7 @@ from collections.abc import Callable, Iterable
 from typing_extensions import override
 
 from ....io_images.pmc006.frame import FRAME_BYTES, REPLY, STATE_ERROR, UNKNOWN_ERROR, Framer, command
-from ....io_images.pmc006.instructions import BY_NAME, INSTRUCTIONS, PARAMETERS, Instruction, Kind
+from ....io_images.pmc006.instructions import BY_NAME, INSTRUCTIONS, PARAMETERS, InstructionRow, Kind
 from ....io_images.pmc006.status import Status1, Status2, firmware_text
 from .link import (
     ANSWER_S,
@@ -36,7 +36,7 @@ from .link import (
     until_answered,
 )
 from .names import settable
-from .watching import MotionClient, Seen, stopped_when_lost
+from .watching import ControllerView, MotionClient, stopped_when_lost
 
 _ERRORS = {
     STATE_ERROR: "6: its state does not allow it, or the value is out of range",
@@ -48,17 +48,17 @@ _MOTIONS = ("step", "zero_back", "speed_mode", "run_user_program")
 ADDRESS = "device_address"
 """Every answer contains it."""
 
-READABLE: dict[str, Instruction] = {
+READABLE: dict[str, InstructionRow] = {
     row.shows or row.name.removeprefix("read_"): row for row in INSTRUCTIONS if row.kind is Kind.READ
 }
 """Values with a read instruction, and that instruction."""
 
-BY_ZERO: dict[str, Instruction] = {
+BY_ZERO: dict[str, InstructionRow] = {
     row.name: row for row in PARAMETERS if row.asks_by_zero and row.name != ADDRESS
 }
 """Parameters whose setting instruction may read them with data 0; others have no documented read."""
 
-SETTABLE: dict[str, Instruction] = {
+SETTABLE: dict[str, InstructionRow] = {
     row.name: row
     for row in sorted(INSTRUCTIONS, key=lambda row: row.name)
     if row.kind is Kind.SET and row.name != "speed_mode"
@@ -102,7 +102,7 @@ class _Search:
         self.was_free = went_back or not self._on_switch()
 
 
-class Pmc006Client(MotionClient[Seen]):
+class Pmc006Client(MotionClient[ControllerView]):
     """A PMC006x3s at the other end of a line.
 
     Every method raises LinkError without a good answer, and RefusedError if the controller refuses; for
@@ -211,10 +211,10 @@ class Pmc006Client(MotionClient[Seen]):
     # -- motion ------------------------------------------------------------------------------
 
     @override
-    def look(self) -> Seen:
+    def look(self) -> ControllerView:
         """Read status register 1, then the position, which is final if nothing moved."""
         status = self.status1
-        return Seen(self.position, bool(status & (Status1.BUSY | Status1.HOME)), status & NAMED)
+        return ControllerView(self.position, bool(status & (Status1.BUSY | Status1.HOME)), status & NAMED)
 
     def start_move(self, steps: int) -> int:
         """Start a move over signed steps; return its target.
@@ -301,7 +301,7 @@ class Pmc006Client(MotionClient[Seen]):
         named = ", ".join(str(bit.name) for bit in Status1(errors))
         return f": {named}" if named else ""
 
-    def _start(self, row: Instruction, data: int, *, moves: bool = True) -> Seen:
+    def _start(self, row: InstructionRow, data: int, *, moves: bool = True) -> ControllerView:
         return self.begin(row.name, lambda: self._check(row, self._once(row.code, data), None), moves=moves)
 
     def _on_switch(self) -> bool:
@@ -309,7 +309,7 @@ class Pmc006Client(MotionClient[Seen]):
         rising = self.read("ext_trigger_mode") & 1
         return (self.read("levels") >> 2 & 1) == rising
 
-    def _set_address(self, row: Instruction, value: int) -> None:
+    def _set_address(self, row: InstructionRow, value: int) -> None:
         """Change the address, which takes effect at once: the answer may have either address."""
         former = self.address
         try:
@@ -325,7 +325,7 @@ class Pmc006Client(MotionClient[Seen]):
         self._check(row, answer, value)
         self.address = value
 
-    def _check(self, row: Instruction, answer: int, value: int | None) -> None:
+    def _check(self, row: InstructionRow, answer: int, value: int | None) -> None:
         """Raise a refusal; 6 and 7 are values where 6 or 7 was set."""
         if answer in _ERRORS and answer != value:
             raise RefusedError(f"{row.name} is refused with error {_ERRORS[answer]}")

@@ -16,7 +16,7 @@ from ....io_images.pmc006.frame import FACTORY_ADDRESS
 from .. import pcl601_ascii as ascii
 from .. import pcl601_frames as rtu
 from .. import pmc006_frames as pmc006
-from ..master import Reply, Request
+from ..master import LineRequest, Reply
 from ..wire import LineFormat
 from .link import SILENCE_S, Link, drain
 
@@ -28,7 +28,7 @@ PMC006_ADDRESSES = (FACTORY_ADDRESS, *range(1, 121))
 
 
 @dataclass(frozen=True, slots=True)
-class Found:
+class FoundController:
     """A controller that has answered."""
 
     controller: str
@@ -47,7 +47,7 @@ Opened = Callable[[LineFormat], Link]
 """Opens the line in a format."""
 
 
-def probe(opened: Opened, addresses: Iterable[int] | None, asked: Asked) -> Iterator[Found]:
+def probe(opened: Opened, addresses: Iterable[int] | None, asked: Asked) -> Iterator[FoundController]:
     """Ask in one language after the other; yield each controller as soon as it answers.
 
     Args:
@@ -77,7 +77,7 @@ def questions(addresses: Iterable[int] | None) -> int:
     return 1 + sum((each in PCL601_ADDRESSES) + (each in PMC006_ADDRESSES) for each in addresses)
 
 
-def answer_to(link: Link, request: Request) -> bool:
+def answer_to(link: Link, request: LineRequest) -> bool:
     """Ask once; return whether the received bytes are a valid answer."""
     drain(link, SILENCE_S)
     link.send(request.frame)
@@ -89,18 +89,18 @@ def answer_to(link: Link, request: Request) -> bool:
     return False
 
 
-def _rtu(opened: Opened, units: Iterable[int], asked: Asked) -> Iterator[Found]:
+def _rtu(opened: Opened, units: Iterable[int], asked: Asked) -> Iterator[FoundController]:
     line_format = rtu.LINE_FORMAT
     for unit in _answering(opened, line_format, "Modbus RTU", units, rtu.report_id, asked):
-        yield Found("PCL601", unit, "Modbus RTU", line_format)
+        yield FoundController("PCL601", unit, "Modbus RTU", line_format)
 
 
-def _pmc006(opened: Opened, sites: Iterable[int], asked: Asked) -> Iterator[Found]:
+def _pmc006(opened: Opened, sites: Iterable[int], asked: Asked) -> Iterator[FoundController]:
     for site in _answering(opened, pmc006.LINE_FORMAT, "PMC006", sites, _ask_status, asked):
-        yield Found("PMC006", site, "its own frames", pmc006.LINE_FORMAT)
+        yield FoundController("PMC006", site, "its own frames", pmc006.LINE_FORMAT)
 
 
-def _ask_status(site: int) -> Request:
+def _ask_status(site: int) -> LineRequest:
     return pmc006.reading(site, "read_status1")
 
 
@@ -109,7 +109,7 @@ def _answering(
     line_format: LineFormat,
     language: str,
     addresses: Iterable[int],
-    question: Callable[[int], Request],
+    question: Callable[[int], LineRequest],
     asked: Asked,
 ) -> Iterator[int]:
     link = opened(line_format)
@@ -122,7 +122,7 @@ def _answering(
         link.close()
 
 
-def _ascii(opened: Opened, chosen: tuple[int, ...] | None, asked: Asked) -> Iterator[Found]:
+def _ascii(opened: Opened, chosen: tuple[int, ...] | None, asked: Asked) -> Iterator[FoundController]:
     """Ask units in ASCII for their address; simultaneous answers garble each other."""
     line_format = ascii.LINE_FORMAT
     link = opened(line_format)
@@ -135,4 +135,4 @@ def _ascii(opened: Opened, chosen: tuple[int, ...] | None, asked: Asked) -> Iter
         link.close()
     digits = heard.removesuffix(b"\r\n")
     if digits != heard and digits.isdigit() and (chosen is None or int(digits) in chosen):
-        yield Found("PCL601", int(digits), "AA ASCII", line_format)
+        yield FoundController("PCL601", int(digits), "AA ASCII", line_format)

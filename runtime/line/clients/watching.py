@@ -75,7 +75,7 @@ def stopped_when_lost(stop: Callable[[], None]) -> Iterator[None]:
 
 
 @dataclass(frozen=True, slots=True)
-class Seen:
+class ControllerView:
     """One read of a controller: position in steps, final if it does not move."""
 
     position: int
@@ -83,7 +83,7 @@ class Seen:
     errors: int
 
 
-SeenType = TypeVar("SeenType", bound=Seen)
+SeenType = TypeVar("SeenType", bound=ControllerView)
 
 
 class MotionClient(ABC, Generic[SeenType]):

@@ -10,12 +10,13 @@ from .modbustcp import ModbusTcpPort
 from .port import Port, PortError, Traffic
 from .pty import PtyPort
 from .rawtcp import RawTcpPort
-from .segment import Segment
+from .segment import BusSegment
 from .serialdevice import SerialPort
 from .server import LONGEST_S, LineListener, LineServer, PduServer, Server, Stop, serve_until_interrupted
 
 __all__ = [
     "LONGEST_S",
+    "BusSegment",
     "LineListener",
     "LineServer",
     "ModbusTcpPort",
@@ -24,7 +25,6 @@ __all__ = [
     "PortError",
     "PtyPort",
     "RawTcpPort",
-    "Segment",
     "SerialPort",
     "Server",
     "Stop",

@@ -21,7 +21,7 @@ QUIET_CHARACTERS = 5
 """Silence after a unit has sent, in characters: more than the 3.5 that end a Modbus frame."""
 
 
-class Segment(Device):
+class BusSegment(Device):
     """A line with several units, as one device.
 
     Args:

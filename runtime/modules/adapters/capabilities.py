@@ -16,7 +16,7 @@ from typing import Generic, TypeVar
 from typing_extensions import override
 
 from ....io_images.amci3601 import Configuration, StatusMsw
-from ..amci3601 import Capabilities, Feature, Refusal, Request
+from ..amci3601 import AxisRequest, Capabilities, Feature, Refusal
 
 CONFIG_ERROR = StatusMsw.CONFIG_ERROR.value
 FUNCTION = StatusMsw.COMMAND_ERROR.value
@@ -61,7 +61,7 @@ class CommandRow(Generic[AdapterOptions]):
 
     features: frozenset[Feature]
     name: str
-    applies: Callable[[Request, AdapterOptions], bool]
+    applies: Callable[[AxisRequest, AdapterOptions], bool]
     bits: int
     reason: str
 
@@ -77,7 +77,7 @@ class SubstitutionRow(Generic[AdapterOptions]):
     """
 
     name: str
-    applies: Callable[[Request, AdapterOptions], bool]
+    applies: Callable[[AxisRequest, AdapterOptions], bool]
     how: str
 
 
@@ -114,7 +114,7 @@ class RowCapabilities(Capabilities, Generic[AdapterOptions]):
         return None
 
     @override
-    def lacking_for(self, request: Request) -> Refusal | None:
+    def lacking_for(self, request: AxisRequest) -> Refusal | None:
         """Return why a command is refused; if it is not, note substitutions and return None."""
         for row in self._command_rows:
             if request.feature in row.features and row.applies(request, self._options):
@@ -123,22 +123,22 @@ class RowCapabilities(Capabilities, Generic[AdapterOptions]):
             self._note_substitutions(request)
         return None
 
-    def _note_substitutions(self, request: Request) -> None:
+    def _note_substitutions(self, request: AxisRequest) -> None:
         fresh = [row for row in self._untold if row.applies(request, self._options)]
         self._untold = [row for row in self._untold if row not in fresh]
         self.news += fresh
 
 
-def always(request: Request, options: object) -> bool:
+def always(request: AxisRequest, options: object) -> bool:
     """A function that is missing altogether."""
     return True
 
 
-def speed_of(request: Request) -> int:
+def speed_of(request: AxisRequest) -> int:
     """Return the programmed speed, steps/s."""
     return request.command.parameters.speed or 0
 
 
-def has_ramps(request: Request) -> bool:
+def has_ramps(request: AxisRequest) -> bool:
     """Whether the programmed speed is above the starting speed."""
     return speed_of(request) > request.configuration.starting_speed

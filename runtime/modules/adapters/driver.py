@@ -13,8 +13,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator
 
-from ...line.master import PUBLISH, LineTiming, Pause, Reply, Request, Script, Step
-from .exchanges import BIAS, Exchanges, LinkLost, PowerLost, State, Talk
+from ...line.master import PUBLISH, LinePause, LineRequest, LineTiming, Reply, Script, Step
+from .exchanges import BIAS, ControllerState, Exchanges, LinkLostError, PowerLostError, Talk
 from .findings import FindingKind
 from .task import Drive, Task, TaskKind
 
@@ -35,7 +35,7 @@ class Driver(Exchanges[Drive]):
 
     # -- what a controller brings -------------------------------------------------------------
 
-    def identify(self) -> Request:
+    def identify(self) -> LineRequest:
         """Return the request that finds the controller."""
         raise NotImplementedError
 
@@ -77,17 +77,17 @@ class Driver(Exchanges[Drive]):
                 yield from self._connect()
                 while True:
                     yield from self._turn()
-            except LinkLost:
+            except LinkLostError:
                 self._forget_wishes()
-                self.state = State.ABSENT
+                self.state = ControllerState.ABSENT
                 yield PUBLISH
-            except PowerLost:
+            except PowerLostError:
                 self._forget_wishes()
                 self._was_ready = False
                 self.findings.add(FindingKind.POWER_LOST)
                 self.master.expect_nothing_late()
                 self.cut = True
-                self.state = State.PRESENT
+                self.state = ControllerState.PRESENT
                 yield PUBLISH
 
     def _forget_wishes(self) -> None:
@@ -98,26 +98,26 @@ class Driver(Exchanges[Drive]):
 
     def _connect(self) -> Talk:
         """Ask for the identity until it comes; then find out whether the controller kept its state."""
-        while self.state is State.ABSENT:
+        while self.state is ControllerState.ABSENT:
             asked_ns = self.master.now_ns
             reply = yield self.identify()
             if reply is None:
                 yield from self.rouse()
-                yield Pause(max(0, asked_ns + PROBE_NS - self.master.now_ns))
+                yield LinePause(max(0, asked_ns + PROBE_NS - self.master.now_ns))
                 continue
             self._good()
             if self._was_ready or (yield from self.admit()):
                 yield from self._see_again()
             else:
                 yield PUBLISH
-                yield Pause(PROBE_NS)
+                yield LinePause(PROBE_NS)
         self._failed = 0
 
     def _see_again(self) -> Talk:
         if self._was_ready:
             yield from self.halt()
         yield from self.read_all()
-        self.state = State.READY if self._was_ready else State.PRESENT
+        self.state = ControllerState.READY if self._was_ready else ControllerState.PRESENT
         if self._was_ready:
             self.findings.add(FindingKind.RETURNED)
         yield PUBLISH
@@ -149,7 +149,7 @@ class Driver(Exchanges[Drive]):
         yield from self.read_all()
         self.setup = False
         self._was_ready = True
-        self.state = State.READY
+        self.state = ControllerState.READY
         yield PUBLISH
 
     def _look_around(self) -> Talk:
@@ -157,13 +157,13 @@ class Driver(Exchanges[Drive]):
         before = self.position
         for read in self.cycle if not self.master.overdue else (self._look_in_doubt, self.read_inputs):
             yield from read()
-            if self.state is State.READY and (self.busy or self.position != before):
+            if self.state is ControllerState.READY and (self.busy or self.position != before):
                 self.findings.add(FindingKind.STRAYED)
                 before = self.position
             if self._has_work():
                 return
         yield PUBLISH
-        if self.state is State.READY and not self.busy and abs(self.position) < REBIAS_BELOW:
+        if self.state is ControllerState.READY and not self.busy and abs(self.position) < REBIAS_BELOW:
             yield from self.rebase(BIAS)
 
     def _look_in_doubt(self) -> Talk:
@@ -178,7 +178,7 @@ class Driver(Exchanges[Drive]):
 
     # -- motions ------------------------------------------------------------------------------
 
-    def start(self, task: Task[Drive], request: Request) -> Talk:
+    def start(self, task: Task[Drive], request: LineRequest) -> Talk:
         """Start a motion; if the answer is lost, read before asking again."""
         before = self.position
         for _ in range(2):

@@ -10,7 +10,7 @@ from collections.abc import Callable, Generator
 from enum import Enum
 from typing import Generic
 
-from ...line.master import LineTiming, Master, Reply, Request, Step
+from ...line.master import LineRequest, LineTiming, Master, Reply, Step
 from .findings import Findings
 from .task import Drive, Task
 
@@ -21,7 +21,7 @@ NEAR_ZERO = 1_000
 NS_PER_S = 1_000_000_000
 
 
-class State(Enum):
+class ControllerState(Enum):
     """State of the controller as the adapter knows it."""
 
     ABSENT = "no good exchange"
@@ -29,11 +29,11 @@ class State(Enum):
     READY = "configured"
 
 
-class LinkLost(Exception):  # noqa: N818  # names the state that follows
+class LinkLostError(Exception):  # names the state that follows
     """Three exchanges in a row have failed, or all of half a second."""
 
 
-class PowerLost(Exception):  # noqa: N818
+class PowerLostError(Exception):
     """The controller's position shows that it was switched off meanwhile."""
 
 
@@ -61,7 +61,7 @@ class Exchanges(Generic[Drive]):
 
     def __init__(self, line_timing: LineTiming) -> None:
         self.master = Master(line_timing)
-        self.state = State.ABSENT
+        self.state = ControllerState.ABSENT
         self.position = 0
         self.busy = False
         self.task: Task[Drive] | None = None
@@ -108,11 +108,11 @@ class Exchanges(Generic[Drive]):
         self._failed = 0
         self._good_ns = self.master.now_ns
 
-    def ask(self, request: Request) -> Generator[Step, Reply | None, Reply | None]:
+    def ask(self, request: LineRequest) -> Generator[Step, Reply | None, Reply | None]:
         """Make one exchange; return its reply, None if it failed.
 
         Raises:
-            LinkLost: the third exchange in a row has failed, or the silence lasts too long.
+            LinkLostError: the third exchange in a row has failed, or the silence lasts too long.
         """
         reply = yield request
         if reply is not None:
@@ -120,10 +120,10 @@ class Exchanges(Generic[Drive]):
             return reply
         self._failed += 1
         if self._failed >= FAILURES_MAX or self.master.now_ns - self._good_ns >= SILENCE_NS:
-            raise LinkLost
+            raise LinkLostError
         return None
 
-    def insist(self, request: Request) -> Generator[Step, Reply | None, Reply]:
+    def insist(self, request: LineRequest) -> Generator[Step, Reply | None, Reply]:
         """Repeat an exchange until it is answered."""
         while True:
             reply = yield from self.ask(request)
@@ -169,14 +169,14 @@ class Exchanges(Generic[Drive]):
         """Take over a position read.
 
         Raises:
-            PowerLost: it is near 0, and too far from the last one for the speed.
+            PowerLostError: it is near 0, and too far from the last one for the speed.
         """
         self._settle_rebase(position)
         elapsed_ns, self._read_ns = self.master.now_ns - self._read_ns, self.master.now_ns
         way = self._top_sps * elapsed_ns // NS_PER_S + NEAR_ZERO
         before, self.position = self.position, position
         if self._was_ready and abs(position) <= NEAR_ZERO and abs(position - before) > way:
-            raise PowerLost
+            raise PowerLostError
 
     def rebase(self, position: int) -> Talk:
         """Set the counter without moving the axis."""

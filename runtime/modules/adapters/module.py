@@ -24,7 +24,7 @@ from ..amci3601 import Amci3601Options, CommandLayer, Refusal
 from ..amci3601.report import report
 from .axis import LinkedAxis
 from .driver import Driver
-from .exchanges import State
+from .exchanges import ControllerState
 from .findings import Finding, FindingKind
 from .plant import LinkedController, Plant
 from .task import Drive
@@ -153,7 +153,7 @@ class Adapter(Generic[Drive]):
         return self.machine
 
     def figures(self) -> tuple[int, int, int]:
-        """Return what the machine shows at the last `update`, see `Figured`."""
+        """Return what the machine shows at the last `update`, see `ModuleWithFigures`."""
         machine = self.machine
         return machine.shaft, machine.encoder_counts(self._now_ns), machine.shown
 
@@ -189,7 +189,7 @@ class Adapter(Generic[Drive]):
         """Run a tick of the command layer."""
         findings = self.driver.findings.take()
         self._take_notice(now_ns, findings)
-        if self.driver.state is State.ABSENT:
+        if self.driver.state is ControllerState.ABSENT:
             self._pass_over(now_ns, outputs)
             return
         if self.layer.state.running != self._plc_running:
@@ -285,7 +285,7 @@ class Adapter(Generic[Drive]):
 
     def _publish(self) -> None:
         layer, words = self.layer, self._image.words
-        if self.driver.state is State.ABSENT:
+        if self.driver.state is ControllerState.ABSENT:
             mode = layer.state.latches.bits & MODE_CONFIG if self._asks_for_configuration else 0
             words[0] = signed_word(POSITION_INVALID | mode)
             words[1] = 0

@@ -6,7 +6,7 @@
 
 from ...loop.module_fault import ModuleFault
 from .axis import Axis
-from .capabilities import AxisHoming, Capabilities, Feature, Refusal, Request
+from .capabilities import AxisHoming, AxisRequest, Capabilities, Feature, Refusal
 from .command_layer import CommandLayer
 from .indicators import Indicators, Light
 from .module import Amci3601
@@ -19,6 +19,7 @@ __all__ = [
     "Amci3601Options",
     "Axis",
     "AxisHoming",
+    "AxisRequest",
     "Capabilities",
     "CommandLayer",
     "Feature",
@@ -27,6 +28,5 @@ __all__ = [
     "ModuleFault",
     "ModuleState",
     "Refusal",
-    "Request",
     "StepGenerator",
 ]

@@ -30,7 +30,7 @@ class Feature(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Request:
+class AxisRequest:
     """A request to an axis that the 3601's own rules allow.
 
     Attributes:
@@ -91,6 +91,6 @@ class Capabilities:
         """Return why the axis can't use a configuration that the 3601 accepts, or None."""
         return None
 
-    def lacking_for(self, request: Request) -> Refusal | None:
+    def lacking_for(self, request: AxisRequest) -> Refusal | None:
         """Return why the axis can't carry out a command that the 3601 accepts, or None."""
         return None

@@ -22,7 +22,7 @@ from ....io_images.amci3601 import CommandMsw, Firmware
 from ...loop.events import Event, JsonValue
 from . import configuring
 from .axis import Axis
-from .capabilities import Feature, Refusal, Request
+from .capabilities import AxisRequest, Feature, Refusal
 from .command_words import COMMAND_BITS, CommandWords
 from .commands import COMMANDS, obey_store_minimum
 from .inputs import InputWatch
@@ -32,7 +32,7 @@ from .latches import (
     MOVE_COMPLETE,
     POSITION_INVALID,
     STOPPED,
-    Fault,
+    BrokenRule,
     Latches,
 )
 from .operation import Host, Operation
@@ -202,7 +202,7 @@ class CommandLayer(Host):
         state = self.state
         if state.configuration is None:
             return False
-        request = Request(feature, command, state.configuration, distance, state.minimum_registration)
+        request = AxisRequest(feature, command, state.configuration, distance, state.minimum_registration)
         refusal = self.axis.capabilities.lacking_for(request)
         if refusal is not None:
             self.refuse(now_ns, refusal)
@@ -218,7 +218,7 @@ class CommandLayer(Host):
         self._note_error(self.state.latches.fire(now_ns, rule_id, alone=alone))
 
     @override
-    def fire_all(self, now_ns: int, faults: Iterable[Fault]) -> None:
+    def fire_all(self, now_ns: int, faults: Iterable[BrokenRule]) -> None:
         """Set the bits of all rules that one command breaks (reading A-110).
 
         The event log names one rule for each bit and leaves out rules that add no bit.

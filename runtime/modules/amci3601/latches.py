@@ -39,7 +39,7 @@ COMPLETION = STOPPED | AT_HOME | MOVE_COMPLETE | HOLD_STATE
 _ERROR_MASKS = tuple(bit.value for bit in StatusMsw if bit & ERROR_BITS)
 
 
-class Fault(NamedTuple):
+class BrokenRule(NamedTuple):
     """A broken rule; `alone` fires it without the rows that usually fire together with it."""
 
     rule: str
@@ -82,7 +82,7 @@ class Latches:
             rule_id: a row of the rule table.
             alone: fire without the rows that usually fire together with it.
         """
-        fault = Fault(rule_id, alone)
+        fault = BrokenRule(rule_id, alone)
         for row in fault.rows:
             self._set(now_ns, row, bits_of(row))
         return fault.all_bits

@@ -198,13 +198,13 @@ class Amci3601:
     # -- prediction ---------------------------------------------------------------------------
 
     def calm_until_ns(self, outputs: Image) -> int:
-        """Return the instant before which only position and count change; see `Foreseeing`."""
+        """Return the instant before which only position and count change; see `ForeseeingModule`."""
         if outputs.raw.tobytes() != self._acted_on:
             return 0
         return min(self._due_ns, self.axis.counts_calm_until_ns()) if self._counting else self._due_ns
 
     def foretell(self, first_ns: int, every_ns: int, count: int) -> Words:
-        """Return position and count at instants before `calm_until_ns`; see `Foreseeing`."""
+        """Return position and count at instants before `calm_until_ns`; see `ForeseeingModule`."""
         if self._segment is None:
             return {}
         positions = self.axis.positions_at_all(first_ns, every_ns, count)

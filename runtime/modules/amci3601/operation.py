@@ -18,7 +18,7 @@ from ....io_images.amci3601 import Firmware, InputBit
 from .axis import Axis
 from .capabilities import Feature, Refusal
 from .command_words import CommandWords
-from .latches import Fault
+from .latches import BrokenRule
 from .options import Amci3601Options
 from .state import ModuleState
 
@@ -67,7 +67,7 @@ class Host(Protocol):
     def fire(self, now_ns: int, rule_id: str, *, alone: bool = False) -> None:
         """Set the bits of a broken rule."""
 
-    def fire_all(self, now_ns: int, faults: Iterable[Fault]) -> None:
+    def fire_all(self, now_ns: int, faults: Iterable[BrokenRule]) -> None:
         """Set the bits of all rules that one command breaks (reading A-110)."""
 
     def refuse(self, now_ns: int, refusal: Refusal) -> None:

@@ -22,7 +22,7 @@ from ....io_images.amci3601 import (
 )
 from ...kinematics import MILLI, PICO, stopping_distance
 from .command_words import COMMAND_BITS, S_CURVE, CommandWords
-from .latches import POSITION_INVALID, Fault
+from .latches import POSITION_INVALID, BrokenRule
 from .operation import CW_LIMIT, EITHER_LIMIT, Host, limit_in, limit_of
 
 Check = Callable[[Host, CommandWords], bool]
@@ -41,9 +41,9 @@ class RefusalRule(NamedTuple):
     alone: bool = False
 
     @property
-    def fault(self) -> Fault:
+    def fault(self) -> BrokenRule:
         """The fault of a broken rule."""
-        return Fault(self.rule, self.alone)
+        return BrokenRule(self.rule, self.alone)
 
 
 Refusals = tuple[RefusalRule, ...]
@@ -395,14 +395,14 @@ def refused(host: Host, now_ns: int, command: CommandWords, reasons: Refusals | 
     return bool(faults)
 
 
-def faults_of(host: Host, command: CommandWords, reasons: Refusals) -> list[Fault]:
+def faults_of(host: Host, command: CommandWords, reasons: Refusals) -> list[BrokenRule]:
     """Return the rules that a command breaks."""
     return [reason.fault for reason in reasons if reason.broken(host, command)]
 
 
-def faults_of_several(host: Host, command: CommandWords, edges: int) -> list[Fault]:
+def faults_of_several(host: Host, command: CommandWords, edges: int) -> list[BrokenRule]:
     """Return the faults of several command bits: their number, and those of each new command (A-110)."""
-    faults = [Fault("CMD-02")]
+    faults = [BrokenRule("CMD-02")]
     for bit in (1 << at for at in range(edges.bit_length()) if edges >> at & 1):
         single = command.single(bit)
         faults += faults_of(host, single, refusals_of(host, single))

@@ -20,7 +20,7 @@ NO_COMMAND = CommandWords((0,) * 8)
 
 
 @dataclass(frozen=True, slots=True)
-class Held:
+class HeldMove:
     """A held move: its name, and its target in steps as the module counts them."""
 
     target: int
@@ -52,7 +52,7 @@ class ModuleState:
     mirror: tuple[int, ...] = (0, 0, 0, 0)
     command: CommandWords = NO_COMMAND
     running: bool = True
-    held: Held | None = None
+    held: HeldMove | None = None
     held_by_external: bool = False
     error_since_start: bool = False
     blend: BlendProgram | None = None
@@ -88,7 +88,7 @@ class ModuleState:
         """Whether the backplane home proximity bit is set; in a configuration word it is another bit."""
         return bool(self.command.lsw & PROXIMITY) and not self.command.configures
 
-    def hold(self, held: Held | None, *, by_external: bool) -> None:
+    def hold(self, held: HeldMove | None, *, by_external: bool) -> None:
         """Store the move that Resume continues."""
         self.held = held
         self.held_by_external = by_external

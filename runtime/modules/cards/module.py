@@ -23,7 +23,7 @@ from ...loop.events import Event
 from ...loop.module import Module, unnoticed
 from ...machine.shaft import FAR
 from ...machine.spec import INPUT_NAMES
-from ..record import Bolted, BoltedAhead
+from ..record import BoltedAhead, ModuleWithMachine
 from .kinds import DISCRETE16, CardKind
 from .options import WORD_BITS, Cam, CardOptions
 
@@ -108,7 +108,7 @@ class GenericCard(Module):
         return self._image
 
     def calm_until_ns(self, outputs: Image) -> int:
-        """Return the instant before which no input changes; see `runtime.loop.module.Foreseeing`."""
+        """Return the instant before which no input changes; see `runtime.loop.module.ForeseeingModule`."""
         if self.lit != (self._outputs(outputs) if self._runs else 0):
             return 0
         if self.kind.channels_out and self._driving(outputs) != self._driven:
@@ -246,7 +246,7 @@ def _changes(options: CardOptions) -> Iterator[Change]:
 def _contact(cam: Cam, modules: Mapping[int, Module]) -> Contact:
     """Return the function that evaluates a cam."""
     stepper = modules.get(cam.slot)
-    if not isinstance(stepper, Bolted):
+    if not isinstance(stepper, ModuleWithMachine):
         raise ValueError(f"cam {cam.input}: slot {cam.slot} has no machine that can be seen")
     return partial(_at_switch if cam.switch is not None else _in_range, cam, stepper)
 
@@ -261,10 +261,10 @@ def _horizon(cam: Cam, modules: Mapping[int, Module]) -> Callable[[], int]:
     return partial(stepper.shaft_calm_until_ns, cam.first, cam.last)
 
 
-def _at_switch(cam: Cam, stepper: Bolted, now_ns: int) -> bool:
+def _at_switch(cam: Cam, stepper: ModuleWithMachine, now_ns: int) -> bool:
     return bool(stepper.machine_at(now_ns).levels(now_ns) & INPUT_NAMES[str(cam.switch)].value)
 
 
-def _in_range(cam: Cam, stepper: Bolted, now_ns: int) -> bool:
+def _in_range(cam: Cam, stepper: ModuleWithMachine, now_ns: int) -> bool:
     shaft = stepper.machine_at(now_ns).shaft
     return (cam.first is None or shaft >= cam.first) and (cam.last is None or shaft <= cam.last)

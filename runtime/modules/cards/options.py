@@ -46,7 +46,7 @@ class _Row(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
 
 
-class Press(_Row):
+class InputPress(_Row):
     """An input is operated, or an analog input gets a value.
 
     Attributes:
@@ -134,7 +134,7 @@ class CardOptions(Options):
     inputs: Mapping[str, Terminal] = Field(default_factory=dict)
     outputs: Mapping[str, Terminal] = Field(default_factory=dict)
     normally_closed: Annotated[tuple[str, ...], Field(strict=False)] = ()
-    timeline: Annotated[tuple[Press, ...], Field(strict=False)] = ()
+    timeline: Annotated[tuple[InputPress, ...], Field(strict=False)] = ()
     cam: Annotated[tuple[Cam, ...], Field(strict=False)] = ()
     ranges: Mapping[str, str] = Field(default_factory=dict)
     formats: Mapping[str, str] = Field(default_factory=dict)
@@ -297,9 +297,9 @@ def _range_bits(kind: CardKind, options: CardOptions) -> dict[str, BitPlace]:
     return places
 
 
-def _check_presses(timeline: Sequence[Press]) -> None:
+def _check_presses(timeline: Sequence[InputPress]) -> None:
     """Refuse overlapping presses of an input, and two values at one instant."""
-    last: dict[str, Press] = {}
+    last: dict[str, InputPress] = {}
     for press in sorted(timeline, key=lambda each: each.begin_ns):
         before = last.get(press.input)
         last[press.input] = press

@@ -9,7 +9,7 @@ import pytest
 from scanrack.runtime.line.master import LineTiming, Reply, Step
 from scanrack.runtime.line.wire import LineFormat
 from scanrack.runtime.modules.adapters.driver import REBIAS_BELOW, Driver
-from scanrack.runtime.modules.adapters.exchanges import BIAS, State, Talk
+from scanrack.runtime.modules.adapters.exchanges import BIAS, ControllerState, Talk
 from scanrack.runtime.modules.adapters.findings import Finding, FindingKind, Findings
 from scanrack.runtime.modules.adapters.task import Task, TaskKind
 
@@ -86,17 +86,17 @@ def test_nothing_is_left_behind_a_mark_when_the_stop_has_used_it_up(steps: int) 
 @pytest.mark.parametrize(
     ("state", "position", "busy_looks", "moved"),
     [
-        (State.READY, REBIAS_BELOW - 1, 0, True),
-        (State.READY, 1 - REBIAS_BELOW, 0, True),
-        (State.READY, REBIAS_BELOW, 0, False),
-        (State.READY, -REBIAS_BELOW, 0, False),
-        (State.READY, 0, 9, False),
-        (State.PRESENT, 0, 0, False),  # nobody has configured it: its counter is not ours
-        (State.PRESENT, 0, 9, False),
+        (ControllerState.READY, REBIAS_BELOW - 1, 0, True),
+        (ControllerState.READY, 1 - REBIAS_BELOW, 0, True),
+        (ControllerState.READY, REBIAS_BELOW, 0, False),
+        (ControllerState.READY, -REBIAS_BELOW, 0, False),
+        (ControllerState.READY, 0, 9, False),
+        (ControllerState.PRESENT, 0, 0, False),  # nobody has configured it: its counter is not ours
+        (ControllerState.PRESENT, 0, 9, False),
     ],
 )
 def test_the_counter_is_moved_away_from_0_only_when_ready_and_at_rest(
-    state: State, position: int, busy_looks: int, moved: bool
+    state: ControllerState, position: int, busy_looks: int, moved: bool
 ) -> None:
     driver = Noted(busy_looks)
     driver.state, driver.position = state, position
@@ -105,9 +105,13 @@ def test_the_counter_is_moved_away_from_0_only_when_ready_and_at_rest(
     assert driver.rebased == (BIAS - position if moved else 0)
 
 
-@pytest.mark.parametrize(("state", "strayed"), [(State.READY, True), (State.PRESENT, False)])
+@pytest.mark.parametrize(
+    ("state", "strayed"), [(ControllerState.READY, True), (ControllerState.PRESENT, False)]
+)
 @pytest.mark.parametrize("busy", [False, True])
-def test_what_moves_untold_has_strayed_when_it_is_ready(state: State, strayed: bool, busy: bool) -> None:
+def test_what_moves_untold_has_strayed_when_it_is_ready(
+    state: ControllerState, strayed: bool, busy: bool
+) -> None:
     driver = Noted(busy_looks=int(busy), positions=[] if busy else [BIAS + 7])
     driver.state, driver.position = state, BIAS
     done(driver._look_around())
@@ -116,7 +120,7 @@ def test_what_moves_untold_has_strayed_when_it_is_ready(state: State, strayed: b
 
 def test_what_rests_has_not_strayed() -> None:
     driver = Noted(positions=[BIAS])
-    driver.state, driver.position = State.READY, BIAS
+    driver.state, driver.position = ControllerState.READY, BIAS
     done(driver._look_around())
     assert not driver.findings.take()
 

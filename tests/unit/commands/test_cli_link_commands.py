@@ -10,7 +10,7 @@ from faultyline import BusLink, Fault
 from scanrack.commands import build
 from scanrack.commands.wire import link_commands
 from scanrack.commands.wire.link_commands import INTERRUPTED, shown_travel, stopped_by_interrupt
-from scanrack.runtime.controllers.pmc006.controller import Controller
+from scanrack.runtime.controllers.pmc006.controller import Pmc006Controller
 from scanrack.runtime.controllers.pmc006.line import Pmc006
 from scanrack.runtime.line.clients.link import LinkError
 from scanrack.runtime.line.clients.pmc006 import Pmc006Client
@@ -21,7 +21,7 @@ STOP_AND_LOOK = ["I", "j", "c"]
 
 
 def test_ctrl_c_stops_the_motor_after_the_present_exchange(capsys: pytest.CaptureFixture[str]) -> None:
-    controller = Controller()
+    controller = Pmc006Controller()
     link = BusLink(Pmc006(controller))
     client = Pmc006Client(link)
     handler = signal.getsignal(signal.SIGINT)
@@ -51,7 +51,7 @@ def test_ctrl_c_stops_the_motor_after_the_present_exchange(capsys: pytest.Captur
 
 
 def test_ctrl_c_before_the_move_keeps_it_from_starting() -> None:
-    client = Pmc006Client(link := BusLink(Pmc006(Controller())))
+    client = Pmc006Client(link := BusLink(Pmc006(Pmc006Controller())))
 
     def interrupted() -> None:
         with stopped_by_interrupt(client.stop) as look:
@@ -65,7 +65,7 @@ def test_ctrl_c_before_the_move_keeps_it_from_starting() -> None:
 
 
 def test_ctrl_c_whose_stop_is_not_answered_says_that_the_motor_may_move_on() -> None:
-    controller = Controller()
+    controller = Pmc006Controller()
     drop_all_from = 14
     client = Pmc006Client(
         BusLink(Pmc006(controller), dict.fromkeys(range(drop_all_from, 100), Fault.DROPPED))
@@ -114,7 +114,7 @@ def moved_over(monkeypatch: pytest.MonkeyPatch, links: list[BusLink]) -> Result:
 def test_a_connection_that_is_closed_during_a_move_is_opened_again_to_stop(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    controller = Controller()
+    controller = Pmc006Controller()
     first = CutLink(device := Pmc006(controller))
     again = BusLink(device)
     again.bus.run_until(10_000_000_000)  # later than all that the first has said
@@ -126,7 +126,7 @@ def test_a_connection_that_is_closed_during_a_move_is_opened_again_to_stop(
 
 
 def test_a_connection_that_stays_closed_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    controller = Controller()
+    controller = Pmc006Controller()
     result = moved_over(monkeypatch, [CutLink(Pmc006(controller))])
     assert "closed the connection; a stop was not confirmed: THE MOTOR MAY STILL BE MOVING" in result.stderr
     assert (result.exit_code, controller.axis.moving) == (1, True)

@@ -7,9 +7,9 @@ import pytest
 from scanrack import open_trace
 from scanrack.commands import build
 from scanrack.jobs.load.loading import load_job
-from scanrack.jobs.run.retained import Retained
+from scanrack.jobs.run.retained import RetainedMemory
 from scanrack.jobs.trust.extracting import attached_files
-from scanrack.jobs.trust.trust import Given, Use, uses_of
+from scanrack.jobs.trust.trust import RunFiles, Use, uses_of
 from typer.testing import CliRunner
 
 RACK = """scan_ms = 10
@@ -94,11 +94,11 @@ def test_an_edited_program_is_replayed_from_the_tags_of_the_recording(line):
 
 def test_retained_tags_of_a_trace_are_read_and_never_run():
     rungs = {"rack.toml": RACK.encode(), "a.rung": b"", "tags.json": b"{}"}
-    assert uses_of(rungs, Given("rack.toml", "a.rung", "tags.json"))["tags.json"] is Use.READ
-    forged = uses_of({"rack.py": b""}, Given("rack.py", None, "rack.py"))
+    assert uses_of(rungs, RunFiles("rack.toml", "a.rung", "tags.json"))["tags.json"] is Use.READ
+    forged = uses_of({"rack.py": b""}, RunFiles("rack.py", None, "rack.py"))
     assert forged == {"rack.py": Use.RUN}
     with pytest.raises(ValueError, match="leads out of its folder"):
-        uses_of(rungs, Given("rack.toml", "a.rung", "../tags.json"))
+        uses_of(rungs, RunFiles("rack.toml", "a.rung", "../tags.json"))
 
 
 def test_what_does_not_fit_is_reported(line):
@@ -168,7 +168,7 @@ def test_the_file_that_a_link_leads_to_takes_the_tags(line):
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no advisory locks")
 def test_a_second_run_with_the_same_file_is_refused(line):
     job = load_job(str(line / "line.toml"))
-    with Retained(job, line / "tags.json"):
+    with RetainedMemory(job, line / "tags.json"):
         result = run(line, "--retain", str(line / "tags.json"))
         assert result.exit_code == 3
         assert "tags.json: another process is about to replace it" in result.stderr

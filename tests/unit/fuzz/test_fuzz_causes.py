@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from scanrack.io_images.amci3601 import Configuration, Idle, InputBit, Move, MoveKind, StatusView
-from scanrack.jobs.fuzz import STANDARD, Bench, Press, Scenario, never, search, undisturbed
+from scanrack.jobs.fuzz import STANDARD, Press, Scenario, TrialBench, never, search, undisturbed
 from scanrack.jobs.fuzz.drawing import Kind, scenarios
 from scanrack.runtime.config.rackspec import RackSpec
 
@@ -49,7 +49,7 @@ def two_ways(status, out, _scan):
 
 
 def bench(program, *invariants):
-    return Bench(SPEC, program, invariants, 150)
+    return TrialBench(SPEC, program, invariants, 150)
 
 
 def found(report):

@@ -2,7 +2,7 @@
 
 import pytest
 from scanrack.io_images.amci3601 import Configuration, InputBit
-from scanrack.jobs.fuzz import STANDARD, Bench, Scenario
+from scanrack.jobs.fuzz import STANDARD, Scenario, TrialBench
 from scanrack.jobs.fuzz.laws.busy import Rests, axes_in
 from scanrack.ladder.python.axis3601 import Axis3601
 from scanrack.ladder.python.axis3601.evidence import Evidence
@@ -28,7 +28,7 @@ class Line(Logic):
 
 
 def broken_after_a_lost_link(scans=1_500):
-    return Bench(SPEC, Line, [STANDARD["commands-end"]], scans).run(LOST).broken
+    return TrialBench(SPEC, Line, [STANDARD["commands-end"]], scans).run(LOST).broken
 
 
 def test_the_axis_keeps_it():

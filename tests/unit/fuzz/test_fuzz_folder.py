@@ -10,7 +10,7 @@ from collections import Counter
 import pytest
 from scanrack.commands import build
 from scanrack.io_images.amci3601 import InputBit
-from scanrack.jobs.fuzz import Broken, Found, Press, Scenario, folder_lock
+from scanrack.jobs.fuzz import BrokenInvariant, Counterexample, Press, Scenario, folder_lock
 from scanrack.jobs.fuzz.campaign.state import CampaignError, State, read_state, write_state
 from scanrack.jobs.fuzz.folder_lock import locked
 from scanrack.runtime.loop.incidents import FaultKind, Incident
@@ -52,11 +52,11 @@ def state(tmp_path):
         (Press(1, InputBit.HOME, True, 2_000_000, 2_000_000),),
         (Incident(2_000_000, FaultKind.TORN_UPDATE, 1, 0, (1, 2)),),
     )
-    broken = Broken(
+    broken = BrokenInvariant(
         "name", "It holds.", 3, 6_000_000, "it is false", ("slot 1: idle",), ("a [CMD-01]",), "CMD-01"
     )
     state = State("line.toml", 2, 10, 500, Counter({"CMD-01": 2}), {"CMD-01": scenario})
-    state.note([Found(scenario, broken, 7)])
+    state.note([Counterexample(scenario, broken, 7)])
     write_state(state, tmp_path / "state.json")
     return tmp_path / "state.json"
 

@@ -17,9 +17,9 @@ from scanrack.io_images.amci3601 import (
     ResetErrors,
     StatusView,
 )
-from scanrack.jobs.fuzz import STANDARD, Bench, Press, Scenario, never, search, undisturbed, within
+from scanrack.jobs.fuzz import STANDARD, Press, Scenario, TrialBench, never, search, undisturbed, within
 from scanrack.jobs.fuzz.drawing import Kind, possible_kinds, scenarios
-from scanrack.jobs.fuzz.scenarios.scenario import Lost, Shift
+from scanrack.jobs.fuzz.scenarios.scenario import LostSteps, Shift
 from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.runtime.loop.incidents import FaultKind, Incident
 
@@ -110,7 +110,7 @@ def jogs_while_the_logic_rests(now):
 
 
 def reported(program, invariants, kinds, *, examples=30, start=0):
-    bench = Bench(SPEC, program, invariants, SCANS)
+    bench = TrialBench(SPEC, program, invariants, SCANS)
     strategy = scenarios(SPEC, SCANS, kinds)
     return search(bench, strategy, examples=examples, start=start).found
 
@@ -152,10 +152,10 @@ def test_of_a_base_of_eleven_parts_two_are_left():
             Incident(60 * MS, FaultKind.POWER_CYCLE, 1),
         ),
         shifts=(Shift(1, 10),),
-        lost=(Lost(1, 500, 5),),
+        lost=(LostSteps(1, 500, 5),),
     )
     assert base.size == 11
-    bench = Bench(SPEC, HomesTwice, [STANDARD["one-motion"]], SCANS)
+    bench = TrialBench(SPEC, HomesTwice, [STANDARD["one-motion"]], SCANS)
     for found in (
         undisturbed(bench, base),
         search(bench, scenarios(SPEC, SCANS, {Kind.FIRMWARE}, base=base), examples=40).found,
@@ -173,7 +173,7 @@ def test_seven_presses_of_a_recording_become_three():
             button(InputBit.EXTERNAL, 390),
         )
     )
-    (found,) = undisturbed(Bench(SPEC, CountsPresses, (), SCANS), base)
+    (found,) = undisturbed(TrialBench(SPEC, CountsPresses, (), SCANS), base)
     assert sorted(press.input for press in found.scenario.presses) == [
         InputBit.EXTERNAL,
         InputBit.HOME,

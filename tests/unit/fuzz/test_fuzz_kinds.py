@@ -16,7 +16,7 @@ from scanrack.io_images.amci3601 import (
     PresetPosition,
     StatusView,
 )
-from scanrack.jobs.fuzz import STANDARD, Bench, Invariant, never, search
+from scanrack.jobs.fuzz import STANDARD, Invariant, TrialBench, never, search
 from scanrack.jobs.fuzz.drawing import Kind, possible_kinds, scenarios
 from scanrack.runtime.config.rackspec import RackSpec
 
@@ -151,7 +151,7 @@ class Case:
             {"program": "none.py", "run_for_s": 1, "controller": self.controller, "slot": [slot]}
         )
         invariants = [self.invariant] if self.invariant else []
-        return Bench(spec, self.program, invariants, 200)
+        return TrialBench(spec, self.program, invariants, 200)
 
 
 CASES = [

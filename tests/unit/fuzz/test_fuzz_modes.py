@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 from scanrack.io_images.amci3601 import Configuration, Direction, Idle, InputBit, Manual, StatusView
-from scanrack.jobs.fuzz import Bench, Scenario, always, never, within
+from scanrack.jobs.fuzz import Scenario, TrialBench, always, never, within
 from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.runtime.loop.incidents import FaultKind, Incident
 
@@ -33,7 +33,7 @@ def jogs_until_the_tenth_call_after_100_ms():
 def broken(*invariants, mode="run"):
     slot = {"number": 1, "module": "amci3601"}
     spec = RackSpec.model_validate({"program": "none.py", "mode": mode, "slot": [slot]})
-    bench = Bench(spec, jogs_until_the_tenth_call_after_100_ms, invariants, 250)
+    bench = TrialBench(spec, jogs_until_the_tenth_call_after_100_ms, invariants, 250)
     return bench.run(KEY_FROM_100_TO_300_MS).broken
 
 

@@ -11,7 +11,7 @@ from scanrack.io_images.amci3601.bits import InputBit
 from scanrack.jobs.fuzz import Press, Scenario
 from scanrack.jobs.fuzz.drawing import Kind, kinds_for, scenarios
 from scanrack.jobs.fuzz.scenarios.rackdoc import rack_text
-from scanrack.jobs.fuzz.scenarios.scenario import Lost, Shift
+from scanrack.jobs.fuzz.scenarios.scenario import LostSteps, Shift
 from scanrack.jobs.fuzz.scenarios.words import told
 from scanrack.runtime.config.rackfile import load_rack_file
 from scanrack.runtime.loop.incidents import ON_THE_LINE, FaultKind, Incident
@@ -65,7 +65,7 @@ def test_a_press_on_a_switch_is_a_fault_of_it_for_a_time(spec):
 
 
 def test_shifts_and_losses_go_to_their_slot(spec):
-    laid = Scenario(shifts=(Shift(1, -10),), lost=(Lost(1, 7, 2),)).laid_over(spec)
+    laid = Scenario(shifts=(Shift(1, -10),), lost=(LostSteps(1, 7, 2),)).laid_over(spec)
     machine = laid.slot[0].machine
     assert machine.switches == (Switch(InputBit.HOME, 90, 100), Switch(InputBit.CW_LIMIT, 890, None))
     assert machine.stations[0].position == 490
@@ -130,7 +130,7 @@ def test_programs_are_found_from_the_folder_of_a_failure(tmp_path):
 
 @given(data=st.data())
 def test_a_base_is_varied_part_by_part(spec, data):
-    base = Scenario(presses=(Press(1, InputBit.ESTOP, True, 0, MS),), lost=(Lost(4, 0, 1),))
+    base = Scenario(presses=(Press(1, InputBit.ESTOP, True, 0, MS),), lost=(LostSteps(4, 0, 1),))
     varied = data.draw(scenarios(spec, 500, [], base=base))
     assert {replace(each, at_ns=0) for each in varied.presses} <= set(base.presses)
     assert all(0 <= each.at_ns <= 100 * spec.scan_ns for each in varied.presses)

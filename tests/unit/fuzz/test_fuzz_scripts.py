@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from scanrack.commands import build
 from scanrack.io_images.amci3601 import Configuration, Idle, InputBit, Move, MoveKind, StatusView
-from scanrack.jobs.fuzz import Bench, Press, Scenario
+from scanrack.jobs.fuzz import Press, Scenario, TrialBench
 from scanrack.jobs.fuzz.scenarios.drivescript import DriveScript, obstacle
 from scanrack.jobs.fuzz.scenarios.scenario import Shift
 from scanrack.runtime.config.rackspec import RackSpec
@@ -77,7 +77,7 @@ def recorded(module, scenario):
         kept.extend((Images(made.slots[1]), DriveScript(spec, spec.slot[0], made.slots[1])))
         return kept
 
-    Bench(
+    TrialBench(
         rack(module), lambda: partial(program, words=WORDS if module == "amci3601" else LINKED), (), SCANS
     ).run(scenario, listeners=listeners)
     images, script = kept

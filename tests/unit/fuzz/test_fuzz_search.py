@@ -8,10 +8,10 @@ from multiprocessing import get_context
 import pytest
 from campaign_work import DiesOnce, dies
 from scanrack.commands import build
-from scanrack.jobs.fuzz import Found, Scenario
+from scanrack.jobs.fuzz import Counterexample, Scenario
 from scanrack.jobs.fuzz.campaign.campaign import campaign
 from scanrack.jobs.fuzz.campaign.state import CampaignError, State, read_state, write_state
-from scanrack.jobs.fuzz.run import Broken
+from scanrack.jobs.fuzz.run import BrokenInvariant
 from typer.testing import CliRunner
 
 CONFIGURES = """
@@ -157,9 +157,11 @@ def test_a_task_that_kills_every_worker_ends_the_campaign():
 
 
 def test_a_state_is_written_and_read(tmp_path):
-    broken = Broken("name", "It holds.", 3, 6_000_000, "it is false", ("slot 1: idle",), ("a rule [CMD-01]",))
+    broken = BrokenInvariant(
+        "name", "It holds.", 3, 6_000_000, "it is false", ("slot 1: idle",), ("a rule [CMD-01]",)
+    )
     state = State("line.toml", 2, 10, 500, Counter({"CMD-01": 2}), {"CMD-01": Scenario()}, {})
-    state.found["name"] = Found(Scenario(), broken, 7)
+    state.found["name"] = Counterexample(Scenario(), broken, 7)
     state.folders["name"] = "name"
     write_state(state, tmp_path / "state.json")
     assert read_state(tmp_path / "state.json", "line.toml") == state

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 from scanrack.io_images.amci3601 import Configuration, InputBit
-from scanrack.jobs.fuzz import Bench, Press, Scenario, never
+from scanrack.jobs.fuzz import Press, Scenario, TrialBench, never
 from scanrack.jobs.fuzz.steady import Uses
 from scanrack.ladder.python.axis3601 import Axis3601
 from scanrack.ladder.python.sequences import Input, Logic, sequence
@@ -54,7 +54,7 @@ def scenario(released_ns=400 * MS):
 
 
 def test_a_failure_says_where_the_sequences_waited():
-    broken = Bench(SPEC, Line, [moves], 100).run(scenario()).broken
+    broken = TrialBench(SPEC, Line, [moves], 100).run(scenario()).broken
     assert broken is not None
     # pressed at 99 ms, so the scan at 100 ms sees it and sends the move
     wait = f"cycle waits at line {line_of('the move')} of {HERE} for axis.move_to(4000) since 0.1 s"
@@ -63,7 +63,7 @@ def test_a_failure_says_where_the_sequences_waited():
 
 
 def test_a_fault_says_where_the_others_waited():
-    broken = Bench(SPEC, Line, [], 200).run(scenario(200 * MS)).broken
+    broken = TrialBench(SPEC, Line, [], 200).run(scenario(200 * MS)).broken
     assert broken is not None
     assert broken.cause == f"{HERE}:{line_of('the fault')}"
     assert any(each.startswith(f"cycle waits at line {line_of('the move')}") for each in broken.shows)
@@ -71,12 +71,12 @@ def test_a_fault_says_where_the_others_waited():
 
 def test_a_program_that_finds_no_place_in_the_rack_is_refused():
     with pytest.raises(ValueError, match="7"):
-        Bench(SPEC, Elsewhere, [], 10).run(Scenario())
+        TrialBench(SPEC, Elsewhere, [], 10).run(Scenario())
 
 
 def test_a_failure_is_known_by_the_same_when_it_is_confirmed():
     """The run that confirms a failure looks at what the program uses; the logic is inside of that."""
-    bench = Bench(SPEC, Line, (moves,), 300)
+    bench = TrialBench(SPEC, Line, (moves,), 300)
     scenario = Scenario(presses=(Press(1, InputBit.CAPTURE, True, 100 * MS, 20 * MS),))
     first, second = bench.run(scenario).broken, Uses().watching(bench).run(scenario).broken
     assert first is not None

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import pytest
 from scanrack.io_images.amci3601 import InputBit
-from scanrack.jobs.fuzz import Broken, Found, Press, Scenario
-from scanrack.jobs.fuzz.scenarios.scenario import Lost, Shift
+from scanrack.jobs.fuzz import BrokenInvariant, Counterexample, Press, Scenario
+from scanrack.jobs.fuzz.scenarios.scenario import LostSteps, Shift
 from scanrack.jobs.fuzz.shrink import digits, parts_of, rounder, scenario_of, simpler_parts, smallest
 from scanrack.runtime.loop.incidents import FaultKind, Incident
 
 MS = 1_000_000
 SCAN_NS = 2 * MS
-BROKEN = Broken("it", "It holds.", 1, SCAN_NS, "it does not")
+BROKEN = BrokenInvariant("it", "It holds.", 1, SCAN_NS, "it does not")
 BUTTONS = {1: tuple(InputBit)}
 
 
@@ -33,11 +33,11 @@ def test_of_eleven_parts_the_two_that_suffice_are_left():
         presses=tuple(press(bit, 100 * n) for n, bit in enumerate(InputBit)),
         incidents=(Incident(300 * MS, FaultKind.POWER_CYCLE, 1), Incident(500 * MS, FaultKind.LINK_LOST, 1)),
         shifts=(Shift(1, 200),),
-        lost=(Lost(1, 4000, 5),),
+        lost=(LostSteps(1, 4000, 5),),
     )
     assert base.size == 11
     left = shrunk(base, lambda each: each.lost and any(one.input is InputBit.ESTOP for one in each.presses))
-    assert left == Scenario(presses=(Press(1, InputBit.ESTOP, True, 0, SCAN_NS),), lost=(Lost(1, 0, 1),))
+    assert left == Scenario(presses=(Press(1, InputBit.ESTOP, True, 0, SCAN_NS),), lost=(LostSteps(1, 0, 1),))
 
 
 def test_of_seven_presses_of_a_recording_the_second_and_the_sixth_are_left_in_their_order():
@@ -99,5 +99,5 @@ def test_numbers_that_are_tried_are_rounder():
 
 def test_the_same_failure_is_meant_by_its_key():
     """A scenario that breaks something else does not count."""
-    found = Found(Scenario(presses=(press(InputBit.HOME, 100),)), BROKEN, 1)
+    found = Counterexample(Scenario(presses=(press(InputBit.HOME, 100),)), BROKEN, 1)
     assert smallest(found.scenario, BROKEN, lambda _scenario: None) == (found.scenario, BROKEN)

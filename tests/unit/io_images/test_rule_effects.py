@@ -11,9 +11,9 @@ from scanrack.io_images.amci3601 import RULES
 from scanrack.io_images.amci3601.configuration import INVALID_CONFIGURATIONS
 from scanrack.io_images.amci3601.rules.rule import COMMAND_ERROR, CONFIG_ERROR, INVALID_PROFILE
 from scanrack.runtime.modules import amci3601
-from scanrack.runtime.modules.amci3601.latches import Fault, Latches, bits_of
+from scanrack.runtime.modules.amci3601.latches import BrokenRule, Latches, bits_of
 
-FIRES = {"fire", "_spoil", "abort_homing", "Fault", "RefusalRule"}
+FIRES = {"fire", "_spoil", "abort_homing", "BrokenRule", "RefusalRule"}
 
 
 def fired() -> Iterator[str]:
@@ -30,7 +30,7 @@ def fired() -> Iterator[str]:
 
 @pytest.mark.parametrize("rule", sorted(set(fired())))
 def test_whatever_is_fired_sets_a_bit(rule: str) -> None:
-    assert Fault(rule).all_bits
+    assert BrokenRule(rule).all_bits
 
 
 def test_the_rules_fired_are_found() -> None:

@@ -14,7 +14,7 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
-from scanrack.io_images.text_limits import LIMITS, Text, TextLimitError, check_text
+from scanrack.io_images.text_limits import LIMITS, TextKind, TextLimitError, check_text
 from scanrack.ladder import Program
 from scanrack.ladder.files.rungfile import parse_program, parse_structured
 from scanrack.ladder.files.steps import parse_steps
@@ -43,7 +43,7 @@ def retained(text: str) -> object:
 
 
 def scenario(text: str) -> object:
-    check_text(text, Text.SCENARIO)
+    check_text(text, TextKind.SCENARIO)
     return json.loads(text)
 
 
@@ -121,8 +121,8 @@ def test_four_times_the_text_takes_at_most_six_times_as_much(name: str) -> None:
 
 
 @pytest.mark.parametrize("kind", LIMITS)
-def test_each_limit_holds(kind: Text) -> None:
-    if kind in (Text.PYTHON, Text.EXPORT):
+def test_each_limit_holds(kind: TextKind) -> None:
+    if kind in (TextKind.PYTHON, TextKind.EXPORT):
         return
     limits = LIMITS[kind]
     just = {

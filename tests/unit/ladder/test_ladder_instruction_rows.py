@@ -11,7 +11,7 @@ from scanrack.ladder import BOOL, COUNTER, DINT, TIMER, LadderError, LadderFault
 from scanrack.ladder.build.text import parse_rung
 from scanrack.ladder.instructions import BY_NAME, FAMILIES, SPECS
 from scanrack.ladder.model.operand_checks import OPERAND_CHECKS
-from scanrack.ladder.model.spec import Kind, Spec, Use
+from scanrack.ladder.model.spec import InstructionKind, Spec, Use
 
 PAGE = Path(__file__).parents[3] / "docs" / "ladder.md"
 RESOLVED_AS_NAMES = {Use.LABEL, Use.MODE, Use.PASSES, Use.PRESET, Use.KEYWORD}
@@ -55,8 +55,8 @@ def test_rung_text_takes_either_name_and_prints_the_first():
 
 
 def test_a_condition_and_a_coil_as_rows():
-    assert scanrack.ladder.XIC.kind is Kind.INPUT
-    assert scanrack.ladder.OTE.kind is Kind.BOTH
+    assert scanrack.ladder.XIC.kind is InstructionKind.INPUT
+    assert scanrack.ladder.OTE.kind is InstructionKind.BOTH
     assert repr(scanrack.ladder.TON) == "<instruction TON(TIMER, PRESET, PRESET)>"
     with pytest.raises(LadderError, match="OTE takes 1 operands, 2 are given"):
         scanrack.ladder.OTE("A", "B")

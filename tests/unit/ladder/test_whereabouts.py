@@ -4,7 +4,7 @@ import pytest
 from scanrack.ladder import Controller
 from scanrack.ladder.files.rungfile import parse_program
 from scanrack.runtime.loop.cpu import Cpu, CpuFault
-from scanrack.runtime.loop.pace import WatchdogExpired
+from scanrack.runtime.loop.pace import WatchdogTimeout
 from scanrack.runtime.loop.rack import Rack
 
 RUNGS = """CONTROLLER plant
@@ -69,7 +69,7 @@ def test_the_error_gets_a_note_of_the_place(text, place, back_end):
 
 
 def test_the_watchdog_says_where_the_program_was():
-    controller = made(RUNGS, WatchdogExpired("it took longer than 500 ms of processor time"))
+    controller = made(RUNGS, WatchdogTimeout("it took longer than 500 ms of processor time"))
     with pytest.raises(CpuFault) as caught:
         Cpu(Rack({}), controller).run(1)
     assert caught.value.fault.text == (

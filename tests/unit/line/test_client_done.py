@@ -12,7 +12,7 @@ from scanrack.io_images.pcl601 import Code, Error, Register
 from scanrack.io_images.pmc006.status import Status1
 from scanrack.runtime.controllers.pcl601.line import Pcl601
 from scanrack.runtime.controllers.pcl601.pins import Contact
-from scanrack.runtime.controllers.pmc006.controller import Controller
+from scanrack.runtime.controllers.pmc006.controller import Pmc006Controller
 from scanrack.runtime.controllers.pmc006.line import Pmc006
 from scanrack.runtime.line.clients.link import LinkError, RefusedError, StoppedError, UncertainError
 from scanrack.runtime.line.clients.modbus import RtuLine
@@ -35,9 +35,9 @@ def idle_pcl601() -> Pcl601:
     return device
 
 
-def idle_pmc006(but_for: str = "") -> Controller:
+def idle_pmc006(but_for: str = "") -> Pmc006Controller:
     """Return a controller that answers actions and speed mode, and does nothing but some of them."""
-    controller = Controller()
+    controller = Pmc006Controller()
     execute = controller.execute
     idle = {ord(char) for char in "8INbls"} - {ord(char) for char in but_for}
     controller.execute = lambda code, data: 0 if code in idle else execute(code, data)  # type: ignore[method-assign]
@@ -117,7 +117,7 @@ def test_a_stop_counts_when_the_motor_was_seen_to_stand() -> None:
 
 
 def test_speed_mode_is_left_when_the_status_says_so() -> None:
-    controller = Controller()
+    controller = Pmc006Controller()
     client = Pmc006Client(BusLink(Pmc006(controller)))
     client.run()
     execute = controller.execute
@@ -184,7 +184,7 @@ def test_an_answer_that_is_older_than_its_question_never_counts_as_rest(
                 assert Pcl601Client(RtuLine(line)).move(2500) == 2500, (late, delay_ms)
                 assert not device.controller.busy
             else:
-                turned = Controller()
+                turned = Pmc006Controller()
                 link = BusLink(FaultyDevice(Pmc006(turned), plan, delay_ms * MS))
                 assert Pmc006Client(link).move(2500) == 2500, (late, delay_ms)
                 assert not turned.axis.moving

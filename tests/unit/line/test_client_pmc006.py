@@ -9,9 +9,9 @@ from faultyline import BusLink, Fault, FaultyDevice, dropped, served_on_pty
 from scanrack.commands import build
 from scanrack.io_images.pmc006.instructions import BY_CODE, BY_NAME, Kind
 from scanrack.io_images.pmc006.status import Status1, Status2
-from scanrack.runtime.controllers.pmc006.controller import Controller
+from scanrack.runtime.controllers.pmc006.controller import Pmc006Controller
 from scanrack.runtime.controllers.pmc006.line import Pmc006
-from scanrack.runtime.controllers.pmc006.pins import Pin, Switch
+from scanrack.runtime.controllers.pmc006.pins import Pin, SwitchPin
 from scanrack.runtime.line.clients.link import (
     BadAnswerError,
     NoAnswerError,
@@ -29,7 +29,9 @@ STEP = 0x73
 
 
 def client_of(
-    controller: Controller, answers: dict[int, Fault] | None = None, questions: dict[int, Fault] | None = None
+    controller: Pmc006Controller,
+    answers: dict[int, Fault] | None = None,
+    questions: dict[int, Fault] | None = None,
 ) -> tuple[Pmc006Client, BusLink]:
     """Return a client of a controller, and its line."""
     link = BusLink(FaultyDevice(Pmc006(controller), answers or {}), questions)
@@ -41,7 +43,7 @@ def steps_sent(link: BusLink) -> int:
 
 
 def test_everything_that_can_be_read_is_read() -> None:
-    client, link = client_of(Controller(address=9))
+    client, link = client_of(Pmc006Controller(address=9))
     values = {name: client.read(name) for name in client.readable}
     assert values["device_address"] == 9
     assert values["microstepping"] == 16
@@ -50,7 +52,7 @@ def test_everything_that_can_be_read_is_read() -> None:
 
 
 def test_a_setting_instruction_with_data_0_is_sent_on_request_only() -> None:
-    client, link = client_of(Controller())
+    client, link = client_of(Pmc006Controller())
     for name in BY_ZERO:
         with pytest.raises(ValueError, match=rf"{name} has no read instruction.* \[4\.1\.1: some read\]"):
             client.read(name)
@@ -62,7 +64,7 @@ def test_a_setting_instruction_with_data_0_is_sent_on_request_only() -> None:
 
 
 def test_the_address_is_never_set_to_0_nor_asked_for_so() -> None:
-    client, link = client_of(Controller(address=9), questions={0: Fault.DROPPED})
+    client, link = client_of(Pmc006Controller(address=9), questions={0: Fault.DROPPED})
     with pytest.raises(NoAnswerError):
         client.set("device_address", 33)
     assert client.address == client.read("device_address") == 9
@@ -71,7 +73,7 @@ def test_the_address_is_never_set_to_0_nor_asked_for_so() -> None:
 
 
 def test_what_is_set_is_read_back() -> None:
-    controller = Controller(address=9)
+    controller = Pmc006Controller(address=9)
     client, _ = client_of(controller)
     for name, row in SETTABLE.items():
         value = row.values[-1] if row.values else row.high
@@ -83,7 +85,7 @@ def test_what_is_set_is_read_back() -> None:
 
 
 def test_a_new_address_is_followed() -> None:
-    controller = Controller(address=9)
+    controller = Pmc006Controller(address=9)
     client, _ = client_of(controller)
     client.set("device_address", 33)
     client.save()
@@ -96,7 +98,7 @@ def test_a_new_address_is_followed() -> None:
 def test_a_new_address_is_followed_even_if_that_exchange_fails(fault: Fault) -> None:
     either_way: list[tuple[dict[int, Fault], dict[int, Fault]]] = [({0: fault}, {}), ({}, {0: fault})]
     for plans in either_way:
-        controller = Controller(address=9)
+        controller = Pmc006Controller(address=9)
         client, _ = client_of(controller, *plans)
         try:
             client.set("device_address", 33)
@@ -114,7 +116,7 @@ def test_a_new_address_is_followed_even_if_that_exchange_fails(fault: Fault) -> 
     ],
 )
 def test_mistakes_are_told_before_anything_is_sent(name: str, value: int, said: str) -> None:
-    client, link = client_of(Controller())
+    client, link = client_of(Pmc006Controller())
     with pytest.raises(ValueError, match=said):
         client.set(name, value)
     with pytest.raises(ValueError, match="accel_coefficient can't be read: can be"):
@@ -127,7 +129,7 @@ def test_mistakes_are_told_before_anything_is_sent(name: str, value: int, said: 
 
 
 def test_a_move_with_progress() -> None:
-    client, _ = client_of(Controller())
+    client, _ = client_of(Pmc006Controller())
     seen: list[int] = []
     assert client.move(-3000, seen.append) == -3000
     assert seen == sorted(seen, reverse=True)
@@ -136,13 +138,13 @@ def test_a_move_with_progress() -> None:
 
 
 def test_six_and_seven_are_values_where_they_were_set() -> None:
-    client, _ = client_of(Controller())
+    client, _ = client_of(Pmc006Controller())
     client.set("decel_coefficient", 6)
     client.set("accel_coefficient", 7)
 
 
 def test_a_refusal_is_told() -> None:
-    controller = Controller()
+    controller = Pmc006Controller()
     client, _ = client_of(controller)
     client.set("free_run", 1)
     with pytest.raises(RefusedError, match="step is refused with error 6: its state does not allow it"):
@@ -155,8 +157,8 @@ def test_a_refusal_is_told() -> None:
 
 
 def test_a_move_that_ends_early_says_why() -> None:
-    controller = Controller()
-    controller.set_pin(Pin.EXT2, Switch(499, True))
+    controller = Pmc006Controller()
+    controller.set_pin(Pin.EXT2, SwitchPin(499, True))
     client, _ = client_of(controller)
     client.set("ext_stop_enable", 2)
     with pytest.raises(StoppedError, match="ended at 500, not at 2000: EXT2"):
@@ -165,8 +167,8 @@ def test_a_move_that_ends_early_says_why() -> None:
 
 
 def test_home_finds_the_switch_or_says_that_it_did_not() -> None:
-    controller = Controller()
-    controller.set_pin(Pin.EXT1, Switch(-301, False))
+    controller = Pmc006Controller()
+    controller.set_pin(Pin.EXT1, SwitchPin(-301, False))
     client, _ = client_of(controller)
     client.set("zero_back_speed", 2000)
     assert client.home(1000) == 0
@@ -178,7 +180,7 @@ def test_home_finds_the_switch_or_says_that_it_did_not() -> None:
 
 @pytest.mark.parametrize("start", [0, -500, -1054])
 def test_a_switch_that_is_stuck_is_not_home(start: int) -> None:
-    controller = Controller()
+    controller = Pmc006Controller()
     controller.set_pin(Pin.EXT1, False)
     controller.axis.position = start
     client, _ = client_of(controller)
@@ -190,18 +192,18 @@ def test_a_switch_that_is_stuck_is_not_home(start: int) -> None:
 
 @pytest.mark.parametrize("start", [0, 5000, -5000])
 def test_home_from_on_the_switch(start: int) -> None:
-    controller = Controller()
+    controller = Pmc006Controller()
     controller.axis.position = start
-    controller.set_pin(Pin.EXT1, Switch(100, False))
+    controller.set_pin(Pin.EXT1, SwitchPin(100, False))
     client, _ = client_of(controller)
     assert client.home(4000) == 0  # a retreat of 250, back to 100
     assert controller.axis.physical == 100
 
 
 def test_home_ended_by_the_other_stop_is_not_home() -> None:
-    controller = Controller()
-    controller.set_pin(Pin.EXT1, Switch(100, False))
-    controller.set_pin(Pin.EXT2, Switch(50, True))
+    controller = Pmc006Controller()
+    controller.set_pin(Pin.EXT1, SwitchPin(100, False))
+    controller.set_pin(Pin.EXT2, SwitchPin(50, True))
     client, _ = client_of(controller)
     client.set("ext_stop_enable", 2)
     with pytest.raises(StoppedError, match="zero-back ended at 51 without the switch: EXT2"):
@@ -209,7 +211,7 @@ def test_home_ended_by_the_other_stop_is_not_home() -> None:
 
 
 def test_a_stall_on_the_last_step_is_no_success() -> None:
-    controller = Controller()
+    controller = Pmc006Controller()
     client, _ = client_of(controller)
 
     def stall_at_the_end(position: int) -> None:
@@ -223,7 +225,7 @@ def test_a_stall_on_the_last_step_is_no_success() -> None:
 @pytest.mark.parametrize("asked", [14, 40])
 @pytest.mark.parametrize("home", [False, True])
 def test_a_motion_that_can_no_longer_be_watched_is_stopped(asked: int, home: bool) -> None:
-    controller = Controller()
+    controller = Pmc006Controller()
     client, link = client_of(controller, questions=dropped(asked, 3))
     with pytest.raises(LostSightError, match=r"does not answer within 0\.2 s; the motor was stopped") as lost:
         client.home(100_000) if home else client.move(100_000)
@@ -234,7 +236,7 @@ def test_a_motion_that_can_no_longer_be_watched_is_stopped(asked: int, home: boo
 
 
 def test_a_motion_that_can_neither_be_watched_nor_stopped_may_go_on() -> None:
-    controller = Controller()
+    controller = Pmc006Controller()
     client, link = client_of(controller, questions=dropped(14, 1000))
     with pytest.raises(
         LostSightError, match="a stop was not confirmed: THE MOTOR MAY STILL BE MOVING"
@@ -246,7 +248,7 @@ def test_a_motion_that_can_neither_be_watched_nor_stopped_may_go_on() -> None:
 
 
 def test_a_line_that_dies_right_after_the_start_is_stopped() -> None:
-    controller = Controller()
+    controller = Pmc006Controller()
     # direction, status 1, position, step; its answer and three status 1 are lost
     client, _ = client_of(controller, answers=dropped(3, 4))
     with pytest.raises(LostSightError, match="the motor was stopped"):
@@ -255,7 +257,7 @@ def test_a_line_that_dies_right_after_the_start_is_stopped() -> None:
 
 
 def test_an_answer_may_take_longer() -> None:
-    faulty = FaultyDevice(Pmc006(Controller()), {0: Fault.DELAYED, 1: Fault.DELAYED})  # 0.26 s
+    faulty = FaultyDevice(Pmc006(Pmc006Controller()), {0: Fault.DELAYED, 1: Fault.DELAYED})  # 0.26 s
     client = Pmc006Client(BusLink(faulty), answer_s=0.4)
     assert (client.position, client.position, client.faults) == (0, 0, 0)
     with pytest.raises(ValueError, match=r"timeout 0 s: allowed is 0\.01 to 60"):
@@ -263,12 +265,12 @@ def test_an_answer_may_take_longer() -> None:
 
 
 def test_the_firmware_is_text() -> None:
-    client, _ = client_of(Controller())
+    client, _ = client_of(Pmc006Controller())
     assert client.firmware == "V0.1.0 (00010000h)"  # readings.md: 00010000h for V0.1.0
 
 
 def test_speed_mode_and_its_ways_out() -> None:
-    client, link = client_of(Controller())
+    client, link = client_of(Pmc006Controller())
     client.run()
     with pytest.raises(RefusedError, match="a motion is under way"):
         client.move(5)
@@ -286,7 +288,7 @@ def test_speed_mode_and_its_ways_out() -> None:
 def test_one_bad_frame_never_repeats_a_motion_nor_spoils_a_result(
     fault: Fault, at: int, question: bool
 ) -> None:
-    controller = Controller()
+    controller = Pmc006Controller()
     plans = ({}, {at: fault}) if question else ({at: fault}, {})
     client, link = client_of(controller, *plans)
     try:
@@ -300,7 +302,7 @@ def test_one_bad_frame_never_repeats_a_motion_nor_spoils_a_result(
 
 
 def test_a_step_doubled_on_the_line_whose_first_answer_is_lost_counts_as_taken() -> None:
-    controller = Controller()
+    controller = Pmc006Controller()
     # questions: direction, status 1, position, step; the second answer to it is the refusal
     client, link = client_of(controller, {3: Fault.DROPPED}, {3: Fault.DOUBLED})
     assert client.move(700) == controller.axis.physical == 700
@@ -310,7 +312,7 @@ def test_a_step_doubled_on_the_line_whose_first_answer_is_lost_counts_as_taken()
 @pytest.mark.parametrize("fault", Fault)
 @pytest.mark.parametrize("delay_ms", range(150, 480, 7))
 def test_no_answer_is_taken_for_that_to_another_question(fault: Fault, delay_ms: int) -> None:
-    controller = Controller(address=9)
+    controller = Pmc006Controller(address=9)
     names = ["start_speed", "stop_speed", "max_speed", "zero_back_speed", "peak_current", "encoder_cpr"] * 3
     for name, value in zip(names[:6], (701, 702, 703, 704, 705, 800), strict=True):
         controller.memory[name] = value
@@ -320,27 +322,27 @@ def test_no_answer_is_taken_for_that_to_another_question(fault: Fault, delay_ms:
 
 
 def test_a_line_that_is_dead_is_told() -> None:
-    client, link = client_of(Controller(), dict.fromkeys(range(10), Fault.DROPPED))
+    client, link = client_of(Pmc006Controller(), dict.fromkeys(range(10), Fault.DROPPED))
     with pytest.raises(NoAnswerError, match=r"address 255 does not answer within 0\.2 s"):
         client.read("position")
     assert len(link.questions) == 3
 
 
 def test_another_unit_s_answer_is_told() -> None:
-    link = BusLink(Pmc006(Controller(address=9)))
+    link = BusLink(Pmc006(Pmc006Controller(address=9)))
     client = Pmc006Client(link, 9)
     client.read("position")
     link.bus.devices[0].controller.memory["device_address"] = 8  # type: ignore[attr-defined]
     with pytest.raises(NoAnswerError):
         client.read("position")
     assert client.faults == 3
-    damaged, _ = client_of(Controller(address=9), dict.fromkeys(range(10), Fault.DAMAGED))
+    damaged, _ = client_of(Pmc006Controller(address=9), dict.fromkeys(range(10), Fault.DAMAGED))
     with pytest.raises(BadAnswerError, match="a damaged answer from address 9: a5 7a 09 10"):
         damaged.read("position")
 
 
 def test_end_to_end_through_a_pseudo_terminal_with_every_fault() -> None:
-    controller = Controller(address=9)
+    controller = Pmc006Controller(address=9)
     plan = dict(zip((3, 9, 15, 21), Fault, strict=True))
     with served_on_pty(FaultyDevice(Pmc006(controller), plan)) as path:
         link = SerialLink(path, LINE_FORMAT)
@@ -359,8 +361,8 @@ def scanrack(*arguments: str) -> Result:
 
 
 def test_the_commands_through_a_pseudo_terminal(tmp_path: Path) -> None:
-    controller = Controller(address=9)
-    controller.set_pin(Pin.EXT1, Switch(-101, False))
+    controller = Pmc006Controller(address=9)
+    controller.set_pin(Pin.EXT1, SwitchPin(-101, False))
     with served_on_pty(Pmc006(controller)) as path:
         at = "pmc006", "--port", path, "--address", "9"
         assert scanrack(*at, "set", "zero_back_speed", "5000").exit_code == 0

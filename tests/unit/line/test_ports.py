@@ -13,13 +13,13 @@ from typing import Any
 import pytest
 import serial
 from scanrack.runtime.line.ports import (
+    BusSegment,
     LineServer,
     ModbusTcpPort,
     PduServer,
     PortError,
     PtyPort,
     RawTcpPort,
-    Segment,
     SerialPort,
     Stop,
     serve_until_interrupted,
@@ -241,7 +241,7 @@ def test_a_port_that_is_not_there_is_an_error_that_names_it() -> None:
 
 def test_all_units_hear_the_master_and_each_other() -> None:
     one, two = Parrot(name="one"), Parrot(name="two")
-    line = Segment(one, two)
+    line = BusSegment(one, two)
     line.receive(0, b"one?")
     assert line.advance(0) == b"ONE?"
     assert one.heard == [(0, b"one?")]
@@ -250,7 +250,7 @@ def test_all_units_hear_the_master_and_each_other() -> None:
 
 def test_what_comes_while_a_unit_speaks_is_heard_when_the_line_is_quiet() -> None:
     one, two = Parrot(name="one"), Parrot(name="two", delay_ns=3 * MS)
-    line = Segment(one, two, quiet_ns=2 * MS)
+    line = BusSegment(one, two, quiet_ns=2 * MS)
     line.receive(0, b"one?")
     line.advance(0)
     line.receive(1 * MS, b"two?")

@@ -1,7 +1,7 @@
 """Lanes of tags: points show every change; what is run again is what ran."""
 
 import pytest
-from scanrack.watch.history.lanes import MOST_POINTS, UNKNOWN, Told, points_of
+from scanrack.watch.history.lanes import MOST_POINTS, UNKNOWN, ValueHistory, points_of
 
 TIMES = list(range(0, 20, 2))
 
@@ -52,7 +52,7 @@ def test_true_is_another_value_than_one():
 
 
 def test_values_that_were_looked_at_begin_with_the_one_of_before():
-    told = Told(2_000_000)
+    told = ValueHistory(2_000_000)
     told.take(3, {"step": "wait"})
     told.take(20, {"step": "move"})
     assert told.points("step", 10, 30) == [[20_000_000, "wait"], [40_000_000, "move"]]

@@ -4,13 +4,13 @@ from io import StringIO
 
 from live_sessions import LiveSession
 from rich.console import Console
-from scanrack.runtime.loop.pace import Paced
+from scanrack.runtime.loop.pace import AdjustablePace
 from scanrack.watch.text import TextView
 
 
 def shown(orders, scans):
     session = LiveSession(orders)
-    view = TextView("feeder", session.run.rack, session.session, Paced(None))
+    view = TextView("feeder", session.run.rack, session.session, AdjustablePace(None))
     session.run.cpu.add_listener(view)
     session.play(scans)
     console = Console(width=200, record=True, file=StringIO())
@@ -33,7 +33,7 @@ def test_forces_and_a_pause_are_in_sight():
 
 def test_control_characters_of_a_name_cannot_act_on_the_terminal():
     session = LiveSession()
-    view = TextView("fee\x1b[2Jder", session.run.rack, session.session, Paced(1.0))
+    view = TextView("fee\x1b[2Jder", session.run.rack, session.session, AdjustablePace(1.0))
     view.event(1, 0, "/events", {"text": "line\nnote: all is well"})
     console = Console(width=200, record=True, file=StringIO())
     console.print(view.shown())

@@ -11,7 +11,7 @@ from scanrack.io_images.thousands import join_reported
 from scanrack.runtime.loop import ahead
 from scanrack.runtime.loop.cpu import Cpu, CpuFault, CpuMode
 from scanrack.runtime.loop.exchange import EveryRpi
-from scanrack.runtime.loop.exposed import Exposed
+from scanrack.runtime.loop.exposed import ExposedModule
 from scanrack.runtime.loop.incidents import FaultKind, Incident
 from scanrack.runtime.loop.rack import Card, Rack
 from scanrack.runtime.modules.amci3601 import Amci3601
@@ -189,7 +189,7 @@ def test_a_torn_update_is_not_looked_over():
             seen.append(outputs[7])
             return super().update(now_ns, outputs)
 
-    cpu, _ = cpu_of(Exposed(Seeing(), [late]), logic)
+    cpu, _ = cpu_of(ExposedModule(Seeing(), [late]), logic)
     cpu.run(2000)
     # the update after the change covers scan 300 to 301 and still carries 0; 5 comes 1 s = 500 scans later
     assert [value for value, _ in itertools.groupby(seen)] == [0, 5]

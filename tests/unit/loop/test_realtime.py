@@ -18,7 +18,7 @@ from scanrack.commands import build
 from scanrack.commands.programs.summary import Tally, summary
 from scanrack.runtime.loop import realtime
 from scanrack.runtime.loop.pace import FreeRun, RealTime
-from scanrack.runtime.loop.realtime import REQUESTS, Outcome, Request, frozen_collector, real_time
+from scanrack.runtime.loop.realtime import REQUESTS, Outcome, SystemRequest, frozen_collector, real_time
 from typer.testing import CliRunner
 
 LINUX_ONLY = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="Linux's scheduler and mlockall")
@@ -167,7 +167,10 @@ def test_what_was_granted_is_taken_back_when_the_next_request_breaks() -> None:
     def broken() -> Callable[[], object]:
         raise RuntimeError("a mistake of ours")
 
-    requests = (Request("first", lambda: lambda: undone.append("first"), ""), Request("second", broken, ""))
+    requests = (
+        SystemRequest("first", lambda: lambda: undone.append("first"), ""),
+        SystemRequest("second", broken, ""),
+    )
     with pytest.raises(RuntimeError, match="a mistake of ours"), ExitStack() as stack:
         stack.enter_context(real_time(requests))
     assert undone == ["first"]

@@ -8,7 +8,7 @@ from scanrack.io_images.image import Image
 from scanrack.jobs.run.build import build_cpu, build_rack
 from scanrack.runtime.config.rackfile import RackFileError, load_rack_file
 from scanrack.runtime.config.rackspec import RackSpec
-from scanrack.runtime.loop.exposed import Exposed
+from scanrack.runtime.loop.exposed import ExposedModule
 from scanrack.runtime.loop.incidents import FaultKind, Incident
 from scanrack.runtime.loop.module_fault import ModuleFault
 from scanrack.runtime.modules.amci3601 import Amci3601
@@ -39,7 +39,7 @@ class Listening:
 
 def exposed(*incidents):
     module = Listening()
-    return module, Exposed(module, incidents)
+    return module, ExposedModule(module, incidents)
 
 
 def test_a_torn_update_brings_late_words_an_rpi_after_the_others():
@@ -69,7 +69,7 @@ def test_power_is_cycled_at_its_instant_between_two_updates():
 
 def moving(incident, until_ms=240):
     """A 3601 in a move that started at 40 ms, with an incident in between."""
-    slot = Exposed(Amci3601(), [incident])
+    slot = ExposedModule(Amci3601(), [incident])
     slot.update(20 * MS, CONFIGURE)
     slot.update(40 * MS, Image())
     return slot, slot.update(until_ms * MS, RELATIVE)
@@ -100,7 +100,7 @@ def test_troubles_may_overlap_and_the_worst_one_holds():
     fatal = Incident(20 * MS, FaultKind.FATAL_ERROR, for_ns=20 * MS)
     out = Incident(30 * MS, FaultKind.REMOVED, for_ns=5 * MS)
     module = Amci3601()
-    slot = Exposed(module, [link, fatal, out])
+    slot = ExposedModule(module, [link, fatal, out])
     seen = []
     for now in (5, 15, 25, 32, 37, 45, 75):
         slot.update(now * MS, Image())
@@ -112,7 +112,7 @@ def test_troubles_may_overlap_and_the_worst_one_holds():
 def test_a_power_cycle_ends_a_fatal_error_only():
     module = Amci3601()
     fatal, link = Incident(0, FaultKind.FATAL_ERROR), Incident(0, FaultKind.LINK_LOST)
-    slot = Exposed(module, [fatal, link, Incident(10 * MS, FaultKind.POWER_CYCLE)])
+    slot = ExposedModule(module, [fatal, link, Incident(10 * MS, FaultKind.POWER_CYCLE)])
     slot.update(5 * MS, Image())
     assert module.trouble is ModuleFault.FATAL_ERROR
     slot.update(15 * MS, Image())

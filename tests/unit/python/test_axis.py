@@ -340,7 +340,7 @@ def test_an_estop_at_rest_is_no_error():
 
 def test_each_kind_is_a_block_of_the_rung_library():
     """But for MC_GearOut, which is MC_Halt of an axis that follows."""
-    blocks = {each.block.upper() for each in vars(kinds).values() if isinstance(each, kinds.Kind)}
+    blocks = {each.block.upper() for each in vars(kinds).values() if isinstance(each, kinds.CommandKind)}
     library = load_library("axis3601").add_ons
     assert blocks - library.keys() == {"MC_GEAROUT"}
     helpers = {"AMCI3601", "REQUEST3601", "PROFILE3601", "MC_TOUCHPROBE"}

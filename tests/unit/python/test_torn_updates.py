@@ -13,7 +13,7 @@ from scanrack.io_images.amci3601 import Acceleration, BlendSegment, CommandMsw, 
 from scanrack.io_images.image import Image
 from scanrack.runtime.loop.cpu import Cpu, CpuFault
 from scanrack.runtime.loop.exchange import EveryRpi
-from scanrack.runtime.loop.exposed import Exposed
+from scanrack.runtime.loop.exposed import ExposedModule
 from scanrack.runtime.loop.incidents import FaultKind, Incident
 from scanrack.runtime.loop.rack import Card, Rack
 from scanrack.runtime.machine import Machine, MachineSpec, Switch
@@ -81,7 +81,7 @@ class Run:
     def __init__(self, kind, tear=None):
         machine = Machine(MachineSpec(switches=(Switch(InputBit.HOME, 3_000, 4_000),)))
         module = Amci3601("4.1", machine)
-        exposed = Exposed(module, [tear]) if tear else module
+        exposed = ExposedModule(module, [tear]) if tear else module
         self.rack = Rack([Card(1, exposed)])
         self.logic = kind()
         self.images: list[tuple[int, list[int]]] = []

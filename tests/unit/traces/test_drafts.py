@@ -209,7 +209,7 @@ class Time:
 
 
 @pytest.mark.parametrize("period_ns", [100_000, 2_000_000, 30_000_000])
-@pytest.mark.parametrize("pacer", [pace.RealTime(), pace.Paced(0.5), pace.Paced(None)])
+@pytest.mark.parametrize("pacer", [pace.RealTime(), pace.AdjustablePace(0.5), pace.AdjustablePace(None)])
 def test_the_beat_comes_in_time(
     monkeypatch: pytest.MonkeyPatch, pacer: pace.RealTime, period_ns: int
 ) -> None:

@@ -11,7 +11,7 @@ import pytest
 from scanrack.commands import build
 from scanrack.traces.files import keeping as keeping_module
 from scanrack.traces.files.guard import OwnedError
-from scanrack.traces.files.keeping import Keeping
+from scanrack.traces.files.keeping import RecordingKeeper
 from scanrack.traces.format.records import MAGIC
 from scanrack.traces.write.output import open_trace_file
 from typer.testing import CliRunner
@@ -19,7 +19,7 @@ from typer.testing import CliRunner
 
 def recorded(path: Path, text: str, most: int = 3, beside: dict[Path, str] | None = None) -> None:
     """Record a text, and texts beside it."""
-    file = open_trace_file(path, 0, Keeping(path, most, list(beside or {})))
+    file = open_trace_file(path, 0, RecordingKeeper(path, most, list(beside or {})))
     file.write(MAGIC + text.encode())
     for place, other in (beside or {}).items():
         place.write_bytes(MAGIC + other.encode())
@@ -45,7 +45,7 @@ def test_the_same_bytes_keep_nothing(tmp_path: Path) -> None:
 def test_while_it_records_the_earlier_one_is_there(tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
     recorded(path, "a")
-    file = open_trace_file(path, 0, Keeping(path, 3))
+    file = open_trace_file(path, 0, RecordingKeeper(path, 3))
     assert found(tmp_path) == {"run.mcap": "", "run.1.mcap": "a"}
     file.close()
 
@@ -54,7 +54,7 @@ def test_what_a_killed_process_left_goes_with_the_next_one(tmp_path: Path) -> No
     path = tmp_path / "run.mcap"
     for text in "abc":
         recorded(path, text, most=2)
-    killed = open_trace_file(path, 0, Keeping(path, 2))
+    killed = open_trace_file(path, 0, RecordingKeeper(path, 2))
     killed.write(MAGIC + b"killed")
     killed._keeping = None  # nobody keeps anything after the end of the process
     killed.close()

@@ -21,7 +21,7 @@ from scanrack.commands import build
 from scanrack.jobs.fuzz.campaign.state import State, write_state
 from scanrack.jobs.fuzz.folder_lock import write_text
 from scanrack.jobs.load.loading import load_job
-from scanrack.jobs.run.retained import Retained
+from scanrack.jobs.run.retained import RetainedMemory
 from scanrack.traces import repair
 from scanrack.traces.export import write_csv, write_mcap, write_vcd
 from scanrack.traces.files import locking, newfile
@@ -111,7 +111,7 @@ def export(write: Callable[..., object]) -> Callable[[Path, Path], None]:
 
 
 def retain(made: Path, target: Path) -> None:
-    with Retained(load_job(str(made / "line.toml")), target) as retained:
+    with RetainedMemory(load_job(str(made / "line.toml")), target) as retained:
         retained.end()
 
 

@@ -18,7 +18,7 @@ from scanrack.traces.format.flags import flag_names
 from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.format.tagplan import Tag, plan_of
 from scanrack.traces.query import query
-from scanrack.traces.read.changes import Changes
+from scanrack.traces.read.changes import ChangeRows
 from scanrack.traces.read.reader import open_trace
 from scanrack.traces.read.tag_text import TagText
 from scanrack.traces.signals import Catalog
@@ -173,7 +173,7 @@ def test_show_tells_changes_by_full_name(trace: Path, *, every: bool) -> None:
     with open_trace(trace) as opened:
         assert opened.head.tags is not None
         tags = TagText(opened.head.tags, opened.texts(), every=every)
-        changes = Changes(SLOTS, flag_names, every=every, tags=tags)
+        changes = ChangeRows(SLOTS, flag_names, every=every, tags=tags)
         rows = [
             row
             for section in opened.sections
@@ -195,7 +195,7 @@ def test_rows_one_by_one_are_those_of_arrays(trace: Path) -> None:
     with open_trace(trace) as opened:
         assert opened.head.tags is not None
         tags = TagText(opened.head.tags, opened.texts())
-        one, other = (Changes(SLOTS, flag_names, tags=tags) for _ in range(2))
+        one, other = (ChangeRows(SLOTS, flag_names, tags=tags) for _ in range(2))
         by_scan = [row for scan in opened.scans() for row in one.rows(scan)]
         by_array = [
             row

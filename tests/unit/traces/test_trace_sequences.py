@@ -11,7 +11,7 @@ from scanrack.traces.plot.envelope import Envelope
 from scanrack.traces.query import query
 from scanrack.traces.read.reader import open_trace
 from scanrack.traces.read.sequence_steps import sequence_steps
-from scanrack.traces.signals import Catalog, Kind, Selection
+from scanrack.traces.signals import Catalog, Selection, SignalKind
 from scanrack.traces.signals.catalog import UnknownSignalError
 from scanrack.traces.write.recorder import ScanRecorder
 
@@ -74,7 +74,7 @@ def test_codes_have_lines_and_waits_as_names(trace: Path) -> None:
     with open_trace(trace) as opened:
         catalog = Catalog.of(opened)
     assert [signal.name for signal in catalog.tags] == ["sequences.cycle", "sequences.part"]
-    assert catalog["cycle"].kind is Kind.CODE
+    assert catalog["cycle"].kind is SignalKind.CODE
     assert list(catalog["part"].names.values()) == ["not begun", "line 30: dwell 2 s", "over"]
 
 

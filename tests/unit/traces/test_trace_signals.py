@@ -18,7 +18,7 @@ from scanrack.traces.export import write_csv, write_vcd
 from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.plot import Envelope, read_chart, save_page
 from scanrack.traces.read.reader import open_trace
-from scanrack.traces.signals import Catalog, Kind, Selection, blocks
+from scanrack.traces.signals import Catalog, Selection, SignalKind, blocks
 from scanrack.traces.signals.catalog import UnknownSignalError
 from scanrack.traces.signals.decode import joined
 
@@ -133,7 +133,7 @@ def test_every_listed_signal_can_be_read(path: Path) -> None:
         for name in catalog:
             values = catalog[name].read(block)
             assert len(values) == 10
-            assert (values.dtype == bool) == (catalog[name].kind is Kind.BIT)
+            assert (values.dtype == bool) == (catalog[name].kind is SignalKind.BIT)
 
 
 def test_patterns() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 from scanrack.traces.format.layout import SlotInfo
-from scanrack.traces.read.changes import Changes
+from scanrack.traces.read.changes import ChangeRows
 from scanrack.traces.read.event_text import describe
 from scanrack.traces.read.image_text import input_wording, output_wording
 from scanrack.traces.read.reader import Scan
@@ -82,7 +82,7 @@ def scan(number: int, words: dict[int, int], flags: int = 1) -> Scan:
 
 
 def texts(*scans: Scan) -> list[str]:
-    changes = Changes([SlotInfo(1, "amci3601"), SlotInfo(2, "amci3601")], lambda flags: [f"flags {flags}"])
+    changes = ChangeRows([SlotInfo(1, "amci3601"), SlotInfo(2, "amci3601")], lambda flags: [f"flags {flags}"])
     rows = [row for each in scans for row in changes.rows(each)]
     return [row.text for row in [*rows, *changes.rest()]][1:]  # less the flags of the first scan
 

@@ -13,7 +13,7 @@ from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future
 from dataclasses import dataclass
 
 from ..scenarios.scenario import Scenario
-from ..search import Found, Report
+from ..search import Counterexample, SearchReport
 from .state import CampaignError, State
 
 TRIES = 3
@@ -37,7 +37,7 @@ class Task:
     base: Scenario | None = None
 
 
-Work = Callable[[Task], Report]
+Work = Callable[[Task], SearchReport]
 """Does a task, in this process or another one; it can be pickled."""
 
 
@@ -51,7 +51,7 @@ def campaign(
     jobs: int,
     known: frozenset[str] = frozenset(),
     go_on: Callable[[], bool] = lambda: True,
-    news: Callable[[list[Found]], None] = lambda _found: None,
+    news: Callable[[list[Counterexample]], None] = lambda _found: None,
 ) -> None:
     """Run tasks until all are done, or until `go_on` returns False; the state holds the results.
 
@@ -95,8 +95,8 @@ class _Desk:
         self._executor = executor
         self._waiting = waiting
         self._pool = executor()
-        self._running: dict[Future[Report], Task] = {}
-        self._early: dict[int, Report] = {}
+        self._running: dict[Future[SearchReport], Task] = {}
+        self._early: dict[int, SearchReport] = {}
         self._tried: Counter[int] = Counter()
 
     @property
@@ -116,7 +116,7 @@ class _Desk:
             raise CampaignError(f"task {task.number}: its worker has died {TRIES} times")
         self._running[self._pool.submit(self._work, task)] = task
 
-    def wait(self, number: int) -> Iterator[Report]:
+    def wait(self, number: int) -> Iterator[SearchReport]:
         """Wait until a task is done; yield the reports that have arrived, from a task's number on."""
         done, _ = wait(self._running, return_when=FIRST_COMPLETED)
         self._take(done)
@@ -124,7 +124,7 @@ class _Desk:
             yield self._early.pop(number)
             number += 1
 
-    def _take(self, done: set[Future[Report]]) -> None:
+    def _take(self, done: set[Future[SearchReport]]) -> None:
         """Keep a report; submit a task again if its worker died."""
         lost = []
         broken = False

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import dataclass
 
-from .. import Found, Scenario, UnsteadyError
+from .. import Counterexample, Scenario, UnsteadyError
 from ..job import Setup, bench_of
-from ..run import HANGS, Broken
+from ..run import HANGS, BrokenInvariant
 from ..search import unsteady
 from ..steady import Uses
 from .fresh import in_other_surroundings
@@ -23,7 +23,7 @@ class Confirmation:
 
     setup: Setup
 
-    def __call__(self, found: Found, without: Collection[str]) -> bool:
+    def __call__(self, found: Counterexample, without: Collection[str]) -> bool:
         """Return whether it does.
 
         Args:
@@ -41,7 +41,9 @@ class Confirmation:
         raise UnsteadyError(unsteady(found, uses))
 
 
-def run_again(setup: Setup, scenario: Scenario, without: frozenset[str]) -> tuple[Broken | None, str]:
+def run_again(
+    setup: Setup, scenario: Scenario, without: frozenset[str]
+) -> tuple[BrokenInvariant | None, str]:
     """Run a scenario; return what it breaks, and what the program was seen to use that may differ."""
     uses = Uses()
     verdict = uses.watching(bench_of(setup)).run(scenario, without=without)

@@ -12,13 +12,13 @@ from typing import Any
 
 from ....io_images.amci3601 import RULES
 from ....io_images.input_files import read_checked
-from ....io_images.text_limits import Text
+from ....io_images.text_limits import TextKind
 from ....runtime.config.rackspec import RackSpec
 from ....traces.files.guard import beginning
 from ....traces.files.newfile import new_file
-from ..run import Bench, Broken
+from ..run import BrokenInvariant, TrialBench
 from ..scenarios.scenario import Scenario
-from ..search import Found, Report, behind
+from ..search import Counterexample, SearchReport, behind
 
 RECORDING = "recording"
 """What replaces a rule in the corpus where a scenario was learned from a recording."""
@@ -54,14 +54,14 @@ class State:
     scans: int = 0
     rules: Counter[str] = field(default_factory=Counter)
     corpus: dict[str, Scenario] = field(default_factory=dict)
-    found: dict[str, Found] = field(default_factory=dict)
+    found: dict[str, Counterexample] = field(default_factory=dict)
     folders: dict[str, str] = field(default_factory=dict)
     applied: set[str] = field(default_factory=set)
     shrinking: int = field(default=0, compare=False)
     spent: Counter[str] = field(default_factory=Counter, compare=False)
     printed: int = field(default=0, compare=False)
 
-    def add(self, report: Report) -> list[Found]:
+    def add(self, report: SearchReport) -> list[Counterexample]:
         """Add what a task reports; return what is found for the first time, or smaller than before."""
         self.tasks += 1
         self.runs += report.runs
@@ -75,7 +75,7 @@ class State:
             self.corpus.setdefault(rule, scenario)
         return self.note(report.found)
 
-    def note(self, found: Iterable[Found]) -> list[Found]:
+    def note(self, found: Iterable[Counterexample]) -> list[Counterexample]:
         """Add what is found; return what is so for the first time, or smaller than before."""
         news = []
         for each in found:
@@ -86,14 +86,14 @@ class State:
                 news.append(each)
         return news
 
-    def _give_folder(self, broken: Broken) -> None:
+    def _give_folder(self, broken: BrokenInvariant) -> None:
         """Call a failure's folder as the invariant, with a number if that is taken."""
         if broken.key not in self.folders:
             numbered = (f"{broken.invariant}-{number}" for number in count(2))
             names = chain([broken.invariant], numbered)
             self.folders[broken.key] = next(name for name in names if name not in self.folders.values())
 
-    def leave_out_impossible(self, spec: RackSpec) -> list[Broken]:
+    def leave_out_impossible(self, spec: RackSpec) -> list[BrokenInvariant]:
         """Forget scenarios with an older firmware than the program needs; return what they broke."""
         gone = {key: each for key, each in self.found.items() if not each.scenario.is_possible(spec)}
         for key in gone:
@@ -101,7 +101,7 @@ class State:
         self.corpus = {key: each for key, each in self.corpus.items() if each.is_possible(spec)}
         return [each.broken for _key, each in sorted(gone.items())]
 
-    def recheck(self, bench: Bench) -> list[Broken]:
+    def recheck(self, bench: TrialBench) -> list[BrokenInvariant]:
         """Look whether the program still breaks what it was found to break; return what it does not.
 
         What is mended becomes part of the corpus. Invariants that the bench does not ask are left alone.
@@ -191,7 +191,7 @@ def _folder(value: object) -> str:
     return name
 
 
-def _found_json(found: Found) -> dict[str, Any]:
+def _found_json(found: Counterexample) -> dict[str, Any]:
     broken = found.broken
     return {
         "scenario": found.scenario.to_json(),
@@ -207,8 +207,8 @@ def _found_json(found: Found) -> dict[str, Any]:
     }
 
 
-def _found(given: dict[str, Any]) -> Found:
-    broken = Broken(
+def _found(given: dict[str, Any]) -> Counterexample:
+    broken = BrokenInvariant(
         _text(given["invariant"]),
         _text(given["sentence"]),
         _count(given["scan"]),
@@ -218,7 +218,7 @@ def _found(given: dict[str, Any]) -> Found:
         _texts(given["rules"]),
         _text(given["cause"]),
     )
-    return Found(Scenario.from_json(given["scenario"]), broken, _count(given["after"]))
+    return Counterexample(Scenario.from_json(given["scenario"]), broken, _count(given["after"]))
 
 
 STATE = beginning("the state of a campaign", b'{\n "rack"')
@@ -233,7 +233,7 @@ def read_state(file: Path, rack: str) -> State:
     if not file.exists():
         return State(rack)
     try:
-        text = read_checked(file, Text.STATE)
+        text = read_checked(file, TextKind.STATE)
         state = State.from_json(json.loads(text))
     except (OSError, ValueError) as error:
         raise CampaignError(f"{file}: {error}; move it away to start again") from error

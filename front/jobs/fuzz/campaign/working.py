@@ -11,7 +11,7 @@ from warnings import catch_warnings, simplefilter
 from hypothesis.configuration import set_hypothesis_home_dir
 from hypothesis.errors import HypothesisDeprecationWarning
 
-from .. import Report, search
+from .. import SearchReport, search
 from ..drawing import scenarios
 from ..job import Setup, bench_of
 from .campaign import Task
@@ -25,7 +25,7 @@ class Work:
 
     setup: Setup
 
-    def __call__(self, task: Task) -> Report:
+    def __call__(self, task: Task) -> SearchReport:
         """Search."""
         bench = bench_of(self.setup)
         strategy = scenarios(bench.spec, bench.scans, self.setup.kinds, base=task.base)
@@ -55,7 +55,7 @@ class Apart:
 
     work: Work
 
-    def __call__(self, task: Task) -> Report:
+    def __call__(self, task: Task) -> SearchReport:
         """Search."""
         return in_fresh_process(self.work, task)
 

@@ -10,11 +10,11 @@ from typing import Any
 
 from ....runtime.loop.rack import Rack
 from ....runtime.loop.scan import Logic
-from ...record.wrapped import Wrapped
+from ...record.wrapped import LogicWrapper
 from ...why.source.lines import Line, Lines
 
 
-class Places(Wrapped):
+class Places(LogicWrapper):
     """A logic that is traced line by line.
 
     Attributes:

@@ -13,7 +13,7 @@ from ....io_images.amci3601.words import is_stepper
 from ....io_images.image import Image
 from ....runtime.config.rackspec import RackSpec, SlotSpec
 from ....runtime.loop.events import JsonValue
-from ....runtime.loop.exposed import Exposed
+from ....runtime.loop.exposed import ExposedModule
 from ....runtime.loop.incidents import TROUBLES, FaultKind, Incident
 from ....runtime.loop.listeners import ScanListener
 from ....runtime.loop.rack import Slot
@@ -78,7 +78,7 @@ class DriveScript(ScanListener):
     """
 
     def __init__(self, spec: RackSpec, slot: SlotSpec, live: Slot) -> None:
-        module: Any = live.module.module if isinstance(live.module, Exposed) else live.module
+        module: Any = live.module.module if isinstance(live.module, ExposedModule) else live.module
         self._machine: Machine = module.machine
         self._outputs = live.outputs
         self._scan_ms = spec.scan_ns / 1e6

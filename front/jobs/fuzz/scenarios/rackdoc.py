@@ -11,7 +11,7 @@ from typing import Any
 import tomli_w
 
 from ....io_images.input_files import read_input_text
-from ....io_images.text_limits import Text
+from ....io_images.text_limits import TextKind
 from ....runtime.config.rackfile import parse_toml
 from ....runtime.config.rackspec import RackSpec
 from ....runtime.loop.incidents import Incident
@@ -35,7 +35,7 @@ def rack_text(rack_file: Path, spec: RackSpec, scenario: Scenario, scans: int, f
     Raises:
         OSError: the rack file can't be read.
     """
-    document: Table = parse_toml(read_input_text(rack_file, Text.TOML), rack_file)
+    document: Table = parse_toml(read_input_text(rack_file, TextKind.TOML), rack_file)
     for table in (document, *document.get("unit", ())):
         if "program" in table:
             table["program"] = os.path.relpath(rack_file.parent / str(table["program"]), folder)
@@ -73,7 +73,7 @@ def bare_rack_text(rack_file: Path, program: str) -> str:
     Raises:
         OSError: the rack file can't be read.
     """
-    document: Table = parse_toml(read_input_text(rack_file, Text.TOML), rack_file)
+    document: Table = parse_toml(read_input_text(rack_file, TextKind.TOML), rack_file)
     document["program"] = program
     document.pop("incident", None)
     document.pop("trace", None)

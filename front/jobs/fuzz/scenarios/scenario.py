@@ -28,7 +28,7 @@ from ....runtime.config.rackspec import IncidentSpec, RackSpec, SlotSpec
 from ....runtime.loop.incidents import FaultKind, Incident
 from ....runtime.machine import MachineSpec, Slip, TimelineEntry
 from ....runtime.machine.spec import InputName
-from ....runtime.modules.cards.options import Press as CardPress
+from ....runtime.modules.cards.options import InputPress as CardPress
 from ....runtime.modules.registry import MODULES
 
 Time = Annotated[StrictInt, Field(ge=0)]
@@ -126,7 +126,7 @@ class Shift:
 
 
 @dataclass(frozen=True, slots=True)
-class Lost:
+class LostSteps:
     """Steps that a motor loses.
 
     Attributes:
@@ -162,7 +162,7 @@ class Scenario:
     presses: tuple[Press, ...] = ()
     incidents: tuple[Incident, ...] = ()
     shifts: tuple[Shift, ...] = ()
-    lost: tuple[Lost, ...] = ()
+    lost: tuple[LostSteps, ...] = ()
     pushes: tuple[Push, ...] = ()
     signals: tuple[Signal, ...] = ()
 
@@ -216,7 +216,7 @@ class Scenario:
             ValueError: it is about a slot that the rack does not have.
         """
         have = [slot.number for slot in spec.slot]
-        parts: Sequence[Press | Push | Signal | Incident | Shift | Lost] = (
+        parts: Sequence[Press | Push | Signal | Incident | Shift | LostSteps] = (
             *self.presses,
             *self.pushes,
             *self.signals,

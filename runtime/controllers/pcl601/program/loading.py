@@ -6,8 +6,8 @@ from pathlib import Path
 
 from .....io_images.input_files import read_checked
 from .....io_images.pcl601.program import Program, ProgramError, parse_program
-from .....io_images.text_limits import Text, TextLimitError
-from ..controller import Controller
+from .....io_images.text_limits import TextKind, TextLimitError
+from ..controller import Pcl601Controller
 from .machine import ProgramMachine
 
 
@@ -18,7 +18,7 @@ def read_program(file: Path) -> Program:
         ValueError: the file is not a program, or can't be read; the message names file, line and column.
     """
     try:
-        return parse_program(read_checked(file, Text.STORED))
+        return parse_program(read_checked(file, TextKind.STORED))
     except TextLimitError as error:
         raise ValueError(f"{file}:{error.line}: {error}") from error
     except ProgramError as error:
@@ -29,7 +29,7 @@ def read_program(file: Path) -> Program:
         raise ValueError(f"{file}: the file is not text: byte {error.start} is not UTF-8") from error
 
 
-def load(controller: Controller, program: Program) -> None:
+def load(controller: Pcl601Controller, program: Program) -> None:
     """Load a program and its `.autostart` flag into memory; it starts at power-up, not now."""
     controller.runner = ProgramMachine(program)
     if program.autostart is not None:

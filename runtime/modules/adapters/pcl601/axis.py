@@ -8,7 +8,7 @@ from .....io_images.amci3601 import Configuration, InputBit
 from ....kinematics import Profile, Rate, Shape
 from ....kinematics import stop as plan_stop
 from ..axis import LinkedAxis
-from ..exchanges import State
+from ..exchanges import ControllerState
 from ..task import TaskKind
 from .capabilities import Pcl601Capabilities, polls_mark
 from .driver import BOTH_SIDES, Pcl601Driver
@@ -124,4 +124,4 @@ class Pcl601Axis(LinkedAxis[Drive]):
     @override
     def reset_errors(self) -> None:
         """Clear the controller's error bits."""
-        self.driver.clear_errors = self.driver.state is State.READY and bool(self.driver.errors)
+        self.driver.clear_errors = self.driver.state is ControllerState.READY and bool(self.driver.errors)

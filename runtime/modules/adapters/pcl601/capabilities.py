@@ -8,7 +8,7 @@ from typing_extensions import override
 
 from .....io_images.amci3601 import Configuration, HomingKind, InputBit
 from ....kinematics import MILLI, PICO, Shape, stopping_distance
-from ...amci3601 import AxisHoming, Feature, Request
+from ...amci3601 import AxisHoming, AxisRequest, Feature
 from ..capabilities import (
     BLOCK,
     FUNCTION,
@@ -81,21 +81,21 @@ CONFIGURATION_ROWS: tuple[ConfigurationRow[Pcl601Options], ...] = (
 )
 
 
-def _too_fast(request: Request, options: Pcl601Options) -> bool:
+def _too_fast(request: AxisRequest, options: Pcl601Options) -> bool:
     return speed_of(request) > SPEED_MAX
 
 
-def _one_step_per_second(request: Request, options: Pcl601Options) -> bool:
+def _one_step_per_second(request: AxisRequest, options: Pcl601Options) -> bool:
     """Whether the speed is 1 step/s; the base speed has to be below it."""
     return speed_of(request) == 1
 
 
-def _rates_differ(request: Request, options: Pcl601Options) -> bool:
+def _rates_differ(request: AxisRequest, options: Pcl601Options) -> bool:
     given = request.command.parameters
     return has_ramps(request) and given.acceleration != given.deceleration
 
 
-def _too_far(request: Request, options: Pcl601Options) -> bool:
+def _too_far(request: AxisRequest, options: Pcl601Options) -> bool:
     return abs(request.distance) > STEPS_MAX
 
 
@@ -115,7 +115,7 @@ def polls_mark(configuration: Configuration, minimum: int, options: Pcl601Option
     return options.registration == "polled" or counts_too_early(configuration, minimum, options)
 
 
-def _too_short_to_stop(request: Request, options: Pcl601Options) -> bool:
+def _too_short_to_stop(request: AxisRequest, options: Pcl601Options) -> bool:
     target = request.command.parameters.target or 0
     drive = drive_for(request.command.profile(request.configuration.starting_speed))
     stop = stopping_distance(MILLI * drive.speed_sps, drive.base_sps, drive.rate_spmss, drive.profile.shape)
@@ -124,7 +124,7 @@ def _too_short_to_stop(request: Request, options: Pcl601Options) -> bool:
     return target * PICO < stop + late
 
 
-def _no_restart(request: Request, options: Pcl601Options) -> bool:
+def _no_restart(request: AxisRequest, options: Pcl601Options) -> bool:
     return options.respeed != "restart"
 
 

@@ -17,10 +17,10 @@ from ....kinematics import stop as plan_stop
 from ....line import pcl601_ascii as ascii
 from ....line import pcl601_frames as frames
 from ....line import pcl601_pdus as pdus
-from ....line.master import PUBLISH, LineTiming, Reply, Request, Step
+from ....line.master import PUBLISH, LineRequest, LineTiming, Reply, Step
 from ....line.wire import LineFormat
 from ..driver import Driver
-from ..exchanges import BIAS, LinkLost, Talk
+from ..exchanges import BIAS, LinkLostError, Talk
 from ..findings import FindingKind
 from ..task import Task, TaskKind
 from .errors import COMMAND_ERROR, ERRORS
@@ -96,7 +96,7 @@ class Pcl601Driver(Driver[Drive]):
     # -- exchanges ----------------------------------------------------------------------------
 
     @override
-    def identify(self) -> Request:
+    def identify(self) -> LineRequest:
         """Ask for address and firmware."""
         return frames.report_id(self.unit)
 
@@ -139,7 +139,7 @@ class Pcl601Driver(Driver[Drive]):
             reply = yield from self.insist(frames.write_registers(self.unit, first, words))
             if reply.refused is not None:
                 self._disobeyed()
-                raise LinkLost
+                raise LinkLostError
         self._written[first] = words
 
     def _command(self, code: Code) -> Talk:
@@ -154,7 +154,7 @@ class Pcl601Driver(Driver[Drive]):
     def halt(self) -> Talk:
         """Stop at once, and take every mark away; before a configuration a program may run."""
         if not self._was_ready and not (yield from self.admit()):
-            raise LinkLost
+            raise LinkLostError
         yield from super().halt()
         yield from self._take_marks_away()
 

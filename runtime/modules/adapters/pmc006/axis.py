@@ -6,10 +6,10 @@ from typing_extensions import override
 
 from .....io_images.amci3601 import Configuration, InputBit
 from .....io_images.pmc006.status import Level, Status1
-from ....controllers.pmc006.ramps import Speeds
+from ....controllers.pmc006.ramps import Pmc006Speeds
 from ....kinematics import Profile, Rate, Shape
 from ..axis import LinkedAxis
-from ..exchanges import State
+from ..exchanges import ControllerState
 from ..task import Task, TaskKind
 from .capabilities import FSET_INPUTS, SHARED, Pmc006Capabilities
 from .driver import Pmc006Driver
@@ -20,7 +20,7 @@ CW_LIMIT = InputBit.CW_LIMIT.value
 CCW_LIMIT = InputBit.CCW_LIMIT.value
 
 
-class Pmc006Axis(LinkedAxis[Speeds]):
+class Pmc006Axis(LinkedAxis[Pmc006Speeds]):
     """An `Axis` whose steps a PMC006x3s makes.
 
     Args:
@@ -33,11 +33,13 @@ class Pmc006Axis(LinkedAxis[Speeds]):
         self._nearest = options.accel_rounding == "nearest"
 
     @override
-    def drive_for(self, profile: Profile) -> Speeds:
+    def drive_for(self, profile: Profile) -> Pmc006Speeds:
         return speeds_for(profile, nearest=self._nearest)
 
     @override
-    def task_for(self, kind: TaskKind, direction: int, profile: Profile, steps: int = 0) -> Task[Speeds]:
+    def task_for(
+        self, kind: TaskKind, direction: int, profile: Profile, steps: int = 0
+    ) -> Task[Pmc006Speeds]:
         """Return a motion; an index no faster than its ramps allow."""
         task = super().task_for(kind, direction, profile, steps)
         if kind is TaskKind.INDEX:
@@ -73,7 +75,7 @@ class Pmc006Axis(LinkedAxis[Speeds]):
     @override
     def reset_errors(self) -> None:
         """Clear external stops that are latched and no longer active."""
-        self.driver.clear_stops = self.driver.state is State.READY and bool(self.driver.flags)
+        self.driver.clear_stops = self.driver.state is ControllerState.READY and bool(self.driver.flags)
 
     @property
     def _on_fset(self) -> int:

@@ -6,7 +6,7 @@ from fractions import Fraction
 
 from .....io_images.amci3601 import CommandMsw, Configuration, InputBit
 from ....controllers.pmc006.ramps import ramp_steps
-from ...amci3601 import AxisHoming, Feature, Request
+from ...amci3601 import AxisHoming, AxisRequest, Feature
 from ..capabilities import (
     BLOCK,
     FUNCTION,
@@ -97,21 +97,21 @@ CONFIGURATION_ROWS: tuple[ConfigurationRow[Pmc006Options], ...] = (
 )
 
 
-def _out_of_speed(request: Request, options: Pmc006Options) -> bool:
+def _out_of_speed(request: AxisRequest, options: Pmc006Options) -> bool:
     return speed_of(request) > SPEED_MAX
 
 
-def _too_slow(request: Request, options: Pmc006Options) -> bool:
+def _too_slow(request: AxisRequest, options: Pmc006Options) -> bool:
     return 0 < speed_of(request) < START_MIN
 
 
-def _rate_too_low(request: Request, options: Pmc006Options) -> bool:
+def _rate_too_low(request: AxisRequest, options: Pmc006Options) -> bool:
     given = request.command.parameters
     gentler = options.accel_rounding == "gentler"
     return gentler and has_ramps(request) and min(given.acceleration, given.deceleration) < RATE_MIN
 
 
-def _too_short_to_stop(request: Request, options: Pmc006Options) -> bool:
+def _too_short_to_stop(request: AxisRequest, options: Pmc006Options) -> bool:
     """Whether the steps of a registration are less than a poll and the ramp down take."""
     nearest = options.accel_rounding == "nearest"
     speeds = speeds_for(request.command.profile(request.configuration.starting_speed), nearest=nearest)

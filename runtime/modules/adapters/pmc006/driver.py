@@ -16,9 +16,9 @@ from typing_extensions import override
 from .....io_images.amci3601 import Configuration, InputBit, StatusMsw
 from .....io_images.pmc006.frame import BAUD
 from .....io_images.pmc006.status import Level, Status1, Status2
-from ....controllers.pmc006.ramps import Speeds, plan_move, plan_run, plan_slowing
+from ....controllers.pmc006.ramps import Pmc006Speeds, plan_move, plan_run, plan_slowing
 from ....line import pmc006_frames as frames
-from ....line.master import LineTiming, Reply, Request, Step
+from ....line.master import LineRequest, LineTiming, Reply, Step
 from ....line.wire import LineFormat
 from ..driver import Driver
 from ..exchanges import BIAS, NEAR_ZERO, Talk
@@ -47,7 +47,7 @@ LOW_SUPPLY = "the supply voltage is too low"
 OVERHEATED = "the controller is too hot"
 
 
-class Pmc006Driver(Driver[Speeds]):
+class Pmc006Driver(Driver[Pmc006Speeds]):
     """A PMC006x3s as the link knows it.
 
     Attributes:
@@ -91,7 +91,7 @@ class Pmc006Driver(Driver[Speeds]):
     # -- exchanges ----------------------------------------------------------------------------
 
     @override
-    def identify(self) -> Request:
+    def identify(self) -> LineRequest:
         """Ask for status register 1."""
         return frames.reading(self.unit, "read_status1")
 
@@ -199,11 +199,11 @@ class Pmc006Driver(Driver[Speeds]):
     # -- motions ------------------------------------------------------------------------------
 
     @override
-    def top_sps(self, drive: Speeds) -> int:
+    def top_sps(self, drive: Pmc006Speeds) -> int:
         return drive.max_sps
 
     @override
-    def carry_out(self, task: Task[Speeds]) -> Talk:
+    def carry_out(self, task: Task[Pmc006Speeds]) -> Talk:
         yield from self._arm(self._stops_for(task))
         yield from self._set_speeds(task)
         began_at = self.position
@@ -216,7 +216,7 @@ class Pmc006Driver(Driver[Speeds]):
             yield from self.conclude(task, began_at)
         self._zeroing = False
 
-    def _stops_for(self, task: Task[Speeds]) -> int:
+    def _stops_for(self, task: Task[Pmc006Speeds]) -> int:
         """Return the external stops that may end a motion, without one that it leaves."""
         ahead, behind = (EXT2_STOP, EXT1_STOP) if task.direction > 0 else (EXT1_STOP, EXT2_STOP)
         if task.kind is TaskKind.SLEW:
@@ -229,7 +229,7 @@ class Pmc006Driver(Driver[Speeds]):
         yield from self._set(ext_stop_enable=stops)
         yield from self._clear_stops(stops)
 
-    def _set_speeds(self, task: Task[Speeds]) -> Talk:
+    def _set_speeds(self, task: Task[Pmc006Speeds]) -> Talk:
         drive = task.drive
         yield from self._set(start_speed=drive.start_sps, stop_speed=drive.stop_sps)
         speed = "zero_back_speed" if task.kind is TaskKind.HOME else "max_speed"
@@ -238,7 +238,7 @@ class Pmc006Driver(Driver[Speeds]):
         if task.kind is not TaskKind.HOME:
             yield from self._set(direction=int(task.direction > 0))
 
-    def _request_for(self, task: Task[Speeds]) -> Request:
+    def _request_for(self, task: Task[Pmc006Speeds]) -> LineRequest:
         if task.kind is TaskKind.INDEX:
             return frames.instruction(self.unit, "step", task.steps)
         if task.kind is TaskKind.HOME:
@@ -252,7 +252,7 @@ class Pmc006Driver(Driver[Speeds]):
             self.findings.complain(COMMAND_ERROR, "the controller has refused to start the motion")
 
     @override
-    def model(self, task: Task[Speeds]) -> None:
+    def model(self, task: Task[Pmc006Speeds]) -> None:
         now_ns, drive = self.master.now_ns, task.drive
         if task.kind is TaskKind.INDEX:
             task.model = plan_move(now_ns, 0, task.direction * task.steps, drive)
@@ -260,7 +260,7 @@ class Pmc006Driver(Driver[Speeds]):
             task.model = plan_run(now_ns, 0, task.direction, drive)
 
     @override
-    def slow_down(self, task: Task[Speeds]) -> Talk:
+    def slow_down(self, task: Task[Pmc006Speeds]) -> Talk:
         """Leave speed mode; stop any other motion without a ramp."""
         if task.kind is not TaskKind.SLEW:
             yield from self.stop_and_look()
@@ -271,21 +271,21 @@ class Pmc006Driver(Driver[Speeds]):
             task.model = plan_slowing(task.model, self.master.now_ns, drive.stop_sps, drive.deceleration)
 
     @override
-    def set_mark(self, task: Task[Speeds]) -> Talk:
+    def set_mark(self, task: Task[Pmc006Speeds]) -> Talk:
         """Stop, and index the rest."""
         yield from self.stop_and_index(task)
 
     @override
-    def drive_over(self, drive: Speeds, steps: int) -> Speeds:
+    def drive_over(self, drive: Pmc006Speeds, steps: int) -> Pmc006Speeds:
         return fitted(drive, steps)
 
     @override
-    def watch(self, task: Task[Speeds]) -> Talk:
+    def watch(self, task: Task[Pmc006Speeds]) -> Talk:
         """Arm a limit again once it has been left."""
         if task.kind is not TaskKind.SLEW:
             yield from self._set(ext_stop_enable=self._stops_for(task))
 
-    def _find_zero(self, task: Task[Speeds]) -> Talk:
+    def _find_zero(self, task: Task[Pmc006Speeds]) -> Talk:
         """Set the counter to B at the home switch; elsewhere read where the search has ended."""
         if task.kind is not TaskKind.HOME:
             return

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ....controllers.pmc006.ramps import Speeds
+from ....controllers.pmc006.ramps import Pmc006Speeds
 from ....loop.events import JsonValue
 from ....machine import Machine
 from ..module import Kit, SimulatedAdapter
@@ -14,12 +14,12 @@ from .options import Pmc006Options
 from .simulated import UNIT, SimulatedPmc006
 
 
-def kit(options: Pmc006Options, unit: int) -> Kit[Speeds]:
+def kit(options: Pmc006Options, unit: int) -> Kit[Pmc006Speeds]:
     """Return what drives a PMC006x3s with these options at an address."""
     return Kit(lambda: Pmc006Driver(options, unit), lambda driver: Pmc006Axis(driver, options))
 
 
-class Pmc006Adapter(SimulatedAdapter[Speeds]):
+class Pmc006Adapter(SimulatedAdapter[Pmc006Speeds]):
     """A PMC006x3s that answers as a 3601.
 
     Args:

@@ -6,11 +6,11 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import BeforeValidator
 
-from .....io_images.pmc006.instructions import BY_NAME, Instruction
+from .....io_images.pmc006.instructions import BY_NAME, InstructionRow
 from ....loop.options import Options
 
 
-def _taken_by(row: Instruction) -> BeforeValidator:
+def _taken_by(row: InstructionRow) -> BeforeValidator:
     """Return a check for numbers that an instruction takes, or None."""
 
     def check(value: object) -> object:

@@ -16,7 +16,7 @@ from typing_extensions import override
 
 from .....io_images.amci3601 import Configuration, InputBit
 from ....controllers.pmc006 import pins
-from ....controllers.pmc006.controller import Controller
+from ....controllers.pmc006.controller import Pmc006Controller
 from ....controllers.pmc006.line import Pmc006
 from ....controllers.pmc006.pins import Pin
 from ....machine import Machine, Switch
@@ -27,7 +27,7 @@ UNIT = 1
 
 
 @dataclass(frozen=True, slots=True)
-class Pulled(pins.Switch):
+class PulledPin(pins.SwitchPin):
     """A pin that is low while any of some switches energises its terminal."""
 
     switches: tuple[Switch, ...] = ()
@@ -61,7 +61,7 @@ class SimulatedPmc006(Plant):
     """
 
     def __init__(self, machine: Machine) -> None:
-        self.device = Pmc006(Controller(address=UNIT))
+        self.device = Pmc006(Pmc006Controller(address=UNIT))
         self._on_fset = InputBit.ESTOP
         super().__init__(machine, self.device)
 
@@ -99,4 +99,4 @@ class SimulatedPmc006(Plant):
     def _pull(self, pin: Pin, *bits: InputBit) -> None:
         switches = tuple(switch for bit in bits for switch in self.feeds(bit))
         held = any(self.levels & bit.value and not self.feeds(bit) for bit in bits)
-        self.device.controller.set_pin(pin, False if held else Pulled(0, False, switches))
+        self.device.controller.set_pin(pin, False if held else PulledPin(0, False, switches))

@@ -15,7 +15,7 @@ from fractions import Fraction
 from math import isqrt
 
 from .....io_images.pmc006.instructions import ACCELERATIONS_PPS2
-from ....controllers.pmc006.ramps import Speeds
+from ....controllers.pmc006.ramps import Pmc006Speeds
 from ....kinematics import Profile, Rate
 
 START_MIN, START_MAX = 65, 30_000
@@ -37,20 +37,20 @@ def coefficient_for(rate_spmss: Rate, *, nearest: bool = False) -> int:
     return next(at for at, rate in enumerate(ACCELERATIONS_PPS2) if at and rate <= 1000 * rate_spmss)
 
 
-def speeds_for(profile: Profile, *, nearest: bool = False) -> Speeds:
+def speeds_for(profile: Profile, *, nearest: bool = False) -> Pmc006Speeds:
     """Return what a profile becomes; its speed is 65 to 256,000 steps/s."""
     base = profile.base_sps
     if not profile.has_ramps:
-        return Speeds(base, base, base, 1, 1)
+        return Pmc006Speeds(base, base, base, 1, 1)
     up = coefficient_for(profile.acceleration_spmss, nearest=nearest)
     down = coefficient_for(profile.deceleration_spmss, nearest=nearest)
-    return Speeds(base, profile.speed_sps, base, up, down)
+    return Pmc006Speeds(base, profile.speed_sps, base, up, down)
 
 
-def fitted(speeds: Speeds, steps: int) -> Speeds:
+def fitted(speeds: Pmc006Speeds, steps: int) -> Pmc006Speeds:
     """Return speeds whose ramps fit a number of steps; the controller would steepen the ramps.
 
-    >>> fitted(Speeds(1000, 5000, 1000, 6, 6), 1500).max_sps  # 10460 steps/s/s: the peak at 750 steps
+    >>> fitted(Pmc006Speeds(1000, 5000, 1000, 6, 6), 1500).max_sps  # 10460 steps/s/s: the peak at 750 steps
     4085
     """
     inverse = Fraction(1, ACCELERATIONS_PPS2[speeds.acceleration]) + Fraction(

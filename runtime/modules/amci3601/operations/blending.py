@@ -19,7 +19,7 @@ from ..axis import BlendProgram
 from ..blend_session import BlendSession
 from ..capabilities import Feature
 from ..command_words import CommandWords
-from ..latches import COMMAND_ERROR, STOPPED, Fault
+from ..latches import COMMAND_ERROR, STOPPED, BrokenRule
 from ..operation import Host, Operation
 
 PROGRAM = CommandLsw.BLEND_PROGRAM.value
@@ -104,7 +104,7 @@ class BlendBlock:
         if not session.fits(self.host.state.start_sps):
             self._spoil("PRF-05")
 
-    def _segment_faults(self) -> list[Fault]:
+    def _segment_faults(self) -> list[BrokenRule]:
         """Return every rule that the block breaks by itself (reading A-110)."""
         command, segments = self.command, self.session.segments
         speed = command.parameters.speed
@@ -114,14 +114,14 @@ class BlendBlock:
         length = join_thousands(length_msw, length_lsw) if a_value and not negative else 0
         reserved = self.host.options.blend_reserved_words_checked and command.words[7] != 0
         rows = (
-            (reserved, Fault("PRF-02", alone=True)),
-            (negative, Fault("BLD-21")),
-            (not a_value, Fault("BLD-22")),
-            (not speed_in_range(speed), Fault("PRF-02")),
-            (speed is not None and speed < self.host.state.start_sps, Fault("CMD-05")),
-            (bool(segments) and speed == segments[-1][1], Fault("PRF-06")),
-            (not rate_in_range(command.words[6]), Fault("BLD-18")),
-            (length > 0 and self.session.too_long_with(length), Fault("BLD-19")),
+            (reserved, BrokenRule("PRF-02", alone=True)),
+            (negative, BrokenRule("BLD-21")),
+            (not a_value, BrokenRule("BLD-22")),
+            (not speed_in_range(speed), BrokenRule("PRF-02")),
+            (speed is not None and speed < self.host.state.start_sps, BrokenRule("CMD-05")),
+            (bool(segments) and speed == segments[-1][1], BrokenRule("PRF-06")),
+            (not rate_in_range(command.words[6]), BrokenRule("BLD-18")),
+            (length > 0 and self.session.too_long_with(length), BrokenRule("BLD-19")),
         )
         return [fault for broken, fault in rows if broken]
 

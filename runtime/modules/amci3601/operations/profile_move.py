@@ -8,7 +8,7 @@ from ....kinematics import Profile
 from ..capabilities import Feature
 from ..latches import HOLD_STATE
 from ..operation import Host, Operation
-from ..state import Held
+from ..state import HeldMove
 
 
 class ProfileMove(Operation):
@@ -68,7 +68,7 @@ class ProfileMove(Operation):
         """Show MOVE_COMPLETE, or HOLD_STATE with the remaining distance kept for Resume."""
         if self.holding and (self.single_step or self.axis.position != self.target):
             self.host.finish(now_ns, HOLD_STATE, "held")
-            held = Held(self.target, self.name) if self.resumable else None
+            held = HeldMove(self.target, self.name) if self.resumable else None
             self.state.hold(held, by_external=self.by_external)
         else:
             self.host.complete(now_ns)
