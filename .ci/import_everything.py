@@ -11,7 +11,7 @@ from importlib.metadata import requires
 
 import scanrack
 
-MODULE_OF = {"mcap-ros2-support": "mcap_ros2", "pytest-xdist": "xdist", "pyvcd": "vcd"}
+MODULE_OF = {"mcap-ros2-support": "mcap_ros2", "pyvcd": "vcd"}
 """Modules that are not called like their distribution."""
 
 

@@ -5,17 +5,20 @@ from __future__ import annotations
 import os
 import signal
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
-from typing import Any
 
 import pytest
 from extras import skip_without_extras
 from hypothesis import HealthCheck, Phase, settings
 from hypothesis.internal.conjecture import providers
+from processes import Processes
 
 TESTS = Path(__file__).parent
-FIRST = (TESTS / "manual", TESTS / "properties" / "test_against_oracle.py")
-"""Run before all others: those that find most of the mistakes in a controller's rules, and soon."""
+BROWSER = TESTS / "browser"
+FIRST = (BROWSER, TESTS / "manual", TESTS / "properties" / "test_against_oracle.py")
+"""Run before all others: a browser, which waits most of the time, and beside it the tests that find most of
+the mistakes in a controller's rules."""
 
 settings.register_profile(
     "ci",
@@ -34,19 +37,23 @@ settings.register_profile(
 )
 
 RULE_LINES = pytest.StashKey[list[str]]()
-"""What a worker of pytest-xdist has reported of the rules of the manual."""
+"""What processes have reported of the rules of the manual."""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption(
         "--long", action="store_true", help="run the property tests for long, with fresh random examples"
     )
+    parser.addoption("--processes", type=int, help="number of processes that run the tests")
 
 
 def pytest_configure(config: pytest.Config) -> None:
     settings.load_profile("long" if config.getoption("--long") else "ci")
     if not config.getoption("--long"):
         _draw_no_constants_of_modules()
+    lines = config.stash.setdefault(RULE_LINES, [])
+    count = config.getoption("--processes") or _number_of_processes(config)
+    config.pluginmanager.register(Processes(count, _together, partial(_rule_lines, config), lines.extend))
 
 
 def _draw_no_constants_of_modules() -> None:
@@ -70,14 +77,21 @@ def _heeded_signals() -> Iterator[None]:
         signal.signal(number, handler)
 
 
-def pytest_xdist_auto_num_workers(config: pytest.Config) -> int | None:
-    """Use a process for each core and two more for the whole suite, and one for tests that are named.
+def _number_of_processes(config: pytest.Config) -> int:
+    """Return one more than there are cores for the whole suite, and one for tests that are named.
 
-    Two, since tests with a browser or in real time mostly wait.
+    One more, since tests with a browser or in real time mostly wait.
     """
     whole = config.args_source is pytest.Config.ArgsSource.TESTPATHS
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    return cores + 2 if whole else 0
+    return cores + 1 if whole else 1
+
+
+def _together(item: pytest.Item) -> object:
+    """Return what tests of one process have in common: their file, or the browser."""
+    if item.config.getoption("--long"):
+        return item.nodeid
+    return BROWSER if item.path.is_relative_to(BROWSER) else item.path
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -96,25 +110,11 @@ def _rule_lines(config: pytest.Config) -> list[str]:
     return [] if coverage is None else list(coverage.lines())
 
 
-def pytest_sessionfinish(session: pytest.Session) -> None:
-    """Send the report from a worker of pytest-xdist to the process that prints."""
-    output = getattr(session.config, "workeroutput", None)
-    if output is not None:
-        output["rule_lines"] = _rule_lines(session.config)
-
-
-@pytest.hookimpl(optionalhook=True)
-def pytest_testnodedown(node: Any) -> None:
-    """Keep the report of a worker of pytest-xdist."""
-    lines = getattr(node, "workeroutput", {}).get("rule_lines", [])
-    node.config.stash.setdefault(RULE_LINES, []).extend(lines)
-
-
 def pytest_terminal_summary(
     terminalreporter: pytest.TerminalReporter, exitstatus: int, config: pytest.Config
 ) -> None:
     """Print which rules of the manual the scripts of the lockstep have made fire."""
-    lines = _rule_lines(config) or config.stash.get(RULE_LINES, [])
+    lines = _rule_lines(config) or config.stash[RULE_LINES]
     if lines:
         terminalreporter.section("rules of the manual in the lockstep")
         for line in lines:

@@ -72,7 +72,7 @@ def play_scripts(theme, examples, coverage):
 
 
 def test_themes_that_were_not_played_are_judged_all_the_same(monkeypatch):
-    """Chosen alone, or under `pytest -n` without `--dist loadfile`, the test above plays what is missing."""
+    """Chosen alone, or in another process than those of the themes, the test above plays what is missing."""
     chosen = []
     first, *others = THEMES
     monkeypatch.setitem(globals(), "PLAYED", set(others))

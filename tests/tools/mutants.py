@@ -71,7 +71,7 @@ def all_mutants(room: Room, names: Iterable[str]) -> list[Mutant]:
 
 
 def _table_mutants() -> list[Mutant]:
-    layer = sorted((ROOT / "runtime" / "modules" / "amci3601").glob("*.py"))
+    layer = sorted((ROOT / "runtime" / "modules" / "amci3601").rglob("*.py"))
     used = fired((path.read_text(encoding="utf-8") for path in layer), RULES)
     found: list[Mutant] = []
     for path in sorted((ROOT / "io_images" / "amci3601" / "rules").glob("chapter*.py")):

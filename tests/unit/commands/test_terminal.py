@@ -119,7 +119,7 @@ def test_nothing_is_printed_past_say() -> None:
     """The linter bans typer.echo and print; writing to the streams is left, for data."""
     streams = {
         path.name
-        for path in Path(str(cli.__file__)).parent.glob("*.py")
+        for path in Path(str(cli.__file__)).parent.rglob("*.py")
         for node in ast.walk(ast.parse(path.read_text("utf-8")))
         if isinstance(node, ast.Call) and ast.unparse(node.func) in ("sys.stdout.write", "sys.stderr.write")
     }

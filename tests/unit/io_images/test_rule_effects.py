@@ -18,7 +18,7 @@ FIRES = {"fire", "_spoil", "abort_homing", "BrokenRule", "RefusalRule"}
 
 def fired() -> Iterator[str]:
     """Return every id of a rule that a call in the package gives to what fires it."""
-    for file in Path(amci3601.__file__).parent.glob("*.py"):
+    for file in Path(amci3601.__file__).parent.rglob("*.py"):
         for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
             if (
                 isinstance(node, ast.Call)
