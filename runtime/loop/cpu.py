@@ -15,7 +15,8 @@ from typing import NoReturn, Self
 from .events import Event, JsonValue
 from .exchange import EndOfScan, Exchange
 from .faults import Cause, CpuFault, Fault, ends_the_run, place_of, words_of
-from .listeners import ScanListener
+from .forces import Forces
+from .listeners import Listeners, ScanListener
 from .pace import FreeRun, Pacer, Watchdog, WatchdogTimeout, stopping_on_interrupt
 from .phases import IDLE_PHASES, PHASES, Phase, ScanPhases
 from .rack import Rack
@@ -31,18 +32,17 @@ ENDLESS = 1 << 62
 """More scans than any run has."""
 
 
-class Cpu(ScansAhead):
+class Cpu:
     """Runs logic on a rack, scan by scan.
 
     Use it as a context manager, or call `close` at the end: that closes the listeners.
 
     Attributes:
         rack: the rack.
-        program: the logic.
         forces: the forces; changes take effect with the next scan.
+        period_ns: time from scan to scan.
         pacer: what makes scans wait; its overruns count the late ones.
         fault: why the CPU stopped, or None.
-        stop_requested: whether `stop` was called; the next `run` takes it back.
 
     Args:
         rack: modules in their slots, just powered up.
@@ -72,26 +72,53 @@ class Cpu(ScansAhead):
     ) -> None:
         if period_ns < 1:
             raise ValueError(f"scan period of {period_ns} ns is not allowed: it must be at least 1 ns")
-        super().__init__(
+        self.rack, self.period_ns = rack, period_ns
+        self.pacer = pacer or FreeRun()
+        self.forces = Forces(rack, self._ask_for_attention)
+        self.fault: Fault | None = None
+        self._watchdog = watchdog or Watchdog()
+        self._listeners = Listeners(listeners)
+        exchange = exchange or EndOfScan()
+        exchange.attach(rack)
+        self._phases = ScanPhases(
             rack,
             logic,
             period_ns,
-            exchange=exchange or EndOfScan(),
-            listeners=listeners,
-            pacer=pacer or FreeRun(),
-            watchdog=watchdog or Watchdog(),
+            exchange=exchange,
+            listeners=self._listeners,
+            pacer=self.pacer,
+            watchdog=self._watchdog,
+            forces=self.forces,
+            housekeeping=self.housekeeping,
         )
-        self.fault: Fault | None = None
+        self._ahead = ScansAhead(self._phases, rack, exchange, period_ns)
+        self._view = self._phases.view
+        self._tag_forces: Mapping[str, str | int | float | bool] = {}
+        self._tags_set_before = -1  # the scan before which a tag was set from outside
         self._scanning = False
         self._closed = False
         self._tag_forces_changed = False
         self._mode = self._wanted_mode = mode
-        self._news["/cpu"] = {"mode": mode_name(mode)}
+        self._phases.take_news("/cpu", {"mode": mode_name(mode)})
         if mode is not CpuMode.RUN:
-            self._stop_modules()
-        self._prepare(mode)
+            self._phases.stop_modules()
+        self._prepare()
         if isinstance(logic, AttachedLogic):
             logic.__attach_logic__(self._view.slot)
+
+    @property
+    def program(self) -> Logic:
+        """The logic; another one is called from the next scan on."""
+        return self._phases.program
+
+    @program.setter
+    def program(self, logic: Logic) -> None:
+        self._phases.program = logic
+
+    @property
+    def stop_requested(self) -> bool:
+        """Whether `stop` was called; the next `run` takes it back."""
+        return self._ahead.stop_requested
 
     @property
     def scan(self) -> int:
@@ -123,7 +150,7 @@ class Cpu(ScansAhead):
         Args:
             event: not earlier than the latest scan.
         """
-        self._announced.append(event)
+        self._phases.announce(event)
         self._ask_for_attention()
 
     def tags_from_outside(self, forces: Mapping[str, str | int | float | bool]) -> None:
@@ -153,9 +180,9 @@ class Cpu(ScansAhead):
             ValueError: the CPU has faulted before or is closed.
         """
         self._refuse_if_over()
-        self.stop_requested = False
+        self._ahead.stop_requested = False
         self.pacer.begin(self.period_ns)
-        self._prepare(self._mode)
+        self._prepare()
         with self._watchdog.armed(lambda: self._view.number, inside=ScanPhases.logic.__code__):
             try:
                 self._scanning = True
@@ -177,7 +204,7 @@ class Cpu(ScansAhead):
 
     def stop(self) -> None:
         """Let `run` return after the present scan; may be called from a signal handler."""
-        self.stop_requested = True
+        self._ahead.stop_requested = True
 
     def stopping_on_ctrl_c(self) -> AbstractContextManager[None]:
         """Let Ctrl-C stop the CPU between scans, for as long as the context lasts.
@@ -208,24 +235,39 @@ class Cpu(ScansAhead):
 
     def _loop(self, scans: int) -> None:
         try:
-            self._scan(scans)
+            self._ahead.run(scans)
         except (Exception, SystemExit, WatchdogTimeout) as error:
-            self._fail(error, self._present)
+            self._fail(error, self._ahead.present)
         except BaseException as error:
-            if ends_the_run(error) or self._blame[self._present] is not Cause.PROGRAM:
+            if ends_the_run(error) or self._phases.blame[self._ahead.present] is not Cause.PROGRAM:
                 raise
-            self._fail(error, self._present)
+            self._fail(error, self._ahead.present)
 
     def _ask_for_attention(self) -> None:
-        self._attention = True
+        """Serve requests in the housekeeping of the present scan, or now if there is none."""
+        self._phases.attention = True
         if not self._scanning:
             self._serve_requests()
 
     @property
     def _next_scan(self) -> int:
+        """Number of the scan in which a request that is made now takes effect."""
         return self.scan + self._scanning
 
+    def _prepare(self) -> None:
+        tags_set = self._tags_set_before == self._next_scan
+        self._phases.prepare(self._mode, tags_set=tags_set, tags_forced=bool(self._tag_forces))
+
+    def housekeeping(self) -> None:
+        """Let requests take effect, and move on to the next scan."""
+        if self._phases.attention:
+            self._attend()
+        view = self._view
+        view.number += 1
+        view.now_ns += self.period_ns
+
     def _attend(self) -> None:
+        """End what was special about this scan, and serve requests."""
         if "logic" not in IDLE_PHASES[self._mode]:
             self._view.first = False
         if self._mode is self._wanted_mode is CpuMode.SINGLE_SCAN:
@@ -233,28 +275,23 @@ class Cpu(ScansAhead):
         self._serve_requests()
 
     def _serve_requests(self) -> None:
-        self._attention = False
+        self._phases.attention = False
         if self.forces.commit() or self._tag_forces_changed:
             self._tag_forces_changed = False
             forces: dict[str, JsonValue] = {**self.forces.active}
             if self._tag_forces:
                 forces["tags"] = self._tag_forces
-            self._news["/forces"] = forces
+            self._phases.take_news("/forces", forces)
         if self._wanted_mode is not self._mode:
             self._change_mode(self._wanted_mode)
-        self._prepare(self._mode)
+        self._prepare()
 
     def _change_mode(self, mode: CpuMode) -> None:
-        self._stop_modules()
+        self._phases.stop_modules()
         if self._mode is CpuMode.PROGRAM and mode is not CpuMode.SINGLE_SCAN:
             self._view.first = True
         self._mode = mode
-        self._news["/cpu"] = {"mode": mode_name(mode)}
-
-    def _stop_modules(self) -> None:
-        if self._modules_run:
-            self._modules_run = False
-            self._exchange.stop()
+        self._phases.take_news("/cpu", {"mode": mode_name(mode)})
 
     def _refuse_if_over(self) -> None:
         if self.fault is not None:
@@ -264,15 +301,15 @@ class Cpu(ScansAhead):
 
     def _fail(self, error: BaseException, phase: Phase) -> NoReturn:
         """Stop in order after `error` in `phase`: outputs, modules, listeners; raise it as a `CpuFault`."""
-        cause = Cause.WATCHDOG if isinstance(error, WatchdogTimeout) else self._blame[phase]
+        cause = Cause.WATCHDOG if isinstance(error, WatchdogTimeout) else self._phases.blame[phase]
         text = _watchdog_words(error) if cause is Cause.WATCHDOG else words_of(error)
         self.fault = Fault(self.scan, self.now_ns, cause, place_of(error), text)
         if cause is Cause.LISTENER:
             self._listeners.dismiss_present()
         failure = CpuFault(self.fault)
-        recorded = phase in (self.record, self.housekeeping)  # the scan is, at least in part
+        recorded = phase in (self._phases.record, self.housekeeping)  # the scan is, at least in part
         last_words = self._tell_fault if recorded else self._record_fault
-        for step in (self._drop_outputs, last_words, self.close):
+        for step in (self._phases.drop_outputs, last_words, self.close):
             try:
                 step()
             except BaseException as further:
@@ -281,22 +318,16 @@ class Cpu(ScansAhead):
                 failure.add_note(f"while stopping: {words_of(further)}")
         raise failure from error
 
-    def _drop_outputs(self) -> None:
-        for slot in self.rack.slots.values():
-            slot.outputs.clear()
-        self._exchange.latch_outputs()
-        self._stop_modules()
-
     def _record_fault(self) -> None:
         """Tell of the scan that was not finished, and why."""
-        self._tell_news()
+        self._phases.tell_news()
         self._tell_fault()
-        self._listeners.scan(self.scan, self.now_ns, self._scan_flags | ScanFlag.FAULT)
+        self._listeners.scan(self.scan, self.now_ns, self._phases.flags | ScanFlag.FAULT)
 
     def _tell_fault(self) -> None:
         """Report why no further scan runs."""
         if self.fault is not None:
-            self._listeners.module_events(self.scan, self.rack.slots.values())
+            self._phases.tell_module_events()
             self._listeners.event(self.scan, self.now_ns, "/faults", self.fault.fields)
 
 

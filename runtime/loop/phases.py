@@ -15,14 +15,13 @@ time: what it does happens at its instant.
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 
 from .events import Event, JsonValue
 from .exchange import Exchange
 from .faults import Cause
 from .forces import Forces
-from .listeners import Listeners, ScanListener
+from .listeners import Listeners
 from .pace import Pacer, Watchdog
 from .rack import Rack
 from .scan import CpuMode, Logic, Scan, ScanFlag
@@ -36,7 +35,7 @@ PHASES = (
     "record",
     "housekeeping",
 )
-"""The phases of a scan in order; each is a method of the CPU."""
+"""The phases of a scan in order; each is a method of `ScanPhases`, the last one of the CPU."""
 
 Phase = Callable[[], None]
 
@@ -49,12 +48,22 @@ IDLE_PHASES = {
 """By mode: the phases that are left out."""
 
 
-class ScanPhases(ABC):
-    """What a scan consists of.
+class ScanPhases:
+    """The phases of a scan, and those of them that have something to do in the next one.
 
-    The list of phases that have something to do is prepared again whenever that changes
-    (`_prepare`), so that a scan without forces does not ask about forces. `_plain` scans have nothing
-    to do but the input latch, the logic, the output latch, record and housekeeping.
+    `prepare` lists them again whenever that changes, so that a scan without forces does not ask about forces.
+
+    Attributes:
+        program: the logic.
+        view: the present scan, as the logic sees it.
+        listeners: hear of every scan and event.
+        housekeeping: the last phase.
+        order: the phases that have something to do.
+        blame: the cause of an error in each of them.
+        flags: what the CPU is doing in this scan.
+        call_logic: the phase that calls the program.
+        attention: the housekeeping of this scan has more to do than to move on.
+        plain: there is nothing to do but input latch, logic, output latch, record and moving on.
     """
 
     def __init__(
@@ -64,54 +73,44 @@ class ScanPhases(ABC):
         period_ns: int,
         *,
         exchange: Exchange,
-        listeners: Iterable[ScanListener],
+        listeners: Listeners,
         pacer: Pacer,
         watchdog: Watchdog,
+        forces: Forces,
+        housekeeping: Phase,
     ) -> None:
-        self.rack = rack
         self.program = logic
-        self._period_ns = period_ns
-        self.pacer = pacer
-        self.forces = Forces(rack, self._ask_for_attention)
-        self._exchange = exchange
-        self._exchange.attach(rack)
-        self._listeners = Listeners(listeners)
-        self._watchdog = watchdog
+        self.view = Scan(rack.slots, period_ns)
+        self.listeners = listeners
+        self.housekeeping = housekeeping
+        self.order: tuple[Phase, ...] = ()
+        self.blame: Mapping[Phase, Cause] = {}
+        self.flags = self._prepared_flags = 0
+        self.call_logic: Phase = self.logic
+        self.attention = self.plain = False
+        self._rack, self._exchange, self._forces = rack, exchange, forces
+        self._pacer, self._watchdog = pacer, watchdog
         self._modules = tuple(slot.module for slot in rack.slots.values())
         self._modules_run = True
-        self._view = Scan(rack.slots, period_ns)
-        self._flags = self._scan_flags = 0
         self._news: dict[str, Mapping[str, JsonValue]] = {}
         self._announced: list[Event] = []
-        self._tag_forces: Mapping[str, str | int | float | bool] = {}
-        self._tags_set_before = -1  # the scan before which a tag was set from outside
-        self._attention = False
-        self._plain = False
-        self._call_logic: Phase = self.logic
-        self._phases: tuple[Phase, ...] = ()
-        self._blame: Mapping[Phase, Cause] = {}
-
-    @property
-    def period_ns(self) -> int:
-        """Time from scan to scan."""
-        return self._period_ns
 
     def input_latch(self) -> None:
         """Bring the modules up to now and take their inputs."""
-        self._view.updated = self._exchange.latch_inputs(self._view.now_ns)
+        self.view.updated = self._exchange.latch_inputs(self.view.now_ns)
 
     def input_forces(self) -> None:
         """Give the logic its own outputs back, and put the input forces over the inputs."""
-        self.forces.restore_outputs()
-        self.forces.apply_inputs()
+        self._forces.restore_outputs()
+        self._forces.apply_inputs()
 
     def logic(self) -> None:
         """Call the program."""
-        self.program(self._view)
+        self.program(self.view)
 
     def output_forces(self) -> None:
         """Put the output forces over what the program wrote."""
-        self.forces.apply_outputs()
+        self._forces.apply_outputs()
 
     def output_latch(self) -> None:
         """Send the outputs to the modules."""
@@ -119,39 +118,19 @@ class ScanPhases(ABC):
 
     def record(self) -> None:
         """Tell the listeners what happened and that the scan is done."""
-        view = self._view
+        view = self.view
         for module in self._modules:
             if module.events:
-                self._listeners.module_events(view.number, self.rack.slots.values())
+                self.tell_module_events()
                 break
-        self._listeners.scan(view.number, view.now_ns, self._scan_flags)
-
-    def housekeeping(self) -> None:
-        """Let requests take effect, and move on to the next scan."""
-        if self._attention:
-            self._attend()
-        view = self._view
-        view.number += 1
-        view.now_ns += self._period_ns
-
-    @abstractmethod
-    def _ask_for_attention(self) -> None:
-        """Have requests served by the housekeeping of the present scan, or now if there is none."""
-
-    @property
-    @abstractmethod
-    def _next_scan(self) -> int:
-        """Number of the scan in which a request that is made now takes effect."""
-
-    @abstractmethod
-    def _attend(self) -> None:
-        """End what was special about this scan, and serve requests."""
+        self.listeners.scan(view.number, view.now_ns, self.flags)
 
     # phases of special occasions
 
     def _pace(self) -> None:
         """Wait for the wall clock, before the scan."""
-        self._scan_flags = self._flags | ScanFlag.OVERRUN if self.pacer.wait() else self._flags
+        late = self._pacer.wait()
+        self.flags = self._prepared_flags | ScanFlag.OVERRUN if late else self._prepared_flags
 
     def _timed_logic(self) -> None:
         """Call the program where no timer can end it."""
@@ -163,45 +142,78 @@ class ScanPhases(ABC):
         self._exchange.start()
         self._modules_run = True
 
-    def _tell_news(self) -> None:
+    def tell_news(self) -> None:
         """Tell the listeners what has taken effect with this scan."""
         for topic, fields in self._news.items():
-            self._listeners.event(self._view.number, self._view.now_ns, topic, fields)
+            self.listeners.event(self.view.number, self.view.now_ns, topic, fields)
         self._news.clear()
         for event in self._announced:
-            self._listeners.raised(self._view.number, event)
+            self.listeners.raised(self.view.number, event)
         self._announced.clear()
 
-    def _prepare(self, mode: CpuMode) -> None:
-        """List the phases that have something to do in the next scan, and the cause of an error in each."""
+    # what the CPU asks for
+
+    def tell_module_events(self) -> None:
+        """Tell the listeners what has happened at the modules."""
+        self.listeners.module_events(self.view.number, self._rack.slots.values())
+
+    def take_news(self, topic: str, fields: Mapping[str, JsonValue]) -> None:
+        """Tell the listeners of a change of the CPU with the next scan."""
+        self._news[topic] = fields
+
+    def announce(self, event: Event) -> None:
+        """Tell the listeners of an event with the next scan."""
+        self._announced.append(event)
+
+    def stop_modules(self) -> None:
+        """Tell the modules that the PLC does not run, if it did."""
+        if self._modules_run:
+            self._modules_run = False
+            self._exchange.stop()
+
+    def drop_outputs(self) -> None:
+        """Send zeros, and stop the modules."""
+        for slot in self._rack.slots.values():
+            slot.outputs.clear()
+        self._exchange.latch_outputs()
+        self.stop_modules()
+
+    def prepare(self, mode: CpuMode, *, tags_set: bool, tags_forced: bool) -> None:
+        """List the phases that have something to do in the next scan, and the cause of an error in each.
+
+        Args:
+            mode: of the CPU.
+            tags_set: a tag was set from outside before the next scan.
+            tags_forced: tags of the program are forced.
+        """
         idle = IDLE_PHASES[mode]
         logic_runs = "logic" not in idle
-        first = logic_runs and self._view.first
+        first = logic_runs and self.view.first
         starting = mode is CpuMode.RUN and not self._modules_run
         news = bool(self._news or self._announced)
-        forced_in, forced_out = self.forces.on_inputs, logic_runs and self.forces.on_outputs
-        call_logic = self._call_logic = self._timed_logic if self._watchdog.timed else self.logic
+        forced_in, forced_out = self._forces.on_inputs, logic_runs and self._forces.on_outputs
+        call_logic = self.call_logic = self._timed_logic if self._watchdog.timed else self.logic
         send = self._first_output_latch if starting else self.output_latch
         plan: tuple[tuple[bool, Phase, Cause], ...] = (
-            (not self.pacer.free, self._pace, Cause.MODULE),
+            (not self._pacer.free, self._pace, Cause.MODULE),
             (True, self.input_latch, Cause.MODULE),
             (forced_in or forced_out, self.input_forces, Cause.MODULE),
             (logic_runs, call_logic, Cause.PROGRAM),
             (forced_out, self.output_forces, Cause.MODULE),
             ("output_latch" not in idle, send, Cause.MODULE),
-            (news, self._tell_news, Cause.LISTENER),
+            (news, self.tell_news, Cause.LISTENER),
             (True, self.record, Cause.LISTENER),
             (True, self.housekeeping, Cause.MODULE),
         )
-        self._phases = tuple(phase for needed, phase, _ in plan if needed)
-        self._blame = {phase: cause for needed, phase, cause in plan if needed}
-        set_before = self._tags_set_before == self._next_scan
-        outside = set_before or bool(self._tag_forces)
-        self._flags = self._scan_flags = _flags(mode, first, forced_in, forced_out, outside)
-        if first or starting or news or set_before or mode is CpuMode.SINGLE_SCAN:
-            self._attention = True
-        special = self._attention or forced_in or forced_out
-        self._plain = mode is CpuMode.RUN and self.pacer.free and not special
+        self.order = tuple(phase for needed, phase, _ in plan if needed)
+        self.blame = {phase: cause for needed, phase, cause in plan if needed}
+        self.flags = self._prepared_flags = _flags(
+            mode, first, forced_in, forced_out, tags_set or tags_forced
+        )
+        if first or starting or news or tags_set or mode is CpuMode.SINGLE_SCAN:
+            self.attention = True
+        special = self.attention or forced_in or forced_out
+        self.plain = mode is CpuMode.RUN and self._pacer.free and not special
 
 
 def _flags(mode: CpuMode, first: bool, forced_in: bool, forced_out: bool, outside: bool) -> int:

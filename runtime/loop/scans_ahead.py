@@ -15,53 +15,66 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from itertools import repeat
-from typing import Any
 
 from .ahead import LEAST_ROWS, Patience, numpy_is_worth_it
+from .exchange import Exchange
 from .phases import Phase, ScanPhases
+from .rack import Rack
 
 _WHOLE = slice(None)
 
 
-class ScansAhead(ScanPhases):
-    """A CPU's scans, by their phases or by rows."""
+class ScansAhead:
+    """Runs scans, by their phases or by rows.
 
-    _looks_ahead = True
-    """False = every scan by its phases, as in tests and where scans are not a period apart."""
+    Args:
+        phases: the phases of a scan.
+        rack: the rack.
+        exchange: how images cross the backplane.
+        period_ns: time from scan to scan.
 
-    def __init__(self, *args: Any, **options: Any) -> None:
-        super().__init__(*args, **options)
+    Attributes:
+        enabled: False = every scan by its phases, as in tests and where scans are not a period apart.
+        stop_requested: no further scan is to be run.
+        present: the phase that ran last.
+        patience: when it looks ahead.
+    """
+
+    def __init__(self, phases: ScanPhases, rack: Rack, exchange: Exchange, period_ns: int) -> None:
+        self.enabled = True
         self.stop_requested = False
-        self._latch = memoryview(self.rack.memory)
-        self._patience = Patience()
+        self.present: Phase = phases.input_latch
+        self.patience = Patience()
+        self._phases, self._exchange, self._period_ns = phases, exchange, period_ns
+        self._memory, self._latch = rack.memory, memoryview(rack.memory)
+        self._modules = tuple(slot.module for slot in rack.slots.values())
         self._by_rows = False
-        self._present: Phase = self.input_latch
-        self._exchange.tell_before_change(self._catch_up)
+        exchange.tell_before_change(self._catch_up)
 
-    def _scan(self, scans: int) -> None:
-        """Run scans until they are done or a stop is requested; `_present` is the phase that ran last."""
+    def run(self, scans: int) -> None:
+        """Run scans until they are done or a stop is requested."""
         while True:
-            scans -= self._scan_by_phases(min(scans, self._patience.wait))
-            scans -= self._scan_ahead(scans)
+            scans -= self._by_phases(min(scans, self.patience.wait))
+            scans -= self._ahead(scans)
             if scans <= 0 or self.stop_requested:
                 break
 
-    def _scan_by_phases(self, scans: int) -> int:
-        phase = self._present
+    def _by_phases(self, scans: int) -> int:
+        phases, phase = self._phases, self.present
         try:
             for _ in repeat(None, scans):
-                for phase in self._phases:
+                for phase in phases.order:
                     phase()
                 if self.stop_requested:
                     break
         finally:
-            self._present = phase
+            self.present = phase
         return scans
 
-    def _scan_ahead(self, most: int) -> int:
+    def _ahead(self, most: int) -> int:
         """Run scans by rows, as far as they are foreseen; return how many."""
-        view, patience = self._view, self._patience
-        if not (self._plain and self._looks_ahead and numpy_is_worth_it(view.number)):
+        view, patience = self._phases.view, self.patience
+        if not (self._phases.plain and self.enabled and numpy_is_worth_it(view.number)):
             patience.not_calm(0)
             return 0
         if self.stop_requested or most < LEAST_ROWS or any(module.events for module in self._modules):
@@ -73,15 +86,15 @@ class ScansAhead(ScanPhases):
         count = min(calm, most)
         block = self._exchange.foresee(view.now_ns, self._period_ns, count, patience.most_rows)
         first = view.number
-        self._scan_by_rows(block.scans)
+        self._scan_rows(block.scans)
         used = view.number - first
         patience.ended(used, block.length)
         return used
 
-    def _scan_by_rows(self, scans: Iterable[tuple[bytes, bool]]) -> None:
-        view, memory, latch, logic = self._view, self.rack.memory, self._latch, self._call_logic
-        tell, flags, period_ns = self._listeners.scan, self._scan_flags, self._period_ns
-        phase: Phase = self.input_latch
+    def _scan_rows(self, scans: Iterable[tuple[bytes, bool]]) -> None:
+        phases, memory, latch, period_ns = self._phases, self._memory, self._latch, self._period_ns
+        view, logic, tell, flags = phases.view, phases.call_logic, phases.listeners.scan, phases.flags
+        phase: Phase = phases.input_latch
         self._by_rows = True
         try:
             for row, view.updated in scans:
@@ -89,31 +102,31 @@ class ScansAhead(ScanPhases):
                 phase = logic
                 logic()
                 if memory != row or not self._by_rows:
-                    phase = self.input_latch
+                    phase = phases.input_latch
                     self._catch_up()
-                    for phase in (self.output_latch, self.record, self.housekeeping):
+                    for phase in (phases.output_latch, phases.record, phases.housekeeping):
                         phase()
                     return
-                phase = self.record
+                phase = phases.record
                 tell(view.number, view.now_ns, flags)
-                if self._attention or self.stop_requested or not self._by_rows:
-                    phase = self.housekeeping
+                if phases.attention or self.stop_requested or not self._by_rows:
+                    phase = phases.housekeeping
                     self._catch_up()
-                    self.housekeeping()
+                    phases.housekeeping()
                     return
                 view.number += 1
                 view.now_ns += period_ns
-            phase = self.input_latch
+            phase = phases.input_latch
             self._by_rows = False
             self._exchange.catch_up(view.now_ns - period_ns)
         except BaseException:
             self._catch_up()
             raise
         finally:
-            self._present = phase
+            self.present = phase
 
     def _catch_up(self) -> None:
         """Bring the modules up to the present scan, if they are behind."""
         if self._by_rows:
             self._by_rows = False
-            self._exchange.catch_up(self._view.now_ns)
+            self._exchange.catch_up(self._phases.view.now_ns)

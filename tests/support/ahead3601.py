@@ -147,7 +147,7 @@ class Rig:
             listeners.insert(0, ScanRecorder(trace, self.rack.memory, slots, scan_period_ns=world.period_ns))
         exchange: Exchange = EndOfScan() if world.rpi_ns is None else EveryRpi(world.rpi_ns)
         self.cpu = Cpu(self.rack, self.logic, world.period_ns, exchange=exchange, listeners=listeners)
-        self.cpu._looks_ahead = ahead
+        self.cpu._ahead.enabled = ahead
         turns = [each for each in world.incidents if each.what is FaultKind.PROGRAM_MODE]
         if turns:
             self.cpu.add_listener(KeySwitch(self.cpu, turns))

@@ -63,8 +63,6 @@ class Playback(Cpu):
         watchdog: ends logic that does not come back.
     """
 
-    _looks_ahead = False
-
     def __init__(
         self,
         score: Score,
@@ -85,6 +83,7 @@ class Playback(Cpu):
             listeners=listeners,
             watchdog=watchdog,
         )
+        self._ahead.enabled = False
         self._score = score
         self._rows = len(score.numbers)
         self._row = 0
@@ -114,7 +113,7 @@ class Playback(Cpu):
         first = bool(self._score.flags[row] & ScanFlag.FIRST_SCAN)
         if first is not self._view.first:
             self._view.first = first
-            self._prepare(self.mode)
+            self._prepare()
 
     def _ask_for(self, row: int) -> None:
         mode = self._score.mode(row)

@@ -20,7 +20,7 @@ def test_modules_are_run_ahead_at_full_speed_and_the_images_are_those_of_a_run(t
     with ExitStack() as ports:
         JobRun(load_job(str(FEEDER)), ports, RunOptions(trace=tmp_path / "run.mcap")).run(SCANS)
     session = LiveSession(trace=tmp_path / "session.mcap")
-    exchange, foreseen = session.run.cpu._exchange, []
+    exchange, foreseen = session.run.cpu._ahead._exchange, []
     foresee = exchange.foresee
 
     def counted(self, now_ns, period_ns, count, most_rows):

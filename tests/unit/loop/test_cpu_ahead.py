@@ -108,7 +108,7 @@ def test_new_outputs_are_seen_in_their_own_scan():
 
     def positions(looks_ahead):
         cpu, listener = cpu_of(Amci3601(), holding)
-        cpu._looks_ahead = looks_ahead
+        cpu._ahead.enabled = looks_ahead
         cpu.run(2000)
         return listener.positions
 
@@ -152,7 +152,7 @@ def test_requests_of_listeners_take_effect_in_the_next_scan(how):
 def test_a_force_that_is_let_go_leaves_nothing_in_the_rows():
     cpu, listener = cpu_of(Amci3601())
     listener.actions = {500: lambda: cpu.forces.set("I:1.7", 77), 510: cpu.forces.clear}
-    cpu._patience.wait = 511  # a block begins right after the last scan with a force
+    cpu._ahead.patience.wait = 511  # a block begins right after the last scan with a force
     cpu.run(1000)
     assert listener.captured[2:] == [0] * 499 + [77] * 10 + [0] * 489  # the first shows the configuration
 
@@ -169,7 +169,7 @@ def test_events_of_a_touch_are_told_before_the_next_block():
     """Between two exchanges of a CompactLogix the inputs are known, but the event is not to wait for that."""
     module = Amci3601()
     cpu, listener = cpu_of(module, lambda scan: None, {500: module.power_cycle}, exchange=EveryRpi(100 * MS))
-    cpu._patience.wait = 501
+    cpu._ahead.patience.wait = 501
     cpu.run(600)
     assert (501, "/events", "CER-01") in listener.events
 
@@ -215,7 +215,7 @@ def test_outputs_that_somebody_else_writes_are_sent():
     """What a listener writes into an output image is sent with the next scan."""
     cpu, listener = cpu_of(Amci3601(), lambda scan: moving(scan) if scan.number < 3 else None)
     listener.actions[500] = cpu.rack.slots[1].outputs.clear
-    cpu._patience.wait = 501
+    cpu._ahead.patience.wait = 501
     cpu.run(1000)
     assert listener.positions[-1] == listener.positions[-100]  # it has stopped
 

@@ -111,7 +111,7 @@ def test_blame_follows_the_phase_that_ran(rack):
             """Ignore events."""
 
         def scan(self, scan, now_ns, flags):
-            cpu.logic()
+            cpu._phases.logic()
 
         def close(self):
             """Nothing is held."""
