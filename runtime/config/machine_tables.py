@@ -1,4 +1,4 @@
-"""The machine as a rack file describes it: tables that become a `MachineSpec`.
+"""The machine in a rack file: tables that become a `MachineSpec`.
 
 Names, types and meanings are those of `runtime.machine.spec`. Only parts with times have
 tables of their own: a file gives milliseconds (`at_ms`) or seconds (`at_s`).
@@ -34,7 +34,7 @@ class Table(BaseModel):
         """Return the time given as `name_ms` or `name_s`, in ns.
 
         Raises:
-            ValueError: none is given, or both.
+            ValueError: neither or both are given.
         """
         given = {unit: getattr(self, f"{name}_{unit}") for unit in ("ms", "s")}
         units = [unit for unit, value in given.items() if value is not None]
@@ -44,10 +44,10 @@ class Table(BaseModel):
 
 
 class Part(Table):
-    """A table that spells times its own way; what the part refuses is refused here."""
+    """A table with its own notation of times; errors of its part are reported here."""
 
     def parts(self) -> tuple[Any, ...]:
-        """Return what the table describes."""
+        """Return the parts that the table describes."""
         raise NotImplementedError
 
     @model_validator(mode="after")
@@ -65,7 +65,7 @@ def _energised_of(value: object) -> bool | Literal["wired"]:
 
 
 class TimelineTable(Part):
-    """What happens to an input at a time; with `for_ms` or `for_s` it is a button, let go after that."""
+    """An event of an input; with `for_ms` or `for_s` it is a button, released after that time."""
 
     at_ms: Milliseconds | None = None
     at_s: Seconds | None = None
@@ -75,7 +75,7 @@ class TimelineTable(Part):
     for_s: Seconds | None = None
 
     def parts(self) -> tuple[TimelineEntry, ...]:
-        """See `Part.parts`."""
+        """Return the entries."""
         if self.for_ms is None and self.for_s is None:
             level = None if self.energised == "wired" else self.energised
             return (TimelineEntry(self.ns("at"), self.input, level),)
@@ -85,7 +85,7 @@ class TimelineTable(Part):
 
 
 class StationTable(Part):
-    """A station that says when it is done."""
+    """A station that signals the end of its work."""
 
     position: int
     input: InputName
@@ -95,7 +95,7 @@ class StationTable(Part):
     pulse_s: Seconds | None = None
 
     def parts(self) -> tuple[Station]:
-        """See `Part.parts`."""
+        """Return the station."""
         return (Station(self.position, self.input, self.ns("work"), self.ns("pulse")),)
 
 
@@ -113,7 +113,7 @@ class MachineTable(Table):
         """Return the machine.
 
         Raises:
-            ValueError: the parts do not go together.
+            ValueError: the parts are incompatible.
         """
         return MachineSpec(
             switches=self.switches,

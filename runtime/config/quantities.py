@@ -1,4 +1,4 @@
-"""Numbers as people write them: decimals, and times that become whole nanoseconds exactly."""
+"""Numbers as people write them: decimals, and times that are converted to whole nanoseconds exactly."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ...io_images.times import UNITS_NS
 
 
 def decimal_of(value: object) -> Decimal:
-    """Return a number as a decimal; a float by its shortest decimal reading.
+    """Return a number as a decimal; a float by its shortest decimal form.
 
     >>> decimal_of(0.1), decimal_of(2)
     (Decimal('0.1'), Decimal('2'))
@@ -46,8 +46,7 @@ def exact_ns(value: Decimal, unit: str, key: str = "time") -> int:
     (250000, 600000000000)
 
     Args:
-        unit: its unit, one of `UNITS_NS`.
-        key: what a refusal calls it.
+        key: its name in a refusal.
 
     Raises:
         ValueError: not a whole number of nanoseconds.
@@ -59,7 +58,7 @@ def exact_ns(value: Decimal, unit: str, key: str = "time") -> int:
 
 
 def parse_duration(text: str) -> int:
-    """Return a time to run for, with its unit, in ns.
+    """Return a duration with its unit, in ns.
 
     >>> parse_duration("10 s"), parse_duration("2.5ms"), parse_duration("1 min")
     (10000000000, 2500000, 60000000000)

@@ -1,4 +1,4 @@
-"""Rack files: TOML to a `RackSpec`, and every mistake with its file, line, key, value and what is allowed.
+"""Rack files: TOML to a `RackSpec`, and every mistake with its file, line, key, value and the allowed values.
 
 line.toml:7: slot.machine.switches.input = "hom": did you mean home? Allowed are capture, ...
 """
@@ -29,7 +29,7 @@ from .tomllines import KeyLines, KeyPath
 
 
 class RackFileError(ValueError):
-    """A rack file that can't be used; a line of the message for every mistake, in their order."""
+    """An unusable rack file; the message has one line for every mistake, in their order."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +37,6 @@ class RackFile:
     """A rack file that has been read.
 
     Attributes:
-        spec: the rack it describes.
         lines: the line of each key.
     """
 
@@ -47,10 +46,10 @@ class RackFile:
     lines: KeyLines
 
     def refusal(self, key: str, problem: str, below: str | None = None) -> RackFileError:
-        """Return the error for a key whose value turns out to be wrong later.
+        """Return the error for a key whose value is found wrong after reading.
 
         Args:
-            key: it, at the top of the file.
+            key: its name at the top of the file.
             below: the key in its table.
         """
         value = getattr(self.spec, key)
@@ -63,20 +62,17 @@ def load_rack_file(path: Path | str) -> RackFile:
     """Read a rack file.
 
     Raises:
-        RackFileError: it can't be read, is not TOML, or contains a value that is not allowed.
+        RackFileError: it can't be read, is not TOML, or contains an illegal value.
     """
     path = Path(path)
     return parse_rack_file(_read(path), path)
 
 
 def parse_rack_file(text: str, path: Path) -> RackFile:
-    """Read the text of a rack file.
-
-    Args:
-        path: its name in messages.
+    """Read the text of a rack file; `path` is its name in messages.
 
     Raises:
-        RackFileError: it is not TOML, or contains a value that is not allowed.
+        RackFileError: it is not TOML, or contains an illegal value.
     """
     document = parse_toml(text, path)
     lines = KeyLines(text)
@@ -103,14 +99,13 @@ def parse_toml(text: str, path: Path) -> dict[str, Any]:
 
 
 MISTAKES = 200
-"""Most mistakes of a file that are explained."""
+"""Largest number of mistakes of a file that are explained."""
 
 
 def explain(error: ValidationError, path: Path, lines: KeyLines | None = None) -> str:
-    """Return what is wrong with a specification, a line for every mistake; of many, the first are explained.
+    """Return the mistakes of a specification, one per line; of many, the first ones.
 
     Args:
-        path: the file that the specification is from.
         lines: lines of its keys, if known.
     """
     found, more = error.errors(include_url=False)[:MISTAKES], error.error_count() - MISTAKES
@@ -142,7 +137,7 @@ def _syntax_error(path: Path, message: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class _Mistake:
-    """A mistake: where, the text of the file there (or nothing), and what is wrong with it."""
+    """A mistake: its key, the text of the file there (or nothing), and the problem."""
 
     path: KeyPath
     value: str
@@ -180,7 +175,7 @@ def _mistake(details: ErrorDetails) -> _Mistake:
 
 
 def _problem(kind: str, message: str, context: Mapping[str, Any]) -> str:
-    """Return what is wrong with a value, by pydantic's kind of error."""
+    """Return the problem of a value, by pydantic's kind of error."""
     if kind in _ALLOWED:
         return f"allowed is {_ALLOWED[kind].format(message=message, **context)}"
     return message
@@ -198,7 +193,7 @@ _ALLOWED = {
     "literal_error": "{expected}",
     "greater_than_equal": "{ge} or more",
 }
-"""By kind of error: what is allowed; other kinds say it themselves."""
+"""Allowed values by kind of error; other kinds contain them in their message."""
 
 ANY = "*"
 """In `_MODELS` a table of any name."""
@@ -218,7 +213,7 @@ _MODELS: Mapping[tuple[str, ...], type[BaseModel] | type[Switch | EncoderSpec | 
     ("slot", "machine", "jams"): Jam,
     ("slot", "machine", "stations"): StationTable,
 }
-"""By table, without the indexes of arrays: the keys there are."""
+"""The keys of each table, by its path without the indexes of arrays."""
 
 
 def _keys_at(path: KeyPath) -> Iterable[str]:
@@ -251,7 +246,7 @@ def _look_up(table: Any, path: KeyPath) -> object:
 
 
 def _value(value: object) -> str:
-    """Return a value as it is written in a rack file, long ones shortened; tables are not repeated."""
+    """Return a value in the notation of a rack file, long ones shortened; tables are not repeated."""
     if isinstance(value, Mapping | BaseModel | list | tuple):
         return ""
     text = str(value) if isinstance(value, Decimal) else json.dumps(value, default=str, ensure_ascii=False)

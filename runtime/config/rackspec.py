@@ -1,4 +1,4 @@
-"""A rack as typed objects: what a rack file says, and what a rack in Python is built of.
+"""A rack as typed objects, from a rack file or from Python.
 
     RackSpec(
         program=logic,
@@ -6,8 +6,8 @@
         slot=[SlotSpec(number=1, module="amci3601", machine=MachineSpec(...))],
     )
 
-Fields are called as in the rack file. A specification that exists is sound: slots
-are unique, addresses of forces exist, modules take their options.
+Fields have the names of the rack file. A specification that exists is sound: slots
+are unique, addresses of forces exist, modules accept their options.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ STUB_SETTINGS = {MISSING_TAGS: DECLARE, REFUSED: EMPTY}
 
 
 _FAMILIES = {"micrologix": "1762", "compactlogix": "1769"}
-"""Cards by controller: 1762 I/O goes on a MicroLogix, 1769 Compact I/O on a CompactLogix."""
+"""Cards by controller: 1762 I/O for a MicroLogix, 1769 Compact I/O for a CompactLogix."""
 
 _BY_EXPORT = {".SLC": "micrologix", ".L5X": "compactlogix"}
 
@@ -57,11 +57,7 @@ _CONTROLLERS = {"micrologix": "MicroLogix", "compactlogix": "CompactLogix"}
 
 
 class MisplacedError(ValueError):
-    """A mistake at a certain key.
-
-    Attributes:
-        path: where, from the top of the specification.
-    """
+    """A mistake at the key `path`, from the top of the specification."""
 
     def __init__(self, path: KeyPath, value: object, message: str) -> None:
         super().__init__(message)
@@ -70,7 +66,7 @@ class MisplacedError(ValueError):
 
 
 def _machine_schema(_source: Any, handler: Any) -> core_schema.CoreSchema:
-    """Take a MachineSpec as it is, and anything else as a table that describes one."""
+    """Accept a MachineSpec, or a table that describes one."""
 
     def convert(value: object, describe: Callable[[object], MachineTable]) -> MachineSpec:
         return value if isinstance(value, MachineSpec) else describe(value).spec()
@@ -91,7 +87,7 @@ def _firmware_text(value: object) -> object:
 
 
 def _plain(value: object) -> object:
-    """Turn decimals of a rack file into floats, which options and JSON know."""
+    """Convert decimals of a rack file to floats, for options and JSON."""
     return {key: float(given) if isinstance(given, Decimal) else given for key, given in _items(value)}
 
 
@@ -116,13 +112,13 @@ class SlotSpec(Table):
 
     Attributes:
         number: from 1.
-        module: catalog name of what sits there.
-        needs_firmware: the oldest version that the program works with; `scanrack fuzz` tries no older one.
+        module: catalog name of its module.
+        needs_firmware: the oldest version that the program supports; `scanrack fuzz` tries no older one.
         options: model switches by name.
-        machine: what it is bolted to.
+        machine: the machine that the module drives.
         wiring: "diagnostic": the step outputs are wired to the encoder inputs.
-        port: of an adapter: "sim", or where a real controller is: a serial device, or tcp:HOST:PORT.
-        address: of the controller there; as from the factory if left out.
+        port: of an adapter: "sim", or the port of a real controller: a serial device, or tcp:HOST:PORT.
+        address: of the controller there; the factory's if left out.
     """
 
     number: Annotated[int, Field(ge=1)]
@@ -137,11 +133,11 @@ class SlotSpec(Table):
 
     @property
     def is_live(self) -> bool:
-        """Whether a real controller is meant."""
+        """Whether the slot has a real controller."""
         return self.port != SIMULATED
 
     def open(self) -> LiveModule:
-        """Open the real port and put the adapter on it; the caller closes it.
+        """Open the real port with its adapter; the caller closes it.
 
         Raises:
             ValueError: it can't be opened.
@@ -150,19 +146,19 @@ class SlotSpec(Table):
 
     @property
     def recorded_firmware(self) -> str:
-        """The module's firmware for the record; empty for one that has none."""
+        """The module's firmware for the record; empty without one."""
         return self.firmware if MODULES[self.module].has_firmware else ""
 
     @property
     def words(self) -> ModuleWords:
-        """What the module's words and bits are called."""
+        """Names of the module's words and bits."""
         return words_of(self.module, self.options)
 
     def make(self, seed: int) -> Module:
         """Make the module, with a simulated controller whatever the port.
 
         Raises:
-            ValueError: it can't take the firmware or an option.
+            ValueError: it does not accept the firmware or an option.
         """
         return MODULES[self.module].make(
             firmware=self.firmware,
@@ -209,16 +205,16 @@ def _happening(value: object) -> object:
 
 
 class IncidentSpec(Table):
-    """Something that happens to a module or to the CPU, see `runtime.loop.incidents`.
+    """An event of a module or of the CPU, see `runtime.loop.incidents`.
 
     Attributes:
-        at_ms: when; or `at_s`.
+        at_ms: its begin; or `at_s`.
         what: "power-cycle", "link-lost", "removed", "fatal-error", "asic-lost", "torn-update",
             "program-mode"; of an adapter "line-down", "replies-lost", "replies-damaged" or
             "controller-power-cycle".
-        slot: the module it happens to; left out for "program-mode", and where there is one module only.
-        for_ms: how long; or `for_s`. For good if left out; a torn update lasts one RPI.
-        late_words: of a torn update: which of the eight output words come late.
+        slot: its module; left out for "program-mode", and where there is one module only.
+        for_ms: duration; or `for_s`. Unlimited if left out; a torn update lasts one RPI.
+        late_words: of a torn update: the output words, of eight, that arrive late.
     """
 
     at_ms: Milliseconds | None = None
@@ -246,31 +242,29 @@ class IncidentSpec(Table):
 
 
 KEPT_TRACES = 3
-"""How many earlier recordings are kept, unless the rack file says otherwise."""
+"""Number of earlier recordings to keep, unless the rack file sets it."""
 
 
 class RackSpec(Table):
-    """A rack and how it is run.
+    """A rack and the settings of its runs.
 
     Attributes:
         program: the logic: a path (`path[:function]`, relative to the rack file), or the function itself.
-        name: what it is called.
         scan_ms: time from scan to scan, 0.01 to 1000 ms.
         controller: "micrologix" exchanges images at the ends of the scan, "compactlogix" every RPI.
         rpi_ms: the RPI of a CompactLogix, 0.01 to 1000 ms; 2 if left out.
-        watchdog_ms: longest that the logic of one scan may take on the wall clock; 0 = no watchdog.
-        run_for_s: machine time that a run takes, if the command line says nothing else.
+        watchdog_ms: longest time of the logic of one scan on the wall clock; 0 = no watchdog.
+        run_for_s: machine time of a run, unless the command line sets it.
         tags: patterns of the program's tags that are recorded beside the images.
         stubs: replacements of instructions of a ladder program, by name; `missing_tags = "declare"`
-            declares tags that it uses and does not have, `refused = "empty"` runs an export without what
-            is refused.
+            declares missing tags, `refused = "empty"` runs an export without its refused parts.
         trace: path of the recording, relative to the rack file.
-        keep_traces: how many recordings before it are kept under numbers; 0 = none.
+        keep_traces: number of earlier recordings kept under numbers; 0 = none.
         axes: axes of a ladder program's motion instructions, by tag: the 3601 behind each.
-        seed: of what is left to chance.
+        seed: of all random numbers.
         mode: the CPU's mode at power-up.
         slot: the slots, at least one.
-        incident: what happens beside commands and inputs.
+        incident: events beside commands and inputs.
         unit: controllers on a serial line beside the rack.
     """
 
@@ -295,7 +289,7 @@ class RackSpec(Table):
 
     @property
     def incidents(self) -> tuple[Incident, ...]:
-        """What happens, in the order given."""
+        """The incidents, in the order given."""
         return tuple(each.incident(self.slot[0].number) for each in self.incident)
 
     @property
@@ -363,7 +357,7 @@ class RackSpec(Table):
             self._check_family(index, slot)
 
     def _check_family(self, index: int, slot: SlotSpec) -> None:
-        """Refuse a card that does not fit the controller, if the rack or its program says which it is."""
+        """Refuse a card that does not fit the controller, if the rack or its program names it."""
         own = MODULES[slot.module].family
         by_program = _BY_EXPORT.get(str(self.program)[-4:].upper(), "")
         stated = self.controller if "controller" in self.model_fields_set else by_program
@@ -431,7 +425,7 @@ class RackSpec(Table):
 
 
 def _at(path: KeyPath, value: object, check: Callable[..., Result], *arguments: Any) -> Result:
-    """Call `check`; what it refuses is misplaced at `path`."""
+    """Call `check`; its refusal is misplaced at `path`."""
     try:
         return check(*arguments)
     except ValueError as error:

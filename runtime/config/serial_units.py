@@ -1,4 +1,4 @@
-"""Controllers beside the rack: what a rack file says of a unit on a serial line.
+"""Controllers beside the rack: the table of a unit on a serial line.
 
     [[unit]]
     controller = "pcl601"
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 STORED = ".pclt"
-"""How the name of a stored program ends: no other file is read, or shown in a message."""
+"""Suffix of a stored program: no other file is read, or shown in a message."""
 
 
 class UnitSpec(Table):
@@ -37,9 +37,8 @@ class UnitSpec(Table):
     Attributes:
         address: on its line, 0 to 99.
         program: path of its stored program, relative to the rack file.
-        start: the program is started at power-up.
         ascii: the line is in AA ASCII from the beginning.
-        thumbwheel: seven digits; switch SW2 is at TWS then.
+        thumbwheel: seven digits; switch SW2 is then at TWS.
         pins: states of its inputs, see `runtime.controllers.pcl601.pinstates`.
     """
 
@@ -52,10 +51,10 @@ class UnitSpec(Table):
     pins: Mapping[str, str] = Field(default_factory=dict)
 
     def make(self, folder: Path) -> Pcl601:
-        """Make the unit, its power on.
+        """Make the unit, with its power on.
 
         Args:
-            folder: where the path of the program starts.
+            folder: the base of the program's path.
 
         Raises:
             ValueError: the program can't be used.

@@ -1,9 +1,8 @@
 """Lines of a TOML text: the line of every key path.
 
-`tomllib` tells what a file says, not where. This scanner reads the text once
-more, after `tomllib` has found it well-formed, and keeps the line of every
-table, key and array element. Values are only skipped, so there is little to
-read wrongly.
+`tomllib` gives the contents of a file without lines. This scanner reads the text
+again, after `tomllib` has found it well-formed, and keeps the line of every
+table, key and array element. It only skips values.
 
     line 1   [[slot]]                     ("slot", 0)
     line 2   number = 1                   ("slot", 0, "number")
@@ -55,7 +54,7 @@ class KeyLines:
         return self._lines
 
     def line(self, path: KeyPath) -> int:
-        """Return the line of a key path, or of the nearest table around it; 1 if there is none."""
+        """Return the line of a key path, or of the nearest table around it; 1 without one."""
         while path and path not in self._lines:
             path = path[:-1]
         return self._lines.get(path, 1)
@@ -90,7 +89,7 @@ class KeyLines:
         return path
 
     def _inside(self, path: KeyPath) -> KeyPath:
-        """Return where keys under `path` go: its last element, if it is an array of tables."""
+        """Return the parent of keys under `path`: its last element, if it is an array of tables."""
         count = self._elements.get(path, 0)
         return (*path, count - 1) if count else path
 
@@ -120,7 +119,7 @@ class KeyLines:
             return next(iter(tomllib.loads(f"{quoted} = 0")))
         return self._take(_BARE_KEY)
 
-    # values: skipped, but for what is inside arrays and inline tables
+    # values: skipped, except the insides of arrays and inline tables
 
     def _read_value(self, path: KeyPath) -> None:
         first = self._text[self._at]

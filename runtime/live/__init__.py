@@ -4,14 +4,14 @@
                   ^                                   |
                   `------- orders, one by one --------'
 
-| file | what it is for |
+| file | contents |
 |---|---|
 | `ring.py` | scans, events and snapshots to another process, without a lock and without waiting |
 | `orders.py` | orders as data, checked when they are made |
-| `hands.py` | carries out the orders that act on the rack, and announces all of them |
+| `hands.py` | carries out and announces orders that act on the rack |
 | `session.py` | pause, step, speed, breakpoints; the loop around the CPU |
 | `tap.py` | the listener between the scan loop and the ring |
 
 The scan loop never waits for the monitor. Orders act between two scans and are recorded with the number of
-the scan before which they act, so the session can run again.
+the following scan, so that the session can be repeated.
 """

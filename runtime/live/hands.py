@@ -5,9 +5,9 @@
     order         | acts      its scan, in the recording
     a switch      | closes: the modules stand at t
 
-An order is announced with the scan before which it acts, n + 1, and with the time behind which it acts, t.
-Orders of the session itself, such as a pause, change no image: they are only announced. So the orders of a
-recording, given again, make the same images.
+An order is announced with the number of the following scan, n + 1, and with the time of its effect, t.
+Orders of the session itself, such as a pause, change no image: they are only announced. The orders of a
+recording, given again, therefore make the same images.
 """
 
 from __future__ import annotations
@@ -30,12 +30,7 @@ from .orders import ALL, NAMES, Order, Value, text_of
 
 
 class GivenOrder(NamedTuple):
-    """An order that was carried out.
-
-    Attributes:
-        scan: number of the scan before which it acted.
-        order: the order.
-    """
+    """An order that was carried out before scan `scan`."""
 
     scan: int
     order: Order
@@ -49,7 +44,7 @@ class Desk(Protocol):
         """The tags by name."""
 
     def force(self, tag: str, value: object) -> None:
-        """Hold a tag at a value; ValueError if it can't be."""
+        """Hold a tag at a value; ValueError if that is impossible."""
 
     def unforce(self, tag: str | None = None) -> None:
         """Release a tag, or all; ValueError for a tag that is not forced."""
@@ -59,9 +54,9 @@ class Hands:
     """Carries out orders on a rack.
 
     Args:
-        rack: its modules are exposed to incidents, as far as they are simulated.
-        desk: the program; None if it has no tags that can be set.
-        edit: goes on with an edited program before the scan at a time; None if none can come.
+        rack: its simulated modules are exposed to incidents.
+        desk: the program; None without tags that can be set.
+        edit: continues with an edited program before the scan at a time; None if edits are impossible.
 
     Attributes:
         given: the orders that were carried out.
@@ -83,12 +78,10 @@ class Hands:
         """Carry out an order before the next scan, and announce it.
 
         Args:
-            order: the order.
             at_ns: virtual time of that scan.
-            scan: its number.
 
         Raises:
-            ValueError: it can't be carried out, and nothing has happened.
+            ValueError: it can't be carried out, and nothing has changed.
         """
         act = _ACTS.get(type(order))
         if act is not None:
@@ -98,7 +91,7 @@ class Hands:
         self._cpu.announce(Event(behind_ns, "order", name, sentence(order), {"order": text_of(order)}))
 
     def is_image(self, tag: str) -> bool:
-        """Tell whether an address means a word or bit of an image."""
+        """Return whether an address names a word or bit of an image."""
         try:
             parse_address(tag, self.words)
         except ValueError:

@@ -51,12 +51,12 @@ class Pause:
 
 @dataclass(frozen=True, slots=True)
 class Go:
-    """Go on after a pause."""
+    """Continue after a pause."""
 
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """Run so many scans, then pause."""
+    """Run a number of scans, then pause."""
 
     scans: int = 1
 
@@ -70,7 +70,7 @@ class Speed:
 
 @dataclass(frozen=True, slots=True)
 class Press:
-    """Give an input of a module a level from now on; None gives it back to the machine."""
+    """Set an input of a module from now on; None returns it to the machine."""
 
     slot: int
     name: str
@@ -102,7 +102,7 @@ class Unforce:
 
 @dataclass(frozen=True, slots=True)
 class Happen:
-    """Let an incident happen to a module now, see `runtime.loop.incidents`."""
+    """Start an incident of a module now, see `runtime.loop.incidents`."""
 
     kind: str
     slot: int
@@ -119,19 +119,19 @@ class Breakpoint:
 
 @dataclass(frozen=True, slots=True)
 class Unbreak:
-    """Take a breakpoint away, or "all"."""
+    """Remove a breakpoint, or "all"."""
 
     at: str
 
 
 @dataclass(frozen=True, slots=True)
 class Reload:
-    """Go on with the program as its file is now."""
+    """Continue with the present version of the program's file."""
 
 
 @dataclass(frozen=True, slots=True)
 class Edit:
-    """Go on with an edited program; a session gives this order itself, with the program's files.
+    """Continue with an edited program; a session gives this order itself, with the program's files.
 
     Attributes:
         number: of the edit, from 1; its files are in the trace as `edit-NUMBER/...`.
@@ -186,19 +186,19 @@ ORDERS: Mapping[str, type[Order]] = {
 """The orders that a page may give, by name."""
 
 RECORDED: Mapping[str, type[Order]] = {**ORDERS, "edit": Edit}
-"""The orders that a recording may have, by name."""
+"""The orders that a recording may contain, by name."""
 
 NAMES: Mapping[type[Order], str] = {kind: name for name, kind in RECORDED.items()}
 
 
 def order_of(said: object, known: Mapping[str, type[Order]] = ORDERS) -> Order:
-    """Return the order that a message gives.
+    """Return the order of a message.
 
     >>> order_of({"do": "step", "scans": 3})
     Step(scans=3)
 
     Args:
-        known: the orders that are allowed, by name.
+        known: the allowed orders, by name.
 
     Raises:
         ValueError: it is not an order; what is wrong, and what is allowed.
@@ -221,12 +221,12 @@ def order_of(said: object, known: Mapping[str, type[Order]] = ORDERS) -> Order:
 
 
 def said_of(order: Order) -> dict[str, Any]:
-    """Return the message that gives an order; `order_of` reads it."""
+    """Return the message of an order; `order_of` reads it."""
     return {"do": NAMES[type(order)], **asdict(order)}
 
 
 def text_of(order: Order) -> str:
-    """Return an order as the trace keeps it.
+    """Return an order in the notation of the trace.
 
     >>> text_of(Press(1, "home", True))
     '{"do":"press","slot":1,"name":"home","on":true}'
@@ -328,7 +328,7 @@ _ALLOWED: Mapping[str, tuple[Callable[[object], bool], str]] = {
     "for_ms": (lambda value: _is_number(value) and 0 <= value <= 1e9, "0 to 1,000,000,000"),  # type: ignore[operator]
     "late_words": (_are_words, "words from 0 to 7"),
 }
-"""By the name of a field: what is allowed in it."""
+"""Check of each field, by name."""
 
 
 def _checked(order: str, key: str, value: object) -> Any:

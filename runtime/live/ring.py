@@ -3,10 +3,10 @@
     head      numbers of 8 bytes, one writer each, see `_ROWS` and the others
     rows      ROWS rows, one per scan: number, flags, times, figures, the rack's memory, the number again
     messages  records of bytes: events and answers
-    snapshots records of bytes: the program's values now and then
+    snapshots records of bytes: the program's values at some scans
 
-The scan loop writes and never waits. A reader copies, then looks at the head again and drops what may have
-been overwritten meanwhile. A row repeats its number at its end, for processors that reorder stores.
+The scan loop writes and never waits. A reader copies, then reads the head again and drops rows that may
+have been overwritten meanwhile. A row repeats its number at its end, for processors that reorder stores.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 ROWS = 1 << 15
-"""Rows that are kept: 65 s of scans of 2 ms."""
+"""Number of rows: 65 s of scans of 2 ms."""
 
 MESSAGE_BYTES = 1 << 20
 SNAPSHOT_BYTES = 1 << 23
@@ -36,16 +36,17 @@ Rows = NDArray[np.void]
 
 _ROWS, _MESSAGES, _SNAPSHOTS, _ORDERS, _ASKED = range(5)
 """Numbers in the head: rows written so far, bytes of messages, bytes of snapshots; and two that the monitor
-writes: orders sent so far, snapshots asked for."""
+writes: orders sent so far, snapshots requested.
+"""
 
 _HEAD_BYTES = 128
 
 
 class RingShape(NamedTuple):
-    """What another process needs to open a ring.
+    """The dimensions that another process needs to open a ring.
 
     Attributes:
-        figures: numbers per row beside it.
+        figures: numbers per row beside the memory.
     """
 
     memory_bytes: int
@@ -58,7 +59,7 @@ class RingRows(NamedTuple):
 
     Attributes:
         rows: a copy of them, in order.
-        end: where to go on.
+        end: the place of the next read.
         lost: rows that were overwritten before they could be read.
     """
 
@@ -68,19 +69,19 @@ class RingRows(NamedTuple):
 
 
 Put = Callable[[int, int, int, int, tuple[int, ...], bytearray], None]
-"""Takes scan, flags, now_ns, wall_ns, figures and the rack's memory."""
+"""Writes a row: scan, flags, now_ns, wall_ns, figures and the rack's memory."""
 
 
 class Ring:
     """The shared memory of a session.
 
     Args:
-        figures: numbers per row beside it, 64 bits each.
-        rows: rows that are kept, a power of two.
+        figures: numbers of 64 bits per row beside the memory.
+        rows: number of rows, a power of two.
 
     Attributes:
-        shape: what another process needs to open it, with the file.
-        file: the file that another process is given; its memory is shared.
+        shape: its dimensions.
+        file: the shared file for another process.
         put: writes a row; called after every scan.
     """
 
@@ -95,7 +96,7 @@ class Ring:
 
     @classmethod
     def opened(cls, shape: RingShape, file: int) -> Ring:
-        """Open the ring of another process, whose file this process has been given."""
+        """Open the ring of another process from its file."""
         ring = cls.__new__(cls)
         ring._open(file, shape)
         return ring
@@ -125,7 +126,7 @@ class Ring:
         return int(self._head[_ROWS])
 
     def take(self, since: int) -> RingRows:
-        """Return the rows from a place on, as far as they are still there."""
+        """Return the remaining rows from a place on."""
         end = self.written
         first = max(since, end - self.shape.rows + 1, 0)
         places = np.arange(first, end) & self._mask
@@ -148,7 +149,7 @@ class Ring:
 
     @property
     def asked(self) -> int:
-        """Snapshots asked for so far."""
+        """Snapshots requested so far."""
         return self._head[_ASKED]
 
     @asked.setter
@@ -156,7 +157,7 @@ class Ring:
         self._head[_ASKED] = asked
 
     def close(self) -> None:
-        """Close it. The memory is gone when the last process has closed it, or has ended."""
+        """Close it. The memory is released when the last process has closed it, or has ended."""
         self.messages.release()
         self.snapshots.release()
         self._head.release()
@@ -165,7 +166,7 @@ class Ring:
 
 
 def _putter(head: memoryview, rows: memoryview, row: Struct, mask: int) -> Put:
-    """Return what writes rows: a function with all it needs at hand."""
+    """Return a function that writes rows; its variables are local for speed."""
     pack, stride = row.pack_into, row.size
 
     def put(
@@ -186,7 +187,7 @@ def size_of(shape: RingShape) -> int:
 
 
 def _new_file(size: int) -> int:
-    """Return a file without a name, in memory where the system can."""
+    """Return an unnamed file, in memory where the system supports that."""
     if hasattr(os, "memfd_create"):
         file = os.memfd_create("scanrack")
     else:
@@ -203,8 +204,7 @@ class Records:
 
     Args:
         head: the numbers of the ring.
-        index: which of them counts the bytes written so far.
-        room: where the records are.
+        index: the number that counts the bytes written so far.
     """
 
     def __init__(self, head: memoryview, index: int, room: memoryview) -> None:
@@ -213,22 +213,22 @@ class Records:
 
     @property
     def end(self) -> int:
-        """Bytes written so far; where the next record begins."""
+        """Bytes written so far; the place of the next record."""
         return int(self._head[self._index])
 
     @property
     def oldest(self) -> int:
-        """Where a new reader begins: at the first record, or at the next one."""
+        """The place of the first record for a new reader, or of the next one."""
         return 0 if self.end <= self._margin else self.end
 
     def write(self, record: bytes) -> bool:
-        """Write a record; return whether it has room: a quarter of all."""
+        """Write a record; return whether it fits: a quarter of the room."""
         length = _aligned(4 + len(record))
         if length > self._size // 4:
             return False
         end = self.end
         at = end % self._size
-        if at + length > self._size:  # begin again in front
+        if at + length > self._size:  # continue at the front
             _LENGTH.pack_into(self._room, at, _REST)
             end += self._size - at
             self._head[self._index] = end
@@ -242,7 +242,7 @@ class Records:
         """Return the records from a place on.
 
         Returns:
-            The records, where to go on, and whether all from there on were overwritten.
+            The records, the next place, and whether all records from `since` on were overwritten.
         """
         end = self.end
         copy = self._copied(since, end) if end - since <= self._margin else None
@@ -252,7 +252,7 @@ class Records:
 
     @property
     def _margin(self) -> int:
-        """The most that may be unread: the writer may be at work on the next quarter."""
+        """Most bytes that may be unread: the writer may be at work on the next quarter."""
         return self._size - self._size // 4
 
     def _copied(self, since: int, end: int) -> bytes:
@@ -288,7 +288,7 @@ def _taken_apart(copy: bytes, since: int, size: int) -> list[bytes]:
 
 
 def row_type(memory_bytes: int, figures: int) -> np.dtype[Any]:
-    """Return how a row lies in memory."""
+    """Return the memory layout of a row."""
     fields: list[tuple[Any, ...]] = [
         ("scan", "<u4"),
         ("flags", "<u4"),

@@ -3,7 +3,7 @@
     run:     scan scan scan | pause ...................... | go: scan scan
     orders        ^    ^            ^ one act each, before the next scan
 
-The session runs in the thread of the scan loop. While scans run, the tap asks for orders after every scan;
+The session runs in the thread of the scan loop. While scans run, the tap checks for orders after every scan;
 during a pause the session waits for them.
 """
 
@@ -22,21 +22,21 @@ from .hands import GivenOrder, Hands
 from .orders import ALL, MAX, Order, order_of, parsed
 
 WAIT_S = 0.02
-"""How long a pause waits for orders at a time; requests to the tap wait as long."""
+"""Longest single wait for orders during a pause, and for requests to the tap."""
 
 
 class Inbox(Protocol):
-    """Where orders come from."""
+    """The source of orders."""
 
     @property
     def pending(self) -> bool:
-        """Whether an order is there; asked after every scan."""
+        """Whether an order waits; read after every scan."""
 
     def take(self) -> bytes:
         """Return the next order, JSON with the keys id and order."""
 
     def wait(self, seconds: float) -> None:
-        """Wait for an order, this long at most."""
+        """Wait for an order, at most this long."""
 
 
 class Stops(Protocol):
@@ -45,24 +45,23 @@ class Stops(Protocol):
     stops: tuple[Any, ...]
 
     def break_at(self, routine: str, rung: int) -> None:
-        """Set a breakpoint at a rung; ValueError if there is none."""
+        """Set a breakpoint at a rung; ValueError for an unknown one."""
 
     def break_on(self, tag: str) -> None:
-        """Set a breakpoint on a tag; ValueError if there is none."""
+        """Set a breakpoint on a tag; ValueError for an unknown one."""
 
     def clear_breakpoints(self) -> None:
-        """Take all breakpoints away."""
+        """Remove all breakpoints."""
 
 
 @dataclass(slots=True)
 class SessionState:
-    """What a monitor shows of a session.
+    """The state of a session for monitors.
 
     Attributes:
-        paused: whether no scans run.
         speed: times real time; None = as fast as possible.
         met: the breakpoints that ended the latest run.
-        fault: why the CPU stopped; "" as long as it runs.
+        fault: the fault that stopped the CPU; "" while it runs.
     """
 
     paused: bool = False
@@ -76,24 +75,20 @@ class Session:
     """The loop around a CPU.
 
     Args:
-        hands: carries out orders on it.
-        inbox: where orders come from.
-        tell: takes messages for the monitor: an answer, or the state.
-        stops: the program, if it can have breakpoints.
+        tell: sends messages to the monitor: an answer, or the state.
+        stops: the program, if it supports breakpoints.
         live: there are real ports: no pause, step or speed.
-        reload: loads the program again, and passes it on when that is done; None if it can't.
-        prepare: makes all that a branch from a scan needs, ValueError if it can't; None if there can be
-            none.
+        reload: loads the program again, and passes it on when ready; None if that is impossible.
+        prepare: prepares a branch from a scan, ValueError if it can't; None without branches.
 
     Attributes:
-        state: what a monitor shows.
         over: whether the session has been ended.
-        branch: the scan from which another session is to begin; None if none is.
+        branch: the scan from which another session is to begin, or None.
         attend: serves the monitor during a pause.
-        give: gives the monitor the values of the program.
-        on_fault: called when the CPU has faulted in a session that goes on to be looked at.
-        takeover: gives the order that goes on with an edited program, or None for a mistake, which it
-            tells; called once, between two scans.
+        give: sends the values of the program to the monitor.
+        on_fault: called after a fault of the CPU in a session that stays open for inspection.
+        takeover: returns the order that continues with an edited program, or None for a mistake, which it
+            reports; called once, between two scans.
     """
 
     def __init__(
@@ -140,7 +135,7 @@ class Session:
     def repeat_to(self, scan: int) -> None:
         """Run up to a scan as fast as possible; orders and breakpoints wait until then.
 
-        A fault of the CPU, of a program that does otherwise the second time, is shown.
+        A fault of the CPU, if the program behaves differently now, is shown.
         """
         if scan > self._cpu.scan:
             self._repeats = True
@@ -153,15 +148,15 @@ class Session:
         self.state.speed = self._pacer.speed = speed
 
     def run(self, scans: int | None = None, *, paused: bool = False) -> None:
-        """Run until `end` is called, or so many scans are done.
+        """Run until `end` is called, or a number of scans is done.
 
         Args:
-            scans: how many in all; None = no end.
+            scans: their total; None = no end.
             paused: begin with a pause.
 
         Raises:
             CpuFault: see `Cpu.run`. A session without an end waits for `end` first, so that the fault can be
-            looked at.
+            inspected.
             KeyboardInterrupt: a second Ctrl-C.
         """
         end = None if scans is None else self._cpu.scan + scans
@@ -209,11 +204,10 @@ class Session:
         self.obey_all(self._cpu.now_ns, self._cpu.scan)
 
     def attend_scan(self, at_ns: int, scan: int) -> None:
-        """See whether a breakpoint was met, and carry out orders; called after every scan.
+        """Check the breakpoints, and carry out orders; called after every scan.
 
         Args:
             at_ns: virtual time of the next scan.
-            scan: its number.
         """
         if self.state.breakpoints:
             self._look()
@@ -229,14 +223,13 @@ class Session:
     # --- orders
 
     def obey_all(self, at_ns: int, scan: int) -> None:
-        """Carry out the orders that are there, and answer each.
+        """Carry out the waiting orders, and answer each.
 
-        A step is answered when its scans are done. At least one of them runs before the next order acts, so
-        that "press, step, release" is a pulse, however fast the orders come.
+        A step is answered after its last scan. At least one of its scans runs before the next order acts, so
+        that "press, step, release" is a pulse, however fast the orders arrive.
 
         Args:
             at_ns: virtual time of the next scan.
-            scan: its number.
         """
         if self.takeover is not None and not self._repeats:
             self._take_over(at_ns, scan)
@@ -249,7 +242,7 @@ class Session:
                 self.obey(order, at_ns, scan)
             except ValueError as error:
                 self._tell({"answer": {"id": number, "refused": str(error)}})
-            except Exception as error:  # an order never faults the CPU, also if this code is wrong
+            except Exception as error:  # an order never faults the CPU, even if this code is wrong
                 text = f"it can't be carried out: {type(error).__name__}: {error}"
                 self._tell({"answer": {"id": number, "refused": text}})
             else:
@@ -260,7 +253,7 @@ class Session:
                 self._tell({"answer": answer})
 
     def _take_over(self, at_ns: int, scan: int) -> None:
-        """Go on with an edited program, or report its mistakes to the page."""
+        """Continue with an edited program, or report its mistakes to the page."""
         takeover, self.takeover = self.takeover, None
         assert takeover is not None
         try:
@@ -269,7 +262,7 @@ class Session:
             if order is None:
                 return
             self._hands.act(order, at_ns, scan)
-        except Exception as error:  # the running program goes on, whatever is wrong with the other one
+        except Exception as error:  # the running program continues, whatever is wrong with the other one
             self._tell({"mistake": {"text": str(error), "file": "", "line": None}})
             return
         self.state.breakpoints, self.state.met = [], []
@@ -280,12 +273,10 @@ class Session:
         """Carry out an order.
 
         Args:
-            order: the order.
             at_ns: virtual time of the next scan, before which it acts.
-            scan: its number.
 
         Raises:
-            ValueError: it can't be carried out, and nothing has happened.
+            ValueError: it can't be carried out, and nothing has changed.
         """
         if not isinstance(order, orders.Branch):
             self._refuse_after_fault()
@@ -304,7 +295,7 @@ class Session:
         self._tell({"state": self.described()})
 
     def described(self) -> dict[str, object]:
-        """Return the state as a message says it."""
+        """Return the state as a message."""
         state = self.state
         return {
             "paused": state.paused,
@@ -338,7 +329,7 @@ class Session:
         self._cpu.stop()
 
     def _end_step(self, refused: str = "") -> None:
-        """End a step, all of whose scans are done or that something else ends; answer it."""
+        """End and answer a step that is complete or was ended otherwise."""
         self._until = None
         if self._stepping is not None:
             answer, self._stepping = self._stepping, None
@@ -399,7 +390,7 @@ class Session:
 
 
 def _faulted(fault: CpuFault) -> str:
-    """Return why no order but a branch is possible any more."""
+    """Return the refusal of every order but a branch."""
     return f"the CPU has faulted in {fault}: branch from an earlier scan"
 
 

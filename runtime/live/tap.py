@@ -1,4 +1,4 @@
-"""The tap: the last listener of the scan loop. It fills the ring, and lets orders act after each scan."""
+"""The tap: the last listener of the scan loop. It fills the ring, and carries out orders after each scan."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from .ring import Ring
 from .session import Session
 
 FIGURES_NS = 10_000_000
-"""Machines are looked at a hundred times a second at most."""
+"""Least time between two reads of the machines."""
 
 FIGURES_SCANS = 512
-"""And at full speed no more often than this: modules are run ahead, which a look ends."""
+"""Least number of scans between them at full speed: a read ends the prediction of modules."""
 
 
 class Notes(Protocol):
@@ -27,17 +27,17 @@ class Notes(Protocol):
         """Write the inputs of a scan; called after it."""
 
     def give(self, scan: int) -> None:
-        """Write the values as they are before a scan."""
+        """Write the values before a scan."""
 
 
 class NoNotes:
     """A program that a monitor can't run again."""
 
     def note(self, scan: int) -> None:
-        """There is nothing to write."""
+        """Do nothing: there are no notes."""
 
     def give(self, scan: int) -> None:
-        """There is nothing to write."""
+        """Do nothing: there are no values."""
 
 
 class Figures(Protocol):
@@ -51,7 +51,7 @@ class Tap:
     """Fills the ring; a listener of the scan loop that never raises.
 
     Args:
-        ring: where rows and messages go.
+        ring: receives rows and messages.
         rack: its memory is copied after every scan.
         period_ns: time from scan to scan.
         figures: numbers beside the images.
@@ -80,7 +80,7 @@ class Tap:
         self.tell({"event": {"scan": scan, "t": now_ns, "topic": topic, **fields}})
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
-        """Pass a scan on, and let orders act."""
+        """Pass a scan on, and carry out orders."""
         wall = wall_ns()
         if wall >= self._due_ns and (scan >= self._due or self.session.state.speed is not None):
             self._due_ns, self._due = wall + FIGURES_NS, scan + FIGURES_SCANS
@@ -105,7 +105,7 @@ class Tap:
             self.give()
 
     def give(self) -> None:
-        """Give the monitor the values before the next scan."""
+        """Send the values before the next scan to the monitor."""
         self._give(self._next)
 
     def _give(self, scan: int) -> None:
@@ -119,23 +119,18 @@ class Tap:
         self._ring.messages.write(json.dumps(message, separators=(",", ":")).encode())
 
     def close(self) -> None:
-        """Nothing is open: the ring outlives the CPU."""
+        """Do nothing: the ring outlives the CPU."""
 
 
 class PipeInbox:
-    """Orders that come through a pipe, counted in the ring.
-
-    Args:
-        ring: counts them.
-        pipe: they come through it.
-    """
+    """Orders from a pipe, counted in the ring."""
 
     def __init__(self, ring: Ring, pipe: Connection) -> None:
         self._ring, self._pipe = ring, pipe
         self._taken = ring.orders
 
     def connect(self, pipe: Connection) -> None:
-        """Go on with another pipe: the monitor has been started again."""
+        """Continue with another pipe: the monitor has been restarted."""
         self._pipe = pipe
 
     @property

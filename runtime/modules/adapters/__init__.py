@@ -2,7 +2,7 @@
 
     PLC image <-> CommandLayer (the 3601's rules) <-> Axis over a link <-> the controller's line
 
-An adapter is a state machine without I/O: bytes in, bytes out, and the instant
-at which it wants to run again. In virtual time its line is a `wire.SerialBus` with a
+An adapter is a state machine without I/O: bytes in, bytes out, and the instant of
+its next wake-up. In virtual time its line is a `wire.SerialBus` with a
 simulated controller at the other end.
 """

@@ -1,8 +1,8 @@
-"""A controller behind a driver as the command layer's axis: what all of them have in common.
+"""A driven controller as the command layer's axis: the part that all controllers share.
 
-    image position = offset + counter - what the counter was moved by without motion
+    image position = offset + counter - steps by which the counter was set without motion
 
-A preset moves the offset only. Positions are those read last; direction and
+A preset moves the offset only. Positions are the latest ones read; direction and
 ramp follow a command from its acceptance, by the profile that the controller
 is known to run.
 """
@@ -26,10 +26,10 @@ class LinkedAxis(Generic[Drive]):
     """An `Axis` whose steps a controller makes.
 
     Attributes:
-        substitutions: substitutions that have not been reported yet.
+        substitutions: those that have not been reported yet.
 
     Args:
-        capabilities: what it can't do.
+        capabilities: the limits of the controller.
     """
 
     def __init__(self, driver: Driver[Drive], capabilities: RowCapabilities[Any]) -> None:
@@ -41,31 +41,31 @@ class LinkedAxis(Generic[Drive]):
         self._offset = 0
         self._count_offset = 0
 
-    # -- what a controller brings -------------------------------------------------------------
+    # -- implemented for each controller -------------------------------------------------------
 
     def drive_for(self, profile: Profile) -> Drive:
         """Return a profile in the controller's terms."""
         raise NotImplementedError
 
     def task_for(self, kind: TaskKind, direction: int, profile: Profile, steps: int = 0) -> Task[Drive]:
-        """Return a motion."""
+        """Return a motion in the controller's terms."""
         drive = self.drive_for(profile)
         return Task(kind, direction, drive, profile.has_ramps, steps)
 
     @property
     def levels(self) -> int:
-        """Electrical levels of the discrete inputs as read last, as a mask of `InputBit`."""
+        """Electrical levels of the discrete inputs as last read, as a mask of `InputBit`."""
         raise NotImplementedError
 
     def note_configuration(self, configuration: Configuration) -> None:
-        """Give the driver what a configuration means to the controller."""
+        """Pass a configuration to the driver in the controller's terms."""
         raise NotImplementedError
 
     # -- present activity ---------------------------------------------------------------------
 
     @property
     def task(self) -> Task[Drive] | None:
-        """The motion that the command layer knows of."""
+        """The motion as the command layer knows it."""
         driver = self._driver
         if driver.cut:
             return None
@@ -74,7 +74,7 @@ class LinkedAxis(Generic[Drive]):
 
     @property
     def moving(self) -> bool:
-        """Whether a motion is wanted or under way."""
+        """Whether a motion is requested or in progress."""
         return self.task is not None
 
     @property
@@ -97,14 +97,14 @@ class LinkedAxis(Generic[Drive]):
 
     @property
     def position(self) -> int:
-        """Step count as read last; 0 before there is a configuration."""
+        """Step count as last read; 0 without a configuration."""
         if self.configuration is None:
             return 0
         return self._offset + self._driver.position - self._driver.rebased
 
     @property
     def encoder(self) -> int:
-        """The position in the place of diagnostic feedback; else 0."""
+        """The position as a substitute for diagnostic feedback; else 0."""
         configuration = self.configuration
         if configuration is None or not configuration.diagnostic_feedback:
             return 0
@@ -112,13 +112,13 @@ class LinkedAxis(Generic[Drive]):
 
     @property
     def settled(self) -> bool:
-        """Whether new words may act: no stop and no configuration is under way."""
+        """Whether new words may act: no stop and no configuration is in progress."""
         return not (self._driver.cut or self._driver.setup)
 
     # -- commands -----------------------------------------------------------------------------
 
     def configure(self, configuration: Configuration | None) -> None:
-        """Take over an accepted configuration, and configure the controller."""
+        """Adopt an accepted configuration, and configure the controller."""
         self.configuration = configuration
         if configuration is not None:
             uses_it, active_high = configuration.inputs_used & CAPTURE, configuration.active_high & CAPTURE
@@ -151,7 +151,7 @@ class LinkedAxis(Generic[Drive]):
         self._driver.tasks.append(self.task_for(TaskKind.HOME, direction, profile))
 
     def change_speed(self, now_ns: int, profile: Profile) -> None:
-        """Stop, and start again at the new speed."""
+        """Stop, and restart at the new speed."""
         task = self.task
         if task is not None:
             task.following = self.task_for(TaskKind.SLEW, task.direction, profile, task.steps)
@@ -177,13 +177,13 @@ class LinkedAxis(Generic[Drive]):
         self._driver.tasks.append(following)
 
     def stop(self, now_ns: int, deceleration_spmss: Rate, shape: Shape) -> None:
-        """Begin a controlled stop, at the rate that the motion has."""
+        """Begin a controlled stop, at the rate of the motion."""
         task = self.task
         if task is not None:
             task.stopping, task.following = True, None
 
     def steps_to_stop(self, now_ns: int, deceleration_spmss: Rate, shape: Shape) -> int:
-        """Steps that a controlled stop beginning now would still make."""
+        """Return the steps that a controlled stop beginning now would still make."""
         raise NotImplementedError
 
     def cut(self, now_ns: int) -> None:
@@ -193,23 +193,23 @@ class LinkedAxis(Generic[Drive]):
             self._driver.cut = True
 
     def watch_steps(self, steps: int) -> None:
-        """Do nothing: everything read gets a tick."""
+        """Do nothing: every read causes a tick."""
 
     def watch_counts(self, counts: int, direction: int) -> None:
-        """Do nothing: everything read gets a tick."""
+        """Do nothing: every read causes a tick."""
 
     def watch_marker(self) -> None:
         """Do nothing: the marker is not wired."""
 
     def preset_position(self, value: int) -> None:
-        """Let the present position be `value`; a count that is the position's copy is not touched."""
+        """Set the present position to `value`; a count that copies the position is not changed."""
         shift = value - self.position
         self._offset += shift
         self._count_offset -= shift
 
     def preset_encoder(self, value: int) -> None:
-        """Let the count that is the position's copy be `value`."""
+        """Set the count that copies the position to `value`."""
         self._count_offset = value - self.position
 
     def reset_errors(self) -> None:
-        """There are none."""
+        """Do nothing: the axis has no errors."""

@@ -1,9 +1,9 @@
-"""What a controller can't do, or does differently, row by row, and the 3601's bits that show it.
+"""Limits and substitutions of a controller, row by row, with the 3601's bits that report them.
 
 The first row that applies decides. A configuration is refused with
-CONFIG_ERROR; a value that the controller can't run at with INVALID_PROFILE and
-COMMAND_ERROR; a whole function that it lacks with COMMAND_ERROR; a search for
-home with HOME_INVALID and COMMAND_ERROR. A motion that ends the same by other
+CONFIG_ERROR; a value outside the controller's range with INVALID_PROFILE and
+COMMAND_ERROR; a missing function with COMMAND_ERROR; a search for
+home with HOME_INVALID and COMMAND_ERROR. A motion that reaches the same end by other
 ramps is carried out, and an event reports the first one.
 """
 
@@ -25,17 +25,17 @@ HOMING = (StatusMsw.HOME_INVALID | StatusMsw.COMMAND_ERROR).value
 BLOCK = StatusMsw.INVALID_PROFILE.value
 
 RAMPED = frozenset({Feature.MOVE, Feature.MANUAL, Feature.REGISTRATION, Feature.HOME, Feature.SPEED_CHANGE})
-"""Commands that carry speed and rates."""
+"""Commands with speed and rates."""
 
 TIMED = RAMPED | {Feature.BLEND_SEGMENT, Feature.ENCODER_MOVE}
-"""What has a speed."""
+"""Commands with a speed."""
 
 AdapterOptions = TypeVar("AdapterOptions")
 
 
 @dataclass(frozen=True, slots=True)
 class ConfigurationRow(Generic[AdapterOptions]):
-    """Why a configuration is refused.
+    """The reason to refuse a configuration.
 
     Attributes:
         name: short name for events.
@@ -50,7 +50,7 @@ class ConfigurationRow(Generic[AdapterOptions]):
 
 @dataclass(frozen=True, slots=True)
 class CommandRow(Generic[AdapterOptions]):
-    """Why a command is refused.
+    """The reason to refuse a command.
 
     Attributes:
         name: short name for events.
@@ -68,7 +68,7 @@ class CommandRow(Generic[AdapterOptions]):
 
 @dataclass(frozen=True, slots=True)
 class SubstitutionRow(Generic[AdapterOptions]):
-    """What the controller does differently from a 3601.
+    """A difference between the controller and a 3601.
 
     Attributes:
         name: short name for events.
@@ -82,15 +82,10 @@ class SubstitutionRow(Generic[AdapterOptions]):
 
 
 class RowCapabilities(Capabilities, Generic[AdapterOptions]):
-    """Capabilities that are read off rows.
+    """Capabilities defined by rows.
 
     Attributes:
         news: substitutions made for the first time; the adapter reports them and empties the list.
-
-    Args:
-        configuration_rows: why a configuration is refused.
-        command_rows: why a command is refused.
-        substitution_rows: what is done differently.
     """
 
     def __init__(
@@ -115,7 +110,7 @@ class RowCapabilities(Capabilities, Generic[AdapterOptions]):
 
     @override
     def lacking_for(self, request: AxisRequest) -> Refusal | None:
-        """Return why a command is refused; if it is not, note substitutions and return None."""
+        """Return why a command is refused; otherwise note substitutions and return None."""
         for row in self._command_rows:
             if request.feature in row.features and row.applies(request, self._options):
                 return Refusal(row.name, row.bits, row.reason)
@@ -130,7 +125,7 @@ class RowCapabilities(Capabilities, Generic[AdapterOptions]):
 
 
 def always(request: AxisRequest, options: object) -> bool:
-    """A function that is missing altogether."""
+    """Refuse a function that is missing altogether."""
     return True
 
 

@@ -1,9 +1,9 @@
-"""The driver of a controller: it finds, configures, moves, loses and finds it again.
+"""The driver of a controller: it finds, configures and moves it, and finds it again after a loss.
 
     ABSENT --answers--> PRESENT --configured--> READY
        ^                   ^                      |
        |                   +---- power lost ------+
-       +------------ link lost, and back as it was where the position fits
+       +---- link lost; READY again if the position fits
 
 A start is never repeated blindly: if its answer is lost, the driver reads the
 controller first. Any other exchange may be repeated until it is answered.
@@ -23,24 +23,24 @@ PROBE_NS = 250_000_000
 
 
 class Driver(Exchanges[Drive]):
-    """The script that talks to a controller.
+    """The script of the exchanges with a controller.
 
     Args:
-        line_timing: how the line is used.
+        line_timing: timing of the line.
     """
 
     def __init__(self, line_timing: LineTiming) -> None:
         super().__init__(line_timing)
         self.master.begin(self._script())
 
-    # -- what a controller brings -------------------------------------------------------------
+    # -- implemented for each controller -------------------------------------------------------
 
     def identify(self) -> LineRequest:
         """Return the request that finds the controller."""
         raise NotImplementedError
 
     def configure(self) -> Talk:
-        """Bring the controller to the state in which motions start, its counter at B."""
+        """Prepare the controller for motions, with its counter at B."""
         raise NotImplementedError
 
     def carry_out(self, task: Task[Drive]) -> Talk:
@@ -53,16 +53,16 @@ class Driver(Exchanges[Drive]):
         return self.read_status, self.read_position, self.read_inputs
 
     def rouse(self) -> Talk:
-        """Bring back a controller that does not answer because it uses another protocol."""
+        """Recover a controller that does not answer because it uses another protocol."""
         yield from ()
 
     def admit(self) -> Generator[Step, Reply | None, bool]:
-        """Make a controller that was found obey; return whether it does."""
+        """Take control of a controller after its detection; return whether it obeys."""
         yield from ()
         return True
 
     def errand(self) -> Talk | None:
-        """Return other work for the controller, None without any."""
+        """Return other work for the controller, or None."""
         return None
 
     def forget(self) -> None:
@@ -97,7 +97,7 @@ class Driver(Exchanges[Drive]):
         self.forget()
 
     def _connect(self) -> Talk:
-        """Ask for the identity until it comes; then find out whether the controller kept its state."""
+        """Ask for the identity until it arrives; then check whether the controller has kept its state."""
         while self.state is ControllerState.ABSENT:
             asked_ns = self.master.now_ns
             reply = yield self.identify()
@@ -123,7 +123,7 @@ class Driver(Exchanges[Drive]):
         yield PUBLISH
 
     def _turn(self) -> Talk:
-        """Do the most urgent thing."""
+        """Do the most urgent task."""
         if self.cut:
             yield from self.halt()
             yield PUBLISH
@@ -153,7 +153,7 @@ class Driver(Exchanges[Drive]):
         yield PUBLISH
 
     def _look_around(self) -> Talk:
-        """Poll while idle; what moves then has strayed."""
+        """Poll while idle; a motion then is a stray one."""
         before = self.position
         for read in self.cycle if not self.master.overdue else (self._look_in_doubt, self.read_inputs):
             yield from read()
@@ -167,7 +167,7 @@ class Driver(Exchanges[Drive]):
             yield from self.rebase(BIAS)
 
     def _look_in_doubt(self) -> Talk:
-        """Look while answers may be late: what one of them shows is not a motion, what one more shows is."""
+        """Read while answers may be late: one read with a motion may be old, one more is proof."""
         for _ in range(self.master.overdue + 1):
             if (yield from self.rest(self._has_work)) or self._has_work():
                 self.busy = False
@@ -191,14 +191,14 @@ class Driver(Exchanges[Drive]):
                 return
 
     def note_refusal(self, reply: Reply) -> None:
-        """Note a start that the controller has refused."""
+        """Report a start that the controller has refused."""
 
     def model(self, task: Task[Drive]) -> None:
         """Note the motion that the controller is assumed to make now."""
         raise NotImplementedError
 
     def accompany(self, task: Task[Drive]) -> Talk:
-        """Poll a motion until the controller is idle; slow it down or mark it when asked."""
+        """Poll a motion until the controller is idle; slow it down or mark it on request."""
         slowed = marked = False
         while not self.cut:
             if task.stopping and not slowed:
@@ -220,7 +220,7 @@ class Driver(Exchanges[Drive]):
                 yield PUBLISH
 
     def _rests(self) -> Generator[Step, Reply | None, bool]:
-        """Return whether the position read last is final; look again while answers may be late."""
+        """Return whether the last position read is final; read again while answers may be late."""
         if self.busy or not self._is_final or not self.master.overdue:
             return not self.busy and self._is_final
         return (yield from self.rest())
@@ -234,7 +234,7 @@ class Driver(Exchanges[Drive]):
         raise NotImplementedError
 
     def stop_and_index(self, task: Task[Drive]) -> Talk:
-        """Mark the present position, stop, and index the rest of the steps from the mark."""
+        """Mark the present position, stop, and index the remaining steps after the mark."""
         yield from self.read_position()
         mark = self.position
         task.stopping = True
@@ -251,7 +251,7 @@ class Driver(Exchanges[Drive]):
         return drive
 
     def watch(self, task: Task[Drive]) -> Talk:
-        """React to what was read of a motion."""
+        """React to a read during a motion."""
         raise NotImplementedError
 
     def _cut_meanwhile(self) -> bool:
@@ -259,7 +259,7 @@ class Driver(Exchanges[Drive]):
         return self.cut
 
     def conclude(self, task: Task[Drive], began_at: int) -> Talk:
-        """Publish the standstill before the motion counts as over."""
+        """Publish the standstill before the motion ends."""
         target = began_at + task.direction * task.steps
         if task.kind is TaskKind.INDEX and not task.stopping and self.position != target:
             self.findings.add(FindingKind.STOPPED_SHORT)

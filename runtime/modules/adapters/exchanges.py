@@ -1,7 +1,7 @@
-"""A controller as read and written over a link, one exchange after the other.
+"""Reads and writes of a controller over a link, one exchange after the other.
 
-The driver puts the controller's counter to B = 1,000,000: a controller that has
-lost its power counts from 0, and the driver notices.
+The driver sets the controller's counter to B = 1,000,000: after a power loss the
+controller counts from 0, which the driver notices.
 """
 
 from __future__ import annotations
@@ -45,18 +45,15 @@ class Exchanges(Generic[Drive]):
     """A controller as the link knows it.
 
     Attributes:
-        position: of the controller's counter, as read last.
+        position: of the controller's counter, as last read.
         busy: whether the controller moves.
         task: the motion that runs.
-        cut: a hard stop is requested, or under way.
-        setup: a configuration is requested, or under way.
-        rebased: steps by which the counter was moved without motion.
-        findings: what the adapter has not taken notice of yet.
+        cut: a hard stop is requested or in progress.
+        setup: a configuration is requested or in progress.
+        rebased: steps by which the counter was set without motion.
+        findings: those that the adapter has not processed yet.
         unfit: the controller reports a failure of its own: MODULE_OK is clear meanwhile.
-        captures: level of the capture input at which it captures, None if it does not.
-
-    Args:
-        line_timing: how the line is used.
+        captures: level of the capture input at which it captures, or None.
     """
 
     def __init__(self, line_timing: LineTiming) -> None:
@@ -80,7 +77,7 @@ class Exchanges(Generic[Drive]):
         self._rebasing_to: int | None = None
         self._is_final = False
 
-    # -- what a controller brings -------------------------------------------------------------
+    # -- implemented for each controller -------------------------------------------------------
 
     def stop(self) -> Talk:
         """Stop motion at once; repeat until it is answered."""
@@ -133,7 +130,7 @@ class Exchanges(Generic[Drive]):
     # -- parts --------------------------------------------------------------------------------
 
     def read_position(self) -> Talk:
-        """Read the counter, and take it over; near 0, read it again for each answer that may be late."""
+        """Read and store the counter; near 0, read it again for each answer that may be late."""
         self._is_final = not self.busy
         for _ in range(self.master.overdue + 1):
             position = yield from self.ask_position()
@@ -142,11 +139,11 @@ class Exchanges(Generic[Drive]):
         self.note_position(position)
 
     def rest(self, enough: Callable[[], bool] = lambda: False) -> Generator[Step, Reply | None, bool]:
-        """Look until more looks in a row agree than answers may be late; return whether the axis rests.
+        """Poll until more polls in a row agree than answers may be late; return whether the axis rests.
 
-        A look is a status and then the position, which is final if the status is idle. Only a position that
-        all looks agree on is taken over. The looks end with the first that shows a motion, and when a hard
-        stop is requested meanwhile, or it is `enough`.
+        A poll reads a status and then the position, which is final if the status is idle. Only a position on
+        which all polls agree is stored. The first poll that shows a motion ends the sequence, and so does a
+        request for a hard stop, or `enough`.
         """
         looks, cut = self.master.overdue + 1, self.cut
         agreed, position = 0, self.position
@@ -166,7 +163,7 @@ class Exchanges(Generic[Drive]):
         yield from self.read_inputs()
 
     def note_position(self, position: int) -> None:
-        """Take over a position read.
+        """Store a position read.
 
         Raises:
             PowerLostError: it is near 0, and too far from the last one for the speed.
@@ -201,5 +198,5 @@ class Exchanges(Generic[Drive]):
         """Stop at once, wait for standstill, and read the position."""
         yield from self.stop()
         while not (yield from self.rest()):
-            if self.master.overdue:  # what has answered the stop may be older
+            if self.master.overdue:  # the answer to the stop may be older
                 yield from self.stop()

@@ -1,4 +1,4 @@
-"""What a driver finds out about its controller, for the adapter to turn into the 3601's bits."""
+"""Findings of a driver about its controller, which the adapter converts to the 3601's bits."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from enum import IntEnum, auto
 
 
 class FindingKind(IntEnum):
-    """Kinds of findings, in the order in which an adapter takes notice of them."""
+    """Kinds of findings, in the order of their processing."""
 
     POWER_LOST = auto()
     """The controller was switched off meanwhile."""
@@ -18,17 +18,17 @@ class FindingKind(IntEnum):
     STRAYED = auto()
     """The axis has moved without a command."""
     OUT_OF_RANGE = auto()
-    """A slew has come to the end of the counter's range."""
+    """A slew has reached the end of the counter's range."""
     STOPPED_SHORT = auto()
     """A motion has ended before its target."""
 
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One thing found out.
+    """One finding.
 
     Attributes:
-        bits: of a complaint: bits of input word 0 that it sets.
+        bits: of a complaint: its bits of input word 0.
         text: of a complaint: the reason.
     """
 
@@ -38,22 +38,22 @@ class Finding:
 
 
 class Findings:
-    """Findings that the adapter has not taken yet."""
+    """Findings that the adapter has not processed yet."""
 
     def __init__(self) -> None:
         self._waiting: list[Finding] = []
 
     def add(self, kind: FindingKind) -> None:
-        """Note a finding; one of its kind that waits already says the same."""
+        """Add a finding, unless one of its kind is waiting."""
         finding = Finding(kind)
         if finding not in self._waiting:
             self._waiting.append(finding)
 
     def complain(self, bits: int, text: str) -> None:
-        """Note a complaint, with the bits of input word 0 that it sets."""
+        """Add a complaint with its bits of input word 0."""
         self._waiting.append(Finding(FindingKind.COMPLAINT, bits, text))
 
     def take(self) -> list[Finding]:
-        """Return all findings, by kind and then in order of time, and forget them."""
+        """Return and remove all findings, by kind and then in order of time."""
         taken, self._waiting = sorted(self._waiting, key=lambda each: each.kind), []
         return taken

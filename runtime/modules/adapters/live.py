@@ -1,11 +1,11 @@
 """Adapters on real ports: the same state machines, in step with the wall clock.
 
     scan n                     scan n + 1                 scan n + 2
-    |  words, what was received  |                          |
+    |  words, received bytes     |                          |
     |  ------ request ------> threads ------ reply -------> |
 
 At every scan the adapter's time is the wall clock's. A late scan reads the received
-replies before it counts time-outs, so no reply that has come counts as missing. A line is
+replies before it counts time-outs, so that no received reply counts as missing. A line is
 read once a scan.
 """
 
@@ -29,14 +29,14 @@ from .plant import LinkedController
 from .task import Drive
 
 STOP_S = 0.5
-"""How long the end of a run waits for the motor to stop."""
+"""Longest wait for the motor to stop at the end of a run."""
 
 LOOK_S = 0.002
-"""Time between two reads of the line then."""
+"""Time between two reads of the line during that wait."""
 
 
 class RealController(LinkedController):
-    """A controller at the end of a real line; its machine is a real one, too."""
+    """A controller at the end of a real line, with a real machine."""
 
     def __init__(self, line: LiveLine) -> None:
         self._machine = Machine()
@@ -71,15 +71,11 @@ class RealController(LinkedController):
 
     @override
     def power_cycle(self, now_ns: int) -> None:
-        """Do nothing: the power is out of reach; only the adapter forgets."""
+        """Do nothing: a real controller's power can't be switched; only the adapter resets."""
 
 
 class LiveAdapter(Adapter[Drive]):
-    """An adapter on a real port.
-
-    Args:
-        kit: what the controller is driven by.
-    """
+    """An adapter on a real port."""
 
     def __init__(self, line: LiveLine, kit: Kit[Drive]) -> None:
         self._line = line
@@ -89,7 +85,7 @@ class LiveAdapter(Adapter[Drive]):
 
     @override
     def update(self, now_ns: int, outputs: Image) -> Image:
-        """Advance to the present on the wall clock; events carry `now_ns`, the scan's time."""
+        """Advance to the present on the wall clock; events have the scan's time, `now_ns`."""
         self._present_ns = self._clock.now_ns()
         for reason in self._line.take_losses():
             self._note(self._present_ns, "port lost", f"{reason}; the port is opened again when it is back")
@@ -98,7 +94,7 @@ class LiveAdapter(Adapter[Drive]):
         return image
 
     def close(self) -> None:
-        """Stop the motor as when the PLC leaves run mode, if possible, and close the port."""
+        """Stop the motor like a PLC that leaves run mode, if possible, and close the port."""
         try:
             self.plc_run(False)
             self._wait_for_standstill()
@@ -119,12 +115,11 @@ class LiveAdapter(Adapter[Drive]):
 
 
 def open_adapter(port: str, line_format: LineFormat, kit: Kit[Drive]) -> LiveAdapter[Drive]:
-    """Open a port and put an adapter on it.
+    """Open a port with its adapter.
 
     Args:
         port: serial device, or tcp:HOST:PORT.
         line_format: of the line to the controller.
-        kit: what the controller is driven by.
 
     Raises:
         ValueError: a port that can't be opened.

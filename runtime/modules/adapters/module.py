@@ -5,7 +5,7 @@
     words --^    line: request, reply, request, reply ... published --^ tick
 
 Without a good exchange MODULE_OK is clear, the words freeze and commands are
-ignored. A new configuration shows when the controller has it; words that come
+ignored. A new configuration is shown once the controller has it; words that arrive
 during a hard stop or a configuration wait for its end.
 """
 
@@ -46,7 +46,7 @@ ENDLESS = 1 << 62
 
 @dataclass(frozen=True, slots=True)
 class Kit(Generic[Drive]):
-    """What makes an adapter that of one controller.
+    """The controller-specific parts of an adapter.
 
     Attributes:
         driver: returns a driver that has not sent anything.
@@ -58,19 +58,15 @@ class Kit(Generic[Drive]):
 
 
 class Adapter(Generic[Drive]):
-    """A controller that answers as a 3601; satisfies `runtime.loop.module.Module`.
+    """A controller that acts as a 3601; satisfies `runtime.loop.module.Module`.
 
     Attributes:
-        machine: what is bolted to the simulated controller.
-        controller: that controller, on its line.
-        events: what happened, in order of time; the caller empties it.
+        machine: of the simulated controller.
+        controller: at the far end of the line.
+        events: in order of time; the caller empties it.
         driver: exchanges bytes with the controller.
         axis: the controller as the command layer sees it.
         layer: the 3601's rules.
-
-    Args:
-        controller: at the far end of the line.
-        kit: what it is driven by.
     """
 
     def __init__(self, controller: LinkedController, kit: Kit[Drive]) -> None:
@@ -86,7 +82,7 @@ class Adapter(Generic[Drive]):
 
     @property
     def under_way(self) -> str | None:
-        """The kind of the motion that runs, None while there is none."""
+        """The kind of the running motion, or None."""
         return self.layer.under_way
 
     def _power_up(self) -> None:
@@ -149,7 +145,7 @@ class Adapter(Generic[Drive]):
         self.controller.power_cycle(self._now_ns)
 
     def machine_at(self, now_ns: int) -> Machine:
-        """Return the machine as it is at `now_ns`, the instant of the last `update`, which sensed it."""
+        """Return the machine at `now_ns`, the instant of the last `update`."""
         return self.machine
 
     def figures(self) -> tuple[int, int, int]:
@@ -158,7 +154,7 @@ class Adapter(Generic[Drive]):
         return machine.shaft, machine.encoder_counts(self._now_ns), machine.shown
 
     def operate(self, bit: InputBit, energised: bool | None) -> None:
-        """Act on an input of the machine from the last `update` on, see `Machine.operate`."""
+        """Operate an input of the machine from the last `update` on, see `Machine.operate`."""
         self.machine.operate(bit, energised, self._now_ns)
         self.look_again()
 
@@ -174,7 +170,7 @@ class Adapter(Generic[Drive]):
         return max(self._now_ns, wake_ns if event_ns is None else min(wake_ns, event_ns))
 
     def _pass_time(self, now_ns: int, outputs: Image) -> None:
-        """Advance the line to an instant at which something happens on it."""
+        """Advance the line to the instant of an event on it."""
         master, line = self.driver.master, self.controller.line
         self.controller.run_until(now_ns)
         master.receive(now_ns, line.take())
@@ -186,7 +182,6 @@ class Adapter(Generic[Drive]):
             self._tick(now_ns, outputs)
 
     def _tick(self, now_ns: int, outputs: Image) -> None:
-        """Run a tick of the command layer."""
         findings = self.driver.findings.take()
         self._take_notice(now_ns, findings)
         if self.driver.state is ControllerState.ABSENT:
@@ -229,7 +224,7 @@ class Adapter(Generic[Drive]):
     # -- findings of the driver ---------------------------------------------------------------
 
     def _take_notice(self, now_ns: int, findings: Iterable[Finding]) -> None:
-        """Turn findings about the controller into the 3601's bits."""
+        """Convert findings about the controller to the 3601's bits."""
         for finding in findings:
             match finding.kind:
                 case FindingKind.POWER_LOST:
@@ -263,7 +258,7 @@ class Adapter(Generic[Drive]):
             self.layer.operation.on_many_bits(now_ns)
 
     def _look_at_the_end(self, now_ns: int, findings: Iterable[Finding]) -> None:
-        """End a move that has stopped short of its target, and not at a limit that is seen."""
+        """End a move that has stopped before its target without a visible limit."""
         short = any(finding.kind is FindingKind.STOPPED_SHORT for finding in findings)
         if short and self.layer.operation is not None:
             text = "the controller has stopped before the target"
@@ -307,7 +302,7 @@ class SimulatedAdapter(Adapter[Drive]):
 
         Args:
             what: one of `incidents.ON_THE_LINE`.
-            begins: True to begin, False to end.
+            begins: False ends it.
             lasts: it lasts until its end; otherwise one reply is lost or damaged.
         """
         line = self.controller.line

@@ -1,4 +1,4 @@
-"""The controller of an adapter, its line and its machine; the simulated ones in common."""
+"""The controller of an adapter, its line and its machine: the common part of the simulated ones."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ class LinkedController(Protocol):
 
     @property
     def machine(self) -> Machine:
-        """The machine that is bolted to the controller."""
+        """The machine that the controller drives."""
 
     @property
     def line(self) -> Line:
         """The line between controller and adapter."""
 
     def next_event_ns(self, now_ns: int) -> int | None:
-        """Return when something happens next on the line, behind it or at the machine."""
+        """Return the instant of the next event on the line, in the controller or at the machine."""
 
     def run_until(self, now_ns: int) -> None:
         """Advance; no event lies in between."""
@@ -37,22 +37,19 @@ class LinkedController(Protocol):
         """Update the machine from the motor, and the inputs from the machine."""
 
     def rewire(self, now_ns: int, configuration: Configuration) -> None:
-        """Wire the controller as a configuration needs it."""
+        """Wire the controller as a configuration requires."""
 
     def power_cycle(self, now_ns: int) -> None:
         """Cycle the controller's power; a reply on the line breaks off."""
 
 
 class Plant(ABC):
-    """A controller, its line and the machine that it moves.
+    """A controller, its line and its machine.
 
     Attributes:
-        machine: what is bolted to it.
-        line: between it and the adapter.
+        machine: driven by the controller; its shaft follows every step.
+        line: between controller and adapter.
         levels: electrical levels of the machine's inputs, as a mask of `InputBit`.
-
-    Args:
-        machine: what is bolted to it; its shaft follows every step.
 
     Raises:
         ValueError: the machine slips or jams, which is simulated with the 3601 only.
@@ -70,7 +67,7 @@ class Plant(ABC):
         self._turned = False
         self.wire(0)
 
-    # -- what a controller brings -------------------------------------------------------------
+    # -- implemented for each controller -------------------------------------------------------
 
     @property
     @abstractmethod
@@ -93,7 +90,7 @@ class Plant(ABC):
 
     @abstractmethod
     def rewire(self, now_ns: int, configuration: Configuration) -> None:
-        """Wire the controller as a configuration needs it."""
+        """Wire the controller as a configuration requires."""
 
     @abstractmethod
     def power_cycle(self, now_ns: int) -> None:
@@ -102,7 +99,7 @@ class Plant(ABC):
     # -- time ---------------------------------------------------------------------------------
 
     def next_event_ns(self, now_ns: int) -> int | None:
-        """Return when something happens next on the line, behind it or at the machine."""
+        """Return the instant of the next event on the line, in the controller or at the machine."""
         line_ns, change_ns = self.line.next_event_ns(), self.machine.next_change_ns(now_ns)
         if line_ns is None or change_ns is None:
             return change_ns if line_ns is None else line_ns

@@ -1,4 +1,4 @@
-"""What the records of the adapters have in common."""
+"""The common part of the adapters' records."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ...machine import Machine, MachineSpec
 from ..record import LivePort, ModuleRecord, Options, Trait
 
 ROUND_TRIP_MS = 400
-"""Longer than the longest command takes until it is answered, which is a configuration."""
+"""Longer than the slowest command, a configuration, takes until its answer."""
 
 
 def adapter_record(
@@ -19,12 +19,11 @@ def adapter_record(
     live: LivePort,
     capabilities: Callable[[], str],
 ) -> ModuleRecord:
-    """Return the record of an adapter, which answers as a 3601 of firmware 4.1.
+    """Return the record of an adapter, which acts as a 3601 of firmware 4.1.
 
     Args:
         made: makes one with a simulated controller.
-        live: how it is put on a real port.
-        capabilities: the table of what it refuses.
+        capabilities: the table of its refusals.
     """
 
     def make(firmware: str, machine: MachineSpec, seed: int, options: Options, wiring: str | None) -> Module:

@@ -1,4 +1,4 @@
-"""Tables of what each adapter refuses, for the documentation, read off its rows."""
+"""Tables of each adapter's refusals for the documentation, generated from its rows."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .pmc006 import capabilities as pmc006
 
 
 def refusals(controller: str) -> str:
-    """Return the table of "PCL601" or "PMC006", in Markdown."""
+    """Return the table of refusals of "PCL601" or "PMC006", in Markdown."""
     rooms = {"PCL601": pcl601, "PMC006": pmc006}
     room = rooms[controller]
     lines = ["| asked for | refused: | shown as |", "|---|---|---|"]

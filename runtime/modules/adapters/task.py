@@ -12,7 +12,7 @@ Drive = TypeVar("Drive")
 
 
 class TaskKind(Enum):
-    """What a motion is to a controller."""
+    """Kind of a motion in a controller's terms."""
 
     INDEX = "so many steps"
     SLEW = "until it is stopped"
@@ -24,15 +24,13 @@ class Task(Generic[Drive]):
     """One motion.
 
     Attributes:
-        kind: how it is started.
-        direction: +1 CW, -1 CCW.
         drive: speeds and ramps in the controller's terms.
         ramps_up: whether it begins with a ramp that lasts.
         steps: of an index; of a slew the steps after its mark, 0 without a mark.
         shown: whether the command layer counts it as a motion.
-        stopping: a soft stop is requested, or under way.
+        stopping: a soft stop is requested or in progress.
         marked: the mark of a slew is requested.
-        following: the motion that takes over when this one has stopped.
+        following: the motion that starts when this one has stopped.
         model: the motion that the controller is assumed to make; None before its start.
     """
 

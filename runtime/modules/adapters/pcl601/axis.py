@@ -21,7 +21,7 @@ WIRED_INPUTS = {
     1 << 4: InputBit.CAPTURE.value,
     1 << 5: InputBit.HOME.value,
 }
-"""Which input of the 3601 is wired to which of the controller's: 3 to 6."""
+"""The controller's inputs 3 to 6, by the input of the 3601 that is wired to them."""
 
 LIMIT_INPUTS = {1 << 0: InputBit.CW_LIMIT.value, 1 << 4: InputBit.CCW_LIMIT.value}
 """By option limit_sense the end limits are wired to inputs 1 and 5."""
@@ -35,11 +35,7 @@ LIMITS = {
 
 
 class Pcl601Axis(LinkedAxis[Drive]):
-    """An `Axis` whose steps a PCL601 makes.
-
-    Args:
-        options: what is substituted, and how it is wired.
-    """
+    """An `Axis` whose steps a PCL601 makes."""
 
     def __init__(self, driver: Pcl601Driver, options: Pcl601Options) -> None:
         super().__init__(driver, Pcl601Capabilities(options))
@@ -54,7 +50,7 @@ class Pcl601Axis(LinkedAxis[Drive]):
 
     @override
     def note_configuration(self, configuration: Configuration) -> None:
-        """Note the emergency stop, which is wired to the hard limits, too, homing, and the encoder."""
+        """Note the emergency stop, which is also wired to the hard limits, homing, and the encoder."""
         self.driver.estop_on_limits = bool(configuration.inputs_used & InputBit.ESTOP.value)
         self.driver.has_proximity = configuration.backplane_proximity
         self.driver.captures_encoder = configuration.quadrature_encoder
@@ -62,7 +58,7 @@ class Pcl601Axis(LinkedAxis[Drive]):
     @property
     @override
     def encoder(self) -> int:
-        """Encoder count as read last; the position in the place of diagnostic feedback; else 0."""
+        """Encoder count as last read; the position as a substitute for diagnostic feedback; else 0."""
         if self.configuration is None or not self.configuration.quadrature_encoder:
             return super().encoder
         return (0 if self.driver.clear_encoder else self.driver.encoder) + self._encoder_offset
@@ -80,7 +76,7 @@ class Pcl601Axis(LinkedAxis[Drive]):
 
     @property
     def _limit_side(self) -> int:
-        """The limit that is on; while a motion finds out its side, the one left behind."""
+        """The active limit; while a motion determines its side, the one left behind."""
         task = self.task
         if self.driver.limit_side == BOTH_SIDES and task is not None:
             return -task.direction
@@ -99,7 +95,7 @@ class Pcl601Axis(LinkedAxis[Drive]):
 
     @override
     def change_speed(self, now_ns: int, profile: Profile) -> None:
-        """Stop, and start again at the new speed; in a search for home the proximity slows down."""
+        """Stop, and restart at the new speed; in a search for home the proximity slows down."""
         task = self.task
         if task is not None and task.kind is TaskKind.HOME:
             task.marked = True
@@ -114,7 +110,7 @@ class Pcl601Axis(LinkedAxis[Drive]):
 
     @override
     def preset_encoder(self, value: int) -> None:
-        """Set the present encoder count to `value`; the controller's own goes to 0."""
+        """Set the present encoder count to `value`; the controller's own is set to 0."""
         if self.configuration is not None and self.configuration.quadrature_encoder:
             self.driver.clear_encoder = True
             self._encoder_offset = value

@@ -1,4 +1,4 @@
-"""What a PCL601 can't do."""
+"""Capabilities of a PCL601."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def _too_fast(request: AxisRequest, options: Pcl601Options) -> bool:
 
 
 def _one_step_per_second(request: AxisRequest, options: Pcl601Options) -> bool:
-    """Whether the speed is 1 step/s; the base speed has to be below it."""
+    """Whether the speed is 1 step/s; the base speed must be below it."""
     return speed_of(request) == 1
 
 
@@ -100,7 +100,7 @@ def _too_far(request: AxisRequest, options: Pcl601Options) -> bool:
 
 
 def hears_external(configuration: Configuration, options: Pcl601Options) -> bool:
-    """Whether input 2, from which the steps of a registration move count, is fed by the external input."""
+    """Whether the external input feeds input 2, from which the steps of a registration move count."""
     used_high = configuration.inputs_used & configuration.active_high
     return options.registration == "default" and bool(used_high & InputBit.EXTERNAL.value)
 
@@ -111,7 +111,7 @@ def counts_too_early(configuration: Configuration, minimum: int, options: Pcl601
 
 
 def polls_mark(configuration: Configuration, minimum: int, options: Pcl601Options) -> bool:
-    """Whether the steps of a registration move count from a mark that is polled."""
+    """Whether the steps of a registration move count from a polled mark."""
     return options.registration == "polled" or counts_too_early(configuration, minimum, options)
 
 
@@ -227,7 +227,7 @@ class Pcl601Capabilities(RowCapabilities[Pcl601Options]):
 
     @override
     def homing_for(self, kind: HomingKind) -> AxisHoming:
-        """Return the controller's home type: 0 goes by soft limit and home switch, 1 by the switch."""
+        """Return the controller's home type: 0 uses soft limit and home switch, 1 the switch alone."""
         if kind is HomingKind.HOME_SWITCH_PROXIMITY:
             return AxisHoming.MEETS_SWITCH_SLOWLY
         return AxisHoming.LEAVES_SWITCH

@@ -1,8 +1,8 @@
 """The driver of a PCL601: its exchanges, one after the other.
 
-configure   a program stopped, errors cleared, stopped, functions off, current on, position := B
+configure   stop a program, clear errors, stop, functions off, current on, position := B
 idle        status, position, inputs, repeated
-motion      parameters where they have changed, the start, then as idle until it is over
+motion      changed parameters, the start, then as idle until its end
 """
 
 from __future__ import annotations
@@ -60,18 +60,17 @@ class Pcl601Driver(Driver[Drive]):
     """A PCL601 as the link knows it.
 
     Attributes:
-        encoder: its encoder count.
-        limit_side: which hard limit is on: +1, -1, 0 for none, `BOTH_SIDES`.
+        limit_side: the active hard limit: +1, -1, 0 for none, `BOTH_SIDES`.
         direction: of the last motion, 0 before the first.
         clear_errors: a request to clear the error bits.
         clear_encoder: a request to set the encoder to 0.
-        estop_on_limits: an active input 4 shows on both hard limits, too.
-        polls_marks: a registration move stops when its input has been read, and indexes what is left.
-        has_proximity: a search for home is slowed down by the proximity's output, and ends at the switch.
-        captures_encoder: what is captured is the encoder's count, not the position.
+        estop_on_limits: an active input 4 also activates both hard limits.
+        polls_marks: a registration move stops after a read of its input, and indexes the rest.
+        has_proximity: the proximity's output slows a search for home down, and the switch ends it.
+        captures_encoder: capture the encoder's count instead of the position.
 
     Args:
-        options: how it is wired, and whether its own program is kept from starting again.
+        options: wiring, and whether the controller's own program is kept from restarting.
     """
 
     def __init__(self, options: Pcl601Options, unit: int = 1) -> None:
@@ -97,7 +96,6 @@ class Pcl601Driver(Driver[Drive]):
 
     @override
     def identify(self) -> LineRequest:
-        """Ask for address and firmware."""
         return frames.report_id(self.unit)
 
     @override
@@ -109,7 +107,7 @@ class Pcl601Driver(Driver[Drive]):
 
     @override
     def forget(self) -> None:
-        """Forget parameters and requests to clear."""
+        """Reset known parameters and requests to clear."""
         self._written.clear()
         self.clear_errors = self.clear_encoder = False
 
@@ -130,7 +128,7 @@ class Pcl601Driver(Driver[Drive]):
         self.encoder = 0
 
     def _write(self, first: Register, *words: int) -> Talk:
-        """Write registers that hold other words."""
+        """Write registers that contain other words."""
         if self._written.get(first) == words:
             return
         reply = yield from self.insist(frames.write_registers(self.unit, first, words))
@@ -152,7 +150,7 @@ class Pcl601Driver(Driver[Drive]):
 
     @override
     def halt(self) -> Talk:
-        """Stop at once, and take every mark away; before a configuration a program may run."""
+        """Stop at once, and clear every mark; before a configuration a program may run."""
         if not self._was_ready and not (yield from self.admit()):
             raise LinkLostError
         yield from super().halt()
@@ -171,7 +169,7 @@ class Pcl601Driver(Driver[Drive]):
     def admit(self) -> Generator[Step, Reply | None, bool]:
         """Stop a program that runs in the controller; return whether the controller obeys.
 
-        A running program refuses a write of outputs, which shows that it runs.
+        A running program is detected by its refusal to write outputs.
         """
         self._maybe_on.update(self._outputs)
         yield from self._take_marks_away()
@@ -199,7 +197,7 @@ class Pcl601Driver(Driver[Drive]):
 
     @override
     def read_status(self) -> Talk:
-        """Read encoder, busy and errors; complain of new error bits."""
+        """Read encoder, busy and errors; complain about new error bits."""
         reply = yield from self.insist(frames.read_registers(self.unit, Register.ENCODER_POSITION, 5))
         low, high, _, busy, errors = frames.words_of(reply)
         self.encoder, self.busy = pdus.signed_pair(low, high), bool(busy)
@@ -220,7 +218,7 @@ class Pcl601Driver(Driver[Drive]):
 
     @override
     def read_inputs(self) -> Talk:
-        """Read the input register, and find out which limit a hard limit is."""
+        """Read the input register, and determine the side of a hard limit."""
         reply = yield from self.insist(frames.read_inputs(self.unit))
         (inputs,) = frames.words_of(reply)
         if self._begins_to_capture(inputs):
@@ -233,7 +231,7 @@ class Pcl601Driver(Driver[Drive]):
             yield from self._attribute()
 
     def _begins_to_capture(self, inputs: int) -> bool:
-        """Whether the capture input goes active: what is captured is read then, before the input shows."""
+        """Return whether the capture input becomes active: the value is read before the input is shown."""
         changed = (inputs ^ self.inputs) & CAPTURE_INPUT
         return bool(changed) and bool(inputs & CAPTURE_INPUT) is self.captures
 
@@ -251,9 +249,10 @@ class Pcl601Driver(Driver[Drive]):
             yield PUBLISH
 
     def _attribute(self) -> Talk:
-        """Find out which limit is on: it stops a motion towards it, and not one away from it.
+        """Determine the side of the active limit: it stops a motion towards it, and no motion away from it.
 
-        An index of one step is over before the next read, and shows nothing about a limit that was on before.
+        An index of one step ends before the next read, and gives no information about an earlier active
+        limit.
         """
         task, unheard_of = self.task, self.limit_side == 0
         if task is not None and task.model is not None and (unheard_of or task.kind is not TaskKind.INDEX):
@@ -263,9 +262,9 @@ class Pcl601Driver(Driver[Drive]):
             self.limit_side = self.direction or BOTH_SIDES
 
     def _side_by(self, task: Task[Drive]) -> int:
-        """Return the limit that a motion shows by going on or standing still.
+        """Return the limit that a motion reveals by continuing or stopping.
 
-        A motion stopped for another speed stands still in any case; the one that follows shows it.
+        A motion stopped for another speed always stops; the one that follows reveals the limit.
         """
         if self.busy:
             return -self.direction
@@ -275,7 +274,7 @@ class Pcl601Driver(Driver[Drive]):
 
     @override
     def configure(self) -> Talk:
-        """Clear errors, stop, switch every function off and the current on, put the counter at B."""
+        """Clear errors, stop, switch every function off and the current on, set the counter to B."""
         yield from self.insist(frames.report_id(self.unit))
         yield from self.read_status()
         if self.errors:
@@ -312,7 +311,7 @@ class Pcl601Driver(Driver[Drive]):
 
     @override
     def note_refusal(self, reply: Reply) -> None:
-        """A program runs, or another master moves the axis."""
+        """Complain about a refused start: a program runs, or another master moves the axis."""
         if reply.refused is not None:
             self.findings.complain(COMMAND_ERROR, "the controller has refused to start the motion")
 
@@ -345,7 +344,7 @@ class Pcl601Driver(Driver[Drive]):
 
     @override
     def watch(self, task: Task[Drive]) -> Talk:
-        """Notice that a slew has come to the end of the counter's range."""
+        """Note that a slew has reached the end of the counter's range."""
         if task.kind is TaskKind.SLEW and not task.stopping and abs(self.position) > COUNTER_END:
             self.findings.add(FindingKind.OUT_OF_RANGE)
         yield from ()
@@ -369,7 +368,7 @@ class Pcl601Driver(Driver[Drive]):
 
     @override
     def slow_down(self, task: Task[Drive]) -> Talk:
-        """Stop softly: a slew ends by itself, an index creeps on and is stopped at its base speed."""
+        """Stop softly: a slew ends by itself, an index creeps and is stopped at its base speed."""
         yield from self._command(Code.STOP_SOFT)
         drive, now_ns, model = task.drive, self.master.now_ns, task.model
         assert model is not None
@@ -388,7 +387,7 @@ class Pcl601Driver(Driver[Drive]):
             yield from self.stop_and_look()
 
     def _tidy(self, task: Task[Drive], began_at: int) -> Talk:
-        """Take the mark away; a limit that ended a slew, or blocked a search, lies in its direction."""
+        """Clear the mark; a limit that ended a slew, or blocked a search, lies in its direction."""
         yield from self._take_marks_away()
         ended = task.kind is TaskKind.SLEW and not (task.stopping or task.marked)
         blocked = task.kind is TaskKind.HOME and self.position == began_at

@@ -1,4 +1,4 @@
-"""What the error bits of a PCL601 become in the 3601's input word 0 [register 4x36]."""
+"""The 3601's bits of input word 0 for each error bit of a PCL601 [register 4x36]."""
 
 from __future__ import annotations
 
@@ -25,4 +25,4 @@ ERRORS: dict[Error, int] = {
     Error.MEMORY_COMMAND: 0,
     Error.THUMBWHEEL: 0,
 }
-"""Errors without bits show in events only."""
+"""Errors without bits appear in events only."""

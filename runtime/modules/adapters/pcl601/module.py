@@ -17,19 +17,19 @@ UNIT = 1
 
 
 def kit(options: Pcl601Options, unit: int) -> Kit[Drive]:
-    """Return what drives a PCL601 with these options at an address."""
+    """Return driver and axis of a PCL601 with these options at an address."""
     return Kit(lambda: Pcl601Driver(options, unit), lambda driver: Pcl601Axis(driver, options))
 
 
 class Pcl601Adapter(SimulatedAdapter[Drive]):
-    """A PCL601 that answers as a 3601.
+    """A PCL601 that acts as a 3601.
 
     Args:
-        machine: what is bolted to the simulated controller; by default a machine without switches.
+        machine: of the simulated controller; by default a machine without switches.
         options: by name, see `options`.
 
     Raises:
-        ValueError: an unknown option, a value that is not allowed, or a machine that slips or jams.
+        ValueError: an unknown option, an illegal value, or a machine that slips or jams.
     """
 
     controller: SimulatedPcl601

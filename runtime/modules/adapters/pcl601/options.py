@@ -8,10 +8,10 @@ from ....loop.options import Options
 
 
 class Pcl601Options(Options):
-    """What is substituted and how the controller is wired.
+    """Substitutions and wiring of the controller.
 
     Attributes:
-        strict: refuse what is done with a slower ramp than programmed.
+        strict: refuse motions with a slower ramp than programmed.
         blend: "segmented" runs the segments of a blend move one by one, with a stop in between; else
             refused.
         capture: "polled", within a poll period of the edge, or "reject".
@@ -20,12 +20,12 @@ class Pcl601Options(Options):
         proximity: "jumper": output 6 is wired to both soft limits, and is the backplane home proximity;
             else that is refused.
         registration: "jumper": input 2 is wired to output 7 alone; "polled": to nothing, and a registration
-            move stops when its input has been read, and goes on by the steps that are left; else it is
+            move stops after a read of its input, then makes the remaining steps; else it is
             wired to output 7 and the external input.
-        encoder_move: "polled" ends an encoder move when the count has been read; else refused.
-        respeed: "restart" changes the speed of a manual move by stopping in between; else refused.
-        takeover: a controller that was found running a program of its own does not start it again at
-            power-up: its autorun flag, which is non-volatile, is cleared.
+        encoder_move: "polled" ends an encoder move after a read of the count; else refused.
+        respeed: "restart" changes the speed of a manual move by a stop in between; else refused.
+        takeover: prevent the controller's own program from starting at power-up: clear its autorun flag,
+            which is non-volatile.
     """
 
     owner: ClassVar[str] = "PCL601 adapter"

@@ -1,4 +1,4 @@
-"""The adapter of a PCL601 as the registry knows it; what takes long to import waits until it is needed."""
+"""The registry record of the PCL601 adapter; slow imports wait until they are needed."""
 
 from __future__ import annotations
 

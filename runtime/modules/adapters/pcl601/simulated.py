@@ -1,11 +1,11 @@
-"""A simulated PCL601 bolted to a machine, with the adapter's wiring.
+"""A simulated PCL601 with a machine and the adapter's wiring.
 
 3601 terminal    PCL601
 home             home, input 6
 CW, CCW limit    hard limit +, -; by option limit_sense inputs 1 and 5, and no hard limit where active low
-external         input 3; input 2, too, where it is active high and option registration is left alone
+external         input 3; also input 2 if it is active high and option registration has its default
 emergency stop   input 4; both hard limits through diodes
-capture          input 5, unless that is a limit's
+capture          input 5, unless a limit uses it
 encoder          encoder
 input 2 also to output 7, unless registration is polled; by option proximity both soft limits to output 6
 """
@@ -36,14 +36,14 @@ WIRING: dict[InputBit, tuple[str, ...]] = {
     InputBit.ESTOP: ("in4", "hard_plus", "hard_minus"),
     InputBit.CAPTURE: ("in5",),
 }
-"""Pins that each terminal of the 3601 is wired to."""
+"""Pins wired to each terminal of the 3601."""
 
 LIMITS_ON_INPUTS: dict[InputBit, tuple[str, ...]] = {
     InputBit.CW_LIMIT: ("hard_plus", "in1"),
     InputBit.CCW_LIMIT: ("hard_minus", "in5"),
     InputBit.CAPTURE: (),
 }
-"""Wiring that option limit_sense changes."""
+"""Wiring changed by option limit_sense."""
 
 HARD_LIMITS = {InputBit.CW_LIMIT: "hard_plus", InputBit.CCW_LIMIT: "hard_minus"}
 MARK_PIN = "in2"
@@ -87,14 +87,11 @@ def _mask(output: int) -> int:
 
 
 class SimulatedPcl601(Plant):
-    """A controller, its line and the machine that it moves.
-
-    Attributes:
-        device: the controller on its line.
+    """A controller, its line and its machine.
 
     Args:
-        machine: what is bolted to it; its shaft follows every step.
-        options: how it is wired.
+        machine: its shaft follows every step.
+        options: wiring of the controller.
 
     Raises:
         ValueError: the machine slips or jams, which this controller's simulation lacks.
@@ -136,7 +133,7 @@ class SimulatedPcl601(Plant):
             self.wire(now_ns)
 
     def _wires_against(self, configuration: Configuration) -> Iterable[Wire]:
-        """Yield the wires to open: pins that act when grounded, where the terminal must not act so.
+        """Yield the wires to open: pins that act when grounded, where the terminal must not act that way.
 
         Input 2 is wired to output 7 alone, and a normally closed limit to its input.
         """
@@ -164,7 +161,7 @@ class SimulatedPcl601(Plant):
 
     @override
     def wire(self, now_ns: int) -> None:
-        """Connect every pin to what grounds it."""
+        """Connect every pin to its contacts."""
         parts: dict[str, list[Contact]] = defaultdict(list)
         for bit, pins in self._wiring.items():
             for pin in pins:
@@ -178,7 +175,7 @@ class SimulatedPcl601(Plant):
 
     @property
     def _jumpers(self) -> dict[int, tuple[str, ...]]:
-        """Pins that outputs are wired to."""
+        """Pins that are wired to outputs."""
         jumpers: dict[int, tuple[str, ...]] = {}
         if self._options.registration != "polled":
             jumpers[MARK_OUTPUT] = (MARK_PIN,)
@@ -187,7 +184,7 @@ class SimulatedPcl601(Plant):
         return jumpers
 
     def _contacts(self, bit: InputBit) -> Iterable[Contact]:
-        """What grounds a terminal: switches that the motor passes, people, stations."""
+        """Return the contacts of a terminal: switches that the motor passes, people, stations."""
         if self.feeds(bit):
             return self._fixed[bit]
         return (GROUND if self.levels & bit.value else OPEN,)

@@ -1,9 +1,9 @@
 """A profile of the 3601 in the PCL601's registers.
 
-    starting speed  base speed, steps/s; one less where the speed itself is not above it
+    starting speed  base speed, steps/s; one less than the speed if the speed is not above it
     speed           maximum speed, steps/s
     rates           acceleration, steps/s/s: 1000 per step/ms/s, of the lower of the two
-    S-curve         the constant rate whose ramp takes as long: 1/2 (triangular), 3/4 (trapezoidal)
+    S-curve         the constant rate with the same ramp time: 1/2 (triangular), 3/4 (trapezoidal)
 
 Nothing is rounded: 1000 times a whole number is divisible by 2 and by 4.
 """
@@ -24,7 +24,7 @@ WITHOUT_RAMP = 9_999_999
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """Speeds and acceleration as the controller takes them.
+    """Speeds and acceleration in the controller's registers.
 
     Attributes:
         base_sps: speed at which a motion begins and ends.
@@ -48,7 +48,7 @@ class Drive:
 
 
 def drive_for(profile: Profile) -> Drive:
-    """Return what a profile becomes; its speed is 2 to 50,000 steps/s.
+    """Convert a profile; its speed is 2 to 50,000 steps/s.
 
     >>> from ....kinematics import Shape
     >>> drive_for(Profile(1000, 5000, 20, 10, Shape.TRAPEZOIDAL))

@@ -21,11 +21,7 @@ CCW_LIMIT = InputBit.CCW_LIMIT.value
 
 
 class Pmc006Axis(LinkedAxis[Pmc006Speeds]):
-    """An `Axis` whose steps a PMC006x3s makes.
-
-    Args:
-        options: what is substituted, and how it is wired.
-    """
+    """An `Axis` whose steps a PMC006x3s makes."""
 
     def __init__(self, driver: Pmc006Driver, options: Pmc006Options) -> None:
         super().__init__(driver, Pmc006Capabilities(options))
@@ -40,7 +36,7 @@ class Pmc006Axis(LinkedAxis[Pmc006Speeds]):
     def task_for(
         self, kind: TaskKind, direction: int, profile: Profile, steps: int = 0
     ) -> Task[Pmc006Speeds]:
-        """Return a motion; an index no faster than its ramps allow."""
+        """Return a motion; the speed of an index is limited by its ramps."""
         task = super().task_for(kind, direction, profile, steps)
         if kind is TaskKind.INDEX:
             task.drive = fitted(task.drive, steps)
@@ -48,13 +44,13 @@ class Pmc006Axis(LinkedAxis[Pmc006Speeds]):
 
     @override
     def note_configuration(self, configuration: Configuration) -> None:
-        """Let the driver know limits and edges."""
+        """Pass limits and edges to the driver."""
         self.driver.note_configuration(configuration)
 
     @property
     @override
     def levels(self) -> int:
-        """Electrical levels of the discrete inputs as read last: an energised input pulls its pin low."""
+        """Electrical levels of the discrete inputs as last read: an energised input pulls its pin low."""
         pins, levels = self.driver.levels, 0
         if not pins & Level.EXT1:
             levels |= SHARED
@@ -65,7 +61,7 @@ class Pmc006Axis(LinkedAxis[Pmc006Speeds]):
         return levels ^ self._missed(levels)
 
     def _missed(self, levels: int) -> int:
-        """Return limits that have stopped the motion and are not active any more."""
+        """Return limits that have stopped the motion and are no longer active."""
         if self.task is None or self.task.kind is TaskKind.HOME or self.configuration is None:
             return 0
         flags = self.driver.flags

@@ -1,4 +1,4 @@
-"""What a PMC006x3s can't do."""
+"""Capabilities of a PMC006x3s."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ FSET_INPUTS = (InputBit.CAPTURE, InputBit.EXTERNAL, InputBit.ESTOP)
 """Terminals of which one may be wired to FSET."""
 
 SHARED = (InputBit.HOME | InputBit.CCW_LIMIT).value
-"""Both are wired to EXT1."""
+"""Two terminals that are wired to EXT1."""
 POLL_S = Fraction(1, 20)
 """Time of a poll, s: the longest delay of the ramp down."""
 
@@ -112,7 +112,7 @@ def _rate_too_low(request: AxisRequest, options: Pmc006Options) -> bool:
 
 
 def _too_short_to_stop(request: AxisRequest, options: Pmc006Options) -> bool:
-    """Whether the steps of a registration are less than a poll and the ramp down take."""
+    """Whether the steps of a registration are fewer than a poll and the ramp down take."""
     nearest = options.accel_rounding == "nearest"
     speeds = speeds_for(request.command.profile(request.configuration.starting_speed), nearest=nearest)
     ramp = ramp_steps(speeds.stop_sps, speeds.max_sps, speeds.deceleration)

@@ -1,8 +1,8 @@
 """The driver of a PMC006x3s: its exchanges, one after the other.
 
-    configure   motor on, speed mode off, stopped, speeds, external stops, position := B
+    configure   motor on, speed mode off, stop, speeds, external stops, position := B
     idle        status, position, levels, repeated; each tenth time the second status
-    motion      parameters where they have changed, the start, then as idle until it is over
+    motion      changed parameters, the start, then as idle until its end
 
 Nothing is ever saved (instruction t): the EEPROM wears out.
 """
@@ -36,7 +36,7 @@ LATCHES = (
     (EXT1_STOP, Status1.EXT1, "clear_ext1_flag"),
     (EXT2_STOP, Status1.EXT2, "clear_ext2_flag"),
 )
-"""External stops, their latches, and what clears those."""
+"""External stops, their latches, and the instructions that clear those."""
 
 POLLS_PER_CHECKUP = 10
 
@@ -52,10 +52,10 @@ class Pmc006Driver(Driver[Pmc006Speeds]):
 
     Attributes:
         flags: external stops that are latched.
-        clear_stops: a request to clear latched stops that are not active any more.
+        clear_stops: a request to clear latched stops that are no longer active.
 
     Args:
-        options: how far a search for home may go, and the current of the motor.
+        options: the longest search for home, and the current of the motor.
     """
 
     def __init__(self, options: Pmc006Options, unit: int) -> None:
@@ -75,7 +75,7 @@ class Pmc006Driver(Driver[Pmc006Speeds]):
         self._written: dict[str, int] = {}
 
     def note_configuration(self, configuration: Configuration) -> None:
-        """Take over the starting speed, the limits that stop the motor, and their edges; idle is high."""
+        """Adopt the starting speed, the limits that stop the motor, and their edges; idle is high."""
         self._start_sps = configuration.starting_speed
         used, high = configuration.inputs_used, configuration.active_high
         cw, ccw = InputBit.CW_LIMIT.value, InputBit.CCW_LIMIT.value
@@ -92,7 +92,6 @@ class Pmc006Driver(Driver[Pmc006Speeds]):
 
     @override
     def identify(self) -> LineRequest:
-        """Ask for status register 1."""
         return frames.reading(self.unit, "read_status1")
 
     @override
@@ -105,7 +104,7 @@ class Pmc006Driver(Driver[Pmc006Speeds]):
         return self._clear_stops() if self.clear_stops else None
 
     def _clear_stops(self, armed: int = EXT1_STOP | EXT2_STOP) -> Talk:
-        """Clear latched external stops that are not armed, or not active any more."""
+        """Clear latched external stops that are not armed, or no longer active."""
         self.clear_stops = False
         for stop, flag, clear in LATCHES:
             if self.flags & flag and not (armed & stop and self.is_active(stop)):
@@ -129,7 +128,7 @@ class Pmc006Driver(Driver[Pmc006Speeds]):
 
     @override
     def read_status(self) -> Talk:
-        """Read whether it moves, and what has stopped it."""
+        """Read whether it moves, and the cause of a stop."""
         reply = yield from self.insist(frames.reading(self.unit, "read_status1"))
         status = Status1(frames.value_of(reply) & 0xFF)
         self.busy = bool(status & (Status1.BUSY | Status1.HOME))
@@ -145,7 +144,7 @@ class Pmc006Driver(Driver[Pmc006Speeds]):
         self._note_ailment(OVERHEATED, 0, bool(status & Status2.OTS))
 
     def _note_ailment(self, text: str, bits: int, is_so: bool) -> None:
-        """Complain of an ailment that has begun."""
+        """Complain about a new ailment."""
         if is_so and not self._ailments.get(text):
             self.findings.complain(bits, text)
         self._ailments[text] = is_so
@@ -158,7 +157,7 @@ class Pmc006Driver(Driver[Pmc006Speeds]):
 
     @override
     def note_position(self, position: int) -> None:
-        """Take over a position read; ignore the zero that the controller sets at home."""
+        """Store a position read; ignore the zero that the controller sets at home."""
         if not (self._zeroing and abs(position) <= NEAR_ZERO):
             super().note_position(position)
 
@@ -168,7 +167,7 @@ class Pmc006Driver(Driver[Pmc006Speeds]):
 
     @override
     def read_inputs(self) -> Talk:
-        """Read the levels of the pins; where the capture input goes active, the position first."""
+        """Read the levels of the pins; read the position first when the capture input becomes active."""
         reply = yield from self.insist(frames.reading(self.unit, "read_levels"))
         levels = Level(frames.value_of(reply) & 0xF)
         if (levels ^ self.levels) & Level.FSET and (not levels & Level.FSET) is self.captures:
@@ -247,7 +246,7 @@ class Pmc006Driver(Driver[Pmc006Speeds]):
 
     @override
     def note_refusal(self, reply: Reply) -> None:
-        """An external stop is latched or in the way, or another master moves the axis."""
+        """Complain about a refused start: an external stop is active, or another master moves the axis."""
         if reply.refused is not None:
             self.findings.complain(COMMAND_ERROR, "the controller has refused to start the motion")
 
@@ -272,7 +271,7 @@ class Pmc006Driver(Driver[Pmc006Speeds]):
 
     @override
     def set_mark(self, task: Task[Pmc006Speeds]) -> Talk:
-        """Stop, and index the rest."""
+        """Stop, and index the remaining steps."""
         yield from self.stop_and_index(task)
 
     @override
@@ -281,12 +280,12 @@ class Pmc006Driver(Driver[Pmc006Speeds]):
 
     @override
     def watch(self, task: Task[Pmc006Speeds]) -> Talk:
-        """Arm a limit again once it has been left."""
+        """Rearm a limit once the axis has left it."""
         if task.kind is not TaskKind.SLEW:
             yield from self._set(ext_stop_enable=self._stops_for(task))
 
     def _find_zero(self, task: Task[Pmc006Speeds]) -> Talk:
-        """Set the counter to B at the home switch; elsewhere read where the search has ended."""
+        """Set the counter to B at the home switch; elsewhere read the end position of the search."""
         if task.kind is not TaskKind.HOME:
             return
         self._zeroing = False

@@ -15,19 +15,19 @@ from .simulated import UNIT, SimulatedPmc006
 
 
 def kit(options: Pmc006Options, unit: int) -> Kit[Pmc006Speeds]:
-    """Return what drives a PMC006x3s with these options at an address."""
+    """Return driver and axis of a PMC006x3s with these options at an address."""
     return Kit(lambda: Pmc006Driver(options, unit), lambda driver: Pmc006Axis(driver, options))
 
 
 class Pmc006Adapter(SimulatedAdapter[Pmc006Speeds]):
-    """A PMC006x3s that answers as a 3601.
+    """A PMC006x3s that acts as a 3601.
 
     Args:
-        machine: what is bolted to the simulated controller; by default a machine without switches.
+        machine: of the simulated controller; by default a machine without switches.
         options: by name, see `options`.
 
     Raises:
-        ValueError: an unknown option, a value that is not allowed, or a machine that slips or jams.
+        ValueError: an unknown option, an illegal value, or a machine that slips or jams.
     """
 
     controller: SimulatedPmc006

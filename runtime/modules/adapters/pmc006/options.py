@@ -11,7 +11,7 @@ from ....loop.options import Options
 
 
 def _taken_by(row: InstructionRow) -> BeforeValidator:
-    """Return a check for numbers that an instruction takes, or None."""
+    """Return a check for numbers that an instruction accepts, or None."""
 
     def check(value: object) -> object:
         if value is not None and (type(value) is not int or not row.allows(value)):
@@ -22,20 +22,20 @@ def _taken_by(row: InstructionRow) -> BeforeValidator:
 
 
 class Pmc006Options(Options):
-    """What is substituted and how the controller is wired.
+    """Substitutions and wiring of the controller.
 
     Attributes:
-        home_stroke: how far Find Home may go, steps; a configuration is refused without it.
-        strict: refuse what is done with a slower ramp, or one of another shape, than programmed.
+        home_stroke: longest search for home, steps; a configuration is refused without it.
+        strict: refuse motions with a slower ramp than programmed, or one of another shape.
         blend: "segmented" runs the segments of a blend move one by one, with a stop in between; else
             refused.
         capture: "fset": the capture input is wired to FSET; else it is refused.
-        registration: "polled" stops a registration move when its input has been read, and goes on by the
-            steps that are left; else refused.
-        accel_rounding: "nearest" takes the nearest rate of the table, which may be a steeper one.
+        registration: "polled" stops a registration move after a read of its input, then makes the remaining
+            steps; else refused.
+        accel_rounding: "nearest" selects the nearest rate of the table, which may be a steeper one.
         hold: "immediate" holds a move without a ramp, and allows the external input on FSET; else refused.
-        respeed: "restart" changes the speed of a manual move by stopping in between; else refused.
-        peak_current: phase current of the motor, mA; without it the one saved in the controller holds.
+        respeed: "restart" changes the speed of a manual move by a stop in between; else refused.
+        peak_current: phase current of the motor, mA; by default the one saved in the controller.
         diagnostic: "mirror" copies the position to the diagnostic words, "reject" refuses them.
     """
 

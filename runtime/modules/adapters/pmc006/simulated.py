@@ -1,11 +1,11 @@
-"""A simulated PMC006x3s bolted to a machine, with the adapter's wiring.
+"""A simulated PMC006x3s with a machine and the adapter's wiring.
 
     3601 terminal                              PMC006
     home, CCW limit                            EXT1
     CW limit                                   EXT2
     emergency stop, or capture, or external    FSET
 
-An energised terminal makes its opto-coupler conduct, which pulls the pin low.
+The opto-coupler of an energised terminal conducts and pulls the pin low.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ UNIT = 1
 
 @dataclass(frozen=True, slots=True)
 class PulledPin(pins.SwitchPin):
-    """A pin that is low while any of some switches energises its terminal."""
+    """A pin that is low while any of its switches energises the terminal."""
 
     switches: tuple[Switch, ...] = ()
 
@@ -45,16 +45,13 @@ class PulledPin(pins.SwitchPin):
 
 
 def _edges(switch: Switch) -> list[int]:
-    """Return the positions from which on, upward, a switch changes."""
+    """Return the positions at which a switch changes on the way up."""
     edges = [] if switch.first is None else [switch.first]
     return edges if switch.last is None else [*edges, switch.last + 1]
 
 
 class SimulatedPmc006(Plant):
-    """A controller, its line and the machine that it moves.
-
-    Args:
-        machine: what is bolted to it; its shaft follows every step.
+    """A controller, its line and its machine, whose shaft follows every step.
 
     Raises:
         ValueError: the machine slips or jams, which this controller's simulation lacks.

@@ -1,11 +1,11 @@
 """A profile of the 3601 in the PMC006's parameters.
 
-    starting speed  start and stop speed, steps/s; the speed itself where that is lower
-    speed           maximum speed, steps/s; less for a move that the ramps do not fit
-    rates           coefficients 1 to 8: the largest rate of the table that is not above the programmed one
+    starting speed  start and stop speed, steps/s; the speed itself if that is lower
+    speed           maximum speed, steps/s; less for a move that is shorter than its ramps
+    rates           coefficients 1 to 8: the largest rate of the table up to the programmed one
     S-curve         the ramps are always S-shaped
 
-Coefficient 0 is not a ramp, and is never sent.
+Coefficient 0 means no ramp, and is never sent.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ RATE_MIN = 6
 
 
 def coefficient_for(rate_spmss: Rate, *, nearest: bool = False) -> int:
-    """Return the coefficient for a programmed rate, 6 steps/ms/s or more unless the nearest one will do.
+    """Return the coefficient for a programmed rate, 6 steps/ms/s or more unless the nearest one is used.
 
     >>> [coefficient_for(rate) for rate in (6, 7, 10, 11, 15, 22, 28, 49, 78, 2000)]
     [8, 7, 7, 6, 5, 4, 3, 2, 1, 1]
@@ -38,7 +38,7 @@ def coefficient_for(rate_spmss: Rate, *, nearest: bool = False) -> int:
 
 
 def speeds_for(profile: Profile, *, nearest: bool = False) -> Pmc006Speeds:
-    """Return what a profile becomes; its speed is 65 to 256,000 steps/s."""
+    """Convert a profile; its speed is 65 to 256,000 steps/s."""
     base = profile.base_sps
     if not profile.has_ramps:
         return Pmc006Speeds(base, base, base, 1, 1)
