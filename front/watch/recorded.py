@@ -46,7 +46,7 @@ UNTRUSTED = (
 )
 
 
-class Place(NamedTuple):
+class TracePlace(NamedTuple):
     """What `TRACE#scan=12345&rung=Main.6` names.
 
     Attributes:
@@ -59,11 +59,11 @@ class Place(NamedTuple):
     rung: str
 
 
-def place_of(text: str) -> Place:
+def place_of(text: str) -> TracePlace:
     """Return what names a place in a trace.
 
     >>> place_of("run.mcap#scan=12&rung=Main.6")
-    Place(path=PosixPath('run.mcap'), scan=12, rung='Main.6')
+    TracePlace(path=PosixPath('run.mcap'), scan=12, rung='Main.6')
 
     Raises:
         ValueError: the scan is not a number.
@@ -73,10 +73,10 @@ def place_of(text: str) -> Place:
     scan = fields.get("scan")
     if scan is not None and not re.fullmatch(r"\d{1,10}", scan):
         raise ValueError(f"{text}: scan {scan!r} is not the number of a scan")
-    return Place(Path(path), None if scan is None else int(scan), fields.get("rung", ""))
+    return TracePlace(Path(path), None if scan is None else int(scan), fields.get("rung", ""))
 
 
-def watch_trace(place: Place, *, port: int, trust: bool, opened: bool) -> int:
+def watch_trace(place: TracePlace, *, port: int, trust: bool, opened: bool) -> int:
     """Serve a recording until Ctrl-C, or until a branch of it begins; return the exit status.
 
     Raises:
@@ -109,7 +109,7 @@ def watch_trace(place: Place, *, port: int, trust: bool, opened: bool) -> int:
         return play.go_on(recording.job)
 
 
-def _fragment(place: Place) -> str:
+def _fragment(place: TracePlace) -> str:
     scan = "" if place.scan is None else f"&scan={place.scan}"
     return scan + (f"&rung={quote(place.rung)}" if place.rung else "")
 
@@ -126,7 +126,7 @@ class OpenedRecording:
         ValueError: the trace does not say what its rack is, or its files can't be used.
     """
 
-    def __init__(self, trace: Trace, place: Place, folder: Path, *, trust: bool) -> None:
+    def __init__(self, trace: Trace, place: TracePlace, folder: Path, *, trust: bool) -> None:
         self._trace, self._place = trace, place
         self._edits = edits_of(trace)
         self.job: Job | None = None

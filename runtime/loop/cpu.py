@@ -20,10 +20,10 @@ from .listeners import Listeners, ScanListener
 from .pace import FreeRun, Pacer, Watchdog, WatchdogTimeout, stopping_on_interrupt
 from .phases import IDLE_PHASES, PHASES, Phase, ScanPhases
 from .rack import Rack
-from .scan import AttachedLogic, CpuMode, Logic, Scan, ScanFlag, mode_name
+from .scan import AttachedLogic, CpuMode, Scan, ScanFlag, ScanLogic, mode_name
 from .scans_ahead import ScansAhead
 
-__all__ = ["PHASES", "Cpu", "CpuFault", "CpuMode", "Fault", "Logic", "Scan", "ScanFlag"]
+__all__ = ["PHASES", "Cpu", "CpuFault", "CpuMode", "Fault", "Scan", "ScanFlag", "ScanLogic"]
 
 PERIOD_NS = 2_000_000
 """Default time from scan to scan."""
@@ -61,7 +61,7 @@ class Cpu:
     def __init__(
         self,
         rack: Rack,
-        logic: Logic,
+        logic: ScanLogic,
         period_ns: int = PERIOD_NS,
         *,
         exchange: Exchange | None = None,
@@ -107,12 +107,12 @@ class Cpu:
             logic.__attach_logic__(self._view.slot)
 
     @property
-    def program(self) -> Logic:
+    def program(self) -> ScanLogic:
         """The logic; another one is called from the next scan on."""
         return self._phases.program
 
     @program.setter
-    def program(self, logic: Logic) -> None:
+    def program(self, logic: ScanLogic) -> None:
         self._phases.program = logic
 
     @property

@@ -24,7 +24,7 @@ from .forces import Forces
 from .listeners import Listeners
 from .pace import Pacer, Watchdog
 from .rack import Rack
-from .scan import CpuMode, Logic, Scan, ScanFlag
+from .scan import CpuMode, Scan, ScanFlag, ScanLogic
 
 PHASES = (
     "input_latch",
@@ -69,7 +69,7 @@ class ScanPhases:
     def __init__(
         self,
         rack: Rack,
-        logic: Logic,
+        logic: ScanLogic,
         period_ns: int,
         *,
         exchange: Exchange,

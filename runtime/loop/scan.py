@@ -84,7 +84,7 @@ class Scan:
         self.updated = True
 
 
-Logic = Callable[[Scan], None]
+ScanLogic = Callable[[Scan], None]
 """A program: called once per scan, it reads input images and writes output images."""
 
 

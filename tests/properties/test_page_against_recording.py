@@ -20,7 +20,7 @@ from scanrack.watch.monitors.monitor import About, Monitor
 from scanrack.watch.monitors.page import Page
 from scanrack.watch.monitors.questions import ask
 from scanrack.watch.monitors.session_monitor import SessionMonitor, SessionProgram, Setup
-from scanrack.watch.recorded import OpenedRecording, Place
+from scanrack.watch.recorded import OpenedRecording, TracePlace
 
 SCANS = 1500
 SEEDS = range(2)
@@ -194,7 +194,7 @@ def test_an_opened_recording_shows_what_was_recorded(rack, tmp_path):
     watching = Watching.__new__(Watching)
     watching.dice, watching.answers, watching.pieces = dice, [], []
     with open_trace(path) as trace, tempfile.TemporaryDirectory() as folder:
-        recording = OpenedRecording(trace, Place(path, None, ""), Path(folder), trust=False)
+        recording = OpenedRecording(trace, TracePlace(path, None, ""), Path(folder), trust=False)
         watching.monitor, watching.asking = recording.monitor(lambda *_: None), Page()
         watching.monitor.join(watching.asking)
         while watching.monitor.tick():

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from scanrack.traces.compare import Comparison, Extent, First, TimeMap, Tolerance
 from scanrack.traces.compare.fields import TIME, Field, FieldKind, all_fields
-from scanrack.traces.compare.findings import Differing, changes_before
+from scanrack.traces.compare.findings import FieldDifference, changes_before
 from scanrack.traces.compare.stream import Side
 from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.read.columns import Columns
@@ -163,7 +163,7 @@ def first_of(
     for field, rows in differing:
         if row in rows:
             bits = np.array([rows[row][1]], np.uint16) if field.kind is FieldKind.BITS else None
-            pair = Differing(field, np.array([row]), np.array([rows[row][0]]), bits)
+            pair = FieldDifference(field, np.array([row]), np.array([rows[row][0]]), bits)
             detail = pair.detail(a, b, row)
             assert detail is not None
             details.append(detail)

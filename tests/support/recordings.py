@@ -15,7 +15,7 @@ from scanrack.traces.read.reader import Trace, open_trace
 from scanrack.watch.monitors.page import Page
 from scanrack.watch.monitors.questions import ask
 from scanrack.watch.monitors.trace_monitor import TraceMonitor
-from scanrack.watch.recorded import OpenedRecording, Place
+from scanrack.watch.recorded import OpenedRecording, TracePlace
 
 COUNTING = """
 PROGRAM count
@@ -51,7 +51,7 @@ class Opened:
 
     def __init__(self, path: Path, folder: Path, scan: int | None = None) -> None:
         self.trace: Trace = open_trace(path)
-        self.recording = OpenedRecording(self.trace, Place(path, scan, ""), folder, trust=False)
+        self.recording = OpenedRecording(self.trace, TracePlace(path, scan, ""), folder, trust=False)
         self.monitor: TraceMonitor = self.recording.monitor(lambda *_given: None)
         self.page = Page()
         self.frame: dict[str, Any] = {}

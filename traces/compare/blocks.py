@@ -53,7 +53,7 @@ class Windows(NamedTuple):
         return Windows(rows[places], held[places], first[places], end[places])
 
 
-class Block(NamedTuple):
+class ComparedBlock(NamedTuple):
     """Scans that are compared at once; all rows are those of the sides.
 
     Attributes:
@@ -72,7 +72,7 @@ class Block(NamedTuple):
 NONE = np.zeros(0, np.intp)
 
 
-def blocks_by_number(a: Stream, b: Stream, block_scans: int) -> Iterator[Block]:
+def blocks_by_number(a: Stream, b: Stream, block_scans: int) -> Iterator[ComparedBlock]:
     """Yield two traces block by block, their scans paired by number; of pairs those that differ anywhere."""
     while _read_rows(a, b, block_scans):
         ends = _cut(a, b, block_scans)
@@ -81,7 +81,7 @@ def blocks_by_number(a: Stream, b: Stream, block_scans: int) -> Iterator[Block]:
         unequal = _unequal(_at(a.side.columns, rows_a), _at(b.side.columns, rows_b))
         held = rows_b[unequal]
         there = Windows(rows_a[unequal], held, held, held + 1, len(rows_a))
-        yield Block(a.side, b.side, there, Windows(NONE, NONE, NONE, NONE, len(rows_b)))
+        yield ComparedBlock(a.side, b.side, there, Windows(NONE, NONE, NONE, NONE, len(rows_b)))
         for stream, end in ((a, ends[0]), (b, ends[1])):
             stream.go_to(end, end - 1 - LOOKED_AT)
 
@@ -136,7 +136,7 @@ def _at(columns: Columns, rows: Rows) -> Columns:
     return columns.at(rows)
 
 
-def blocks_by_time(a: Stream, b: Stream, tolerance_ns: int, block_scans: int) -> Iterator[Block]:
+def blocks_by_time(a: Stream, b: Stream, tolerance_ns: int, block_scans: int) -> Iterator[ComparedBlock]:
     """Yield two traces block by block, their scans paired by time.
 
     A scan of the second trace belongs to the block of the scan of the first that is in force at
@@ -152,7 +152,7 @@ def blocks_by_time(a: Stream, b: Stream, tolerance_ns: int, block_scans: int) ->
         if end_b > b.row:
             a.read_beyond(int(b.keys[end_b - 1]) + tolerance_ns)
         there, back = windows(a, end_a, b, tolerance_ns), windows(b, end_b, a, tolerance_ns)
-        yield Block(a.side, b.side, there, back)
+        yield ComparedBlock(a.side, b.side, there, back)
         _go_on(a, b, (end_a, end_b), tolerance_ns)
     while not b.ended:
         b.read_rows(0)

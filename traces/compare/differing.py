@@ -15,13 +15,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .blocks import Block, Windows
+from .blocks import ComparedBlock, Windows
 from .fields import TIME, Array, Field, FieldKind
-from .findings import Differing
+from .findings import FieldDifference
 from .stream import Rows
 
 
-def differing(fields: Sequence[Field], block: Block, counts: int | None) -> list[Differing]:
+def differing(fields: Sequence[Field], block: ComparedBlock, counts: int | None) -> list[FieldDifference]:
     """Return the fields that differ in a block.
 
     Args:
@@ -67,7 +67,7 @@ def _otherwise(own: Array, other: Array, windows: Windows) -> _Question:
     return _Question(windows.at(there), mine[there], held[there], other)
 
 
-def _missing(field: Field, asked: _Question, counts: int | None) -> Differing:
+def _missing(field: Field, asked: _Question, counts: int | None) -> FieldDifference:
     """Return the scans whose value the other trace does not have within the tolerance."""
     wanted, held = field.key(asked.own), field.key(asked.held)
     rows = np.flatnonzero(wanted != held)
@@ -83,7 +83,7 @@ def _missing(field: Field, asked: _Question, counts: int | None) -> Differing:
         missing = _beyond(field.values(asked.own[rows]), field.values(asked.others), *span, counts)
     else:
         missing = np.ones(len(rows), bool) if alone else ~occurs(wanted, field.key(asked.others), *span)
-    return Differing(field, windows.rows[missing], windows.held[missing], bits)
+    return FieldDifference(field, windows.rows[missing], windows.held[missing], bits)
 
 
 def _missing_bits(wanted: Array, values: Array, first: Rows, end: Rows) -> Array:
@@ -102,17 +102,17 @@ def _beyond(wanted: Array, values: Array, first: Rows, end: Rows, counts: int) -
     return beyond
 
 
-def _merged(there: Differing, back: Differing) -> Differing:
+def _merged(there: FieldDifference, back: FieldDifference) -> FieldDifference:
     """Join the findings of both directions, by rows of the first trace; a row once."""
     if not len(back.a):
         return there
     a, b = np.concatenate((there.a, back.b)), np.concatenate((there.b, back.a))
     rows, place = np.unique(a, return_index=True)
     if there.bits is None or back.bits is None:
-        return Differing(there.field, rows, b[place])
+        return FieldDifference(there.field, rows, b[place])
     bits = np.zeros(len(rows), np.uint16)
     np.bitwise_or.at(bits, np.searchsorted(rows, a), np.concatenate((there.bits, back.bits)))
-    return Differing(there.field, rows, b[place], bits)
+    return FieldDifference(there.field, rows, b[place], bits)
 
 
 def over_windows(values: Array, first: Rows, end: Rows, join: np.ufunc) -> Array:

@@ -100,7 +100,7 @@ class First:
     rules_b: tuple[str, ...] = ()
 
 
-class Differing(NamedTuple):
+class FieldDifference(NamedTuple):
     """The rows in which a field differs, paired; `bits` tells which ones in each, of a word of bits."""
 
     field: Field
@@ -172,7 +172,7 @@ class Findings:
         self.first: First | None = None
         self.differing = 0
 
-    def add(self, one: Side, other: Side, found: Sequence[Differing]) -> None:
+    def add(self, one: Side, other: Side, found: Sequence[FieldDifference]) -> None:
         """Add what was found in a block that follows those before.
 
         Args:
@@ -195,7 +195,7 @@ class Findings:
         return tuple(sorted(self._extents.values(), key=lambda extent: extent.first))
 
 
-def _first(found: Sequence[Differing], a: Side, b: Side, slots: Sequence[SlotInfo]) -> First:
+def _first(found: Sequence[FieldDifference], a: Side, b: Side, slots: Sequence[SlotInfo]) -> First:
     row, row_b = min((int(each.a[0]), int(each.b[0])) for each in found)
     details = [each.detail(a, b, row) for each in found]
     return First(

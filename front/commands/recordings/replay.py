@@ -13,7 +13,7 @@ from ...jobs.load.loading import load_job, load_spec
 from ...jobs.replay.replaying import Into, Replay, Stimuli, check_slots, with_stimuli
 from ...jobs.trust.attachments import job_of, spec_of
 from ...runtime.config.rackspec import RackSpec
-from ...runtime.loop.scan import Logic
+from ...runtime.loop.scan import ScanLogic
 from ...terminal.as_json import JsonOption
 from ...terminal.complaints import reported_mistakes
 from ...terminal.progress import shown_progress
@@ -101,7 +101,7 @@ def _replay_command(
 
 def _sources(
     trace: Trace, folder: Path, into: Into, rack: str | None, program: str | None, *, trust: bool
-) -> tuple[RackSpec, Logic | None]:
+) -> tuple[RackSpec, ScanLogic | None]:
     """Return the rack and, unless the recorded outputs are played, the logic."""
     if into is Into.MODULE:
         if program is not None:

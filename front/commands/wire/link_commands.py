@@ -75,7 +75,7 @@ class Mover(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class LinkPlace:
     """Where a controller is, as the options before the command say.
 
     Attributes:
@@ -110,7 +110,7 @@ def open_link(port: str | None, tcp: str | None, line_format: LineFormat) -> Lin
 
 @contextmanager
 def opened_client(
-    place: Place, line_format: LineFormat, client_on: Callable[[Link], Client]
+    place: LinkPlace, line_format: LineFormat, client_on: Callable[[Link], Client]
 ) -> Iterator[Client]:
     """Open the line to a controller within the context; print a fault of it, and end.
 

@@ -21,8 +21,8 @@ from ...terminal.terminal import say
 from ...terminal.trace_options import QuietOption
 from .link_commands import (
     TIMEOUT_S,
+    LinkPlace,
     NameArgument,
-    Place,
     PortOption,
     SpeedOption,
     StepsArgument,
@@ -55,7 +55,7 @@ NO_DOWNLOAD = (
 @contextmanager
 def client_at(context: typer.Context) -> Iterator[Pcl601Client]:
     """Open the line that the group's options name; complain if that fails."""
-    place: Place
+    place: LinkPlace
     place, rtu_over_tcp = context.obj
 
     def client_on(link: Link) -> Pcl601Client:
@@ -80,7 +80,7 @@ def _place(
     unit: Annotated[int, typer.Option("--unit", metavar="N", help="Its address, 1 to 99.")] = 1,
     timeout: TimeoutOption = TIMEOUT_S,
 ) -> None:
-    context.obj = Place(port, tcp, unit, timeout), rtu_over_tcp
+    context.obj = LinkPlace(port, tcp, unit, timeout), rtu_over_tcp
 
 
 @app.command()

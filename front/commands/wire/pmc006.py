@@ -22,8 +22,8 @@ from ...terminal.terminal import say
 from ...terminal.trace_options import QuietOption
 from .link_commands import (
     TIMEOUT_S,
+    LinkPlace,
     NameArgument,
-    Place,
     PortOption,
     SpeedOption,
     StepsArgument,
@@ -55,7 +55,7 @@ NO_DOWNLOAD = (
 @contextmanager
 def client_at(context: typer.Context) -> Iterator[Pmc006Client]:
     """Open the port that the group's options name; complain if that fails."""
-    place: Place
+    place: LinkPlace
     place, by_zero = context.obj
 
     def client_on(link: Link) -> Pmc006Client:
@@ -86,7 +86,7 @@ def _place(
         ),
     ] = False,
 ) -> None:
-    context.obj = Place(port, tcp, address, timeout), by_zero
+    context.obj = LinkPlace(port, tcp, address, timeout), by_zero
 
 
 @app.command()

@@ -15,7 +15,7 @@ from ...runtime.loop.events import Event
 from ...runtime.loop.listeners import ScanListener
 from ...runtime.loop.pace import Watchdog
 from ...runtime.loop.rack import Rack, Slots
-from ...runtime.loop.scan import CpuMode, Logic
+from ...runtime.loop.scan import CpuMode, ScanLogic
 from ..record.sequence_watch import sequences_in, standing, watching
 from ..record.tag_names import named_values, namespace_of
 from ..run.build import build_cpu, build_rack
@@ -77,7 +77,7 @@ class Bench:
     def __init__(
         self,
         spec: RackSpec,
-        logic: Logic,
+        logic: ScanLogic,
         *,
         listeners: Callable[[Rack], Iterable[ScanListener]] = lambda _rack: (),
         watched: bool = False,
@@ -242,7 +242,7 @@ class Bench:
                 named_values(namespace_of(self.logic), [tag])
 
     def _is_declared(self, name: str) -> bool:
-        """Return whether a class of `Logic` declares something of that name."""
+        """Return whether a class of `ScanLogic` declares something of that name."""
         return Names(self.logic, {slot.number: slot.words for slot in self.spec.slot}).declares(name)
 
     def why(self, tag: str | None = None) -> str:

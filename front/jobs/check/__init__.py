@@ -12,7 +12,7 @@ rules.py            the rules, one row each; they read the facts and the rack
 
 from __future__ import annotations
 
-from .facts import Place
+from .facts import FileLine
 from .rules import RULES, CheckReport, Finding, check_rack
 
-__all__ = ["RULES", "CheckReport", "Finding", "Place", "check_rack"]
+__all__ = ["RULES", "CheckReport", "FileLine", "Finding", "check_rack"]

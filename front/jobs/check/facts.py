@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 
-class Place(NamedTuple):
+class FileLine(NamedTuple):
     """A line of a file.
 
     Attributes:
@@ -23,7 +23,7 @@ class Place(NamedTuple):
 class Remark:
     """Something in the program that breaks a rule by itself."""
 
-    place: Place
+    place: FileLine
     text: str
 
 
@@ -36,7 +36,7 @@ class SentCommand:
         words: the eight output words; empty for a command whose words do not matter.
     """
 
-    place: Place
+    place: FileLine
     slot: int | None
     words: tuple[int, ...] = ()
 

@@ -16,12 +16,11 @@ from ...io_images.thousands import PARAMETER_MAX, PARAMETER_MIN
 from ...ladder import LadderLogic
 from ...ladder.debug import cross_reference
 from ...ladder.debug.crossref import Mention
-from ...ladder.model.operands import Constant, Group, first_leaf
-from ...ladder.model.operands import Place as Operand
+from ...ladder.model.operands import Constant, Group, Place, first_leaf
 from ...ladder.model.tags import tag_in
 from ...ladder.state.lowered import AddOnCall, LoweredLine, LoweredProgram, LoweredStep, steps_of
 from ...runtime.config.rackspec import RackSpec
-from .facts import Facts, Place, Remark, SentCommand, UsesBit
+from .facts import Facts, FileLine, Remark, SentCommand, UsesBit
 from .output_writes import MODE_CONFIG, Write, WriteReader, computed, held, path_of, words_out_of_range
 
 _SEARCHES = (CommandMsw.FIND_HOME_CW | CommandMsw.FIND_HOME_CCW).value
@@ -115,11 +114,11 @@ class _Reader:
         for _, line in self.lines:
             for step in steps_of(line.nodes):
                 for operand in step.operands:
-                    text = self._no_terminal(operand) if isinstance(operand, Operand) else ""
+                    text = self._no_terminal(operand) if isinstance(operand, Place) else ""
                     if text:
                         yield Remark(self._place(line), text)
 
-    def _no_terminal(self, operand: Operand) -> str:
+    def _no_terminal(self, operand: Place) -> str:
         """Return that a bit is not a terminal of its card; empty if it is, or if that is not known."""
         leaf, bit, word = operand.leaf, operand.bit, operand.fixed_index
         slot = leaf.slot
@@ -147,12 +146,12 @@ class _Reader:
                 text = f"tag {tag.name} is declared, and no instruction names it"
                 facts.unused.append(Remark(self._declared(tag.name), text))
 
-    def _declared(self, name: str) -> Place:
+    def _declared(self, name: str) -> FileLine:
         """Return the first line that names a tag: its declaration."""
         word = re.compile(rf"(?<!\w){re.escape(name.rpartition('.')[2])}(?!\w)", re.IGNORECASE)
         text = self.path.read_text("utf-8", errors="replace").splitlines()
         found = (number for number, line in enumerate(text, 1) if word.search(line.partition("//")[0]))
-        return Place(str(self.path), next(found, 1))
+        return FileLine(str(self.path), next(found, 1))
 
     def _uses_bit(self) -> UsesBit:
         seen = [(first_leaf(each.where), each) for each in self.mentions]
@@ -180,15 +179,15 @@ class _Reader:
                 if slot is not None:
                     yield call.handed["AXIS"].text.upper(), slot
 
-    def _calls(self) -> Iterator[tuple[Place, LoweredStep, AddOnCall]]:
+    def _calls(self) -> Iterator[tuple[FileLine, LoweredStep, AddOnCall]]:
         for _, line in self.lines:
             for step in steps_of(line.nodes):
                 for operand in step.operands:
                     if isinstance(operand, AddOnCall):
                         yield self._place(line), step, operand
 
-    def _place(self, line: LoweredLine) -> Place:
-        return Place(line.origin.file or str(self.path), line.origin.line or 1)
+    def _place(self, line: LoweredLine) -> FileLine:
+        return FileLine(line.origin.file or str(self.path), line.origin.line or 1)
 
     def _block_searches(self) -> Iterator[SentCommand]:
         for place, _, call in self._calls():
@@ -276,7 +275,7 @@ def _path(mention: Mention) -> str:
     return path_of(mention.where, as_written=True)
 
 
-def _place_in(where: str, path: Path) -> Place:
+def _place_in(where: str, path: Path) -> FileLine:
     """Return file and line of a problem, which begins with them."""
     found = re.match(r"(.+?):(\d+): ", where)
-    return Place(found[1], int(found[2])) if found else Place(str(path), 1)
+    return FileLine(found[1], int(found[2])) if found else FileLine(str(path), 1)

@@ -28,11 +28,10 @@ from ...io_images.amci3601 import CommandMsw, StatusMsw
 from ...io_images.amci3601.parameters import RATE_MAX
 from ...io_images.image import WORDS
 from ...ladder.debug.crossref import TARGETS, Mention
-from ...ladder.model.operands import Constant, Group, first_leaf
-from ...ladder.model.operands import Place as Operand
+from ...ladder.model.operands import Constant, Group, Place, first_leaf
 from ...ladder.model.types import count_of
 from ...ladder.state.lowered import AddOnCall, LoweredLine, LoweredProgram, LoweredStep, steps_of
-from .facts import Place, Remark
+from .facts import FileLine, Remark
 
 MODE_CONFIG = CommandMsw.MODE_CONFIG.value
 """The bit of output word 0 that asks for configuration mode."""
@@ -70,7 +69,7 @@ class Write:
         command: bits of output word 0 that its rung needs.
     """
 
-    place: Place
+    place: FileLine
     slot: int
     word: int
     sets: int
@@ -101,7 +100,7 @@ class WriteReader:
         lowered: LoweredProgram,
         mentions: Sequence[Mention],
         slots: Mapping[int, object],
-        place_of: Callable[[LoweredLine], Place],
+        place_of: Callable[[LoweredLine], FileLine],
     ) -> None:
         self._constants = _constants(lowered, mentions)
         self._slots, self._place = slots, place_of
@@ -117,10 +116,10 @@ class WriteReader:
             is_whole = isinstance(length, Constant) and length.value >= WORDS
             if target is None or target[0] not in self._slots or target[1] or not is_whole:
                 continue
-            if isinstance(source, (Operand, Group)) and self._is_written(source):
+            if isinstance(source, (Place, Group)) and self._is_written(source):
                 yield path_of(source), (target[0], _start_of(source))
 
-    def _is_written(self, source: Operand | Group) -> bool:
+    def _is_written(self, source: Place | Group) -> bool:
         """Return whether the program writes the first of the words from an operand on, the command."""
         words = self.words_of(source)
         return words is None or words[0] is None
@@ -128,7 +127,7 @@ class WriteReader:
     def target(self, operand: object) -> tuple[int, int] | None:
         """Return slot and first word that an operand writes, staged or not; None if it is neither."""
         direct = output_word(operand)
-        if direct is not None or not isinstance(operand, (Operand, Group)):
+        if direct is not None or not isinstance(operand, (Place, Group)):
             return direct
         slot, first = self._staged.get(path_of(operand), (0, 0))
         word = _start_of(operand) - first
@@ -136,9 +135,9 @@ class WriteReader:
 
     def words_of(self, operand: object) -> tuple[int | None, ...] | None:
         """Return eight constant words from an operand on, None for each that is written; None if unknown."""
-        if not isinstance(operand, (Operand, Group)):
+        if not isinstance(operand, (Place, Group)):
             return None
-        start = operand.fixed_index if isinstance(operand, Operand) else 0
+        start = operand.fixed_index if isinstance(operand, Place) else 0
         words = self._constants.get(path_of(operand))
         if words is None or start is None or (isinstance(operand, Group) and operand.indices):
             return None
@@ -161,20 +160,20 @@ class WriteReader:
     def _hands_on(self, step: LoweredStep, operand: object) -> bool:
         """Return whether an instruction copies staged words to the module."""
         source = step.operands[0]
-        is_copy = step.name in ("COP", "CPS") and isinstance(source, (Operand, Group))
+        is_copy = step.name in ("COP", "CPS") and isinstance(source, (Place, Group))
         return is_copy and output_word(operand) is not None and path_of(source) in self._staged
 
     def _written(
         self,
         step: LoweredStep,
-        operand: Operand | Group,
+        operand: Place | Group,
         slot: int,
         word: int,
-        place: Place,
+        place: FileLine,
         needs: Write | None,
     ) -> Iterator[Write]:
         base = replace(needs, place=place) if needs else Write(place, slot, 0, 0, 0)
-        bit = operand.bit if isinstance(operand, Operand) else None
+        bit = operand.bit if isinstance(operand, Place) else None
         if isinstance(bit, Constant):
             mask = 1 << int(bit.value)
             sets, clears = (mask * each for each in _of_bit(step))
@@ -216,7 +215,7 @@ def _constants(lowered: LoweredProgram, mentions: Sequence[Mention]) -> Mapping[
     for each in mentions:
         name = path_of(each.where)
         if each.writes and name in found:
-            at = each.where.fixed_index if isinstance(each.where, Operand) else None
+            at = each.where.fixed_index if isinstance(each.where, Place) else None
             whole = at is None or each.stretch
             for index in range(at or 0, len(found[name])) if whole else (at or 0,):
                 found[name][index] = None
@@ -229,11 +228,7 @@ def _needs(line: LoweredLine) -> dict[int, Write]:
     command: dict[int, int] = {}
     first = False
     for step in line.nodes:
-        if (
-            not isinstance(step, LoweredStep)
-            or step.name != "XIC"
-            or not isinstance(step.operands[0], Operand)
-        ):
+        if not isinstance(step, LoweredStep) or step.name != "XIC" or not isinstance(step.operands[0], Place):
             continue
         place = step.operands[0]
         first = first or place.leaf.path == "S:FS"
@@ -243,7 +238,7 @@ def _needs(line: LoweredLine) -> dict[int, Write]:
             bits[slot] = bits.get(slot, 0) | 1 << int(place.bit.value)
     slots = range(1, 256) if first else {*status, *command}
     return {
-        slot: Write(Place("", 0), slot, 0, 0, 0, True, first, status.get(slot, 0), command.get(slot, 0))
+        slot: Write(FileLine("", 0), slot, 0, 0, 0, True, first, status.get(slot, 0), command.get(slot, 0))
         for slot in slots
     }
 
@@ -255,18 +250,18 @@ def _of_bit(step: LoweredStep) -> tuple[bool, bool]:
     return step.name != "OTU", step.name != "OTL"
 
 
-def _start_of(operand: Operand | Group) -> int:
-    return (operand.fixed_index or 0) if isinstance(operand, Operand) else 0
+def _start_of(operand: Place | Group) -> int:
+    return (operand.fixed_index or 0) if isinstance(operand, Place) else 0
 
 
 def output_word(operand: object) -> tuple[int, int] | None:
     """Return slot and first word of an operand in an output image; None if it is in none."""
-    if not isinstance(operand, (Operand, Group)):
+    if not isinstance(operand, (Place, Group)):
         return None
     leaf = first_leaf(operand)
     if leaf.slot is None or not leaf.output or not leaf.is_image:
         return None
-    at = operand.fixed_index if isinstance(operand, Operand) else 0
+    at = operand.fixed_index if isinstance(operand, Place) else 0
     return leaf.slot, at or 0
 
 
@@ -303,7 +298,7 @@ def words_out_of_range(writes: Sequence[Write]) -> Iterator[Remark]:
             yield Remark(each.place, text)
 
 
-def path_of(operand: Operand | Group, *, as_written: bool = False) -> str:
+def path_of(operand: Place | Group, *, as_written: bool = False) -> str:
     """Return the path of a tag, in capitals unless as written."""
-    path = operand.leaf.path if isinstance(operand, Operand) else operand.path
+    path = operand.leaf.path if isinstance(operand, Place) else operand.path
     return path if as_written else path.upper()

@@ -21,7 +21,7 @@ from typing import Any
 
 from ...io_images import amci3601
 from ...io_images.amci3601 import Acceleration, Configuration, Direction, FindHome, Move, MoveKind
-from .facts import Facts, Place, Remark, SentCommand, UsesBit
+from .facts import Facts, FileLine, Remark, SentCommand, UsesBit
 
 NEUTRAL: Mapping[str, object] = {
     "kind": MoveKind.ABSOLUTE,
@@ -62,10 +62,10 @@ def python_facts(path: Path, names: Mapping[str, Any], terminals: Set[str]) -> F
     tree = ast.parse(path.read_text("utf-8"))
     reader = Reader(str(path), tree, names)
     facts = Facts(not_seen=["values that the program computes", "words written without a command's class"])
-    moves: list[tuple[Place, str, int]] = []
+    moves: list[tuple[FileLine, str, int]] = []
     least: list[int] = []
     for kind, call in reader.calls():
-        place = Place(str(path), call.lineno)
+        place = FileLine(str(path), call.lineno)
         if kind == "FindHome":
             facts.searches.append(SentCommand(place, None))
         try:
@@ -86,7 +86,7 @@ def python_facts(path: Path, names: Mapping[str, Any], terminals: Set[str]) -> F
     return facts
 
 
-def _too_slow(moves: Sequence[tuple[Place, str, int]], starting_speeds: Sequence[int]) -> Iterator[Remark]:
+def _too_slow(moves: Sequence[tuple[FileLine, str, int]], starting_speeds: Sequence[int]) -> Iterator[Remark]:
     """Yield the moves and home searches that are slower than all configurations begin."""
     least = min(starting_speeds, default=0)
     for place, kind, speed in moves:
@@ -207,7 +207,7 @@ class Reader:
         if given and not self._may_zero():
             line, kind = max(given)
             text = f"{kind} sets its command bit, and nothing takes it back: no Idle, word 0 is never zeroed"
-            yield Remark(Place(self.file, line), text)
+            yield Remark(FileLine(self.file, line), text)
 
     def _may_zero(self) -> bool:
         """Tell whether something else than a command may be written to word 0."""

@@ -10,7 +10,7 @@ from ...io_images.amci3601 import ALL_INPUTS, InputBit
 from ...io_images.amci3601.words import is_stepper
 from ...io_images.module_words import BitPlace
 from ...ladder import LadderLogic
-from ...ladder.python.sequences import Logic as SequenceLogic
+from ...ladder.python.sequences import Logic
 from ...runtime.config.rackfile import load_rack_file
 from ...runtime.config.rackspec import SlotSpec
 from ...runtime.config.tomllines import KeyLines, KeyPath
@@ -19,7 +19,7 @@ from ..load.loading import Job, rack_form
 from ..load.program import Form
 from ..record.tag_source import tags_of
 from ..run.hints import not_configured, wired_inputs
-from .facts import Facts, Place, Remark, SentCommand
+from .facts import Facts, FileLine, Remark, SentCommand
 from .ladder_facts import ladder_facts
 from .python_facts import python_facts
 from .sequence_facts import sequence_facts
@@ -37,7 +37,7 @@ class Finding:
     """
 
     rule: str
-    place: Place
+    place: FileLine
     text: str
 
     def __str__(self) -> str:
@@ -70,10 +70,10 @@ class Subject:
     facts: Facts
     lines: KeyLines | None
 
-    def place(self, *path: str | int) -> Place:
+    def place(self, *path: str | int) -> FileLine:
         """Return file and line of a key of the rack file; line 1 for a rack in Python."""
         key: KeyPath = path
-        return Place(str(self.job.rack_file), 1 if self.lines is None else self.lines.line(key))
+        return FileLine(str(self.job.rack_file), 1 if self.lines is None else self.lines.line(key))
 
     @property
     def steppers(self) -> Iterator[tuple[int, SlotSpec]]:
@@ -91,7 +91,7 @@ class Subject:
 class Violation(NamedTuple):
     """A finding without its rule."""
 
-    place: Place
+    place: FileLine
     text: str
 
 
@@ -106,7 +106,7 @@ def _not_configured(subject: Subject) -> Iterator[Violation]:
                 yield Violation(_wiring(subject, index, slot, bit), not_configured(slot.number, bit))
 
 
-def _wiring(subject: Subject, index: int, slot: SlotSpec, bit: InputBit) -> Place:
+def _wiring(subject: Subject, index: int, slot: SlotSpec, bit: InputBit) -> FileLine:
     """Return the line of the first part of the machine that acts on an input."""
     machine = slot.machine
     for key in ("switches", "stations", "timeline"):
@@ -230,7 +230,7 @@ def facts_of(job: Job) -> Facts:
     if isinstance(job.logic, LadderLogic):
         return ladder_facts(job.logic, job.program, job.spec)
     if job.program.suffix == ".py":
-        if isinstance(job.logic, SequenceLogic):
+        if isinstance(job.logic, Logic):
             return sequence_facts(job.program, job.logic, job.spec)
         terminals = {name for slot in job.spec.slot for _, _, name, _ in _terminals(slot)}
         return python_facts(job.program, getattr(job.logic, "__globals__", {}), terminals)

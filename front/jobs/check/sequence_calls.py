@@ -17,7 +17,7 @@ from typing import Any
 from ...io_images.amci3601 import Acceleration, Direction
 from ...ladder.python.axis3601 import Axis3601, Command, ErrorId
 from ...ladder.python.sequences import dwell, steady
-from .facts import Place, Remark
+from .facts import FileLine, Remark
 from .python_facts import Reader, UnknownError, variants
 
 NEUTRAL: Mapping[str, object] = {
@@ -55,7 +55,7 @@ class Calls:
         self._calls = [node for each in own for node in ast.walk(each) if isinstance(node, ast.Call)]
         self._commands = [(axes[name], call) for call in self._calls if (name := _owner(call)) in axes]
 
-    def searches(self) -> Iterator[tuple[Place, Axis3601]]:
+    def searches(self) -> Iterator[tuple[FileLine, Axis3601]]:
         """Yield where home searches start, with their axes."""
         for axis, call in self._commands:
             if _method(call) == SEARCH:
@@ -80,8 +80,8 @@ class Calls:
             if text:
                 yield Remark(self._place(call), text)
 
-    def _place(self, call: ast.Call) -> Place:
-        return Place(self._reader.file, call.lineno)
+    def _place(self, call: ast.Call) -> FileLine:
+        return FileLine(self._reader.file, call.lineno)
 
     def _refusal(self, axis: Axis3601, call: ast.Call) -> str:
         """Return why the constants of a command are refused; empty if they are not."""

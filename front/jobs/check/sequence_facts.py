@@ -23,7 +23,7 @@ from ...ladder.python.sequences import Input, InputWord, Logic, fresh, parts_of
 from ...ladder.python.sequences.signals import Signal
 from ...runtime.config.rackspec import RackSpec
 from ..load.bare_slots import bare_slots
-from .facts import Facts, Place, Remark, SentCommand, UsesBit
+from .facts import Facts, FileLine, Remark, SentCommand, UsesBit
 from .loops import endless
 from .python_facts import Reader
 from .sequence_calls import Calls
@@ -55,7 +55,7 @@ def sequence_facts(path: Path, program: Logic, spec: RackSpec) -> Facts:
         facts.searches.extend(SentCommand(place, axis.slot) for place, axis in calls.searches())
         facts.out_of_range.extend(calls.refused())
         facts.misused.extend(calls.failing())
-        facts.endless.extend(Remark(Place(str(file), line), text) for line, text in endless(tree, inputs))
+        facts.endless.extend(Remark(FileLine(str(file), line), text) for line, text in endless(tree, inputs))
     return facts
 
 
@@ -68,9 +68,9 @@ def _misplaced(logic: Logic, spec: RackSpec, path: Path) -> Iterator[Remark]:
         for line in str(error).splitlines():
             match = _PROBLEM.fullmatch(line)
             if match is None:
-                yield Remark(Place(str(path), 1), line)
+                yield Remark(FileLine(str(path), 1), line)
             else:
-                yield Remark(Place(match["file"], int(match["line"])), match["text"])
+                yield Remark(FileLine(match["file"], int(match["line"])), match["text"])
 
 
 def _texts(program: type, path: Path) -> Iterator[tuple[Path, ast.Module, Mapping[str, Any]]]:
@@ -120,6 +120,6 @@ def _constant_fields(logic: Logic, texts: Sequence[ast.Module]) -> dict[str, obj
     return {name: value for name, value in values.items() if isinstance(value, int | str | tuple)}
 
 
-def _place(declared: str, path: Path) -> Place:
+def _place(declared: str, path: Path) -> FileLine:
     file, _, line = declared.rpartition(":")
-    return Place(file, int(line)) if line.isdecimal() else Place(str(path), 1)
+    return FileLine(file, int(line)) if line.isdecimal() else FileLine(str(path), 1)

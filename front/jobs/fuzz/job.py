@@ -15,12 +15,11 @@ from typing import Any
 
 from ...io_images.amci3601.firmware import Firmware
 from ...ladder import LadderLogic
-from ...ladder.python.sequences import Logic as SequenceLogic
-from ...ladder.python.sequences import fresh
+from ...ladder.python.sequences import Logic, fresh
 from ...runtime.config.rackspec import RackSpec, SlotSpec
 from ...runtime.loop.listeners import ScanListener
 from ...runtime.loop.rack import Rack
-from ...runtime.loop.scan import Logic
+from ...runtime.loop.scan import ScanLogic
 from ...runtime.machine.spec import input_name
 from ...traces.plot import Mark, save_page
 from ...traces.read.reader import open_trace
@@ -144,12 +143,12 @@ def invariants_of(setup: Setup) -> list[Invariant]:
     return list(chosen.values())
 
 
-def logic_maker(job: Job, rack: str) -> Callable[[], Logic]:
+def logic_maker(job: Job, rack: str) -> Callable[[], ScanLogic]:
     """Return a factory of a job's logic."""
     logic = job.logic
     if isinstance(logic, LadderLogic):
         return logic.compile
-    if isinstance(logic, SequenceLogic):
+    if isinstance(logic, Logic):
         return partial(fresh, logic)
     if job.rack_file == job.program:
         return lambda: _of_rack(rack, job.folder.resolve())
@@ -157,18 +156,18 @@ def logic_maker(job: Job, rack: str) -> Callable[[], Logic]:
     return lambda: _function(address, job.program.resolve().parent)
 
 
-def _function(address: str, folder: Path) -> Logic:
+def _function(address: str, folder: Path) -> ScanLogic:
     forget_imported(folder)
-    logic: Logic = load_program(address).function
+    logic: ScanLogic = load_program(address).function
     return logic
 
 
-def _of_rack(rack: str, folder: Path) -> Logic:
+def _of_rack(rack: str, folder: Path) -> ScanLogic:
     forget_imported(folder)
     return load_job(rack).logic
 
 
-def _tags_of(logic: Logic) -> Any:
+def _tags_of(logic: ScanLogic) -> Any:
     return getattr(logic, "tags", {})
 
 
@@ -213,7 +212,7 @@ def _recorded(job: Job, bench: TrialBench, scenario: Scenario, scans: int, folde
     """Record a scenario, as a trace and as scripts for the bench; return how to run these, or why not."""
     scripts: dict[int, DriveScript] = {}
     told = []
-    made: list[Logic] = []  # what runs, whose tags are recorded
+    made: list[ScanLogic] = []  # what runs, whose tags are recorded
 
     def listeners(spec: RackSpec, rack: Rack) -> Iterable[ScanListener]:
         for slot in spec.slot:
@@ -225,7 +224,7 @@ def _recorded(job: Job, bench: TrialBench, scenario: Scenario, scans: int, folde
                 told.append(f"(slot {slot.number} has no drive script: the bench can't do {why})")
         yield watching(recorder_for(job, rack, folder / "trace.mcap", made[-1], keep=0), made[-1])
 
-    def fresh_logic() -> Logic:
+    def fresh_logic() -> ScanLogic:
         made.append(bench.fresh_logic())
         return made[-1]
 

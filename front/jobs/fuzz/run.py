@@ -21,7 +21,7 @@ from ...runtime.loop.faults import Cause, CpuFault, Fault
 from ...runtime.loop.listeners import ScanListener
 from ...runtime.loop.pace import wall_ns
 from ...runtime.loop.rack import Rack
-from ...runtime.loop.scan import Logic
+from ...runtime.loop.scan import ScanLogic
 from ..record.sequence_watch import sequences_in, standing
 from ..record.wrapped import LogicWrapper
 from ..run.build import build_cpu, build_rack
@@ -110,7 +110,7 @@ class Verdict:
 class _TimedLogic(LogicWrapper):
     """A logic whose time is taken."""
 
-    def __init__(self, logic: Logic) -> None:
+    def __init__(self, logic: ScanLogic) -> None:
         super().__init__(logic)
         self.spent_ns = 0
 
@@ -286,10 +286,10 @@ class TrialBench:
     """
 
     spec: RackSpec
-    fresh_logic: Callable[[], Logic]
+    fresh_logic: Callable[[], ScanLogic]
     invariants: Sequence[Invariant]
     scans: int
-    tags_of: Callable[[Logic], Any] = field(default=lambda _logic: NOTHING)
+    tags_of: Callable[[ScanLogic], Any] = field(default=lambda _logic: NOTHING)
 
     @property
     def names(self) -> frozenset[str]:

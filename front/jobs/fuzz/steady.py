@@ -24,7 +24,7 @@ from types import FrameType
 from typing import Any
 
 from ...runtime.loop.faults import is_the_users
-from ...runtime.loop.scan import Logic
+from ...runtime.loop.scan import ScanLogic
 from ..record.wrapped import LogicWrapper, unwrapped
 from .run import TrialBench
 
@@ -99,7 +99,7 @@ class Uses:
     def watching(self, bench: TrialBench) -> TrialBench:
         """Return a bench whose program is watched while it is loaded and called."""
 
-        def fresh_logic() -> Logic:
+        def fresh_logic() -> ScanLogic:
             with self.noticing():
                 return _CallRecorder(bench.fresh_logic(), self)
 
@@ -152,7 +152,7 @@ class Uses:
 class _CallRecorder(LogicWrapper):
     """A logic whose calls are noticed."""
 
-    def __init__(self, logic: Logic, uses: Uses) -> None:
+    def __init__(self, logic: ScanLogic, uses: Uses) -> None:
         super().__init__(logic)
         self._uses = uses
 

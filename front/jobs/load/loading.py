@@ -16,13 +16,13 @@ from ...ladder.model.stubs import Stub, Stubs
 from ...runtime.config.quantities import parse_duration
 from ...runtime.config.rackfile import RackFile, RackFileError, explain, load_rack_file
 from ...runtime.config.rackspec import MISSING_TAGS, REFUSED, STUB_SETTINGS, RackSpec
-from ...runtime.loop.scan import Logic
+from ...runtime.loop.scan import ScanLogic
 from .program import (
     EXPORT_SUFFIXES,
     L5X_SUFFIXES,
     Form,
+    LoadedProgram,
     MissingNameError,
-    Program,
     ProgramError,
     as_logic,
     axes_of,
@@ -52,7 +52,7 @@ class Job:
     """
 
     spec: RackSpec
-    logic: Logic
+    logic: ScanLogic
     logic_name: str
     program: Path
     rack_file: Path
@@ -203,7 +203,7 @@ def _slots(spec: RackSpec) -> list[int]:
     return [slot.number for slot in spec.slot]
 
 
-def _bind_axes(spec: RackSpec, program: Program) -> None:
+def _bind_axes(spec: RackSpec, program: LoadedProgram) -> None:
     """Let axes of a ladder program be 3601s of the rack.
 
     Raises:
@@ -275,7 +275,7 @@ def _rack_name(rack: str) -> str:
     return Path(path).name if rack_form(Path(path)) is Form.DATA else f"{Path(path).name}:{name}"
 
 
-def _bound(spec: RackSpec, program: Program, file: Path) -> Program:
+def _bound(spec: RackSpec, program: LoadedProgram, file: Path) -> LoadedProgram:
     """Return a program whose axes are bound.
 
     Raises:
@@ -288,13 +288,13 @@ def _bound(spec: RackSpec, program: Program, file: Path) -> Program:
     return program
 
 
-def _job(spec: RackSpec, program: Program, rack_file: Path, rack: str) -> Job:
+def _job(spec: RackSpec, program: LoadedProgram, rack_file: Path, rack: str) -> Job:
     name = f"{program.path.name}:{program.name}"
     notices = (*program.notices, *_other_modules(spec, program))
     return Job(spec, program.function, name, program.path, rack_file, _rack_name(rack), notices=notices)
 
 
-def _other_modules(spec: RackSpec, program: Program) -> Iterator[str]:
+def _other_modules(spec: RackSpec, program: LoadedProgram) -> Iterator[str]:
     """Yield where a rack has another module than the export that runs in it."""
     if not program.modules:
         return
@@ -307,7 +307,7 @@ def _other_modules(spec: RackSpec, program: Program) -> Iterator[str]:
     yield from differences(slots, [(slot.number, slot.module) for slot in spec.slot])
 
 
-def _call(file: Program) -> RackSpec:
+def _call(file: LoadedProgram) -> RackSpec:
     """Call the function of a Python rack file."""
     try:
         spec = file.function()

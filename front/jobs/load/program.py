@@ -78,7 +78,7 @@ FORMS = {
 
 
 @dataclass(frozen=True, slots=True)
-class Program:
+class LoadedProgram:
     """A function from a file.
 
     Attributes:
@@ -138,7 +138,7 @@ def load_program(
     folder: Path | str = Path(),
     stubs: Stubs = NO_STUBS,
     slots: Collection[int] | None = None,
-) -> Program:
+) -> LoadedProgram:
     """Load the function that a scan loop calls once per scan.
 
     The file is run once, as a module of its own; it can import files beside it, see `modules_beside`.
@@ -191,7 +191,7 @@ def axes_of(settings: Mapping[str, AxisSettings]) -> Axes:
     r"""Return axes for `LadderLogic.take_axes`.
 
     Args:
-        settings: by tag, in a controller `\\Program.tag` for that of a program.
+        settings: by tag, in a controller `\\LoadedProgram.tag` for that of a program.
     """
     library = load_library("axis3601")
     state = library.types["AXIS_3601"]
@@ -217,7 +217,7 @@ def load_function(
     arguments: tuple[str, ...],
     stubs: Stubs = NO_STUBS,
     loosely: bool = False,
-) -> Program:
+) -> LoadedProgram:
     """Load a function from a file, see `load_program`.
 
     Args:
@@ -242,7 +242,7 @@ def load_function(
     if isinstance(function, LadderLogic):
         _build(path, function, stubs)
     _check_signature(path, name, function, arguments, loosely=loosely)
-    return Program(path, name, function, data)
+    return LoadedProgram(path, name, function, data)
 
 
 def as_logic(program: Callable[..., Any]) -> Callable[..., Any]:
@@ -279,7 +279,7 @@ def _is_logic_of(module: ModuleType, value: object) -> bool:
     return isinstance(value, type) and issubclass(value, Logic) and value.__module__ == module.__name__
 
 
-def _load_rungs(path: Path, stubs: Stubs) -> Program:
+def _load_rungs(path: Path, stubs: Stubs) -> LoadedProgram:
     """Load a ladder program, or one of structured text, from its text."""
     data = _read(path, TextKind.STRUCTURED if path.suffix == STRUCTURED_SUFFIX else TextKind.RUNGS)
     _check_text(path, data)
@@ -293,10 +293,10 @@ def _load_rungs(path: Path, stubs: Stubs) -> Program:
     except LadderError as error:
         raise ProgramError(str(error)) from error
     _build(path, program)
-    return Program(path, program.name, program, data)
+    return LoadedProgram(path, program.name, program, data)
 
 
-def _load_l5x(path: Path, stubs: Stubs, slots: Collection[int] | None) -> Program:
+def _load_l5x(path: Path, stubs: Stubs, slots: Collection[int] | None) -> LoadedProgram:
     """Load an exported controller; one of which a part is refused does not run."""
     from ...rockwell.l5x import import_l5x  # lxml takes time to import, and most programs are no L5X
 
@@ -308,7 +308,7 @@ def _load_l5x(path: Path, stubs: Stubs, slots: Collection[int] | None) -> Progra
     return _whole(path, data, imported.controller, imported.report, imported.document.modules, stubs)
 
 
-def _load_slc(path: Path, stubs: Stubs, slots: Collection[int] | None) -> Program:
+def _load_slc(path: Path, stubs: Stubs, slots: Collection[int] | None) -> LoadedProgram:
     """Load an export of RSLogix 500; one of which a rung is refused does not run."""
     from ...rockwell.slc import import_slc  # most programs are no SLC
 
@@ -328,7 +328,7 @@ def _whole(
     report: Report,
     modules: tuple[ModuleRecord | SlotRecord, ...],
     stubs: Stubs,
-) -> Program:
+) -> LoadedProgram:
     """Return what was imported.
 
     Raises:
@@ -342,15 +342,15 @@ def _whole(
         raise ProgramError("\n".join(shown))
     program.refused = [each.place for each in sorted(refused, key=lambda each: each.line)]
     notices = (report.warning,) if report.lost else ()
-    return Program(path, program.name, program, data, notices, modules)
+    return LoadedProgram(path, program.name, program, data, notices, modules)
 
 
-def _load_steps(path: Path) -> Program:
+def _load_steps(path: Path) -> LoadedProgram:
     """Load a program of steps from its text."""
     data = _read(path, TextKind.STEPS)
     _check_text(path, data)
     try:
-        return Program(path, path.stem, parse_steps(data.decode("utf-8"), str(path)), data)
+        return LoadedProgram(path, path.stem, parse_steps(data.decode("utf-8"), str(path)), data)
     except StepsError as error:
         raise ProgramError(str(error)) from error
 

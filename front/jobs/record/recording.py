@@ -7,7 +7,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from ...runtime.loop.rack import Rack
-from ...runtime.loop.scan import Logic
+from ...runtime.loop.scan import ScanLogic
 from ...traces.format.layout import SlotInfo
 from ...traces.write.recorder import ScanRecorder
 from ..load.loading import Job
@@ -22,7 +22,7 @@ def recorder_for(
     job: Job,
     rack: Rack,
     trace: Path,
-    logic: Logic | None = None,
+    logic: ScanLogic | None = None,
     *,
     orders: bool = False,
     sequences: bool = False,

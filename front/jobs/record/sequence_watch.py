@@ -13,25 +13,24 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from ...ladder.python.axis3601 import Axis3601
-from ...ladder.python.sequences import Logic as SequenceLogic
-from ...ladder.python.sequences import Sequence, parts_of, sequences_of
+from ...ladder.python.sequences import Logic, Sequence, parts_of, sequences_of
 from ...runtime.loop.events import JsonValue
 from ...runtime.loop.listeners import ScanListener
-from ...runtime.loop.scan import Logic
+from ...runtime.loop.scan import ScanLogic
 from ...traces.format.topics import SEQUENCES
 from ...traces.read.sequence_steps import Step
 from .wrapped import unwrapped
 
 
-def sequences_in(logic: Logic) -> tuple[Sequence, ...]:
-    """Return the sequences of a program, in order of definition; none if its class is not a `Logic`."""
+def sequences_in(logic: ScanLogic) -> tuple[Sequence, ...]:
+    """Return the sequences of a program, in order of definition; none if its class is not a `ScanLogic`."""
     inside = unwrapped(logic)
-    return sequences_of(inside) if isinstance(inside, SequenceLogic) else ()
+    return sequences_of(inside) if isinstance(inside, Logic) else ()
 
 
-def declared_axes(logic: Logic) -> dict[int, str]:
+def declared_axes(logic: ScanLogic) -> dict[int, str]:
     """Return the slots of the axes that a program declares, each with the line that does."""
-    parts = parts_of(logic) if isinstance(logic, SequenceLogic) else ()
+    parts = parts_of(logic) if isinstance(logic, Logic) else ()
     return {each.slot: each.declared for each in parts if isinstance(each, Axis3601)}
 
 
@@ -46,7 +45,7 @@ def standing(sequence: Sequence, scan: int) -> Step:
     return Step(scan, sequence.since_ns, sequence.name, file, line, sequence.waits_for)
 
 
-def watching(listener: ScanListener, logic: Logic) -> ScanListener:
+def watching(listener: ScanListener, logic: ScanLogic) -> ScanListener:
     """Return a listener that also gets the sequences of a program; the same one if it has none."""
     sequences = sequences_in(logic)
     return WatchesSequences(listener, sequences) if sequences else listener

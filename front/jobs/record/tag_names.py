@@ -17,8 +17,8 @@ from types import FunctionType, ModuleType
 from typing import Any, get_type_hints
 
 from ...ladder.debug.tag_values import TEXT, matches_part
-from ...ladder.python.sequences import Logic as SequenceLogic
-from ...runtime.loop.scan import Logic
+from ...ladder.python.sequences import Logic
+from ...runtime.loop.scan import ScanLogic
 
 DEPTH = 4
 """How deep objects in objects are looked for."""
@@ -44,15 +44,15 @@ class NamedValue:
     members: tuple[Enum, ...] = field(default=())
 
 
-def namespace_of(logic: Logic) -> dict[str, Any]:
+def namespace_of(logic: ScanLogic) -> dict[str, Any]:
     """Return the names of the module that a function is from.
 
-    An instance of a class of `Logic` has the name of its class in small letters: `line` of `Line`.
+    An instance of a class of `ScanLogic` has the name of its class in small letters: `line` of `Line`.
 
     Raises:
         ValueError: this kind of program has no module with values.
     """
-    if isinstance(logic, SequenceLogic):
+    if isinstance(logic, Logic):
         return {type(logic).__name__.lower(): logic}
     function = inspect.unwrap(logic)
     function = getattr(function, "__func__", function)
@@ -111,16 +111,16 @@ def _is_address(text: str) -> bool:
 def _all_values(namespace: Mapping[str, Any]) -> Iterator[NamedValue]:
     hints = namespace.get("__annotations__", {})
     for name, value in namespace.items():
-        if isinstance(value, SequenceLogic):
+        if isinstance(value, Logic):
             yield from _fields(name, value)
         elif not name.startswith("_"):
             yield from _below(name, hints.get(name), value, DEPTH, frozenset())
 
 
-def _fields(name: str, logic: SequenceLogic) -> Iterator[NamedValue]:
+def _fields(name: str, logic: Logic) -> Iterator[NamedValue]:
     """Yield the fields of a class of logic: those of its body, and those that the instance has made."""
     hints = _hints(logic)
-    bodies = [vars(kind) for kind in reversed(type(logic).__mro__) if kind is not SequenceLogic]
+    bodies = [vars(kind) for kind in reversed(type(logic).__mro__) if kind is not Logic]
     fields = {each: value for body in bodies for each, value in body.items() if not hasattr(value, "__get__")}
     for each in dict.fromkeys([*fields, *vars(logic)]):
         if not each.startswith("_"):

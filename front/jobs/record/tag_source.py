@@ -21,7 +21,7 @@ from ...ladder.debug import Debugger
 from ...ladder.debug.tag_values import TEXT, tag_values
 from ...ladder.model.errors import LadderError
 from ...ladder.run.engine import Engine
-from ...runtime.loop.scan import Logic
+from ...runtime.loop.scan import ScanLogic
 from ...traces.format.tagplan import LAST_CODE, Tag, TagPlan, plan_of
 from .tag_names import named_values, namespace_of
 
@@ -212,7 +212,7 @@ def _of_ladder(engine: Engine, patterns: Sequence[str]) -> list[RecordedTag]:
     ]
 
 
-def tags_of(logic: Logic, patterns: Sequence[str], memory: bytearray) -> ProgramTags | WatchedTags:
+def tags_of(logic: ScanLogic, patterns: Sequence[str], memory: bytearray) -> ProgramTags | WatchedTags:
     """Return the tags of a program that patterns name.
 
     Args:

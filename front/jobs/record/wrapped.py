@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from ...runtime.loop.rack import Slot
-from ...runtime.loop.scan import AttachedLogic, Logic, Scan
+from ...runtime.loop.scan import AttachedLogic, Scan, ScanLogic
 
 
 class LogicWrapper:
     """A logic that calls another one; see `AttachedLogic`."""
 
-    def __init__(self, logic: Logic) -> None:
+    def __init__(self, logic: ScanLogic) -> None:
         self._logic = logic
 
     def __call__(self, scan: Scan) -> object:
@@ -29,7 +29,7 @@ class LogicWrapper:
             self._logic.__close_logic__()
 
 
-def unwrapped(logic: Logic) -> Logic:
+def unwrapped(logic: ScanLogic) -> ScanLogic:
     """Return the logic inside of all that is around it."""
     while isinstance(logic, LogicWrapper):
         logic = logic._logic

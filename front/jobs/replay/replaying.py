@@ -11,7 +11,7 @@ from ...io_images.amci3601 import InputBit
 from ...runtime.config.rackspec import RackSpec
 from ...runtime.loop.faults import CpuFault
 from ...runtime.loop.rack import Card, Rack
-from ...runtime.loop.scan import CpuMode, Logic
+from ...runtime.loop.scan import CpuMode, ScanLogic
 from ...traces.compare import Tolerance
 from ...traces.format.topics import ORDERS
 from ...traces.read.reader import TraceEvent
@@ -60,7 +60,7 @@ class Replay:
     """
 
     def __init__(
-        self, recording: Recording, spec: RackSpec, logic: Logic | None, into: Into, slots: Sequence[int]
+        self, recording: Recording, spec: RackSpec, logic: ScanLogic | None, into: Into, slots: Sequence[int]
     ) -> None:
         self._recording = recording
         self._spec = spec

@@ -14,7 +14,7 @@ from ...runtime.live.hands import GivenOrder, Hands
 from ...runtime.live.orders import Force, Unforce, Write
 from ...runtime.loop.cpu import Cpu
 from ...runtime.loop.rack import Rack
-from ...runtime.loop.scan import Logic, ScanFlag
+from ...runtime.loop.scan import ScanFlag, ScanLogic
 from ...traces.format.topics import ORDERS
 from ...traces.read.reader import TraceEvent
 from ..record.repeating import OrderRepeater, orders_of
@@ -44,7 +44,7 @@ class TagOrders:
         self._given = list(_of_session(events) if session else _of_forces(events))
         self.notes = [] if session else list(_unknown(score, events))
 
-    def program(self, logic: Logic) -> Logic:
+    def program(self, logic: ScanLogic) -> ScanLogic:
         """Return the program to run: a ladder program under a debugger if there are orders."""
         if not self._given or not isinstance(logic, LadderLogic):
             return logic
@@ -52,7 +52,7 @@ class TagOrders:
 
         return Debugger(logic, remembered=0)
 
-    def give(self, cpu: Cpu, rack: Rack, logic: Logic) -> OrderRepeater:
+    def give(self, cpu: Cpu, rack: Rack, logic: ScanLogic) -> OrderRepeater:
         """Carry out the orders while a CPU runs, before the same scans.
 
         Args:

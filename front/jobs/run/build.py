@@ -16,7 +16,7 @@ from ...runtime.loop.listeners import ScanListener
 from ...runtime.loop.module import Follower, Module
 from ...runtime.loop.pace import Pacer, Watchdog
 from ...runtime.loop.rack import Card, Rack
-from ...runtime.loop.scan import CpuMode, Logic
+from ...runtime.loop.scan import CpuMode, ScanLogic
 from ...runtime.modules.registry import MODULES
 from .playback import Playback, RecordedInputs, Score
 
@@ -81,7 +81,7 @@ def _module(slot: SlotSpec, seed: int, ports: ExitStack | None) -> Module:
 
 def build_cpu(
     spec: RackSpec,
-    logic: Logic,
+    logic: ScanLogic,
     rack: Rack,
     *,
     listeners: Iterable[ScanListener] = (),
@@ -119,7 +119,7 @@ def build_cpu(
 def build_playback(
     spec: RackSpec,
     score: Score,
-    logic: Logic,
+    logic: ScanLogic,
     rack: Rack,
     *,
     listeners: Iterable[ScanListener],

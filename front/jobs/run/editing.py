@@ -16,7 +16,7 @@ from ...runtime.loop.cpu import Cpu
 from ...runtime.loop.events import Event, JsonValue
 from ...runtime.loop.listeners import ScanListener
 from ...runtime.loop.rack import Rack
-from ...runtime.loop.scan import AttachedLogic, Logic
+from ...runtime.loop.scan import AttachedLogic, ScanLogic
 from ...traces.format.topics import ORDERS
 from ...traces.write.recorder import ScanRecorder
 from ..load.loading import Job
@@ -62,9 +62,9 @@ class RunProgram:
         editions: brings the programs of edits; without them there can be none.
     """
 
-    def __init__(self, logic: Logic, *, handled: bool, editions: Editions | None) -> None:
+    def __init__(self, logic: ScanLogic, *, handled: bool, editions: Editions | None) -> None:
         self.debugger = _debugger_of(logic) if handled else None
-        self.logic: Logic = self.debugger or logic
+        self.logic: ScanLogic = self.debugger or logic
         self.on_edit: Callable[[ProgramEdit], object] = lambda _edited: None
         self._editions, self._edits = editions, 0
         self._followers: list[WatchesSequences] = []
@@ -114,7 +114,7 @@ class RunProgram:
         text = f"{job.program.name} is loaded again: the objects of its module are new"
         return job.program.name, text + self._replace(cpu, logic), NO_TAGS
 
-    def _replace(self, cpu: Cpu, logic: Logic) -> str:
+    def _replace(self, cpu: Cpu, logic: ScanLogic) -> str:
         """Go on with another Python program; return what went wrong at the end of the present one."""
         if isinstance(logic, AttachedLogic):
             logic.__attach_logic__(dict(cpu.rack.slots))  # refused now; its first scan attaches it for good
@@ -131,7 +131,7 @@ class RunProgram:
         return ""
 
 
-def _debugger_of(logic: Logic) -> Debugger | None:
+def _debugger_of(logic: ScanLogic) -> Debugger | None:
     """Return a debugger that runs a ladder program and remembers little; None for other logic."""
     if not isinstance(logic, LadderLogic):
         return None

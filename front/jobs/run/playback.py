@@ -22,7 +22,7 @@ from ...runtime.loop.listeners import ScanListener
 from ...runtime.loop.pace import Watchdog
 from ...runtime.loop.phases import IDLE_PHASES
 from ...runtime.loop.rack import SLOT_BYTES, Rack
-from ...runtime.loop.scan import MODE_MASK, CpuMode, Logic, Scan, ScanFlag
+from ...runtime.loop.scan import MODE_MASK, CpuMode, Scan, ScanFlag, ScanLogic
 from ...runtime.machine import MachineSpec, TimelineEntry
 from ..record.links import LinkChange
 
@@ -67,7 +67,7 @@ class Playback(Cpu):
         self,
         score: Score,
         rack: Rack,
-        logic: Logic,
+        logic: ScanLogic,
         period_ns: int,
         *,
         exchange: Exchange,
@@ -166,7 +166,7 @@ class RecordedInputs:
         """Go on as recorded; see `Module.power_cycle`."""
 
 
-def recorded_outputs(score: Score, memory: Sequence[bytes]) -> Logic:
+def recorded_outputs(score: Score, memory: Sequence[bytes]) -> ScanLogic:
     """Return logic that writes the output images of a recording, scan by scan."""
     written = (image for row, image in enumerate(memory) if "logic" not in IDLE_PHASES[score.mode(row)])
 

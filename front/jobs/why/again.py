@@ -21,7 +21,7 @@ from typing import Any
 
 from ...runtime.config.rackspec import RackSpec
 from ...runtime.loop.rack import Slot
-from ...runtime.loop.scan import Logic, Scan
+from ...runtime.loop.scan import Scan, ScanLogic
 from ...traces.replay import Recording
 from ..record.wrapped import LogicWrapper
 from ..trust.attachments import forget_imported
@@ -45,7 +45,7 @@ class Load:
     """
 
     program: Path
-    logic: Callable[[], Logic]
+    logic: Callable[[], ScanLogic]
 
     @property
     def folder(self) -> Path:
@@ -97,7 +97,7 @@ class Again:
         return self.departs is None or row < self.departs
 
 
-Watched = Callable[[Logic], Callable[[], Any]]
+Watched = Callable[[ScanLogic], Callable[[], Any]]
 """Makes a function that returns a value of a fresh program."""
 
 
@@ -129,7 +129,7 @@ def run_again(
 
 
 @contextmanager
-def fresh(load: Load) -> Iterator[Logic]:
+def fresh(load: Load) -> Iterator[ScanLogic]:
     """Load a program again, and give it modules of its own; what it prints is dropped."""
     before = dict(sys.modules)
     forget_imported(load.folder.resolve())
@@ -149,7 +149,7 @@ class _TracedLogic(LogicWrapper):
     """
 
     def __init__(
-        self, logic: Logic, rows: frozenset[int], read: Callable[[], Any] | None, program: Path
+        self, logic: ScanLogic, rows: frozenset[int], read: Callable[[], Any] | None, program: Path
     ) -> None:
         super().__init__(logic)
         self._rows, self._read, self._program = rows, read, program

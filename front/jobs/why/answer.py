@@ -11,7 +11,7 @@ from ...io_images.addresses import Address, parse_address
 from ...io_images.image import IMAGE_BYTES, WORDS
 from ...io_images.module_words import ModuleWords
 from ...runtime.config.rackspec import RackSpec
-from ...runtime.loop.scan import Logic, ScanFlag
+from ...runtime.loop.scan import ScanFlag, ScanLogic
 from ...traces.format.layout import SlotInfo
 from ...traces.read.event_text import describe
 from ...traces.read.image_text import module_text
@@ -262,7 +262,7 @@ class Why:
     # --- a value of the program
 
     def _of_value(self, text: str) -> Iterator[str]:
-        def watched(logic: Logic) -> Any:
+        def watched(logic: ScanLogic) -> Any:
             namespace = namespace_of(logic)
             (value,) = named_values(namespace, [text])
             code = compile(value.source, "<watched>", "eval")

@@ -11,7 +11,7 @@ from ...runtime.loop.events import JsonValue
 from ...runtime.loop.faults import Cause, CpuFault
 from ...runtime.loop.pace import Watchdog
 from ...runtime.loop.rack import SLOT_BYTES
-from ...runtime.loop.scan import Logic
+from ...runtime.loop.scan import ScanLogic
 from ...traces.replay import Recording
 from ..replay.replaying import recorded_rack, score_of
 from ..replay.tag_orders import TagOrders
@@ -45,7 +45,7 @@ class InputReplay:
         self.departs: int | None = None
         self.met = False
 
-    def play(self, logic: Logic, orders: TagOrders | None = None) -> list[str]:
+    def play(self, logic: ScanLogic, orders: TagOrders | None = None) -> list[str]:
         """Run a program; a fault ends the run, as it did when it was recorded.
 
         Args:

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from ...ladder import LadderLogic
-from ...runtime.loop.scan import Logic
+from ...runtime.loop.scan import ScanLogic
 from .catalog import Catalog, PythonSource
 from .event_log import LAST_SCAN
 from .lanes import TagLanes, ValueHistory
@@ -46,7 +46,7 @@ class Stretch:
         self,
         number: int,
         first: int,
-        logic: Logic | None,
+        logic: ScanLogic | None,
         file: Path | None,
         lacks: str,
         slots: list[int],
@@ -120,7 +120,7 @@ class Stretches:
         self.all: list[Stretch] = []
         self._kept: dict[int, SnapshotStore] = {}
 
-    def add(self, first: int, logic: Logic | None, file: Path | None, lacks: str = "") -> Stretch:
+    def add(self, first: int, logic: ScanLogic | None, file: Path | None, lacks: str = "") -> Stretch:
         """Add the program that runs from a scan on."""
         number, kept = len(self.all), self.kept(len(self.all))
         own = Stretch(number, first, logic, file, lacks, self._slots, self._timeline, self._told, kept)

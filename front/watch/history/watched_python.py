@@ -12,7 +12,7 @@ from typing import Any
 
 from ...jobs.record.tag_names import named_values, namespace_of
 from ...runtime.loop.pace import wall_ns
-from ...runtime.loop.scan import Logic
+from ...runtime.loop.scan import ScanLogic
 
 EVERY_NS = 30_000_000
 """Time between two looks."""
@@ -37,7 +37,7 @@ class PythonNotes:
 
     def __init__(
         self,
-        logic: Callable[[], Logic],
+        logic: Callable[[], ScanLogic],
         patterns: Sequence[str],
         tell: Callable[[Mapping[str, object]], object],
     ) -> None:

@@ -14,7 +14,7 @@ from ...runtime.config.rackspec import RackSpec
 from ...runtime.live.orders import NAMES, ORDERS, Branch, order_of
 from ...runtime.live.ring import row_type
 from ...runtime.loop.rack import SLOT_BYTES
-from ...runtime.loop.scan import Logic
+from ...runtime.loop.scan import ScanLogic
 from ...runtime.modules.record import Trait
 from ...runtime.modules.registry import has
 from ...traces.read.reader import Trace
@@ -44,7 +44,7 @@ class Source(NamedTuple):
     """
 
     first: int
-    logic: Logic | None
+    logic: ScanLogic | None
     file: Path | None
     lacks: str = ""
 

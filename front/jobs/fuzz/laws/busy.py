@@ -15,9 +15,8 @@ from ....io_images.amci3601.bits import StatusLsw, StatusMsw
 from ....ladder.python.axis3601 import Axis3601
 from ....ladder.python.axis3601.evidence import HOME_REST_NS
 from ....ladder.python.axis3601.kinds import GEAR, HOME
-from ....ladder.python.sequences import Logic as SequenceLogic
-from ....ladder.python.sequences import parts_of
-from ....runtime.loop.scan import Logic
+from ....ladder.python.sequences import Logic, parts_of
+from ....runtime.loop.scan import ScanLogic
 from ...record.wrapped import unwrapped
 
 
@@ -56,10 +55,10 @@ Question = Callable[[], Busy | None]
 """Returns the command of an axis that is under way now."""
 
 
-def axes_in(logic: Logic, tags: NamedTags) -> tuple[Question, ...]:
+def axes_in(logic: ScanLogic, tags: NamedTags) -> tuple[Question, ...]:
     """Return a question for each axis of a program: axes in Python, and those of the motion blocks."""
     inside = unwrapped(logic)
-    parts = parts_of(inside) if isinstance(inside, SequenceLogic) else ()
+    parts = parts_of(inside) if isinstance(inside, Logic) else ()
     axes = [_of_python(each) for each in parts if isinstance(each, Axis3601)]
     return (*axes, *(_of_blocks(tags, name) for name in tags if f"{name}.RunKind" in tags))
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ....runtime.loop.rack import Rack
-from ....runtime.loop.scan import Logic
+from ....runtime.loop.scan import ScanLogic
 from ...record.wrapped import LogicWrapper
 from ...why.source.lines import Line, Lines
 
@@ -21,7 +21,7 @@ class Places(LogicWrapper):
         last: file name and line, such as "line.py:37"; empty before the first change.
     """
 
-    def __init__(self, logic: Logic, rack: Rack) -> None:
+    def __init__(self, logic: ScanLogic, rack: Rack) -> None:
         super().__init__(logic)
         self._outputs = [slot.outputs.raw for slot in rack.slots.values()]
         self._lines = Lines(lambda: b"".join(self._outputs), self._changed)

@@ -28,7 +28,7 @@ from ....runtime.config.rackspec import IncidentSpec, RackSpec, SlotSpec
 from ....runtime.loop.incidents import FaultKind, Incident
 from ....runtime.machine import MachineSpec, Slip, TimelineEntry
 from ....runtime.machine.spec import InputName
-from ....runtime.modules.cards.options import InputPress as CardPress
+from ....runtime.modules.cards.options import InputPress
 from ....runtime.modules.registry import MODULES
 
 Time = Annotated[StrictInt, Field(ge=0)]
@@ -292,9 +292,9 @@ def one_at_a_time(rows: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
     later row counts.
     """
     kept: dict[str, list[Mapping[str, Any]]] = {}
-    for row in sorted(rows, key=lambda row: CardPress(**row).begin_ns):
+    for row in sorted(rows, key=lambda row: InputPress(**row).begin_ns):
         before = kept.setdefault(row["input"], [])
-        press, last = CardPress(**row), CardPress(**before[-1]) if before else None
+        press, last = InputPress(**row), InputPress(**before[-1]) if before else None
         if last is None or last.value is not None:
             if last is not None and last.begin_ns == press.begin_ns:
                 before.pop()
@@ -320,7 +320,7 @@ def signal_entries(
     made: list[dict[str, str | int | float]] = []
     for each in signals:
         end_ms = (each.at_ns + each.for_ns) / 1e6
-        own = [(CardPress(**row).begin_ns, row["value"]) for row in rows if row["input"] == each.input]
+        own = [(InputPress(**row).begin_ns, row["value"]) for row in rows if row["input"] == each.input]
         before = [(at_ns, value) for at_ns, value in own if at_ns <= each.at_ns + each.for_ns]
         back = max(before, key=lambda row: row[0])[1] if before else 0
         made.append({"at_ms": each.at_ns / 1e6, "input": each.input, "value": each.value})

@@ -7,15 +7,14 @@ from collections.abc import Iterator, Mapping
 
 from ....io_images.module_words import ModuleWords
 from ....ladder.python.axis3601 import Axis3601
-from ....ladder.python.sequences import Logic as SequenceLogic
-from ....ladder.python.sequences import fresh, parts_of, sequences_of
+from ....ladder.python.sequences import Logic, fresh, parts_of, sequences_of
 from ....ladder.python.sequences.signals import Signal
-from ....runtime.loop.scan import Logic
+from ....runtime.loop.scan import ScanLogic
 from ...load.bare_slots import bare_slots
 
 
 class Names:
-    """The names of a program; none of one that is not a class of `Logic`.
+    """The names of a program; none of one that is not a class of `ScanLogic`.
 
     Attributes:
         addresses: of inputs and outputs.
@@ -27,12 +26,12 @@ class Names:
         words: names of the words of the slots.
     """
 
-    def __init__(self, logic: Logic, words: Mapping[int, ModuleWords]) -> None:
+    def __init__(self, logic: ScanLogic, words: Mapping[int, ModuleWords]) -> None:
         self.addresses: dict[str, str] = {}
         self.axes: dict[str, int] = {}
         self.sequences: tuple[str, ...] = ()
         self._prefix = f"{type(logic).__name__.lower()}."
-        if isinstance(logic, SequenceLogic):
+        if isinstance(logic, Logic):
             new = fresh(logic)
             new.__attach_logic__(bare_slots(words))
             parts = parts_of(new)

@@ -11,8 +11,7 @@ from pathlib import Path
 
 from ....ladder.files.steps import Steps
 from ....ladder.python.axis3601 import Axis3601
-from ....ladder.python.sequences import Logic as SequenceLogic
-from ....ladder.python.sequences import parts_of, sequences_of
+from ....ladder.python.sequences import Logic, parts_of, sequences_of
 from .lines import NOWHERE, Line
 
 
@@ -34,12 +33,12 @@ def senders(logic: object, program: Path) -> list[Sender]:
     """Return what writes words for a program, each with what it sends."""
     if isinstance(logic, Steps):
         return [Sender(logic.slot, "", Line(str(program), logic.line, "a step"))]
-    if not isinstance(logic, SequenceLogic):
+    if not isinstance(logic, Logic):
         return []
     return [_sender(logic, part) for part in parts_of(logic) if isinstance(part, Axis3601)]
 
 
-def _sender(logic: SequenceLogic, axis: Axis3601) -> Sender:
+def _sender(logic: Logic, axis: Axis3601) -> Sender:
     command = axis.commanded
     if command is None:
         return Sender(axis.slot, f"{axis.name}, before its first command", NOWHERE)

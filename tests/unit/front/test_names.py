@@ -1,0 +1,104 @@
+"""Names of classes: nouns of the trade, each once in a room.
+
+A room is a folder at the top of the house; within `front`, a folder below it.
+"""
+
+import ast
+import re
+from collections import Counter
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+HOUSE = Path(__file__).parents[3]
+TOP = ("front", "io_images", "ladder", "rockwell", "runtime", "traces")
+FILES = sorted(path.relative_to(HOUSE) for top in TOP for path in (HOUSE / top).rglob("*.py"))
+
+IRREGULAR = re.compile(
+    "begun|bought|bound|broken|brought|built|caught|chosen|done|drawn|driven|felt|found|frozen|given|gone|got|grown|"
+    "heard|held|hidden|kept|known|laid|learnt|left|lent|lost|made|meant|met|paid|ran|said|seen|sent|shown|sold|sought|"
+    "spent|spoken|stood|struck|sunk|taken|taught|thought|thrown|told|torn|understood|won|worn|written"
+)
+"""Participles, and forms of the past, that do not end in -ed."""
+
+NOUNS = frozenset(("bed", "feed", "need", "seed", "speed"))
+"""Nouns that end in -ed."""
+
+PARTICIPLES_ALLOWED = {
+    "CommandAborted": "PLCopen's name of the outcome; it is in the front door and in docs/sequences.md",
+}
+"""Class names that may be participles, and why."""
+
+
+def room_of(path: Path) -> str:
+    """Return the room of a file.
+
+    >>> room_of(Path("front/jobs/run/build.py")), room_of(Path("ladder/model/tags.py"))
+    ('front/jobs', 'ladder')
+    """
+    parts = path.parts[:-1]
+    return "/".join(parts[: 2 if parts[0] == "front" else 1])
+
+
+def is_participle(name: str) -> bool:
+    """Return whether the last word of a class name is a participle.
+
+    >>> [is_participle(name) for name in ("Told", "LinkLost", "ForcedValue", "Speed")]
+    [True, True, False, False]
+    """
+    word = re.findall(r"[A-Z]+[a-z0-9]*|[a-z0-9]+", name)[-1].lower()
+    return bool(IRREGULAR.fullmatch(word)) or (word.endswith("ed") and word not in NOUNS)
+
+
+@cache
+def nodes() -> tuple[tuple[Path, ast.ClassDef | ast.ImportFrom], ...]:
+    """Return each class and each import of names in the product, with its file."""
+    return tuple(
+        (path, node)
+        for path in FILES
+        for node in ast.walk(ast.parse((HOUSE / path).read_text("utf-8")))
+        if isinstance(node, ast.ClassDef | ast.ImportFrom)
+    )
+
+
+def classes() -> list[tuple[Path, ast.ClassDef]]:
+    """Return each class of the product with its file."""
+    return [(path, node) for path, node in nodes() if isinstance(node, ast.ClassDef)]
+
+
+@pytest.mark.parametrize("room", sorted({room_of(path) for path in FILES}))
+def test_no_two_classes_of_a_room_have_one_name(room: str) -> None:
+    here = [(path, node) for path, node in classes() if room_of(path) == room]
+    counts = Counter(node.name for _, node in here)
+    twice = [f"{node.name}: {path}:{node.lineno}" for path, node in here if counts[node.name] > 1]
+    assert not twice, "two classes of one name in a room:\n" + "\n".join(sorted(twice))
+
+
+def test_no_class_is_called_by_a_participle() -> None:
+    named = [
+        f"{node.name}: {path}:{node.lineno}"
+        for path, node in classes()
+        if is_participle(node.name) and node.name not in PARTICIPLES_ALLOWED
+    ]
+    assert not named, "a class is a noun; these are participles:\n" + "\n".join(named)
+
+
+def test_what_may_be_a_participle_exists() -> None:
+    assert PARTICIPLES_ALLOWED.keys() <= {node.name for _, node in classes()}
+
+
+def test_classes_that_meet_have_different_names() -> None:
+    ours = {node.name for _, node in classes()}
+    renamed = [
+        f"{path}:{node.lineno}: {alias.name} as {alias.asname}"
+        for path, node in nodes()
+        if isinstance(node, ast.ImportFrom) and node.level
+        for alias in node.names
+        if alias.asname and alias.name in ours
+    ]
+    assert renamed == ALIASES_ALLOWED, "two names meet in a file; give one class another name"
+
+
+ALIASES_ALLOWED = ["front/jobs/fuzz/run.py:16: Sequence as LogicSequence"]
+"""`Sequence` is also the name of a type of the standard library."""
