@@ -1,41 +1,19 @@
 """Ladder logic: rungs in Python or as text, checked, compiled, interpreted, drawn and debugged.
 
 A program is declared tags and routines (`Program`); a controller is tags that its programs share, and
-tasks (`Controller`). A scan loop calls it like any function of the scan,
-which is logic just as well. The files, from the bottom up; each imports only from lines above its own:
+tasks (`Controller`). Both are logic of a scan. The rooms, each importing only from those above it:
 
-| file | does |
+| room | content |
 |---|---|
-| `collector` | the garbage collector, paused while large trees are built |
-| `errors`, `arithmetic`, `types`, `quoting` | messages and faults; how Logix computes; data types; escapes |
-| `tree`, `statements`, `operators` | the tree: rungs, statements, expressions |
-| `scanner`, `expressions` | expressions from text |
-| `stretches`, `tags`, `memory` | values of a tag in a list; declared tags to leaves; a program's values |
-| `operands`, `regions` | resolved operands; stretches of memory as bytes |
-| `schedule`, `scheduler` | tasks, and when they run their programs |
-| `stubs` | replacements of instructions, and of the other end of a message |
-| `axes`, `bound_axes` | axes that a 3601 of the rack moves: settings; its block |
-| `motion_types`, `motion_words`, `words` | types and words of motion; all words of lists |
-| `block_types`, `safety_types`, `predefined` | structures of blocks, of safety instructions; all types |
-| `tagref`, `spec`, `operand_checks` | Python operands; one instruction, its uses; what a use accepts |
-| `resolver`, `lowered`, `fault_log`, `view` | addresses to operands; a program ready to run; faults; tags |
-| `interpreter/`, `engine`, `compiler/` | the two back ends: rungs, power, values; one running program |
-| `whereabouts` | the task, routine and rung that a traceback leads to |
-| `instructions/` | what each instruction does in both back ends: one file per family, one row each |
-| `text`, `st/`, `front` | rungs from text; structured text; rungs from Python |
-| `addon`, `calls` | add-on instructions; what a call passes |
-| `inferred` | types of tags that nothing declares |
-| `lowering_statements`, `lowering`, `checks` | tree to lowered program; checks of the whole |
-| `edit` | values that outlive a program |
-| `runnable`, `logic`, `controller` | what both of these are: declared, built, run; `Program`; `Controller` |
-| `slc_types`, `slc/` | RSLogix 500: data files, exports; `instructions/slc` has its instructions |
-| `l5x/` | exports of Studio 5000 and RSLogix 5000: read, reported, compared, written |
-| `sequences/`, `axis3601/` | logic in plain Python: sequences; the 3601's axis |
-| `rungreader`, `rungfile`, `steps` | `.rung` and `.st` files; `.steps` files |
-| `blocks/` | the motion blocks of `USE axis3601`, as rung text |
-| `modules_beside`, `program` | modules beside a program's file; any program from a file |
-| `tag_values` | tags by pattern, for a recorder |
-| `debug/`, `draw/` | breakpoints, forces, why, cross reference; rungs as characters and SVG |
+| `model` | types, tags, the tree, expressions, operands, specs of instructions |
+| `state` | a program ready to run: lowered, its memory, its tasks, its faults |
+| `interpreter` | the reference back end |
+| `run`, `compiler` | one running program, its tags, online edits; the fast back end |
+| `instructions` | each instruction in both back ends: one file per family, one row each |
+| `st`, `build` | structured text; from rungs in Python or text to a lowered program |
+| `python` | logic in plain Python: sequences, and the axis of a 3601 |
+| `files`, `blocks` | `.rung`, `.st` and `.steps` files; the motion blocks of `USE axis3601` |
+| `debug`, `draw` | breakpoints, forces, causes, cross reference; rungs as characters and SVG |
 
 To add an instruction:
 

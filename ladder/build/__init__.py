@@ -1,1 +1,1 @@
-"""From rungs in Python or text to a checked, lowered program."""
+"""Build a checked, lowered program from rungs in Python or text."""

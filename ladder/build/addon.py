@@ -1,8 +1,8 @@
-"""Add-on instructions: what a user defines once and calls like any instruction [1756-PM010].
+"""Add-on instructions: user-defined instructions with parameters [1756-PM010].
 
 A definition has parameters, local tags and up to three routines of rungs. An instance is a tag of the
 definition's type; its members are EnableIn, EnableOut, the parameters that go by value, and the local
-tags. A call names the instance, then what its required parameters stand for:
+tags. A call names the instance, then the arguments of the required parameters:
 
     INSTRUCTION Average
     INPUT A : DINT REQUIRED
@@ -24,7 +24,7 @@ A call depends on the scan mode [1756-PM010]:
 | it is false, no EnableInFalse | copied in | nothing | stay |
 | prescan | copied in | Logic is prescanned, then Prescan runs | copied out |
 
-The copied parameters are the required ones. Behind the call the rung is as EnableOut says, which follows
+The copied parameters are the required ones. The rung condition after the call is EnableOut, which follows
 the rung unless a routine writes it.
 """
 
@@ -63,17 +63,17 @@ from ..model.types import BOOL, DataType, Member, Structure, count_of
 
 LOGIC, OTHERWISE, PRESCAN = "Logic", "EnableInFalse", "Prescan"
 ROUTINES = (LOGIC, OTHERWISE, PRESCAN)
-"""Routines that a definition may have; Logic it must have."""
+"""Roles of routines in a definition; only Logic is mandatory."""
 
 ENABLES = ("EnableIn", "EnableOut")
 """Members of every instance: the rung before the call, and after it."""
 
 REFUSED = ("JSR", "SBR", "RET", "FOR", "BRK")
-"""Instructions that a definition must not have: it knows its own routines only [1756-PM010]."""
+"""Instructions not allowed in a definition, whose only routines are its own [1756-PM010]."""
 
 
 class ParameterMode(Enum):
-    """How a parameter goes between a call and its instance."""
+    """Direction of a parameter in a call."""
 
     INPUT = "INPUT"  # by value, before the routine runs
     OUTPUT = "OUTPUT"  # by value, after the routine has run
@@ -83,15 +83,14 @@ class ParameterMode(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """A parameter or a local tag.
+    """A parameter or a local tag of an add-on instruction.
 
     Attributes:
-        type: its type; for INOUT, of the tag that is passed.
-        way: how it goes between call and instance.
+        type: for INOUT, the type of the argument.
         dims: length per dimension, none for a single value.
-        required: whether the call names what it stands for; an INOUT always is.
-        initial: what it starts with in every instance, see `tags.Tag`; None = zero. An InOut has none.
-        at: the part of a local tag that it is another name of, "" for one with memory of its own.
+        required: whether a call has an argument for it, as always for an INOUT.
+        initial: initial value in every instance, see `tags.Tag`; None = zero and for INOUT.
+        at: the part of a local tag that it names, "" if it has memory of its own.
     """
 
     name: str
@@ -106,14 +105,14 @@ class Parameter:
 
 @dataclass(frozen=True)
 class AddOn:
-    """The definition of an add-on instruction; called in Python, it is the instruction.
+    """The definition of an add-on instruction; called in Python, it returns a call.
 
     Attributes:
-        parameters: parameters and local tags, in order.
+        parameters: parameters and local tags.
         routines: Logic, EnableInFalse, Prescan.
 
     Raises:
-        LadderError: it has no Logic, a name is taken or means nothing, or an instruction has no place in it.
+        LadderError: Logic is missing, a name is taken or unknown, or an instruction is not allowed in it.
     """
 
     name: str
@@ -137,17 +136,13 @@ class AddOn:
                 raise LadderError(f"add-on {self.name}, routine {routine.name}, {place}: {text}")
 
     def with_routines(self, routines: tuple[Routine, ...]) -> AddOn:
-        """Return the same add-on with other routines; its instances are of the same type.
-
-        Raises:
-            LadderError: see `AddOn`.
-        """
+        """Return the same add-on with other routines and equal instances."""
         made = replace(self, routines=routines)
         made.__dict__["structure"] = self.structure
         return made
 
     def wrong_in(self, routine: Routine) -> Iterator[tuple[int, str]]:
-        """Yield what has no place in a routine of it: the number of the rung or line, and what it is."""
+        """Yield what a routine of an add-on can't contain: rung or line number, and the reason."""
         known = {name.upper() for name in (*ENABLES, *(each.name for each in self.parameters))}
         for place, rung in enumerate(routine.rungs):
             deep = too_deep(rung.series)
@@ -181,11 +176,7 @@ class AddOn:
                 yield f"there is no parameter or local tag {address.name}; there are {names}"
 
     def __call__(self, instance: object, *arguments: object) -> Instruction:
-        """Return a call: the instance's tag, then the required parameters in order.
-
-        Raises:
-            LadderError: another number of arguments is wanted.
-        """
+        """Return a call: the instance's tag, then the required parameters in order."""
         if len(arguments) != len(self.required):
             names = ", ".join(each.name for each in self.required)
             raise LadderError(
@@ -196,7 +187,7 @@ class AddOn:
 
     @cached_property
     def required(self) -> tuple[Parameter, ...]:
-        """What a call names after the instance."""
+        """The parameters with an argument, in call order."""
         return tuple(each for each in self.parameters if each.required or each.way is ParameterMode.INOUT)
 
     @property
@@ -206,14 +197,14 @@ class AddOn:
 
     @cached_property
     def spec(self) -> Spec:
-        """Its shape, as the parser needs it."""
+        """Its instruction spec for the parser."""
         return replace(
             ADD_ON_CALL, name=self.name, operands=(Use.INSTANCE, *[Use.ARGUMENT] * len(self.required))
         )
 
     @cached_property
     def inouts(self) -> tuple[Tag, ...]:
-        """The InOuts as tags; one that is subscripted without having dimensions is an array of any length."""
+        """The InOuts as tags; a subscripted one without dimensions is an array of any length."""
         open_ones = {
             address.name.upper()
             for routine in self.routines
@@ -238,7 +229,7 @@ class AddOn:
         return Structure(self.name, tuple(own))
 
     def routine(self, name: str) -> Routine | None:
-        """Return the routine of that name, in any case; None without one."""
+        """Return a routine by name, in any case; None without one."""
         return next((each for each in self.routines if each.name.upper() == name.upper()), None)
 
 
@@ -247,13 +238,7 @@ def specs_of(
     stubs: Mapping[str, Stub] = MappingProxyType({}),
     specs: Mapping[str, Spec] = BY_NAME,
 ) -> Mapping[str, Spec]:
-    """Return the shapes of all instructions, by name in capitals: the built-in ones and these.
-
-    Args:
-        add_ons: add-on instructions, by name in capitals.
-        stubs: replacements of instructions, known ones and others, by name in capitals.
-        specs: the built-in ones.
-    """
+    """Return all instruction specs by name in capitals: built-in ones, add-ons and stubs."""
     return {**specs, **{name: each.spec for name, each in add_ons.items()}, **specs_of_stubs(stubs)}
 
 
@@ -288,12 +273,12 @@ def _uses(instruction: Instruction) -> tuple[Use, ...]:
 
 @dataclass(frozen=True, slots=True)
 class Copies:
-    """What goes by value in a call, as rungs of the caller.
+    """The parameters of a call by value, as rungs of the caller, and its InOuts.
 
     Attributes:
-        inputs: what copies the arguments in, each run as a rung of its own.
-        outputs: what copies the results out.
-        handed: what the InOuts stand for, by name.
+        inputs: rungs that copy the arguments in.
+        outputs: rungs that copy the results out.
+        handed: arguments of the InOuts, by name.
     """
 
     inputs: tuple[Series, ...]
@@ -302,16 +287,7 @@ class Copies:
 
 
 def copies_of(definition: AddOn, instance: Address, call: Instruction) -> Copies:
-    """Spell out what goes by value in a call.
-
-    Args:
-        definition: the add-on.
-        instance: the instance's tag.
-        call: its call, with as many operands as it takes.
-
-    Raises:
-        LadderError: a parameter does not take its operand.
-    """
+    """Return the copies of a call, or raise a LadderError for a wrong operand."""
     inputs, outputs, handed = [], [], {}
     for each, argument in zip(definition.required, call.operands[1:], strict=True):
         here = member_of(instance, each.name)
@@ -328,7 +304,7 @@ def copies_of(definition: AddOn, instance: Address, call: Instruction) -> Copies
 
 
 def member_of(address: Address, name: str) -> Address:
-    """Return a member of what an address means."""
+    """Return the address of a member."""
     return Address(address.name, (*address.steps, MemberStep(name)))
 
 

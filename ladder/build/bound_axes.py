@@ -1,7 +1,7 @@
-"""Axes of a program on 3601s of the rack: the block of each, which runs after every scan.
+"""Axes of a program on 3601s of the rack: one block per axis, run after every scan.
 
-An axis `Feed` brings the tags `Feed_3601`, an AXIS_3601, and `Feed_Module`, the instance of `Amci3601` that
-owns the module's words; the routine `Axes3601` calls all of them. Motion instructions ask the block, see
+An axis `Feed` adds the tags `Feed_3601`, an AXIS_3601, and `Feed_Module`, the instance of `Amci3601` that
+owns the module's words; the routine `Axes3601` calls all of them. Motion instructions use the block, see
 `instructions.motion_3601`.
 """
 
@@ -31,7 +31,7 @@ ROUTINE = "Axes3601"
 
 @dataclass(frozen=True, slots=True)
 class Axes:
-    """Axes of a program that are 3601s of the rack.
+    """Axes of a program on 3601s of the rack.
 
     Attributes:
         settings: by tag.
@@ -45,7 +45,7 @@ class Axes:
 
 
 def names_of(axis: str) -> tuple[str, str]:
-    """Return the names of the tags that an axis brings.
+    """Return the names of the tags that an axis adds.
 
     >>> names_of("Feed")
     ('Feed_3601', 'Feed_Module')
@@ -55,7 +55,7 @@ def names_of(axis: str) -> tuple[str, str]:
 
 
 def axis_tags(axes: Axes | None) -> Iterator[Tag]:
-    """Yield the tags that axes bring."""
+    """Yield the tags that axes add."""
     for name, settings in axes.settings.items() if axes else ():
         state, module = names_of(name)
         assert axes is not None
@@ -64,12 +64,12 @@ def axis_tags(axes: Axes | None) -> Iterator[Tag]:
 
 
 def with_blocks(add_ons: Mapping[str, AddOn], axes: Axes | None) -> Mapping[str, AddOn]:
-    """Return the add-on instructions of a program, and the block of a 3601 if there are axes."""
+    """Return add-on instructions, with the 3601's block if there are axes."""
     return {**add_ons, BLOCK: axes.block} if axes else add_ons
 
 
 def lower_axes(lowering: Lowering, axes: Axes | None) -> list[Problem]:
-    """Lower the routine of the blocks, and bind the axes; return what is wrong with them."""
+    """Lower the routine of the blocks and bind the axes; return the problems."""
     if axes is None:
         return []
     problems: list[Problem] = []

@@ -1,4 +1,4 @@
-"""What a call of an add-on instruction passes: the argument of every InOut, checked, and the instance."""
+"""Arguments of add-on calls: the instance, and the checked argument of every InOut."""
 
 from __future__ import annotations
 
@@ -15,15 +15,7 @@ from .addon import AddOn
 
 
 def held_subscripts(resolver: Resolver, instance: Operand) -> tuple[Address, tuple[Series, ...]]:
-    """Return an instance whose computed subscripts are kept, so that they stay for the time of the call.
-
-    Args:
-        resolver: of the caller.
-        instance: the instance as the call names it.
-
-    Returns:
-        The address to use, and the rungs that keep the subscripts.
-    """
+    """Return an instance with stored subscripts, constant during the call, and the rungs that store them."""
     assert isinstance(instance, Address)
     rungs: list[Series] = []
 
@@ -44,11 +36,7 @@ def held_subscripts(resolver: Resolver, instance: Operand) -> tuple[Address, tup
 def handed_over(
     definition: AddOn, arguments: Mapping[str, Address], resolver: Resolver
 ) -> dict[str, Place | Group]:
-    """Return what the InOuts of a call stand for, by name in capitals.
-
-    Raises:
-        OperandError: an argument is not of its type.
-    """
+    """Return the arguments of the InOuts by name in capitals, or raise an OperandError."""
     inouts = {each.name: each for each in definition.inouts}
     found = {}
     for name, argument in arguments.items():
@@ -59,10 +47,10 @@ def handed_over(
 
 
 MODULE = "MODULE"
-"""Type of an InOut to which a call passes a module of the I/O tree by its name."""
+"""Type of an InOut whose argument is a module's name."""
 
 MODULE_TAG = "scanrack_module_"
-"""What the tag of a module begins with that has the name of another tag."""
+"""Prefix of a module's tag if another tag has the module's name."""
 
 
 def _passed(inout: Tag, argument: Address, resolver: Resolver) -> Place | Group:

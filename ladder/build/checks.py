@@ -1,4 +1,4 @@
-"""What a program as a whole must not do, such as calls into nothing, and what it probably does not mean."""
+"""Checks of a whole program: errors such as missing routines, and warnings."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from ..state.regions import ArrayRegion, region_of
 REPEATED_COILS = "repeated coils"
 REPEATED_TIMERS = "repeated timers"
 ALLOWANCES = (REPEATED_COILS, REPEATED_TIMERS)
-"""Warnings that a program may switch off by name."""
+"""Warnings that a program can allow by name."""
 
 _EXCLUSIVE = {
     Use.COIL: (
@@ -38,21 +38,16 @@ _EXCLUSIVE = {
     Use.STORAGE: (REPEATED_COILS, "remembers a rung", "give each one-shot a bit of its own"),
     Use.TIMER: (REPEATED_TIMERS, "is timed", "give each rung a timer of its own, or join the rungs"),
 }
-"""Uses that one place should have once: what switches the warning off, how it is said, what helps."""
+"""Uses that should occur once per place: name of the allowance, text, remedy."""
 
 
 def warnings_of(lowered: LoweredProgram, allowed: frozenset[str]) -> list[Problem]:
-    """Return what a controller runs as it is written, and what is a mistake in most programs.
-
-    Args:
-        lowered: the program.
-        allowed: which of `ALLOWANCES` it has.
-    """
+    """Return warnings of likely mistakes, without the allowed ones of `ALLOWANCES`."""
     return [*_repeated(lowered, allowed), *_unbound_axes(lowered)]
 
 
 def check_whole(lowered: LoweredProgram) -> list[Problem]:
-    """Return what is wrong with a lowered program as a whole."""
+    """Return the errors of a lowered program as a whole."""
     problems: list[Problem] = []
     for routine in lowered.routines.values():
         problems.extend(_jumps(lowered, routine))
@@ -78,7 +73,7 @@ def _without_stub(lowered: LoweredProgram) -> Iterator[Problem]:
 
 
 def uses_of_stubs(lowered: LoweredProgram) -> Iterator[str]:
-    """Yield the name of the stub of each instruction that has one, in capitals."""
+    """Yield the stub name, in capitals, of each stubbed instruction."""
     for _, _, step in _all_steps(lowered, copies=False):
         first = step.operands[0] if step.operands else None
         if isinstance(first, (Ending, Power, InPython)):
@@ -88,7 +83,7 @@ def uses_of_stubs(lowered: LoweredProgram) -> Iterator[str]:
 
 
 def motion_of(lowered: LoweredProgram) -> dict[str, list[str]]:
-    """Return the motion instructions of each axis, group or coordinate system that is not of the rack."""
+    """Return motion instructions by axis, group or coordinate system outside of the rack."""
     found: dict[str, list[str]] = {}
     for _, _, step in _all_steps(lowered, copies=False):
         first = step.operands[0] if Use.MOTION in step.uses else None
@@ -223,7 +218,7 @@ def _call_problem(lowered: LoweredProgram, call: Call) -> tuple[str, str] | None
 
 
 def calls_of(routine: LoweredRoutine) -> list[str]:
-    """Return the routines that a routine calls, in capitals, add-on instructions included."""
+    """Return the routines that a routine calls, in capitals, add-on routines included."""
     called: list[str] = []
     for line in routine.lines:
         for step in steps_of(line.nodes):
@@ -236,7 +231,7 @@ def calls_of(routine: LoweredRoutine) -> list[str]:
 
 
 def recursive_routines(lowered: LoweredProgram) -> frozenset[str]:
-    """Return the routines that call themselves, directly or through others, in capitals."""
+    """Return the directly or indirectly recursive routines, in capitals."""
     found = set()
     for name, routine in lowered.routines.items():
         reached: set[str] = set()
@@ -252,7 +247,7 @@ def recursive_routines(lowered: LoweredProgram) -> frozenset[str]:
 
 
 MOST_CALLS = 50
-"""Routines and add-on instructions that may be under way at a time, each called by the one before."""
+"""Maximum depth of calls of routines and add-on instructions."""
 
 
 def _chains(lowered: LoweredProgram) -> Iterator[Problem]:

@@ -1,4 +1,4 @@
-r"""A controller: tags that all programs share, programs with tags and routines of their own, and tasks.
+r"""A controller: shared tags, programs with tags and routines of their own, and tasks.
 
 >>> from scanrack.ladder import ADD, BOOL, Controller, DINT, OTE, XIC
 >>> plant = Controller("plant")
@@ -41,7 +41,7 @@ from .program import Program
 from .runnable import LadderLogic, wrong_initials
 
 IMPLICIT_TASK = "MainTask"
-"""Name of the continuous task of a controller that declares none: it runs all programs in their order."""
+"""Name of the default continuous task, which runs all programs in order."""
 
 
 class Controller(LadderLogic):
@@ -49,10 +49,6 @@ class Controller(LadderLogic):
 
     Names in a program mean its own tags first, then those of the controller; `\Main.Run` is the tag Run
     of program Main from anywhere. Routines are called `\Main.Step` here, `Step` in their program.
-
-    Attributes:
-        programs: in order.
-        tasks: in order.
     """
 
     kind = "controller"
@@ -65,11 +61,11 @@ class Controller(LadderLogic):
     # --- declaring
 
     def program(self, name: str, *, main: str | None = None, fault: str | None = None) -> Program:
-        """Add a program and return it, to be given tags and routines.
+        """Add and return an empty program.
 
         Args:
-            main: the routine that its task calls, if not the first.
-            fault: the routine that a major fault calls.
+            main: its main routine, if not the first.
+            fault: its fault routine.
 
         Raises:
             LadderError: the name is taken or not allowed.
@@ -97,10 +93,9 @@ class Controller(LadderLogic):
         """Add a task: periodic with `rate_ms`, an event task with `event`, else the continuous one.
 
         Args:
-            programs: names of what it runs, in this order.
-            rate_ms: time from due to due, ms.
-            event: whether EVENT triggers it.
-            priority: 1 to 15, 1 before all others.
+            programs: names of its programs, in order of execution.
+            rate_ms: period, ms.
+            priority: 1 to 15, 1 first.
             preempt: whether it also runs at the end of a rung of the continuous task.
 
         Raises:
@@ -113,11 +108,7 @@ class Controller(LadderLogic):
         self.add_task(Task(name, kind, programs, rate_ns, priority, preempt, comment))
 
     def add_task(self, task: Task) -> None:
-        """Add a task.
-
-        Raises:
-            LadderError: there is one of that name.
-        """
+        """Add a task with a new name, or raise a LadderError."""
         self._refuse_if_built()
         if task.name.upper() in (each.name.upper() for each in self.tasks):
             raise LadderError(f"there are two tasks {task.name}")
@@ -145,7 +136,7 @@ class Controller(LadderLogic):
 
     @property
     def overlaps(self) -> dict[str, int]:
-        """How often each task became due again before it had run, by name."""
+        """Overlaps of each task by name: how often it became due before it had run."""
         schedule = self.build().schedule
         tasks = schedule.tasks if schedule else ()
         return {each.task.name: int(self.engine.memory.read(each.overlaps)) for each in tasks}

@@ -1,9 +1,9 @@
-"""Types of tags that a program uses and does not declare, from how it uses them.
+"""Types of undeclared tags, inferred from their use.
 
 A partial export has rungs without the tags of their controller. All uses of a tag are collected in a tree of
-its members. A use that takes one type only decides; a real number beside a number makes it REAL; a bit of it
-makes it an integer. An array has the length of its highest constant subscript, with computed ones only
-`COMPUTED` elements.
+its members. A use that accepts one type decides; an operand beside a real number becomes REAL; a bit access
+makes it an integer. An array is as long as its highest constant subscript requires; with computed
+subscripts only it has `COMPUTED` elements.
 
 | the program says | the tag is |
 |---|---|
@@ -90,13 +90,13 @@ COMPUTED = 100
 """Elements of an array with a computed subscript."""
 
 COMPUTED_EACH = 16
-"""The same per dimension of an array of several."""
+"""Elements per dimension of a multi-dimensional array with computed subscripts."""
 
 MOST = 20_000
-"""Elements that a constant can ask for."""
+"""Maximum elements from a constant subscript."""
 
 CODE = 4
-"""Characters, at most, that a number can be: `MOV('A',Code)`."""
+"""Maximum characters of a number: `MOV('A',Code)`."""
 
 _BITS = (Use.BIT, Use.COIL, Use.LATCH, Use.STORAGE, Use.TRUTH, Use.SWITCH)
 
@@ -117,7 +117,7 @@ BY_USE: Mapping[Use, DataType] = {
     Use.COORDINATE_SYSTEM: COORDINATE_SYSTEM,
     Use.AXIS: AXIS_TYPES["AXIS_CIP_DRIVE"],
 }
-"""What an operand of a use is."""
+"""Type of an operand by its use."""
 
 _BLOCKS: Mapping[str, DataType] = {
     **dict.fromkeys(("TONR", "TOFR", "RTOR"), FBD_TIMER),
@@ -135,29 +135,29 @@ _BY_MEMBERS = (
     *(TIMER, COUNTER, CONTROL, STRING, MOTION_INSTRUCTION, MESSAGE),
     *(*AXIS_TYPES.values(), PID),
 )
-"""Candidates for a structure: the first one that has all members in use."""
+"""Candidates for a structure: the first one with all members in use."""
 
 Known = Callable[[str, Address], DataType | None]
-"""Returns the type of a declared address in a program, None if it is not declared."""
+"""Returns the type of an address in a program, None if it is undeclared."""
 
 OfCall = Callable[[str], tuple[tuple[DataType, tuple[int, ...]], ...]]
 """Returns types and dimensions of the operands of an add-on call."""
 
 Missing = Callable[[str, Address], tuple[str, tuple[Step, ...]] | None]
-"""Returns what is to be guessed for an address in a program and the steps from there, None if it is known."""
+"""Returns the key of an undeclared address in a program and the remaining steps, None if declared."""
 
 
 @dataclass(slots=True)
 class Guess:
-    """What is known of a tag or a member.
+    """The evidence for the type of a tag or member.
 
     Attributes:
-        structures: what it may be if its members are among theirs.
-        members: its members, by name in capitals.
-        lengths: of its dimensions, as far as subscripts show them.
-        votes: types that its uses need.
-        weak: types that its uses make likely.
-        bit: the highest bit that is named, -1 without one.
+        structures: candidates with all its members.
+        members: by name in capitals.
+        lengths: of its dimensions, from subscripts.
+        votes: types that its uses require.
+        weak: types that its uses suggest.
+        bit: the highest accessed bit, -1 without one.
     """
 
     name: str
@@ -169,7 +169,7 @@ class Guess:
     bit: int = -1
 
     def member(self, name: str) -> Guess:
-        """Return a member, new or known."""
+        """Return a member, created if new."""
         return self.members.setdefault(name.upper(), Guess(name, self.structures))
 
     def subscripts(self, step: SubscriptStep) -> None:
@@ -205,13 +205,13 @@ class Guess:
 
     @property
     def asks_for_structure(self) -> bool:
-        """Whether a use of it, or of one of its members, needs a structure."""
+        """Whether a use of it or of a member requires a structure."""
         asks = self.needed is not None or self.weak == [STRING]
         return asks or any(each.asks_for_structure for each in self.members.values())
 
     @property
     def needed(self) -> DataType | None:
-        """The structure that a use needs, None if none does."""
+        """The structure that a use requires, None without one."""
         return next((each for each in self.votes if isinstance(each, Structure)), None)
 
     def _with_members(self, needed: DataType, path: str) -> DataType:
@@ -222,7 +222,7 @@ class Guess:
         return replace(needed, members=needed.members + added) if added else needed
 
     def fits(self, member: Member | None) -> bool:
-        """Whether its uses are those of a member of a type."""
+        """Whether its uses match a member of a type."""
         if member is None or bool(member.dims) != bool(self.lengths):
             return False
         return BOOL not in self.votes or member.type is BOOL
@@ -239,14 +239,14 @@ class Guess:
 
 
 class Guesses:
-    """Collects uses of what is not declared.
+    """Collects the uses of undeclared tags.
 
     Args:
-        missing: returns what is to be guessed.
+        missing: returns the undeclared part of an address.
         known: returns the type of a declared address.
-        of_call: returns what the operands of an add-on call are; none for any other instruction.
-        specs: the shapes of all instructions.
-        structures: what a structure may be, too, whose members are all among theirs.
+        of_call: returns the operand types of an add-on call; none for any other instruction.
+        specs: all instruction specs.
+        structures: further candidate structures.
     """
 
     def __init__(
@@ -264,9 +264,9 @@ class Guesses:
         self._again = False
 
     def read_all(self, routines: Iterable[tuple[str, Routine]]) -> None:
-        """Collect the uses in routines of programs; twice, as a later use may say what an earlier one is.
+        """Collect the uses in routines, in two passes: a later use may determine an earlier one.
 
-        `EQU(Name,Other)` says nothing of either until `CONCAT(Name,'a',Name)` is read.
+        `EQU(Name,Other)` determines neither until `CONCAT(Name,'a',Name)` is read.
         """
         owned = list(routines)
         for _ in range(2):
@@ -349,7 +349,7 @@ class Guesses:
         return None, REAL if partner is REAL else DINT
 
     def argument(self, program: str, operand: Address, kind: DataType, dims: tuple[int, ...]) -> None:
-        """Note what an add-on instruction gets."""
+        """Note an argument of an add-on instruction."""
         here = self._address(program, operand, kind, None)
         if here is not None and dims and not here.lengths and not _ends_in_element(operand):
             here.lengths = [min(each, MOST) for each in dims]

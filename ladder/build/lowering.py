@@ -1,4 +1,4 @@
-"""From tree to what the back ends run: addresses resolved, operands checked, instructions numbered."""
+"""Lowering of the tree for the back ends: resolved addresses, checked operands, numbered instructions."""
 
 from __future__ import annotations
 
@@ -52,19 +52,13 @@ from .calls import handed_over, held_subscripts
 from .lowering_statements import StatementLowering
 
 _NUMERIC = (Use.NUMBER, Use.INTEGER, Use.EXPRESSION)
-"""Uses of numbers, which may be written as characters: MOV('A',Code)."""
+"""Uses of numbers that accept characters: MOV('A',Code)."""
 
 _KEPT_FLAGS = frozenset({"S:V", "S:Z", "S:N", "S:C"})
 
 
 class Lowering:
-    """Lowers routine by routine and collects what is wrong.
-
-    Attributes:
-        lowered: the result.
-        problems: what is wrong.
-        warnings: what is allowed and probably not meant.
-    """
+    """Lowers routine by routine into `lowered`; collects problems and warnings."""
 
     def __init__(
         self,
@@ -94,12 +88,12 @@ class Lowering:
         self._number = 0
 
     def enter(self, program: str) -> None:
-        """Go on with the routines of a program of a controller."""
+        """Start the routines of a program."""
         self._program = program
         self.resolver = Resolver(self.lowered.layout, program)
 
     def routine(self, routine: Routine) -> None:
-        """Lower a routine, and the add-on instructions that it calls first."""
+        """Lower a routine after the add-on instructions that it calls."""
         self._one(replace(routine, name=scoped(self._program, routine.name)))
         resolver, program = self.resolver, self._program
         self._program = ""
@@ -154,7 +148,7 @@ class Lowering:
         )
 
     def report(self, text: str, remedy: str) -> None:
-        """Note a problem of the present rung."""
+        """Add a problem of the current rung."""
         self.problems.append(Problem(self._where, self._rung_text, text, remedy, self._routine, self._number))
 
     def _label(self, labels: dict[str, int], label: str, number: int, *, first: bool) -> None:
@@ -165,13 +159,7 @@ class Lowering:
         labels[label] = number
 
     def at(self, number: int, origin: Origin, text: str) -> None:
-        """Go on with a rung or a line of structured text.
-
-        Args:
-            number: its number in the routine.
-            origin: where it was written.
-            text: its text, for messages.
-        """
+        """Start a rung or a line of structured text."""
         self._number, self._rung_text = number, text
         self._where = f"routine {self._routine}, {self._unit} {number}"
         if origin.file:
@@ -201,7 +189,7 @@ class Lowering:
         )
 
     def site(self, text: str) -> int:
-        """Number an instruction of the present rung or line."""
+        """Number an instruction of the current rung or line."""
         self.lowered.sites.append(
             Site(self._program or self.lowered.name, self._routine, self._number, text, self._unit)
         )
@@ -343,7 +331,7 @@ class Lowering:
         return word
 
     def note_written(self, operand: Operand, resolved: Place | Group) -> None:
-        """Note what is written: InOuts of an add-on instruction, and inputs of a module."""
+        """Note a written operand: an InOut of an add-on instruction, or an input of a module."""
         if self._frame is not None:
             self._frame.written.update(leaf.root for leaf in leaves_in(resolved))
         elif is_input(resolved):
@@ -356,7 +344,7 @@ class Lowering:
         self.warnings.append(Problem(where, rung, f"{text}: its module writes over it", remedy))
 
     def note_flags(self, operand: Operand) -> None:
-        """Keep the status flags if an operand names one."""
+        """Enable the status flags if an operand names one."""
         if any(each.name.upper() in _KEPT_FLAGS for each in addresses_in(operand)):
             self.lowered.flags = True
 
@@ -407,11 +395,11 @@ class Lowering:
                 raise OperandError(f"{where} is {known} in another rung", "write the same number, or ?")
 
     def named(self, routine: str) -> str:
-        """Return the full name of a routine of the present program, see `OperandResolver`."""
+        """See `OperandResolver`."""
         return scoped(self._program, routine).upper()
 
     def memory(self, address: Address, *, written: bool) -> Place | Group:
-        """Return a tag with bytes, see `OperandResolver`."""
+        """See `OperandResolver`."""
         resolved = self.resolver.address(address)
         if isinstance(resolved, Place) and address.steps and isinstance(address.steps[-1], MemberStep):
             around = self.resolver.address(replace(address, steps=address.steps[:-1]))
@@ -429,7 +417,7 @@ class Lowering:
         return resolved
 
     def value(self, operand: Operand) -> Resolved:
-        """Return an operand with one value, see `OperandResolver`."""
+        """See `OperandResolver`."""
         resolved = self.resolver.operand(operand)
         if not isinstance(resolved, (Place, Constant)):
             raise OperandError(f"{operand} is {described(resolved)}, one value is needed", "pass its members")
@@ -437,39 +425,39 @@ class Lowering:
 
     @property
     def stubs(self) -> Mapping[str, Stub]:
-        """The stubs, see `OperandResolver`."""
+        """See `OperandResolver`."""
         return self.lowered.stubs
 
     def checked(self, use: Use, operand: Operand) -> Any:
-        """Return an operand of a use, see `OperandResolver`."""
+        """See `OperandResolver`."""
         return self._operand(use, operand)
 
     def any(self, operand: Operand) -> Resolved:
-        """Return any operand, see `OperandResolver`."""
+        """See `OperandResolver`."""
         return self.resolver.operand(operand)
 
     def hidden(self, name: str) -> Place:
-        """Return a place of an instruction's own, see `OperandResolver`."""
+        """See `OperandResolver`."""
         if self._frame is not None:
             raise OperandError("the instruction is in an add-on instruction", "call it in a program")
         leaf = self.lowered.layout.hidden(f"{HIDDEN}{name}{len(self.lowered.sites)}", LINT)
         return Place(leaf, (), None, leaf.path)
 
     def kept(self, path: str, initial: int) -> None:
-        """Make sure that there is a LINT of an object, see `OperandResolver`."""
+        """See `OperandResolver`."""
         if path.upper() not in self.lowered.layout.leaves:
             self.lowered.layout.hidden(path, LINT)
             if initial:
                 self.lowered.presets[path, 0] = initial
 
     def function(self, name: str, function: Callable[..., Any]) -> str:
-        """Make a Python function known, see `OperandResolver`."""
+        """See `OperandResolver`."""
         full = self.named(f"{HIDDEN}{name}")
         self.lowered.functions[full] = function
         return full
 
     def target(self, operand: Operand) -> Place:
-        """Return a tag that may be written, see `OperandResolver`."""
+        """See `OperandResolver`."""
         resolved = self.resolver.operand(operand)
         if not isinstance(resolved, Place):
             raise OperandError(
@@ -480,22 +468,17 @@ class Lowering:
 
 
 def routine_name(definition: AddOn, role: str) -> str:
-    """Return the name of a routine of an add-on instruction; no other routine has one with a dot.
-
-    Args:
-        definition: the add-on.
-        role: Logic, EnableInFalse or Prescan.
-    """
+    """Return the name of an add-on's routine: its role after a dot."""
     return f"{definition.name}.{role}"
 
 
 def is_input(operand: Place | Group) -> bool:
-    """Whether a module writes this."""
+    """Whether a module writes the operand."""
     return any(leaf.slot is not None and not leaf.output for leaf in leaves_in(operand))
 
 
 def pass_bits_on(lowered: LoweredProgram) -> None:
-    """Note of every InOut that gets a bit of an integer from an InOut of its caller that it may."""
+    """Propagate to called add-ons which InOuts may be bits of an integer."""
     changed = True
     while changed:
         changed = False
@@ -509,7 +492,7 @@ def pass_bits_on(lowered: LoweredProgram) -> None:
 
 
 def writes(lowered: LoweredProgram, frame: AddOnFrame, name: str) -> bool:
-    """Whether an add-on instruction writes one of its InOuts, itself or by what it calls."""
+    """Whether an add-on instruction writes an InOut, directly or in a call."""
     if name in frame.written:
         return True
     return any(

@@ -1,7 +1,7 @@
-"""Structured text from tree to what the back ends run.
+"""Lowering of structured text.
 
-FOR becomes an assignment before the loop, a condition before each pass and an assignment after it;
-everything else keeps its shape. What Logix does not have in structured text is refused with what it has.
+FOR becomes an assignment before the loop, a condition before each pass and an assignment after it; other
+statements keep their shape. Instructions that structured text lacks are refused with their replacement.
 """
 
 from __future__ import annotations
@@ -65,39 +65,35 @@ INSTEAD: Mapping[str, str] = {
     **dict.fromkeys(("SQR", "ABS", "TRN", "CPT", "MOV", "CLR", "MVM"), "write an assignment"),
     **dict.fromkeys(("AND", "OR", "XOR", "NOT"), "write an expression"),
 }
-"""Instructions that structured text does not have [1756-RM003N, available languages], and what it has."""
+"""Instructions that structured text lacks [1756-RM003N, available languages], with replacements."""
 
 
 class Lowerer(Protocol):
-    """What is needed of `lowering.Lowering`."""
+    """The part of `lowering.Lowering` in use here."""
 
     resolver: Resolver
 
     def at(self, number: int, origin: Origin, text: str) -> None:
-        """Go on with a line."""
+        """Start a line."""
 
     def site(self, text: str) -> int:
-        """Number an instruction of the present line."""
+        """Number an instruction of the current line."""
 
     def step(self, instruction: Instruction) -> LoweredStep:
         """Lower an instruction."""
 
     def report(self, text: str, remedy: str) -> None:
-        """Note a problem of the present line."""
+        """Add a problem of the current line."""
 
     def note_flags(self, operand: Operand) -> None:
-        """Keep the status flags if an operand names one."""
+        """Enable the status flags if an operand names one."""
 
     def note_written(self, operand: Operand, resolved: Place | Group) -> None:
-        """Note what is written."""
+        """Note a written operand."""
 
 
 class StatementLowering:
-    """Lowers one routine of statements.
-
-    Args:
-        lowering: lowers instructions and collects problems.
-    """
+    """Lowers one routine of statements."""
 
     def __init__(self, lowering: Lowerer) -> None:
         self._lowering = lowering

@@ -37,18 +37,16 @@ from .runnable import LadderLogic, wrong_initials
 class Program(LadderLogic):
     """Tags and routines; alone, or as a part of a `Controller`.
 
-    A fault routine runs on a major fault of an instruction, and may clear it (`SSV`); the rest of the
-    program's scan is then left out. See `LadderLogic` for all that can be done with a program.
+    A fault routine runs on a major fault of an instruction and may clear it (`SSV`); the rest of the
+    program's scan is then skipped. `LadderLogic` documents running it.
 
     Attributes:
-        main: the routine that a scan calls; the first one, unless named.
-        fault: the routine that a major fault calls, None without one.
+        main: the routine that a scan calls; by default the first one.
+        fault: the routine that a major fault calls, or None.
 
     Args:
-        main: the routine that a scan calls, if not the first.
-        fault: the routine that a major fault calls.
-        allow: what is not reported, see `checks.ALLOWANCES`.
-        dialect: whose instructions it has, see `instructions.dialects`.
+        allow: suppressed warnings, see `checks.ALLOWANCES`.
+        dialect: instruction set, see `instructions.dialects`.
     """
 
     kind = "program"
@@ -69,7 +67,7 @@ class Program(LadderLogic):
         self._functions: dict[str, Callable[..., Any]] = {}
 
     def join(self, controller: LadderLogic) -> None:
-        """Become a part of a controller, and share its add-on instructions and stubs."""
+        """Become part of a controller and share its add-on instructions and stubs."""
         self.add_ons, self.stubs = controller.add_ons, controller.stubs
         self._controller = controller
 
@@ -96,7 +94,7 @@ class Program(LadderLogic):
 
     @property
     def first(self) -> str | None:
-        """The main routine; None if there are no routines."""
+        """The main routine, None without routines."""
         return self.main or next(iter(self.names), None)
 
     def routine(self, function: Callable[[RungMaker], None]) -> Callable[[RungMaker], None]:
@@ -107,11 +105,7 @@ class Program(LadderLogic):
         return function
 
     def add_routine(self, routine: Routine) -> None:
-        """Add a routine of rungs or of structured text.
-
-        Raises:
-            LadderError: there is one of that name.
-        """
+        """Add a routine of rungs or of structured text, or raise a LadderError if its name is taken."""
         self._refuse_if_built()
         self._refuse_name(routine.name)
         self._routines.append(routine)
@@ -119,11 +113,8 @@ class Program(LadderLogic):
     def statements(self, name: str, text: str) -> None:
         """Add a routine of structured text.
 
-        Args:
-            text: its statements.
-
         Raises:
-            RungTextError: it is not structured text; line, column and what was expected.
+            RungTextError: a syntax error; line, column and what was expected.
             LadderError: there is a routine of that name.
         """
         from ..st import parse_statements  # lark takes time to import, and most programs have none
@@ -147,15 +138,7 @@ class Program(LadderLogic):
     # --- building
 
     def lower_into(self, lowering: Lowering, scope: str = "") -> list[Problem]:
-        """Lower the routines.
-
-        Args:
-            lowering: lowers them.
-            scope: name of the program, if it is one of a controller.
-
-        Returns:
-            What is wrong with the program beside what `lowering` reports.
-        """
+        """Lower the routines, in the scope of a controller's program; return further problems."""
         lowering.enter(scope)
         for name, function in self._functions.items():
             lowering.lowered.functions[scoped(scope, name).upper()] = function
@@ -169,7 +152,7 @@ class Program(LadderLogic):
         return list(map(str.upper, self.names))
 
     def roots(self, scope: str = "") -> ProgramRoutines:
-        """Return what its task and a fault call, under full names in capitals."""
+        """Return its main and fault routine, under full names in capitals."""
         main, fault = (each and scoped(scope, each).upper() for each in (self.first, self.fault))
         return ProgramRoutines(self.name, main, fault)
 

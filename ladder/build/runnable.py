@@ -1,4 +1,4 @@
-"""What a program and a controller have in common: declarations, building, running."""
+"""Common base of programs and controllers: declarations, building, running."""
 
 from __future__ import annotations
 
@@ -31,42 +31,38 @@ from .dialects import DIALECTS, HOOKS, LOGIX, SLC
 from .inferred import Guesses
 
 MOST_BYTES = 1 << 25
-"""Bytes of a single tag: 32 MiB, more memory than the largest controllers have for all of them."""
+"""Maximum size of a tag, 32 MiB: more than the memory of the largest controllers."""
 
 REFUSALS_SHOWN = 5
-"""Refused parts of an export that a message lists."""
+"""Refused parts of an export listed in a message."""
 
 
 class LadderLogic(ABC):
-    """Tags, and rungs that work on them; callable as the logic of a rack.
+    """Tags and rungs; callable as the logic of a rack.
 
-    It is built when it is first used: then one error lists all mistakes, and nothing can be
-    added any more. Calling it runs it compiled, on memory that `tags` shows.
+    The first use builds it: one error lists all mistakes, and no more declarations are accepted. A call
+    runs it compiled, on memory that `tags` shows.
 
     Attributes:
-        declarations: tags and aliases, in order.
-        add_ons: the add-on instructions that it uses, by name in capitals.
-        allowed: what is not reported, see `checks.ALLOWANCES`.
-        stubs: replacements of instructions, and how messages end, by name in capitals.
-        dialect: whose instructions it has.
-        builtin: those instructions, by name in capitals.
+        declarations: tags and aliases.
+        add_ons: add-on instructions in use, by name in capitals.
+        allowed: suppressed warnings, see `checks.ALLOWANCES`.
+        stubs: replacements of instructions and results of messages, by name in capitals.
+        dialect: its instruction set, see `instructions.dialects`.
+        builtin: specs of its instruction set, by name in capitals.
         opening: called with the engine before each scan, and whether it is the first.
         closing: called with the engine after each scan.
-        axes: axes that are 3601s of the rack, None without any.
-        declares_missing: whether tags that it uses and does not declare are declared by their use.
+        axes: axes on 3601s of the rack, or None.
+        declares_missing: whether undeclared tags are declared by their use.
         declared_missing: those tags, once it is built.
-        refused: what an export has and this program leaves out, as texts.
-
-    Args:
-        allow: what is not reported.
-        dialect: whose instructions it has, see `instructions.dialects`.
+        refused: parts of an export that are left out, as texts.
 
     Raises:
-        LadderError: `allow` or `dialect` names something else.
+        LadderError: unknown `allow` or `dialect`.
     """
 
     kind: str
-    """What it is called in messages."""
+    """Its name in messages."""
 
     def __init__(self, name: str, *, allow: Iterable[str] = (), dialect: str = LOGIX) -> None:
         self.name = name
@@ -97,7 +93,7 @@ class LadderLogic(ABC):
     @property
     @abstractmethod
     def routines(self) -> Sequence[Routine]:
-        """Routines of rungs and of structured text under their full names, in order."""
+        """Routines of rungs and of structured text under their full names."""
 
     @property
     @abstractmethod
@@ -110,21 +106,21 @@ class LadderLogic(ABC):
 
     @property
     def specs(self) -> Mapping[str, Spec]:
-        """All instructions that it may use, by name in capitals."""
+        """Specs of all available instructions, by name in capitals."""
         return specs_of(self.add_ons, self.stubs, self.builtin)
 
     # --- declaring
 
     def stub(self, name: str, text: str | Callable[..., Any]) -> None:
-        r"""Replace an instruction, or say how a message ends.
+        r"""Replace an instruction, or set the result of a message.
 
         Args:
-            name: the instruction; or a message's tag, in a controller `\Program.tag` for that of a program.
+            name: the instruction, or a message's tag; in a controller `\Program.tag` for a program's tag.
             text: `done after 20 ms`, `error 16#00CB after 20 ms`, `false`, `true`, see `stubs`; or a
                 function, see `stubs.InPython`.
 
         Raises:
-            LadderError: the text says something else, or the instruction can't be stubbed.
+            LadderError: the text is not a stub, or the instruction can't be stubbed.
         """
         if callable(text):
             named = getattr(text, "__name__", type(text).__name__)
@@ -133,10 +129,10 @@ class LadderLogic(ABC):
             self.take_stubs(Stubs({name.upper(): parse_stub(text)}))
 
     def take_stubs(self, stubs: Stubs) -> None:
-        """Take stubs, in place of its own of the same name.
+        """Add stubs; they replace existing ones of the same name.
 
         Raises:
-            LadderError: no stub can replace an instruction among them, or it has been built.
+            LadderError: an instruction can't be stubbed, or the program has been built.
         """
         if stubs == NO_STUBS:
             return
@@ -148,14 +144,7 @@ class LadderLogic(ABC):
         self.stubs.update(stubs.by_name)
 
     def take_axes(self, axes: Axes) -> None:
-        """Let axes of the program be 3601s of the rack; before it runs.
-
-        Args:
-            axes: the axes, see `program.axes_of`.
-
-        Raises:
-            LadderError: it runs already.
-        """
+        """Bind axes to 3601s of the rack; a LadderError if the program runs already."""
         if self._engine is not None:
             raise LadderError(f"{self.kind} {self.name} runs already: its axes stay")
         self.axes = axes
@@ -163,11 +152,7 @@ class LadderLogic(ABC):
 
     @property
     def stubs_in_use(self) -> tuple[str, ...]:
-        """The stubs that a rung or a statement needs, as `MSG = done after 20 ms (3 times)`.
-
-        Raises:
-            BuildError: see `build`.
-        """
+        """Stubs in use, as `MSG = done after 20 ms (3 times)`."""
         counted = Counter(uses_of_stubs(self.build()))
         used = [f"{name} = {self.stubs[name]} ({times(count)})" for name, count in counted.items()]
         if self.declared_missing:
@@ -224,8 +209,7 @@ class LadderLogic(ABC):
         Args:
             kind: their type; for instances, the add-on instruction.
             dims: length per dimension, for arrays.
-            initial: what they start with; None = zero.
-            comment: their comment.
+            initial: initial value; None = zero.
 
         Returns:
             The tag, or a tuple of them, for use in rungs.
@@ -243,27 +227,17 @@ class LadderLogic(ABC):
         return refs[0] if len(refs) == 1 else refs
 
     def alias(self, name: str, target: str, type: Structure | None = None) -> TagRef:
-        """Give an address a second name.
-
-        Args:
-            name: the second name.
-            target: the address.
-            type: the structure whose names the parts of a module's image have, see `tags.Alias`.
-        """
+        """Declare a second name of an address; `type` names the parts of a module's image."""
         self.add(Alias(name, parse_address(target), type=type))
         return TagRef(parse_address(name))
 
     def slot(self, name: str, number: int) -> TagRef:
-        """Name the module in a slot, whose bits then go by meaning: `axis.status.MOVE_COMPLETE`."""
+        """Name the module in a slot, for named bits: `axis.status.MOVE_COMPLETE`."""
         self.add(SlotAlias(name, number))
         return TagRef(parse_address(name))
 
     def add(self, declaration: Declaration) -> None:
-        """Add a declaration.
-
-        Raises:
-            LadderError: its name is taken or not allowed, or its dimensions are not allowed.
-        """
+        """Add a declaration; a LadderError if its name is taken, or name or dimensions are not allowed."""
         self._refuse_if_built()
         name = declaration.name
         if not self._is_name(name):
@@ -286,11 +260,7 @@ class LadderLogic(ABC):
         return named and not name.upper().startswith(("S:", "I:", "O:"))
 
     def use(self, *add_ons: AddOn) -> None:
-        """Make add-on instructions known.
-
-        Raises:
-            LadderError: there is another one of that name.
-        """
+        """Add add-on instructions; a LadderError if there is another one of that name."""
         self._refuse_if_built()
         for each in add_ons:
             if self.add_ons.setdefault(each.name.upper(), each) != each:
@@ -303,11 +273,7 @@ class LadderLogic(ABC):
     # --- building
 
     def build(self) -> LoweredProgram:
-        """Check it and make it ready to run.
-
-        Raises:
-            BuildError: what is wrong, with rungs and remedies.
-        """
+        """Check and lower it, or raise a BuildError with all problems."""
         if self._lowered is None:
             self._lowered, warnings = self._lower()
             opening, closing = HOOKS[self.dialect]
@@ -320,34 +286,30 @@ class LadderLogic(ABC):
 
     @property
     def warnings(self) -> tuple[Problem, ...]:
-        """What is allowed and probably not meant: a bit with two coils, a program that no task runs.
-
-        Raises:
-            BuildError: see `build`.
-        """
+        """Warnings of likely mistakes: a bit with two coils, a program without a task."""
         self.build()
         return self._warnings
 
     def compile(self) -> Engine:
-        """Return a new engine that runs it compiled; compiling it is done once."""
+        """Return a new engine on the compiled program, which is compiled once."""
         return Engine(self.build(), self.scanner)
 
     @property
     def scanner(self) -> Scanner:
-        """What it is compiled to, which binds itself to an engine's memory."""
+        """The compiled program, to be bound to an engine's memory."""
         if self._scanner is None:
             self._scanner = scanner_of(self.build())
         return self._scanner
 
     def interpret(self) -> Engine:
-        """Return a new engine that runs it in the interpreter."""
+        """Return a new engine on the interpreter."""
         return Engine(self.build())
 
     # --- running
 
     @property
     def engine(self) -> Engine:
-        """The engine that a call runs."""
+        """The engine of calls."""
         if self._engine is None:
             self._engine = self.compile()
         return self._engine
@@ -367,15 +329,11 @@ class LadderLogic(ABC):
         (self._engine or self.engine)(scan)
 
     def __attach_logic__(self, _slots: object) -> None:
-        """Compile it before the first scan, which has the watchdog's limit as every other one.
-
-        Raises:
-            BuildError: see `build`.
-        """
+        """Compile before the first scan, which has the same watchdog as every other."""
         _ = self.engine
 
     def __close_logic__(self) -> None:  # noqa: B027 - nothing is under way between two scans
-        """Do nothing; there is nothing to end."""
+        """No operation."""
 
     def step(self, ms: float = STEP_MS) -> None:
         """Do one scan without a rack, see `Engine.step`."""
@@ -385,10 +343,10 @@ class LadderLogic(ABC):
         """Continue from the state of another program, between two scans: an online edit.
 
         Tags of the same name and type keep their values, new ones get their initial values, and there is
-        no prescan. The other program stays as it is.
+        no prescan. The other program is unchanged.
 
         Raises:
-            LadderError: this program has done a scan already, or is being run.
+            LadderError: this program has done a scan already, or is running.
             BuildError: it can't be built; the other one can go on.
         """
         if self._engine is not None:
@@ -401,15 +359,11 @@ class LadderLogic(ABC):
     # --- reading
 
     def source(self) -> str:
-        """Return the Python that it is compiled to."""
+        """Return its compiled Python."""
         return source_of(self.build())
 
     def text(self, routine: str) -> str:
-        """Return the text of a routine.
-
-        Raises:
-            LadderError: that name is unknown.
-        """
+        """Return the text of a routine, or raise a LadderError."""
         for each in self.routines:
             if each.name.upper() == routine.upper():
                 return each.text
@@ -417,7 +371,7 @@ class LadderLogic(ABC):
 
 
 def times(count: int) -> str:
-    """Return how often, in words.
+    """Return a count in words.
 
     >>> times(1), times(2), times(2000)
     ('once', 'twice', '2,000 times')
@@ -426,7 +380,7 @@ def times(count: int) -> str:
 
 
 def declared(tag: Tag) -> str:
-    """Return a tag as a program file declares it.
+    """Return a tag as in a program file's declaration.
 
     >>> from scanrack.ladder import DINT
     >>> declared(Tag("Level", DINT, (4,)))
@@ -437,7 +391,7 @@ def declared(tag: Tag) -> str:
 
 
 def wrong_initials(lowered: LoweredProgram) -> list[Problem]:
-    """Return what is wrong with the initial values."""
+    """Return the problems of initial values."""
     try:
         Memory(lowered.layout, lowered.presets, lowered.defaults)
     except ValueError as error:

@@ -1,4 +1,4 @@
-"""Rung text to tree; tree to rung text is `str()` of a node.
+"""The parser of rung text; `str()` of a node is its text again.
 
     rung       = series ";"
     series     = { instruction | branch }
@@ -38,7 +38,7 @@ from ..model.tree import (
 )
 
 _WORDS = re.compile(r"(?:[A-Za-z_]\w*|%)(?:[ -]+[\w%]+)+(?=\s*[,)])|%\w+(?=\s*[,)])")
-"""A word of a list that is not a name, such as `Units per sec` and `% of Maximum`."""
+"""A keyword that is not a name, such as `Units per sec` and `% of Maximum`."""
 
 _PLAIN = re.compile(r"[A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*\s*(?=[,)])")
 _MODE = re.compile(r"REVERSE|WORD|HIGH/?LOW|[012]", re.IGNORECASE)
@@ -55,20 +55,19 @@ def parse_rung(
     comment: str = "",
     specs: Mapping[str, Spec] = BY_NAME,
 ) -> Rung:
-    """Read the text of one rung, with or without its semicolon.
+    """Read one rung, with or without its semicolon.
 
     >>> str(parse_rung("XIC(Start) [XIO(Stop) , XIC(Jog)] OTE(Run)"))
     'XIC(Start)[XIO(Stop),XIC(Jog)]OTE(Run);'
 
     Args:
-        text: the rung.
-        file: where it is from, for messages.
+        file: its file, for messages.
         line: its first line there.
         rung: its number in its routine.
         specs: the known instructions, by name in capitals.
 
     Raises:
-        RungTextError: it is not a rung; where, and what was expected.
+        RungTextError: a syntax error; where, and what was expected.
     """
     parser = RungParser(text, file=file, line=line, rung=rung, specs=specs)
     series = parser.series()
@@ -79,15 +78,7 @@ def parse_rung(
 
 
 class RungParser(ExpressionParser):
-    """Reads rungs.
-
-    Args:
-        text: what is read.
-        file: where it is from, for messages.
-        line: number of its first line.
-        rung: number of the rung, None if it is not a rung.
-        specs: the known instructions, by name in capitals.
-    """
+    """Reads rungs of the instructions `specs`, by name in capitals."""
 
     def __init__(
         self, text: str, *, file: str, line: int, rung: int | None, specs: Mapping[str, Spec] = BY_NAME
@@ -97,7 +88,7 @@ class RungParser(ExpressionParser):
         self._branches = 0
 
     def series(self) -> Series:
-        """Read instructions and branches as far as they go."""
+        """Read a series up to a sign that can't continue it."""
         elements: list[Element] = []
         text = self.text
         while self.at < len(text):

@@ -1,10 +1,9 @@
-"""The compiler: one Python function for each routine of a program.
+"""The compiler: one Python function per routine.
 
-The memory's cells become variables of the function, so a tag costs what a
-variable costs. What can be decided beforehand is: addresses, widths, ranges,
-which conversions can overflow. A rung's power is a Python expression; it is kept
-in a variable only where it is used more than once. Line numbers of the function
-are those of the file with the rungs, so that an error in a scan points there.
+The memory's cells become variables of the function, so a tag costs what a variable costs. The compiler
+decides addresses, widths, ranges and which conversions can overflow. The rung condition is a Python
+expression, kept in a variable only where it is used more than once. Line numbers of the function are those of
+the rungs' file, so that an error in a scan points there.
 """
 
 from __future__ import annotations
@@ -29,22 +28,21 @@ __all__ = ["ObservedScanner", "Scanner", "observed_scanner_of", "scanner_of", "s
 
 
 def source_of(lowered: LoweredProgram) -> str:
-    """Return the Python that a program is compiled to."""
+    """Return the compiled Python of a program."""
     return text_of(lowered).text
 
 
 Scanner = Callable[[Engine], Callable[[int], object]]
-"""Binds a compiled program to an engine's memory; returns what does one scan."""
+"""Binds a compiled program to an engine's memory; returns the function of one scan."""
 
 
 class ObservedScanner(NamedTuple):
-    """A compiled program that notes power and holds forces.
+    """A compiled program that notes power and applies forces.
 
     Attributes:
-        bind: a `Scanner` that gets the names of `observed`, too: the list with the power, the values that
-            are forced.
+        bind: a `Scanner` with additional variables of `observed`: the list of noted power, the forced values.
         places: length of that list.
-        readings: for each noted line how its places are read, see `truth_of`.
+        readings: how to read the places of each noted line, see `truth_of`.
     """
 
     bind: Callable[[Engine, Mapping[str, Any]], Callable[[int], object]]
@@ -59,7 +57,7 @@ def scanner_of(lowered: LoweredProgram) -> Scanner:
 
 
 def observed_scanner_of(lowered: LoweredProgram, observation: Observation) -> ObservedScanner:
-    """Compile a program that notes power and holds forces, see `observed`."""
+    """Compile a program that notes power and applies forces, see `observed`."""
     with collector_paused():
         text = text_of(lowered, observation)
         idents = frozenset(text.idents)

@@ -1,12 +1,12 @@
-"""Calls of add-on instructions as Python: an instance is a list and an offset, an InOut some more.
+"""Calls of add-on instructions in Python: an instance is a list with an offset, as is an InOut.
 
     addon_MIXER_LOGIC(now, frame, of_Log, of_Log_at, of_Log_left[, of_Log_bit])
     addon_MIXER_LOGIC_at(now, frame, base, ...)
 
-Most instances are tags of their own: their list begins with them, and no offset is added. The other function
-is for instances in arrays, in structures and in other instances; it is written if there are such.
-`left` counts the elements from there to the end of the array; `bit` is the mask of a bit of an integer, for
-an InOut that some call hands one, and None for whole bits.
+Most instances are tags of their own, at the beginning of their list: no offset is added. The second function
+is for instances in arrays, in structures and in other instances; it is written on demand.
+`left` counts the elements from there to the end of the array; `bit` is the mask of a bit of an integer, None
+for whole values; only InOuts that some call passes a bit have it.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ from .values import ValueWriter
 
 
 def parameters_of(values: ValueWriter, inouts: Sequence[str]) -> list[str]:
-    """Return the parameters of a compiled routine of an add-on instruction."""
+    """Return the parameters of an add-on routine's function."""
     return ["now", *(each for root in (OWN, *inouts) for each in values.writer.handed(root))]
 
 
 def write_call(values: ValueWriter, routine: str, call: AddOnCall) -> None:
-    """Write the line that calls a routine of an add-on instruction."""
+    """Write the call of an add-on routine."""
     writer = values.writer
     bits = writer.lowered.frames[call.name].bits
     frame, base = _handed(values, call.instance)[:2]
@@ -43,12 +43,7 @@ def write_call(values: ValueWriter, routine: str, call: AddOnCall) -> None:
 
 
 def function_name(routine: str, *, based: bool) -> str:
-    """Return the name of the function of a routine of an add-on instruction.
-
-    Args:
-        routine: the routine, in capitals.
-        based: whether its instance may begin anywhere in its list.
-    """
+    """Return the function of an add-on routine in capitals; `based` ones take an offset."""
     return f"addon_{routine.replace('.', '_')}{'_at' if based else ''}"
 
 

@@ -1,4 +1,4 @@
-"""Rungs that note their power at a low cost.
+"""Rungs that record their power cheaply.
 
     XIC(a)XIO(b)[XIC(c)XIC(d),XIC(e)]OTE(f)
 
@@ -35,10 +35,10 @@ from .rungs import RungWriter
 from .writer import both, either_of
 
 _ALWAYS, _NEVER = -1, 1 << 30
-"""Any number is greater, none is."""
+"""Thresholds that every number exceeds, and that none exceeds."""
 
 Above = tuple[str, int]
-"""A variable, and a number: there is power where the variable is greater."""
+"""A variable and a threshold: power where the variable is greater."""
 
 
 def write_rung(rungs: RungWriter, line: LoweredLine, power: str) -> None:
@@ -50,12 +50,7 @@ def write_rung(rungs: RungWriter, line: LoweredLine, power: str) -> None:
 
 
 class NotedRung:
-    """Writes one rung, and notes the power after each of its instructions.
-
-    Args:
-        rungs: writes instructions.
-        line: the rung.
-    """
+    """Writes one rung and notes the power after each instruction."""
 
     def __init__(self, rungs: RungWriter, line: LoweredLine) -> None:
         self._rungs, self._notes, self._line = rungs, rungs.notes, line

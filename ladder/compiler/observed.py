@@ -1,13 +1,12 @@
-"""What a compiled program does for its observer: it notes power and holds forces.
+"""Variants of a compiled program that note power or apply forces.
 
-Each is a variant of the compiled text, made on demand; the plain program has no cost.
+They are compiled on demand; the plain program has no cost.
 
-Noted: a rung keeps the power after its instructions in variables and, at its end, puts them into a list; see
+Noted: a rung collects the power after its instructions in variables and stores them in a list at its end; see
 `noted`, and `statements` for structured text.
 
-Held: after every line that assigns to a forced variable there is one that forces it again. The value is
-computed all the same, since that may record a fault. Lists are held by the memory, see
-`debug.forces.HeldList`.
+Held: a line after every assignment to a forced variable forces it again. The value is computed all the
+same, since that may record a fault. Lists are forced in the memory, see `debug.forces.HeldList`.
 """
 
 from __future__ import annotations
@@ -22,22 +21,22 @@ from typing_extensions import override
 from ..state.lowered import LoweredProgram
 
 NOTED = "__noted"
-"""Variable of the list with the power that was noted."""
+"""Variable of the list of noted power."""
 
 NOTES = "__notes"
-"""What a routine calls that list."""
+"""Name of that list inside routines."""
 
 LineKey = tuple[str, int]
-"""A routine, in capitals, and the number of a rung or of a line in it."""
+"""A routine, in capitals, and the number of its rung or line."""
 
 
 @dataclass(frozen=True, slots=True)
 class Observation:
-    """What a compiled program notes and holds.
+    """The lines to note and the variables to force.
 
     Attributes:
-        held: variables that are forced, each with whether that means some of its bits only.
-        noted: the lines whose power is noted, in the order in which the list has them.
+        held: forced variables, each with whether only some of its bits are forced.
+        noted: noted lines in list order.
     """
 
     held: frozenset[tuple[str, bool]] = frozenset()
@@ -48,19 +47,19 @@ UNOBSERVED = Observation()
 
 
 Reading = tuple[tuple[int, int, tuple[tuple[int, int], ...]], ...]
-"""For each instruction of a rung: there is power after it if the value at the place in the list is greater
-than the number, and so on for further places and numbers."""
+"""For each instruction of a rung: there is power after it if the value at the place exceeds the threshold, as
+for all further pairs of place and threshold.
+"""
 
 
 class NoteList:
-    """The list with the power that is noted: a place for each line in their order, then further ones.
+    """The list of noted power: a place for each line, then further ones.
 
     Attributes:
-        size: how many places.
-        readings: for each line how its places are read.
+        readings: how to read the places of each line.
 
     Args:
-        lines: how many lines are noted.
+        lines: number of noted lines.
     """
 
     def __init__(self, lines: int) -> None:
@@ -69,7 +68,7 @@ class NoteList:
         self._places: dict[tuple[int, int], int] = {}
 
     def further(self, line: int, number: int) -> int:
-        """Return a further place of a line, from 1; the same one whenever the line is written."""
+        """Return a further place of a line, from 1; the same one on every compilation of the line."""
         found = self._places.setdefault((line, number), self.size)
         self.size += found == self.size
         return found
@@ -77,38 +76,33 @@ class NoteList:
 
 @dataclass(frozen=True, slots=True)
 class Notes:
-    """The lines of one routine whose power is noted.
-
-    Attributes:
-        places: where in the list, by number of the line.
-        listed: the list.
-    """
+    """The noted lines of one routine: their places in the list `listed`."""
 
     places: Mapping[int, int]
     listed: NoteList
 
     @staticmethod
     def of(observation: Observation, listed: NoteList, routine: str) -> Notes:
-        """Return those of a routine, named in capitals."""
+        """Return the notes of a routine, in capitals."""
         noted = enumerate(observation.noted)
         return Notes({number: place for place, (name, number) in noted if name == routine}, listed)
 
     def place(self, number: int) -> str | None:
-        """Return text for the place of a line in the list, None if the line is not noted."""
+        """Return text for the place of a line, None if the line is not noted."""
         place = self.places.get(number)
         return None if place is None else f"{NOTES}[{place}]"
 
     def further(self, number: int, which: int) -> int:
-        """Return a further place of a line that is noted, from 1."""
+        """Return a further place of a noted line, from 1."""
         return self.listed.further(self.places[number], which)
 
     def read(self, number: int, reading: Reading) -> None:
-        """Take note of how the places of a line are read."""
+        """Set how to read the places of a line."""
         self.listed.readings[self.places[number]] = reading
 
 
 def truth_of(notes: Sequence[Any], line: int, reading: Reading) -> tuple[bool, ...] | None:
-    """Return the truth of a line from what was noted; None if it did not run.
+    """Return the noted truth of a line, None if it did not run.
 
     >>> truth_of([2, True], 0, ((0, 0, ()), (0, 1, ()), (0, 2, ()), (0, 1, ((1, 0),))))
     (True, True, False, True)
@@ -125,7 +119,7 @@ def truth_of(notes: Sequence[Any], line: int, reading: Reading) -> tuple[bool, .
 
 
 def true_at_end(notes: Sequence[Any], line: int, reading: Reading) -> bool:
-    """Return whether a line ran and there was power after its last instruction."""
+    """Whether a line ran with power after its last instruction."""
     first = notes[line]
     if isinstance(first, tuple):
         return bool(first) and bool(first[-1])
@@ -146,28 +140,24 @@ def lines_of(lowered: LoweredProgram) -> tuple[LineKey, ...]:
 
 
 def held_name(ident: str) -> str:
-    """Return the name of the value that a variable is forced to."""
+    """Return the variable of a forced value."""
     return f"__held_{ident}"
 
 
 def kept_name(ident: str) -> str:
-    """Return the name of the mask of the bits that are not forced."""
+    """Return the variable of the mask of unforced bits."""
     return f"__left_{ident}"
 
 
 class ForceInserter(ast.NodeTransformer):
-    """Puts a line that forces a variable after every line that assigns to it.
-
-    Args:
-        held: see `Observation`.
-    """
+    """Adds a line that forces a variable after every assignment to it, see `Observation.held`."""
 
     def __init__(self, held: frozenset[tuple[str, bool]]) -> None:
         self._again = {ident: _force(ident, in_part=in_part) for ident, in_part in held}
 
     @override
     def visit_Assign(self, node: ast.Assign) -> ast.AST | list[ast.stmt]:
-        """Return the line and the one after it."""
+        """Return the assignment and the line after it."""
         forced = [
             self._again[target.id]
             for target in node.targets

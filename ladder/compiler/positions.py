@@ -1,4 +1,4 @@
-"""Line numbers of compiled Python, replaced by those of the file that it was made from.
+"""Replacement of line numbers in compiled Python by those of the source file.
 
 Replacing them in the code takes a fraction of the time and memory that a tree of `ast` takes.
 A code object keeps them as a table of entries, one for up to eight units of two bytes:
@@ -21,11 +21,7 @@ _LINE, _NO_LINE = 13, 15
 
 
 def relocated(code: CodeType, lines: Sequence[int]) -> CodeType:
-    """Return code, and the code inside of it, with other line numbers.
-
-    Args:
-        lines: the new number, by the old one less 1.
-    """
+    """Return code, nested code included, with new line numbers by the old number less 1."""
     first = line = lines[code.co_firstlineno - 1]
     table = bytearray()
     at = 0

@@ -1,4 +1,4 @@
-"""A lowered program as Python text: one function per routine, the main one called `scan`."""
+"""A lowered program as Python text: one function per routine; the main one is `scan`."""
 
 from __future__ import annotations
 
@@ -21,12 +21,7 @@ _NAMES = re.compile(r"[^\W\d]\w*")
 
 @dataclass(frozen=True, slots=True)
 class FunctionText:
-    """The Python of one function.
-
-    Attributes:
-        routine: the routine that it runs.
-        lines: its lines, each with the line in the file that it is from.
-    """
+    """The Python of a routine's function: lines with their line numbers in the source file."""
 
     name: str
     routine: LoweredRoutine
@@ -37,11 +32,7 @@ class FunctionText:
         return {name for text, _ in self.lines for name in _NAMES.findall(text)}
 
     def unit(self, idents: Set[str]) -> tuple[str, list[int]]:
-        """Return what is compiled, without comments, and the line in the file for each of its lines.
-
-        Args:
-            idents: variables of the program.
-        """
+        """Return the text to compile, without comments, and the source line of each line."""
         head = f"def program({', '.join(sorted(self.used() & idents))}):"
         body = [(text, line) for text, line in self.lines if text and not text.lstrip().startswith("#")]
         texts = [head, f"{INDENT}global {self.name}", *(INDENT + text for text, _ in body)]
@@ -55,9 +46,9 @@ class ProgramText:
     Attributes:
         idents: its variables.
         parts: its functions.
-        file: the file that the rungs are from.
-        functions: name of the function, by routine in capitals; those of add-on instructions are left out.
-        noted: the list in which it notes power.
+        file: the rungs' file.
+        functions: name of the function by routine in capitals, without add-on instructions.
+        noted: the list of noted power.
     """
 
     idents: Sequence[str]
@@ -68,7 +59,7 @@ class ProgramText:
 
     @property
     def text(self) -> str:
-        """All of it as one function, to be read."""
+        """The text as one function, for readers."""
         used = {name for part in self.parts for name in part.used()}
         lines = [f"def program({', '.join(each for each in self.idents if each in used)}):"]
         if self.parts:
@@ -79,7 +70,7 @@ class ProgramText:
 
 
 def text_of(lowered: LoweredProgram, observation: Observation = UNOBSERVED) -> ProgramText:
-    """Return the Python of a program, with lines that note power where that is wanted."""
+    """Return the Python of a program, with the noting lines of an observation."""
     listed = NoteList(len(observation.noted))
     notes = partial(Notes.of, observation, listed)
     functions = _function_names(lowered)

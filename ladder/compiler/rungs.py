@@ -1,6 +1,6 @@
-"""Rungs as Python: how power runs through series and branches.
+"""Rungs in Python: power through series and branches.
 
-The Python of an instruction is written by its `Spec`, which gets the `RungWriter`.
+The `Spec` of an instruction writes its Python through the `RungWriter`.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ class RungWriter:
     """Writes the rungs of one routine.
 
     Attributes:
-        functions: name of each routine's Python function, by the routine in capitals.
-        notes: the lines whose power is noted.
-        override: variable of the override that MCR toggles.
-        sections: number of the section that a label starts.
-        section: number of the section that is being written.
+        functions: Python function of each routine in capitals.
+        notes: the noted lines.
+        override: variable of the MCR state.
+        sections: numbers of the sections after labels.
+        section: number of the current section.
     """
 
     def __init__(self, writer: Writer, functions: dict[str, str], notes: Notes) -> None:
@@ -39,7 +39,7 @@ class RungWriter:
         self.override = self._override.ident
 
     def set_override(self, text: str) -> None:
-        """Write a line that sets the override."""
+        """Write an assignment of the MCR state."""
         self.writer.assigned(self._override)
         self.writer.line(f"{self.override} = {text}")
 
@@ -48,21 +48,21 @@ class RungWriter:
         return self._step(step, power, needed=True)
 
     def outputs(self, steps: Iterable[LoweredStep], power: str) -> None:
-        """Write instructions that act when true, one after the other."""
+        """Write instructions that act when true."""
         self._outputs(steps, power)
 
     def inline(self, step: LoweredStep) -> str:
-        """Return the expression of an input of an `inline_run`."""
+        """Return the expression of an input from `inline_run`."""
         self.values.site = step.site
         return self._write(step)
 
     def inline_run(self, nodes: tuple[Node, ...]) -> tuple[LoweredStep, ...]:
-        """Return the inputs at the beginning of a series that are one expression each."""
+        """Return the leading inputs of a series that are one expression each."""
         steps = takewhile(lambda node: isinstance(node, LoweredStep) and _is_inline(node), nodes)
         return tuple(step for step in steps if isinstance(step, LoweredStep))
 
     def series(self, nodes: tuple[Node, ...], power: str, *, needed: bool) -> str:
-        """Write a series; return the power after it, which means nothing unless `needed`."""
+        """Write a series; return the power after it, valid only if `needed`."""
         outputs = len(nodes) if needed else _first_of_last_outputs(nodes)
         for number, node in enumerate(nodes[:outputs], start=1):
             wanted = needed or number < len(nodes)
@@ -87,7 +87,7 @@ class RungWriter:
         return power if not needed or power in behind else either_of(behind)
 
     def kept(self, power: str) -> str:
-        """Return power as something that may be written more than once."""
+        """Return power as text that may be repeated."""
         return power if power in ("True", "False") else self.values.keep(power)
 
     def _outputs(self, nodes: Iterable[Node], power: str) -> None:
@@ -140,7 +140,7 @@ class RungWriter:
         return result
 
     def either(self, power: str, when_true: Callable[[], None], when_false: Callable[[], None]) -> None:
-        """Write what an instruction does on a true rung and on a false one."""
+        """Write an instruction's action on a true rung and on a false one."""
         if power == "True":
             when_true()
         elif power == "False":

@@ -1,4 +1,4 @@
-"""What the compiled program calls where a line of Python does not do: the rare and the slow cases."""
+"""Services of the compiled program: rare and slow operations that no line of Python covers."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class Services:
-    """Functions of one engine, by the names under which the compiled program knows them."""
+    """Functions of one engine, by their names in the compiled program."""
 
     def __init__(self, engine: Engine, interpreted: Mapping[int, LoweredStep]) -> None:
         self._engine = engine
@@ -30,34 +30,28 @@ class Services:
         self._interpreted = interpreted
 
     def interpret(self, site: int, power: bool = True, frame: Mapping[str, Store] = NOTHING) -> bool:
-        """Execute an instruction that has no Python text; return the power after it.
-
-        Args:
-            site: its number.
-            power: the power before it.
-            frame: in an add-on instruction what it works on, by `Leaf.root`.
-        """
+        """Run an instruction without Python text; return the power after it. `frame`: by `Leaf.root`."""
         interpreter = self._engine.interpreter
         interpreter.now_ns, interpreter.frame = self._engine.now_ns, frame
         return interpreter.execute(self._interpreted[site], power)
 
     def subscript(self, index: int, length: int, site: int, tag: str) -> int:
-        """Return an index that is in range; stop the scan if it is not."""
+        """Return an index in range, or fault."""
         if not 0 <= index < length:
             self._fault_log.subscript(site, tag, index, length)
         return index
 
     def outside(self, index: int, length: int, site: int, tag: str) -> int:
-        """Stop the scan."""
+        """Fault on a subscript out of range."""
         self._fault_log.subscript(site, tag, index, length)
 
     def negative(self, site: int, tag: str, preset: int, accumulated: int) -> None:
-        """Stop the scan if PRE or ACC of a timer is negative."""
+        """Fault if PRE or ACC of a timer is negative."""
         if preset < 0 or accumulated < 0:
             self._fault_log.negative_timer(site, tag, preset, accumulated)
 
     def called(self, site: int) -> None:
-        """Count a call of a recursive routine; stop a scan in which they go too deep."""
+        """Count a call of a recursive routine; fault if they nest too deep."""
         self._fault_log.called(site)
 
     def returned(self) -> None:
@@ -65,11 +59,11 @@ class Services:
         self._fault_log.returned()
 
     def jumped_back(self, site: int) -> None:
-        """Count a jump backwards; stop a scan that does not end."""
+        """Count a backward jump; fault if the scan does not end."""
         self._fault_log.jumped_back(site)
 
     def narrow(self, site: int, value: int, width: int, bits: int) -> int:
-        """Return what is left of a number, first in the width of the computation, then in a tag."""
+        """Wrap a number to the computation's width, then to the tag's."""
         result = math.wrap(math.wrap(value, width), bits)
         if result != value:
             self._fault_log.overflow(site)
@@ -90,21 +84,21 @@ class Services:
         return math.truncated(value)
 
     def divide(self, site: int, a: int, b: int) -> int:
-        """Divide integers; by 0 leaves the dividend."""
+        """Divide integers; a divisor of 0 yields the dividend."""
         if b == 0:
             self._fault_log.zero_divisor(site)
             return a
         return math.quotient(a, b)
 
     def modulo(self, site: int, a: int, b: int) -> int:
-        """Remainder of integers; by 0 leaves the dividend."""
+        """Remainder of integers; a divisor of 0 yields the dividend."""
         if b == 0:
             self._fault_log.zero_divisor(site)
             return a
         return math.remainder(a, b)
 
     def real_result(self, site: int, value: float, *operands: float) -> float:
-        """Round a REAL result; record a fault if it is not finite though its operands are."""
+        """Round a REAL result; record a fault if it is not finite but its operands are."""
         result = math.real(value)
         if not math.finite(result) and all(map(math.finite, operands)):
             self._fault_log.overflow(site)
@@ -123,7 +117,7 @@ class Services:
         return self.real_result(site, math.real_remainder(a, b), a, b)
 
     def double_result(self, site: int, value: float, *operands: float) -> float:
-        """Record a fault if an LREAL result is not finite though its operands are."""
+        """Record a fault if an LREAL result is not finite but its operands are."""
         if not math.finite(value) and all(map(math.finite, operands)):
             self._fault_log.overflow(site)
         return value
@@ -171,11 +165,11 @@ class Services:
     def stretch(
         self, frame: str, values: Any, base: int = 0, left: int = 1, mask: int | None = None
     ) -> CompiledAddOnStore:
-        """Return an instance, or what was passed, as a store."""
+        """Return an instance or an argument as a store."""
         return CompiledAddOnStore(self._frames[frame].layout, values, base, left, mask)
 
     def mask(self, bit: int, bits: int, signed: bool) -> int:
-        """Return the value in which one bit is set."""
+        """Return the value with one set bit."""
         return -1 << bit if signed and bit == bits - 1 else 1 << bit
 
     def text(self, path: str, at: int) -> bytes:
@@ -199,7 +193,7 @@ class Services:
         return self._engine.call_python(name, inputs)
 
     def answer(self, site: int, value: Value, kind: str) -> Value:
-        """Convert a parameter or an answer to the type of its tag."""
+        """Convert a parameter or a returned value to its tag's type."""
         if kind == "BOOL":
             return bool(value)
         if kind == "REAL":
@@ -215,7 +209,7 @@ class Services:
 
 
 def interpreted_of(lowered: LoweredProgram) -> dict[int, LoweredStep]:
-    """Return the instructions that have no Python text, by site."""
+    """Return the instructions without Python text, by site."""
     return {step.site: step for step in _all_steps(lowered) if step.spec.write is None}
 
 
@@ -226,13 +220,7 @@ def _all_steps(lowered: LoweredProgram) -> Iterator[LoweredStep]:
 
 
 def services(engine: Engine, regions: Regions, interpreted: Mapping[int, LoweredStep]) -> dict[str, Any]:
-    """Return the names that the compiled program knows.
-
-    Args:
-        engine: what it runs on.
-        regions: the program's, see `regions_of`.
-        interpreted: its instructions without Python text, see `interpreted_of`.
-    """
+    """Return the names of the compiled program's environment, from `regions_of` and `interpreted_of`."""
     own = Services(engine, interpreted)
     named = {name: getattr(own, name) for name in dir(Services) if not name.startswith("_")}
     named["region"], named["site"] = regions, engine.lowered.sites
@@ -249,7 +237,7 @@ Regions = dict[tuple[int, int], Any]
 
 
 def regions_of(lowered: LoweredProgram) -> Regions:
-    """Return the regions that instructions copy or fill, by site and operand."""
+    """Return the regions of copying and filling instructions, by site and operand."""
     return {
         (step.site, number): region_of(operand)
         for step in _all_steps(lowered)

@@ -1,6 +1,6 @@
-"""Structured text as Python: IF is `if`, loops are `while`, a CASE keeps its selector and compares.
+"""Structured text in Python: IF is `if`, loops are `while`, a CASE compares its stored selector.
 
-A condition that takes lines of its own is not possible in `elif`. An IF with such a condition first finds the
+An `elif` has no room for a condition with lines of its own. An IF with such a condition first selects the
 arm, in lines that nest no deeper with every ELSIF, and then runs it.
 """
 
@@ -15,11 +15,7 @@ from .values import is_plain
 
 
 class StatementWriter:
-    """Writes the statements of one routine.
-
-    Args:
-        rungs: writes instructions.
-    """
+    """Writes the statements of one routine."""
 
     def __init__(self, rungs: RungWriter) -> None:
         self._rungs, self._writer = rungs, rungs.writer

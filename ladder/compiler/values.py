@@ -1,4 +1,4 @@
-"""Operands as Python text: reading, writing, computing."""
+"""Operands in Python: reading, writing, computing."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from ..model.types import DINT, LINT, LREAL, REAL, Elementary
 from .writer import Writer
 
 _REAL_HOLDS = 1 << 127
-"""Size up to which an integer never overflows a REAL."""
+"""Integers up to this size never overflow a REAL."""
 
 PYTHON_RELATION = {"=": "==", "<>": "!=", **{each: each for each in RELATIONS[2:]}}
 
@@ -37,11 +37,11 @@ class Term:
     """A value as Python text.
 
     Attributes:
-        text: an expression; a name, a number or something in parentheses.
-        low: for an integer: least value it can have.
-        high: greatest value.
+        text: an expression: a name, a number or something in parentheses.
+        low: lowest possible value, for an integer.
+        high: highest possible value.
         real: whether it is a floating-point number.
-        double: whether that needs rounding to be a REAL.
+        double: whether it needs rounding to be a REAL.
     """
 
     text: str
@@ -57,12 +57,7 @@ class Term:
 
 
 class ValueWriter:
-    """Writes what operands need.
-
-    Attributes:
-        writer: where the lines go.
-        site: number of the present instruction.
-    """
+    """Writes operands."""
 
     def __init__(self, writer: Writer) -> None:
         self.writer = writer
@@ -71,7 +66,7 @@ class ValueWriter:
     # --- reading
 
     def read(self, place: Place) -> str:
-        """Return text that reads a place."""
+        """Return text for the value of a place."""
         whole = self.whole(place)
         if place.bit is None:
             mask = self.writer.mask(place.leaf)
@@ -87,19 +82,19 @@ class ValueWriter:
         return f"({whole} >> {number_text} & 1 != 0)"
 
     def whole(self, place: Place) -> str:
-        """Return text for the value that a place is or lies in."""
+        """Return text for the value that a place is, or is a bit of."""
         name, element = self.writer.name(place.leaf), self.element(place)
         return f"{name}[{element}]" if element else name
 
     def element(self, place: Place) -> str:
-        """Return text for where a value lies in its list, "" if it lies in none."""
+        """Return text for the list index of a place, "" without a list."""
         leaf = place.leaf
         if not leaf.dims and self.writer.layout.spot(leaf) is None:
             return ""
         return self.offset(leaf, self.subscripts(leaf, place.indices, place.text))
 
     def subscripts(self, leaf: Leaf, indices: Sequence[Resolved], tag: str) -> list[str]:
-        """Return texts for subscripts of a leaf that are in range or stop the scan."""
+        """Return texts for the checked subscripts of a leaf."""
         lengths: list[int | str] = [*leaf.dims]
         if left := self.writer.left(leaf):
             lengths[0] = left
@@ -111,7 +106,7 @@ class ValueWriter:
         return texts
 
     def offset(self, leaf: Leaf, subscripts: Sequence[str]) -> str:
-        """Return text for where a value lies in its list, by texts of its subscripts."""
+        """Return text for the list index of a value, from its subscripts' texts."""
         spot = self.writer.layout.spot(leaf)
         fixed, strides = (spot.part.offset, spot.strides) if spot else (0, row_strides(leaf.dims, 1))
         base = self.writer.base(leaf, spot) if spot else ""
@@ -124,7 +119,7 @@ class ValueWriter:
         return " + ".join([*terms, str(fixed)] if fixed or not terms else terms)
 
     def row(self, leaf: Leaf, number: int) -> str:
-        """Return text for where an element lies in its list, by its number among all of the leaf."""
+        """Return text for the list index of an element, from its flat index."""
         spot = self.writer.layout.spot(leaf)
         if spot is None:
             return str(number)
@@ -132,7 +127,7 @@ class ValueWriter:
         return f"{base} + {at}" if base else at
 
     def flat(self, leaf: Leaf, indices: Sequence[Resolved], tag: str) -> str:
-        """Return text for the number of an element among all that the subscripts may mean."""
+        """Return text for the flat index of an element."""
         strides = row_strides(leaf.dims[: len(indices)], 1)
         texts = self.subscripts(leaf, indices, tag)
         if all(text.isdigit() for text in texts):
@@ -143,7 +138,7 @@ class ValueWriter:
         return " + ".join(each)
 
     def index(self, index: Resolved, length: int | str, tag: str) -> str:
-        """Return text for a subscript that is in range or stops the scan; a length may be a variable."""
+        """Return text for a checked subscript; a length may be a variable."""
         if isinstance(index, Constant):
             value = str(index.value)
             return value if isinstance(length, int) else f"subscript({value}, {length}, {self.site}, {tag!r})"
@@ -156,7 +151,7 @@ class ValueWriter:
     # --- writing
 
     def assign(self, place: Place, text: str) -> None:
-        """Write lines that set a place that is not a bit of a tag of its own."""
+        """Write an assignment to a place other than a bit of a tag."""
         self.writer.assigned(place.leaf)
         whole = self.whole(place)
         mask = self.writer.mask(place.leaf)
@@ -170,7 +165,7 @@ class ValueWriter:
             self.writer.line(f"{whole} = {whole} | {mask} if {value} else {whole} & ~{mask}")
 
     def set_bit(self, place: Place, power: str) -> None:
-        """Write lines that set a bit to the truth of an expression that is a bool."""
+        """Write an assignment of a bool expression to a bit."""
         if place.bit is None:
             self.assign(place, power)
             return
@@ -197,11 +192,11 @@ class ValueWriter:
         )
 
     def store(self, place: Place, term: Term, width: int) -> None:
-        """Write lines that convert a number and set a place, then S:Z and S:N."""
+        """Write lines that convert and store a number and set S:Z and S:N."""
         self.assign_result(place, self.converted(term, place.type, width))
 
     def converted(self, term: Term, kind: Elementary, width: int) -> str:
-        """Return text for a number as a type holds it."""
+        """Return text for a number converted to a type."""
         if kind.is_real:
             return self._as_real(term)
         if kind.is_double:
@@ -225,7 +220,7 @@ class ValueWriter:
         return term.text if term.real else f"float({term.text})" if exact else f"real({term.text})"
 
     def assign_result(self, place: Place, text: str) -> None:
-        """Write lines that set a place to a result, then S:Z and S:N by that, the place forced or not."""
+        """Write an assignment of a result, and S:Z and S:N from it even if the place is forced."""
         if not self.writer.flags:
             self.assign(place, text)
             return
@@ -234,24 +229,24 @@ class ValueWriter:
         self.result_flags(value)
 
     def result_flags(self, value: str) -> None:
-        """Write the lines for S:Z and S:N of a value."""
+        """Write S:Z and S:N of a value."""
         self.set_flag("S:Z", f"{value} == 0")
         self.set_flag("S:N", f"{value} < 0")
 
     def set_flag(self, name: str, text: str) -> None:
-        """Write a line that sets a status flag."""
+        """Write an assignment of a status flag."""
         leaf = self.writer.lowered.layout.leaf(name)
         self.writer.assigned(leaf)
         self.writer.line(f"{self.writer.name(leaf)} = {text}")
 
     def clear_flags(self) -> None:
-        """Write the lines that clear S:V and S:C."""
+        """Write the reset of S:V and S:C."""
         if self.writer.flags:
             self.set_flag("S:V", "False")
             self.set_flag("S:C", "False")
 
     def keep(self, text: str) -> str:
-        """Keep a value in a variable; return its name."""
+        """Store a value in a variable; return its name."""
         if text.isidentifier() and text.startswith("__"):
             return text
         name = self.writer.temporary()
@@ -283,7 +278,7 @@ class ValueWriter:
         return Term(self.converted(term, kind, LINT.bits), real=True, double=kind is LREAL)
 
     def terms(self, operands: Sequence[Resolved], width: int) -> list[Term]:
-        """Return numbers; one that may stop the scan does so before a later one writes lines."""
+        """Return numbers; any fault occurs before later operands write lines."""
         found = []
         for position, operand in enumerate(operands, start=1):
             term = self.term(operand, width)
@@ -293,7 +288,7 @@ class ValueWriter:
         return found
 
     def leaf_term(self, operand: Resolved, width: int = SINGLE) -> Term:
-        """Return a constant or a place as it is; DOUBLE keeps all digits of a constant."""
+        """Return a constant or a place; DOUBLE keeps all digits of a constant."""
         if isinstance(operand, Constant):
             value = operand.value
             if isinstance(value, float):
@@ -308,7 +303,7 @@ class ValueWriter:
         return Term(self.read(operand), kind.lowest, kind.highest)
 
     def narrowed(self, name: str, terms: list[Term], width: int) -> Term:
-        """Return an integer operation, kept to its width."""
+        """Return an integer operation wrapped to its width."""
         exact = self.operation(name, terms)
         if exact.fits(width):
             # what may record a fault does so now, before anything else is taken
@@ -320,7 +315,7 @@ class ValueWriter:
         return Term(value, -half, half - 1)
 
     def operation(self, name: str, terms: list[Term]) -> Term:
-        """Return an integer operation without regard to its width."""
+        """Return an integer operation without wrapping."""
         texts = [each.text for each in terms]
         a = terms[0]
         b = terms[-1]
@@ -393,7 +388,7 @@ class ValueWriter:
         self.assign_result(target, f"{value} if {kind.lowest} <= {value} <= {kind.highest} else {otherwise}")
 
     def store_bits(self, target: Place, text: str, *, direct: bool) -> None:
-        """Write lines that set an integer to a pattern of bits; `direct`: it has the target's width."""
+        """Write lines that store a bit pattern in an integer; `direct`: it has the target's width."""
         self.clear_flags()
         result = text if direct and target.type.is_signed else f"wrap({text}, {target.type.wraps})"
         self.assign_result(target, result)
@@ -416,7 +411,7 @@ class ValueWriter:
         return f"text{self._in_store(operand)})"
 
     def set_characters(self, operand: Group, text: str) -> None:
-        """Write a line that sets the characters of a string."""
+        """Write an assignment of characters to a string."""
         self.writer.line(f"set_text{self._in_store(operand)}, {text})")
 
     def _in_store(self, operand: Group) -> str:
@@ -440,13 +435,13 @@ class ValueWriter:
         )
 
     def store_of(self, leaf: Leaf) -> str:
-        """Return text for the store in which a leaf's values are; None is the program's memory."""
+        """Return text for the store of a leaf; None is the program's memory."""
         if not leaf.root:
             return "None"
         return f"stretch({leaf.frame!r}, {', '.join(self.writer.handed(leaf.root))})"
 
     def condition(self, condition: Resolved) -> str:
-        """Return text for a condition; every part of it is computed, or has no effect."""
+        """Return text for a condition; all parts are computed unless they have no effect."""
         if isinstance(condition, Place):
             return self.read(condition)
         if isinstance(condition, Constant):
@@ -462,7 +457,7 @@ class ValueWriter:
         return f"({texts[0]} {sign} {texts[1]})"
 
     def filled(self, operand: Resolved, bits: int) -> str:
-        """Return an integer, filled up with zeros if it is narrower than `bits`."""
+        """Return an integer, zero-extended to `bits`."""
         term = self.leaf_term(operand)
         assert isinstance(operand, (Place, Constant))
         own = operand.type.bits
@@ -470,7 +465,7 @@ class ValueWriter:
 
 
 def calculates(operand: Resolved) -> bool:
-    """Whether an operand or a subscript in it is calculated, which may take lines of its own."""
+    """Whether an operand or its subscripts contain a calculation, which may need lines of its own."""
     if isinstance(operand, Calculation):
         return True
     if isinstance(operand, (Place, Group)):
@@ -482,7 +477,7 @@ def calculates(operand: Resolved) -> bool:
 
 
 def is_plain(condition: Resolved) -> bool:
-    """Whether a condition is one expression whose parts have no effect and can't fault."""
+    """Whether a condition is one expression without effects or faults."""
     if can_fault(condition):
         return False
     if not isinstance(condition, Calculation):

@@ -1,4 +1,4 @@
-"""Lines of Python as they are written, with what they use."""
+"""The writer of Python lines, and the record of names in them."""
 
 from __future__ import annotations
 
@@ -13,28 +13,25 @@ from ..state.lowered import LoweredProgram
 INDENT = "    "
 
 MOST_LINES = 120_000
-"""Lines of a function: Python takes up to 3 KiB for each while it compiles them."""
+"""Maximum lines of a function: Python takes up to 3 KiB for each while it compiles them."""
 
 
 class Writer:
     """Collects the lines of one function.
 
     Attributes:
-        lowered: the program.
-        layout: where the operands of the routine are: the program's, or that of an add-on instruction.
-        called: routines of add-on instructions that are called, each with whether its instance begins
-            somewhere in its list.
-        lines: text and line of origin.
-        written: identifiers that are assigned to.
+        layout: of the program or of the add-on instruction.
+        called: called add-on routines, each with whether its instance has an offset.
+        lines: text and source line.
+        written: assigned identifiers.
         inputs: input images that are read.
-        origin: line of the present rung in its file.
-        flags: whether the status flags are kept.
+        origin: source line of the current rung.
+        flags: whether the status flags are enabled.
 
     Args:
-        lowered: see there.
-        frame: the add-on instruction in whose instance the operands are, "" for those of the program.
-        based: whether the instance begins somewhere in its list.
-        routine: the routine, for messages.
+        frame: the add-on instruction of the operands, "" for the program's.
+        based: whether the instance has an offset.
+        routine: for messages.
     """
 
     def __init__(
@@ -66,7 +63,7 @@ class Writer:
 
     @contextmanager
     def block(self, head: str) -> Iterator[None]:
-        """Write a head and indent what is written inside; an empty block passes."""
+        """Write a head and indent the lines inside; an empty block gets `pass`."""
         self.line(head)
         self._depth += 1
         start = len(self.lines)
@@ -75,33 +72,29 @@ class Writer:
         self._depth -= 1
 
     def fill(self, start: int = 0) -> None:
-        """Pass, if nothing but comments has been written since."""
+        """Write `pass` if there are only comments since `start`."""
         if all(text.lstrip().startswith("#") for text, _ in self.lines[start:]):
             self.line("pass")
 
     def temporary(self) -> str:
-        """Return a name that nothing else has."""
+        """Return a new name."""
         self._temporaries += 1
         return f"__{self._temporaries}"
 
     def lasting(self) -> str:
-        """Return a name that nothing else has, in this rung or another."""
+        """Return a new name that is unique in all rungs."""
         self._lasting += 1
         return f"__kept_{self._lasting}"
 
     def next_rung(self) -> None:
-        """Let the temporaries of the rung before be free again.
-
-        Raises:
-            TooLongError: the function has too many lines.
-        """
+        """Release the temporaries of the previous rung; a TooLongError if the function has too many lines."""
         self._temporaries = 0
         if len(self.lines) > MOST_LINES:
             text = f"routine {self._routine} compiles to more than {MOST_LINES:,} lines of Python: divide it"
             raise TooLongError(text, self._routine)
 
     def name(self, leaf: Leaf) -> str:
-        """Return the variable of a leaf, or of the list in which it lies."""
+        """Return the variable of a leaf or of its list."""
         spot = self.layout.spot(leaf)
         if spot is not None:
             return spot.ident
@@ -111,11 +104,11 @@ class Writer:
         return leaf.ident
 
     def is_live(self, leaf: Leaf) -> bool:
-        """Whether a leaf is an image that is used itself; inputs that are only read are used as a list."""
+        """Whether a leaf is an image used directly; inputs that are only read are copied to a list."""
         return leaf.is_image and (leaf.output or leaf.ident in self.lowered.written_inputs)
 
     def assigned(self, leaf: Leaf) -> None:
-        """Note that a leaf's variable is assigned to; elements of lists are not."""
+        """Note an assigned leaf, unless it is an element of a list."""
         if not leaf.dims and self.layout.spot(leaf) is None:
             self.written.add(leaf.ident)
 
@@ -129,31 +122,31 @@ class Writer:
         return [name, f"{name}_at", f"{name}_left", *bit]
 
     def base(self, leaf: Leaf, spot: Spot) -> str:
-        """Return the variable of the offset at which the stretch of a leaf begins, "" for 0."""
+        """Return the variable of a stretch's offset, "" for 0."""
         return "" if leaf.root == OWN and not self._based else spot.base
 
     def mask(self, leaf: Leaf) -> str:
-        """Return the variable that says which bit of an integer an InOut is, "" if it is never one."""
+        """Return the variable of an InOut's bit mask, "" if it is never a bit."""
         if leaf.root not in self._bits:
             return ""
         return self.handed(leaf.root)[3]
 
     def left(self, leaf: Leaf) -> str:
-        """Return the variable that says how many elements of an InOut are left, "" if it is not an array."""
+        """Return the variable of the remaining elements of an InOut, "" if it is no array."""
         if leaf.outer != 1:
             return ""
         return self.handed(leaf.root)[2]
 
 
 def both(a: str, b: str) -> str:
-    """Return the text of a condition that holds when both do."""
+    """Return the conjunction of two conditions."""
     if a == "True" or b == "False":
         return b
     return a if b == "True" or a == "False" else f"{a} and {b}"
 
 
 def either_of(texts: list[str]) -> str:
-    """Return the text of a condition that holds when one of them does."""
+    """Return the disjunction of conditions."""
     if "True" in texts:
         return "True"
     live = [each for each in texts if each != "False"]

@@ -1,6 +1,6 @@
 """Rungs as pictures: one layout, drawn in box characters or as SVG.
 
-| file | does |
+| file | content |
 |---|---|
 | `ruler`, `layout` | widths of elements; their places |
 | `marks`, `shapes`, `markup` | signs; lines, curves and letters; SVG elements |

@@ -1,4 +1,4 @@
-"""Rungs with box characters; where there is power, wires are heavy.
+"""Rungs in box characters; wires with power are heavy.
 
 0 ║  Start             Stop       Run   ║
   ╟───┤ ├──┬────────────┤/├───────( )───╢
@@ -18,7 +18,7 @@ from .marks import Box, BoxLine, Corner, Symbol, Wire
 from .ruler import caption_width
 
 WIDTH = 96
-"""Columns between the rails by default."""
+"""Default columns between the rails."""
 
 UP, DOWN, LEFT, RIGHT = 1, 2, 4, 8
 
@@ -28,10 +28,10 @@ LIGHT = {
     UP | DOWN | RIGHT: "├", UP | DOWN | LEFT: "┤", LEFT | RIGHT | DOWN: "┬", LEFT | RIGHT | UP: "┴",
     UP | DOWN | LEFT | RIGHT: "┼",
 }  # fmt: skip
-"""Sign of a cell by the directions in which wire leaves it."""
+"""Character of a cell by the directions of its wires."""
 
 HEAVY = dict(zip("─│┌┐└┘├┤┬┴┼", "━┃┏┓┗┛┣┫┳┻╋", strict=True))
-"""The same signs with power."""
+"""The same characters with power."""
 
 HEAVY_SIGN = str.maketrans("┤├", "┨┠")
 """A contact with power after it."""
@@ -81,15 +81,12 @@ def rung_text(
     truth: Sequence[bool] | None = None,
     captions: Mapping[str, Sequence[str]] = NO_CAPTIONS,
 ) -> list[str]:
-    """Draw a rung between its rails.
+    """Draw a rung between its rails; return lines of equal length.
 
     Args:
         width: columns between the rails.
-        truth: whether there is power after each instruction, in the order in which they execute.
-        captions: what the operands of add-on instructions are called, see `captions_of`.
-
-    Returns:
-        Lines of equal length.
+        truth: power after each instruction, in order of execution.
+        captions: of the operands of add-on instructions, see `captions_of`.
     """
     picture = lay_out(rung, width, truth, captions)
     canvas = _Canvas(picture.width, picture.rows)
@@ -113,7 +110,7 @@ def rung_text(
 
 
 def comment_lines(comment: str, width: int) -> list[str]:
-    """Return the lines of a comment, those that are longer than the width broken between words."""
+    """Return the lines of a comment, wrapped between words."""
     return [part for line in comment.splitlines() for part in textwrap.wrap(line, width) or [""]]
 
 
@@ -136,16 +133,13 @@ def routine_text(
     rungs: Iterable[int] | None = None,
     captions: Mapping[str, Sequence[str]] = NO_CAPTIONS,
 ) -> str:
-    """Draw a routine: rungs with their numbers, comments above.
+    """Draw a routine: rungs with their numbers, comments above; statements with a bar before executed lines.
 
     Args:
         width: columns between the rails.
         truths: power after each instruction, per rung; None for a rung that was not scanned.
-        rungs: numbers of the rungs that are drawn; all of them if None.
-        captions: what the operands of add-on instructions are called, see `captions_of`.
-
-    Returns:
-        The rungs; of structured text the lines with their numbers, and a heavy bar before those that ran.
+        rungs: numbers of the drawn rungs; None for all.
+        captions: of the operands of add-on instructions, see `captions_of`.
     """
     if routine.statements is not None:
         return _statements_text(routine, truths, rungs)
@@ -175,7 +169,7 @@ def _statements_text(
 
 
 def lines_of(routine: Routine, wanted: Iterable[int] | None) -> Iterator[NumberedLine]:
-    """Yield the lines of structured text with these numbers, or, if all are wanted, all lines."""
+    """Yield lines of structured text by number; all lines by default."""
     chosen = set(routine.numbers if wanted is None else wanted)
     whole = chosen.issuperset(routine.numbers)
     yield from (line for line in numbered_lines(routine.statements or ()) if whole or line[0] in chosen)

@@ -1,4 +1,4 @@
-"""Where everything of a rung lies: wires, contacts, coils, boxes, names.
+"""Layout of a rung: wires, contacts, coils, boxes, names.
 
 x runs to the right from the left power rail, y downwards. A part is measured first, then placed.
 
@@ -20,7 +20,7 @@ from .power import Numbering, power
 from .ruler import GAP, JOIN, SYMBOLS, LineLayout, Ruler, SeriesLayout, is_symbol
 
 NO_CAPTIONS: Mapping[str, Sequence[str]] = MappingProxyType({})
-"""Captions where no add-on instruction is known."""
+"""Captions without add-on instructions."""
 
 
 def lay_out(
@@ -32,13 +32,12 @@ def lay_out(
     """Place a rung.
 
     Args:
-        width: columns between the rails that it keeps to, unless a name or many branches in one another
-            take more.
-        truth: whether there is power after each instruction, in the order in which they execute.
-        captions: what the operands of add-on instructions are called, see `captions_of`.
+        width: columns between the rails, exceeded for long names and deeply nested branches.
+        truth: power after each instruction, in order of execution.
+        captions: of the operands of add-on instructions, see `captions_of`.
 
     Raises:
-        ValueError: `truth` is not as long as the rung has instructions.
+        ValueError: `truth` does not match the number of instructions.
     """
     count = sum(1 for _ in instructions_of(rung.series))
     if truth is not None and len(truth) != count:
@@ -49,7 +48,7 @@ def lay_out(
 
 
 def place(rung: Rung, width: int, ruler: Ruler) -> Picture:
-    """Place a rung as a ruler measures it; its power is not known."""
+    """Place a rung without power, as a ruler measures it."""
     return _Placer(rung.series, width, ruler).picture
 
 

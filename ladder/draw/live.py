@@ -1,4 +1,4 @@
-"""A rung as SVG that is drawn once and lit by a page: its elements are numbered, see `power`.
+"""A rung as SVG that is drawn once and lit by a page; its elements are numbered, see `power`.
 
     <g class="instruction" data-element="Main.3.0" data-tag="Start"> ... </g>
     <text class="value" data-name="Fill.ACC" ...></text>
@@ -22,33 +22,27 @@ from .ruler import Ruler
 from .shapes import Curve, Letters, Line, Shape, Value, shape_bottom, shapes_of
 
 ROW = 22
-"""Units of a row: beneath a wire there is room for the value of a contact."""
+"""Units per row, with room for a contact's value below the wire."""
 
 VALUE = 12
-"""Columns that a box keeps free for a value."""
+"""Columns reserved for a value in a box."""
 
 HEAD, FOOT = 3, 10
-"""Units above the first row and beneath the lowest mark: the rails are longer than what hangs on them."""
+"""Units above the first row and below the lowest mark."""
 
 EDGE = 1
-"""Columns left of the left rail and right of the right one."""
+"""Columns outside of each rail."""
 
 MEMBERS = dict.fromkeys(("TON", "TOF", "RTO", "CTU", "CTD"), ("", ".PRE", ".ACC"))
-"""Instructions whose second and third operand are members of the first one."""
+"""Instructions whose second and third operands are members of the first one."""
 
 NameOf = Callable[[Address], str | None]
-"""Returns the full name of the tag whose value an address shows, None for an address without one value."""
+"""Returns the full tag name for an address with one value, else None."""
 
 
 @dataclass(frozen=True, slots=True)
 class LiveRung:
-    """A rung to be lit.
-
-    Attributes:
-        svg: the text of an SVG element.
-        elements: number of its elements, the length of its power.
-        names: the tags that it shows or that its instructions use, each once.
-    """
+    """A rung for a page: its SVG, its number of elements, and the tags that it shows or uses."""
 
     svg: str
     elements: int
@@ -62,13 +56,13 @@ def live_rung(
     captions: Mapping[str, Sequence[str]] = NO_CAPTIONS,
     name_of: NameOf = str,
 ) -> LiveRung:
-    """Draw a rung to be lit.
+    """Draw a rung for a page.
 
     Args:
-        ident: what its elements are called: `Main.3` for rung 3 of routine Main.
-        width: columns between the rails that it keeps to, as `lay_out` does.
-        captions: what the operands of add-on instructions are called, see `captions_of`.
-        name_of: names the tag of an address.
+        ident: prefix of its element ids: `Main.3` for rung 3 of routine Main.
+        width: columns between the rails, as for `lay_out`.
+        captions: of the operands of add-on instructions, see `captions_of`.
+        name_of: returns the tag of an address.
     """
     instructions = tuple(instructions_of(rung.series))
     ruler = _ValueRuler(captions, name_of)

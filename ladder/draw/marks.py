@@ -1,6 +1,6 @@
-"""What a picture of a rung consists of, in cells of one character: x to the right, y downwards.
+"""Parts of a rung's picture, in cells of one character: x to the right, y downwards.
 
-A mark names the element of the rung whose power it carries; `power` numbers them.
+A mark carries the power of an element, as numbered by `power`.
 """
 
 from __future__ import annotations
@@ -11,15 +11,7 @@ from typing import NamedTuple
 
 @dataclass(frozen=True, slots=True)
 class Wire:
-    """A straight piece of wire between two cells, both included.
-
-    Attributes:
-        x: where it starts.
-        y: row where it starts.
-        to_x: where it ends.
-        to_y: row where it ends.
-        element: after which it starts.
-    """
+    """A straight wire from one cell to another, both included."""
 
     x: int
     y: int
@@ -34,13 +26,10 @@ class Symbol:
 
     Attributes:
         x: first column of its sign.
-        y: row of the wire.
         sign: as in `SYMBOLS`.
-        name: its operand.
         label_x: first column of the name.
-        element: its number.
         feeder: the element before it.
-        value: the tag whose value is beside it; None without one.
+        value: the tag whose value is beside it, or None.
     """
 
     x: int
@@ -57,9 +46,8 @@ class BoxLine(NamedTuple):
     """A line of a box.
 
     Attributes:
-        caption: what the operand is called.
-        operand: its text, or as many spaces as its value takes.
-        value: the tag whose value replaces the text; None without one.
+        operand: its text, or spaces for its value.
+        value: the tag whose value replaces the text, or None.
     """
 
     caption: str
@@ -75,9 +63,6 @@ class Box:
         x: column of the left edge.
         y: row of the wire, which meets the first line.
         width: columns, edges included.
-        title: the instruction.
-        lines: from top to bottom.
-        element: its number.
     """
 
     x: int
@@ -90,13 +75,10 @@ class Box:
 
 @dataclass(frozen=True, slots=True)
 class Corner:
-    """Where a lower leg of a branch meets the vertical wire.
+    """The place where a lower leg of a branch meets the vertical wire.
 
     Attributes:
-        x: column.
-        y: row.
-        opens: on the left wire of the branch, so that the leg goes on to the right of it.
-        element: whose power it carries.
+        opens: whether it is on the branch's left wire, so that the leg continues to its right.
     """
 
     x: int
@@ -110,17 +92,15 @@ Mark = Wire | Symbol | Box | Corner
 
 @dataclass(slots=True)
 class Picture:
-    """A rung, placed.
+    """The layout of a rung.
 
     Attributes:
-        marks: everything that is drawn.
-        elements: number of elements of the rung.
+        elements: number of elements.
         width: columns between the rails.
-        rows: rows in all.
         left: rows of the wires that start at the left rail.
         right: rows of the wires that end at the right one.
-        continued: (x, y) of the marks that show that a wire goes on in the next line, or comes from the last.
-        power: of each element, as `power` gives it; None if that is not known.
+        continued: (x, y) of the marks at a line break in a wire.
+        power: of each element, as `power` returns it; None if unknown.
     """
 
     marks: list[Mark] = field(default_factory=list)
@@ -133,5 +113,5 @@ class Picture:
     power: str | None = None
 
     def live(self, element: int) -> bool:
-        """Whether there is known to be power after an element."""
+        """Whether there is known power after an element."""
         return self.power is not None and self.power[element] == "1"

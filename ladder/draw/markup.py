@@ -1,4 +1,4 @@
-"""Shapes as SVG elements. A cell is 8 units wide; its height is the reader's choice."""
+"""SVG elements of shapes. A cell is 8 units wide; its height is the caller's choice."""
 
 from __future__ import annotations
 
@@ -9,33 +9,33 @@ from xml.sax.saxutils import escape, quoteattr
 from .shapes import BoxFrame, Curve, Form, Letters, Line
 
 CELL = 8
-"""Units of a column."""
+"""Units per column."""
 
 _NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
-"""Characters that XML 1.0 can't hold, not even escaped [XML 1.0, 2.2]."""
+"""Characters not allowed in XML 1.0, not even escaped [XML 1.0, 2.2]."""
 
 
 def plain(text: str) -> str:
-    """Return a text as the content of an element."""
+    """Escape a text for an element's content."""
     return escape(_NO_XML.sub("\ufffd", text))
 
 
 def attribute(text: str) -> str:
-    """Return a text as the value of an attribute, in quotes."""
+    """Quote a text as an attribute's value."""
     return quoteattr(_NO_XML.sub("\ufffd", text), {"\n": "&#10;", "\t": "&#9;", "\r": "&#13;"})
 
 
 def units(value: float) -> str:
-    """Return a number of units with two decimals at most."""
+    """Format units with at most two decimals."""
     return f"{value:.2f}".rstrip("0").rstrip(".")
 
 
 @dataclass(frozen=True, slots=True)
 class Pen:
-    """Draws shapes at a place of the page.
+    """Draws shapes at a position of the page.
 
     Attributes:
-        row: units of a row.
+        row: units per row.
         left: columns to the left of column 0.
         top: rows above row 0.
     """
@@ -64,7 +64,7 @@ class Pen:
         return f'<rect class="{kind}" {at} {size} rx="3"/>'
 
     def letters(self, letters: Letters, kind: str) -> str:
-        """Return a text that takes a column per character; nothing for an empty one."""
+        """Return a text with one column per character; nothing for an empty one."""
         if not letters.text:
             return ""
         x, y = units((self.left + letters.x) * CELL), units((self.top + letters.y + 0.5) * self.row + 4.5)
@@ -72,7 +72,7 @@ class Pen:
         return f'<text class="{kind}" x="{x}" y="{y}" textLength="{long}">{plain(letters.text)}</text>'
 
     def stroke(self, form: Line | Curve) -> str:
-        """Return a line or a curve as a piece of a path."""
+        """Return a line or a curve as path data."""
         if isinstance(form, Line):
             return f"M{self.x(form.x)} {self.y(form.y)}L{self.x(form.to_x)} {self.y(form.to_y)}"
         return self._arc(form)
@@ -84,7 +84,7 @@ class Pen:
         return f"M{x} {units(middle - 8.4)} Q{through} {x} {units(middle + 8.4)}"
 
     def draw(self, form: Form, kind: str) -> str:
-        """Return a form as an element; a value has none."""
+        """Return a form as an element; nothing for a value."""
         if isinstance(form, Line):
             return self.line(form, kind)
         if isinstance(form, Curve):

@@ -1,8 +1,7 @@
 """Elements of a rung and the power on them, one character each.
 
-A rung has so many elements, numbered from 0: its instructions in the order in which they execute, then its
-branches in the order in which they open, then the left rail. A wire carries the power of the element after
-which it starts.
+Elements are numbered from 0: instructions in order of execution, branches in order of opening, the left
+rail. A wire carries the power of the element before it.
 """
 
 from __future__ import annotations
@@ -14,12 +13,7 @@ from ..model.tree import Branch, Rung, Series, instructions_of
 
 
 class Numbering:
-    """Numbers a rung's elements, from left to right.
-
-    Attributes:
-        instructions: number of instructions.
-        rail: number of the left rail, the last element.
-    """
+    """Numbers a rung's elements from left to right; `rail` is the last number."""
 
     def __init__(self, series: Series) -> None:
         self.instructions = sum(1 for _ in instructions_of(series))
@@ -32,41 +26,37 @@ class Numbering:
         return next(self._instruction)
 
     def branch(self) -> int:
-        """Return the number of the next branch that opens."""
+        """Return the number of the next opening branch."""
         return next(self._branch)
 
 
 def branches_in(series: Series) -> int:
-    """Return the number of branches in a series, those within branches included.
+    """Return the number of branches in a series, nested ones included.
 
-    Examples:
-        >>> from ..text import parse_rung
-        >>> branches_in(parse_rung("[[XIC(A),XIC(B)],XIC(C)][,]OTE(D);").series)
-        3
+    >>> from ..build.text import parse_rung
+    >>> branches_in(parse_rung("[[XIC(A),XIC(B)],XIC(C)][,]OTE(D);").series)
+    3
     """
     branches = [each for each in series if isinstance(each, Branch)]
     return len(branches) + sum(branches_in(leg) for each in branches for leg in each.legs)
 
 
 def power(rung: Rung, truth: Sequence[bool] | None) -> str:
-    """Return the power after each element of a rung.
+    """Return the power after each element of a rung, `1` or `0` each.
 
-    Examples:
-        >>> from ..text import parse_rung
-        >>> seal_in = parse_rung("[XIC(Start),XIC(Run)]XIO(Stop)OTE(Run);")
-        >>> power(seal_in, [False, True, True, True])  # four instructions, the branch, the rail
-        '011111'
-        >>> power(seal_in, None)
-        '000000'
+    >>> from ..build.text import parse_rung
+    >>> seal_in = parse_rung("[XIC(Start),XIC(Run)]XIO(Stop)OTE(Run);")
+    >>> power(seal_in, [False, True, True, True])  # four instructions, the branch, the rail
+    '011111'
+    >>> power(seal_in, None)
+    '000000'
+
     Args:
-        truth: whether there is power after each instruction, in the order in which they execute; None if
-            the rung was not scanned. Instructions that a fault has kept from running are left out.
-
-    Returns:
-        `1` or `0` per element.
+        truth: power after each instruction, in order of execution, without instructions that a fault has
+            prevented; None if the rung was not scanned.
 
     Raises:
-        ValueError: `truth` is longer than the rung has instructions.
+        ValueError: `truth` is longer than the rung.
     """
     numbering = Numbering(rung.series)
     if truth is None:

@@ -1,4 +1,4 @@
-"""How much room the parts of a rung take: columns, and rows above and below the wire.
+"""Sizes of a rung's parts: columns, and rows above and below the wire.
 
 Contacts and coils have their name above the wire; every other instruction is a box with its name in the upper
 edge and an operand per line, the wire at the first one.
@@ -23,7 +23,7 @@ SYMBOLS = {
     "ONS": "[ONS]",
     "RES": "(RES)",
 }
-"""Instructions that are drawn as contacts and coils; their one operand is above."""
+"""Contacts and coils, with their one operand above."""
 
 CAPTIONS = {
     "TON": ("Timer", "Preset", "Accum"),
@@ -54,39 +54,33 @@ CAPTIONS = {
     ),
     **dict.fromkeys(("NEG", "ABS", "SQR", "NOT", "TRN"), ("Source", "Dest")),
 }
-"""What the operands of a box are called, as Studio 5000 calls them."""
+"""Captions of operands in a box, as in Studio 5000."""
 
 _WITH_BASE = ("TON", "TOF", "RTO")
-"""Timers, which have a time base as second operand in an SLC 500."""
+"""Timers with a time base as second operand in an SLC 500."""
 
 GAP = 1
-"""Columns of wire on either side of a contact, a coil or a box."""
+"""Columns of wire on either side of an instruction."""
 
 JOIN = 1
-"""Columns that the vertical wire of a branch takes on either side."""
+"""Columns of a branch's vertical wire on either side."""
 
 MARKS = 2
-"""Columns of a line that the marks take which show that a wire goes on, one on either side."""
+"""Columns of the marks at both ends of a broken line."""
 
 NARROWEST = 12
-"""Least columns of a leg of a branch, at any depth."""
+"""Minimum columns of a branch leg, at any depth."""
 
 SHORTEST = 8
-"""Characters that a line of an operand has at least."""
+"""Minimum characters of an operand's line."""
 
 _PIECE = re.compile(r"[^-+*/,.()\[\] =<>]+|.")
-"""What of an operand is kept together where it is broken: a word, or a sign."""
+"""Unbreakable piece of an operand: a word or a sign."""
 
 
 @dataclass(frozen=True, slots=True)
 class Size:
-    """Room that a part takes.
-
-    Attributes:
-        width: columns.
-        above: rows above its wire.
-        below: rows below its wire.
-    """
+    """Size of a part: columns, and rows above and below its wire."""
 
     width: int
     above: int
@@ -95,7 +89,7 @@ class Size:
 
 @dataclass(frozen=True, slots=True)
 class LineLayout:
-    """Elements of one line, and the room that they take."""
+    """Elements of one line, and their size."""
 
     series: Series
     size: Size
@@ -103,19 +97,14 @@ class LineLayout:
 
 @dataclass(frozen=True, slots=True)
 class SeriesLayout:
-    """A series in one line, or broken into several.
-
-    Attributes:
-        lines: from top to bottom.
-        room: columns that each element may take.
-    """
+    """A series in one or several lines; `room` is the columns per element."""
 
     lines: tuple[LineLayout, ...]
     room: int | None
 
     @property
     def width(self) -> int:
-        """Columns, those of the marks included."""
+        """Columns, marks included."""
         last = len(self.lines) - 1
         return max(line.size.width + (at > 0) + (at < last) for at, line in enumerate(self.lines))
 
@@ -129,20 +118,20 @@ class SeriesLayout:
 
     @property
     def size(self) -> Size:
-        """Room in all; above and below the first wire."""
+        """Total size, above and below the first wire."""
         return Size(self.width, self.lines[0].size.above, self.rows[-1] + self.lines[-1].size.below)
 
 
 def captions_of(add_ons: Iterable[AddOn]) -> dict[str, tuple[str, ...]]:
-    """Return what the operands of add-on instructions are called, by the instruction's name."""
+    """Return the captions of add-on instructions' operands, by instruction."""
     return {each.name: ("Instance", *(parameter.name for parameter in each.required)) for each in add_ons}
 
 
 class Ruler:
-    """Measures elements; knows what operands are called.
+    """Measures elements.
 
-    A `room` is the columns that an element may take, None for as many as it likes. What is wider is broken:
-    a series into lines, a branch in its legs, the operands of a box into pieces.
+    A `room` is the maximum columns of an element, None without limit. Wider parts are broken: a series into
+    lines, a branch in its legs, the operands of a box into pieces.
     """
 
     def __init__(self, captions: Mapping[str, Sequence[str]]) -> None:
@@ -151,7 +140,7 @@ class Ruler:
         self._kept: list[Element] = []
 
     def size(self, element: Element, room: int | None = None) -> Size:
-        """Return the room that an element takes."""
+        """Return the size of an element."""
         key = id(element), room
         if key not in self._known:
             self._kept.append(element)  # so that no other element gets its id
@@ -173,12 +162,12 @@ class Ruler:
         return Size(inner + 4 + 2 * GAP, 1, max(len(lines), 1))
 
     def legs(self, branch: Branch, room: int | None) -> list[SeriesLayout]:
-        """Return the legs of a branch, broken where they are wider than it may be."""
+        """Return the legs of a branch, broken to fit."""
         inner = None if room is None else max(room - 2 * JOIN, NARROWEST)
         return [self.block(leg, inner) for leg in branch.legs]
 
     def block(self, series: Series, room: int | None) -> SeriesLayout:
-        """Break a series into lines if it is wider than a room."""
+        """Break a series into lines if it is wider than the room."""
         whole = self._line(series, None)
         if room is None or whole.size.width <= room:
             return SeriesLayout((whole,), None)
@@ -221,18 +210,18 @@ class Ruler:
     def entry(
         self, instruction: Instruction, number: int, caption: str, longest: int | None
     ) -> list[BoxLine]:
-        """Return the lines of one operand, each `longest` characters at most."""
+        """Return the lines of one operand, at most `longest` characters each."""
         operand = str(instruction.operands[number])
         parts = [operand] if longest is None else pieces(operand, longest)
         return [BoxLine(caption if at == 0 else "", part) for at, part in enumerate(parts)]
 
     def value(self, instruction: Instruction) -> str | None:
-        """Return the tag whose value is beside a contact or a coil; None without one."""
+        """Return the tag shown beside a contact or a coil, or None."""
         return None
 
 
 def pieces(text: str, longest: int) -> list[str]:
-    """Break a text into pieces, between words where that is possible.
+    """Break a text into pieces, between words where possible.
 
     >>> pieces("Total*1000+Offset", 8)
     ['Total*', '1000+', 'Offset']
@@ -249,11 +238,11 @@ def pieces(text: str, longest: int) -> list[str]:
 
 
 def caption_width(lines: Sequence[BoxLine]) -> int:
-    """Return the columns of the captions of a box, with the space after them."""
+    """Return the columns of a box's captions, with the space after them."""
     widest = max((len(line.caption) for line in lines), default=0)
     return widest + 1 if widest else 0
 
 
 def is_symbol(instruction: Instruction) -> bool:
-    """Tell whether an instruction is drawn as a contact or a coil."""
+    """Whether an instruction is drawn as a contact or a coil."""
     return instruction.name in SYMBOLS and len(instruction.operands) == 1

@@ -10,7 +10,7 @@ from .marks import Box, Corner, Mark, Symbol, Wire
 from .ruler import caption_width
 
 HEADING = 0.92
-"""Rows from the heading of a box to its first line: with a whole row, its frame would touch the heading."""
+"""Rows from a box's heading to its first line; a full row would make its frame touch the heading."""
 
 NEXT_TO = 0.4
 """Columns between a sign and its value."""
@@ -56,14 +56,12 @@ class Letters:
 
 @dataclass(frozen=True, slots=True)
 class Value:
-    """Place of the value of a tag: small beside a sign, beneath its wire, or at the right edge of a box.
+    """Place of a tag's value: beside a sign below its wire, or at the right edge of a box.
 
     Attributes:
-        x: column at which it begins or ends.
-        y: row.
-        name: of the tag.
-        beside: it is small, beside a sign.
-        ends: it ends at `x`.
+        x: column of its beginning or end.
+        beside: whether it is small, beside a sign.
+        ends: whether it ends at `x`.
     """
 
     x: float
@@ -78,7 +76,7 @@ Form = Line | Curve | BoxFrame | Letters | Value
 
 @dataclass(frozen=True, slots=True)
 class Shape:
-    """A form, its class, and the element of the rung whose power it shows; None if it shows none."""
+    """A form, its class, and the element whose power it shows, or None."""
 
     form: Form
     kind: str
@@ -86,7 +84,7 @@ class Shape:
 
 
 def shape_bottom(shape: Shape) -> float:
-    """Return the row that a shape reaches down to."""
+    """Return the lowest row of a shape."""
     form = shape.form
     if isinstance(form, Line):
         return max(form.y, form.to_y)

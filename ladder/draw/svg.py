@@ -1,6 +1,6 @@
 """Routines as SVG: the same layout as with characters, a cell being 8 by 20 units.
 
-Wires and signs with power have the class `live`; every sign and box carries the instruction as its title,
+Wires and signs with power have the class `live`; every sign and box has the instruction as its title,
 which a browser shows under the pointer. Colours follow the reader's light or dark scheme.
 """
 
@@ -16,13 +16,13 @@ from .markup import CELL, Pen, plain
 from .shapes import Letters, Line, shapes_of
 
 ROW = 20
-"""Units of a row."""
+"""Units per row."""
 
 SPACE = 0.4
 """Rows between rungs."""
 
 MARGIN = 7
-"""Columns on either side of the rails; the left one holds the rungs' numbers."""
+"""Columns on either side of the rails; the left one has the rungs' numbers."""
 
 STYLE = """\
 text { font: 13px "DejaVu Sans Mono", Menlo, Consolas, monospace; fill: #1b1f24; white-space: pre }
@@ -53,16 +53,13 @@ def routines_svg(
     truths: Mapping[str, Sequence[Sequence[bool] | None]] | None = None,
     captions: Mapping[str, Sequence[str]] = NO_CAPTIONS,
 ) -> str:
-    """Draw routines below each other.
+    """Draw routines below each other; return an SVG document.
 
     Args:
-        routines: the routines, each with the numbers of the rungs or lines that are drawn.
+        routines: the routines, each with the numbers of the drawn rungs or lines.
         width: columns between the rails.
-        truths: power after each instruction, per rung, by the routine's name; none for routines left out.
-        captions: what the operands of add-on instructions are called, see `captions_of`.
-
-    Returns:
-        The text of an SVG document.
+        truths: power after each instruction, per rung, by routine; missing routines have none.
+        captions: of the operands of add-on instructions, see `captions_of`.
     """
     page = _Page(width, captions)
     for routine, rungs in routines:

@@ -6,11 +6,11 @@
     TYPE Step (Time : DINT, Valve : BOOL)
     TYPE Flags (Host : SINT HIDDEN, Ready : BOOL AT Host.0)   // Ready is a name of a bit
     TAG Run : BOOL
-    TAG Recipe : Step[10] := [{"Time": 100}]      // what a tag starts with is JSON, 16#FF among it
+    TAG Recipe : Step[10] := [{"Time": 100}]      // initial values are JSON, 16#FF is allowed
     SLOT axis : 1
     ALIAS Go : Local:1:I.Data[1].2
     ALIAS Drive:I : Local:1:I AS Inputs           // names of a declared TYPE for a module's image
-    STUB MSG : done after 20 ms                   // how every message ends, see `stubs`
+    STUB MSG : done after 20 ms                   // the result of every message, see `stubs`
     ROUTINE Main
     // a comment on the rung below
     [XIC(Go),XIC(Run)]XIO(axis.status.INPUT_ERROR)OTE(Run);
@@ -63,17 +63,17 @@ from ..model.types import DataType, Elementary, Member
 from .rungreader import LIBRARIES, Reader, load_library
 
 SUFFIX = ".rung"
-"""How the name of a program file ends."""
+"""Suffix of program files."""
 
 STRUCTURED_SUFFIX = ".st"
-"""How the name of a file of structured text ends."""
+"""Suffix of structured text files."""
 
 
 def read_program(path: Path | str) -> Program | Controller:
     """Read a program from a file.
 
     Raises:
-        RungTextError: something in it is not what was expected; file, rung, line and column.
+        RungTextError: a syntax error; file, rung, line and column.
         LadderError: a declaration that is not allowed.
         OSError: the file can't be read.
     """
@@ -84,12 +84,7 @@ def read_program(path: Path | str) -> Program | Controller:
 
 
 def parse_program(text: str, *, file: str = "", stubs: Stubs = NO_STUBS) -> Program | Controller:
-    """Read a program or a controller from text, see `read_program`.
-
-    Args:
-        file: where it is from, for messages.
-        stubs: replacements of instructions; they replace stubs of the text with the same name.
-    """
+    """Read a program or a controller from text, see `read_program`; `stubs` override the text's."""
     _check(text, TextKind.RUNGS, file)
     return Reader(text, file, stubs).program()
 
@@ -99,9 +94,8 @@ def parse_structured(text: str, name: str, *, file: str = "", stubs: Stubs = NO_
 
     Args:
         text: declarations, then statements.
-        name: name of the program, unless the text has a line PROGRAM.
-        file: where it is from, for messages.
-        stubs: see `parse_program`.
+        name: default for a missing line PROGRAM.
+        stubs: they override the text's.
     """
     _check(text, TextKind.STRUCTURED, file)
     return Reader(text, file, stubs).structured(name)
@@ -116,21 +110,17 @@ def _check(text: str, kind: TextKind, file: str) -> None:
 
 
 def write_program(program: Program | Controller, path: Path | str) -> None:
-    """Write a program to a file; one whose name ends in `.st` takes structured text only.
+    """Write a program to a file; a `.st` file holds structured text only.
 
     Raises:
-        LadderError: it has routines in Python, which are not text, or such a file can't hold it.
+        LadderError: it has routines in Python, or does not fit a `.st` file.
     """
     flat = Path(path).suffix == STRUCTURED_SUFFIX
     Path(path).write_text(structured_text(program) if flat else program_text(program), encoding="utf-8")
 
 
 def structured_text(program: Program | Controller) -> str:
-    """Return a program as structured text that reads as the same program.
-
-    Raises:
-        LadderError: it is more than one routine of structured text.
-    """
+    """Return a program as structured text; a LadderError unless it is one routine of structured text."""
     statements = [routine.statements for routine in program.routines]
     flat = isinstance(program, Program) and not (program.functions or program.allowed or program.fault)
     if not flat or len(statements) != 1 or statements[0] is None:
@@ -144,11 +134,7 @@ def structured_text(program: Program | Controller) -> str:
 
 
 def program_text(program: Program | Controller) -> str:
-    """Return a program or a controller as text that reads as the same.
-
-    Raises:
-        LadderError: it has routines in Python, which are not text.
-    """
+    """Return a program or controller as text; a LadderError if it has routines in Python."""
     if program.functions:
         names = ", ".join(program.functions)
         raise LadderError(
@@ -221,7 +207,7 @@ def _routine_text(routine: Routine) -> Iterator[str]:
 
 
 def instruction_text(definition: AddOn) -> str:
-    """Return an add-on instruction as text that reads as the same definition."""
+    """Return an add-on instruction as text."""
     said = f"  // {definition.comment}" if definition.comment else ""
     lines = [f"INSTRUCTION {definition.name}{said}"]
     for each in definition.parameters:

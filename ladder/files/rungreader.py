@@ -1,4 +1,4 @@
-"""Reads program files, see `rungfile`, and libraries of add-on instructions, line by line."""
+"""Reader of program files, see `rungfile`, and of libraries, line by line."""
 
 from __future__ import annotations
 
@@ -29,17 +29,12 @@ from ..model.tree import Block, Routine, Rung
 from ..model.types import DataType, Elementary, Member, Structure
 
 LIBRARIES = ("axis3601",)
-"""Libraries of add-on instructions that come with scanrack; `USE name` makes them known to a program."""
+"""Libraries of add-on instructions in scanrack; a program includes one with `USE name`."""
 
 
 @dataclass(frozen=True)
 class Library:
-    """Types and add-on instructions that programs share.
-
-    Attributes:
-        types: its structures, those of the instances included, by name.
-        add_ons: its instructions, by name in capitals.
-    """
+    """Shared types by name, and add-on instructions by name in capitals."""
 
     name: str
     types: Mapping[str, DataType]
@@ -48,11 +43,7 @@ class Library:
 
 @cache
 def load_library(name: str) -> Library:
-    """Read a library that comes with scanrack.
-
-    Raises:
-        LadderError: that name is unknown.
-    """
+    """Read a library of scanrack, or raise a LadderError for an unknown name."""
     if name.lower() not in LIBRARIES:
         raise LadderError(f"there is no library {name}; there are {', '.join(LIBRARIES)}")
     file = files(__package__.rpartition(".")[0]) / "blocks" / f"{name.lower()}.rung"
@@ -89,29 +80,29 @@ _PARAMETER = re.compile(
 _END_INSTRUCTION = re.compile(r"END\s+INSTRUCTION", re.IGNORECASE)
 _ROUTINE = re.compile(rf"ROUTINE\s+({_NAME})(\s+ST)?", re.IGNORECASE)
 _DECLARES = re.compile(r"(?:USE|TYPE|INSTRUCTION|TAG|SLOT|ALIAS|STUB)\s+[A-Za-z_]", re.IGNORECASE)
-"""The beginning of a line that declares something, as no statement begins."""
+"""Beginning of a declaration line; no statement begins this way."""
 
 _COMMENTS = re.compile(r"(?:\s+|//[^\n]*|\(\*.*?\*\)|/\*.*?\*/)*", re.DOTALL)
 """White space and comments of structured text."""
 
 MAIN = "Main"
-"""Name of the routine of a file of structured text."""
+"""Routine name of a file of structured text."""
 
 _MEMBER = re.compile(
     rf"({_NAME})\s*:\s*({_NAME})\s*(?:\[([\d,\s]+)\])?(?:\s+AT\s+(\S+))?(\s+HIDDEN)?", re.IGNORECASE
 )
 
 _DIGITS = 9
-"""Characters that the length of a dimension may take."""
+"""Maximum digits of an array length."""
 
 _CODE = re.compile(r"""(?:'(?:[^'$]|\$.)*'|"(?:[^"\\]|\\.)*"|(?!//).)*""")
-"""A line up to its comment."""
+"""A line without its comment."""
 
 _MARK = "\0"
-"""What a number with a radix begins with while JSON has it as a string."""
+"""Prefix of a number with a radix inside a JSON string."""
 
 _RADIX = re.compile(r'"(?:[^"\\]|\\.)*"|(?P<number>\b(?:16#[0-9A-Fa-f_]+|8#[0-7_]+|2#[01_]+))')
-"""A string of JSON, or a number with a radix."""
+"""A JSON string, or a number with a radix."""
 
 
 class Reader:
@@ -212,11 +203,7 @@ class Reader:
         )
 
     def structured(self, name: str) -> Program:
-        """Read a file of structured text: lines of a program file before its first routine, then statements.
-
-        Args:
-            name: name of the program, unless the file has a line PROGRAM.
-        """
+        """Read structured text after optional declarations; `name` is the default for PROGRAM."""
         start = self._skip_comments(0)
         head = _PROGRAM.fullmatch(self._line_at(start))
         program = Program(head.group(1) if head else re.sub(r"\W", "_", name))
@@ -226,7 +213,7 @@ class Reader:
             self._at = self._skip_comments(start)
             self._declaration(program)
             start = self._at
-        # blank lines in place of the declarations: a statement's line is its line in the file
+        # blank lines replace the declarations, so that statements keep their line numbers
         self._lines[:start] = [""] * start
         program.add_routine(Routine(MAIN, (), statements=self._statements(0, len(self._lines))))
         program.take_stubs(self._given)

@@ -1,4 +1,4 @@
-"""Programs as a list of steps: what is sent to a 3601, and when the next step follows.
+"""Programs as a list of steps: words for a 3601, and the condition of the next step.
 
     SLOT 1                                            # the default
     words 843Eh 003Fh 1      until MODE_CONFIG -CONFIG_ERROR
@@ -6,7 +6,7 @@
     RELATIVE_MOVE target 10000 speed 5000 acceleration 20 deceleration 10    until MOVE_COMPLETE
     idle                     for 20 ms
 
-A step writes its words in the first scan that it is in force, and leaves them alone then. It ends
+A step writes its words in its first scan only. It ends
 in the first later scan in which the status bits are as listed (a minus: clear), or after its time;
 the next one begins in that scan. The last one stays.
 
@@ -32,7 +32,7 @@ from ...io_images.text_limits import TextKind, TextLimitError, check_text
 from ...io_images.thousands import split_thousands
 
 SUFFIX = ".steps"
-"""How the name of such a program ends."""
+"""Suffix of step files."""
 
 _LINE = re.compile(r"(?P<what>.*?)(?:\s+(?P<end>until|for)\s+(?P<when>.*))?")
 _TIME = re.compile(r"(\d+(?:\.\d+)?) ?ms")
@@ -45,7 +45,7 @@ _NS_PER_MS = 1_000_000
 
 
 class StepsError(ValueError):
-    """A line that can't be used; the message names file, line and what is allowed."""
+    """An invalid line; the message names file, line and what is allowed."""
 
 
 class _Slot(Protocol):
@@ -58,7 +58,7 @@ class _Slots(Protocol):
 
 
 class StepsScan(Protocol):
-    """What a scan is to a program of steps."""
+    """The scan as a program of steps uses it."""
 
     slot: _Slots
     now_ns: int
@@ -71,10 +71,10 @@ class Step:
 
     Attributes:
         line: its line in the file.
-        write: puts its words into an output image.
-        rise: status bits that are to be set at its end.
-        fall: those that are to be clear.
-        for_ns: how long it lasts, if no bits are listed; None = for ever.
+        write: writes its words to an output image.
+        rise: status bits that are set at its end.
+        fall: status bits that are clear at its end.
+        for_ns: its duration without listed bits; None = for ever.
     """
 
     line: int
@@ -84,7 +84,7 @@ class Step:
     for_ns: int | None = None
 
     def over(self, inputs: Image, lasted_ns: int) -> bool:
-        """Return whether it ends in a scan that sees these inputs, so long after its beginning."""
+        """Whether it ends in a scan with these inputs, `lasted_ns` after its beginning."""
         if self.rise or self.fall:
             there = set(status_names(inputs[0] & UNSIGNED_MAX, inputs[1] & UNSIGNED_MAX))
             return self.rise <= there and self.fall.isdisjoint(there)
@@ -92,12 +92,7 @@ class Step:
 
 
 class Steps:
-    """A program of steps; logic that is called once per scan.
-
-    Args:
-        steps: the steps, one at least.
-        slot: the slot of the module.
-    """
+    """A program of steps: logic of the module in `slot`."""
 
     def __init__(self, steps: Sequence[Step], slot: int = 1) -> None:
         self.steps = tuple(steps)
@@ -107,11 +102,11 @@ class Steps:
 
     @property
     def line(self) -> int:
-        """The line of the present step; 0 before the first one."""
+        """The line of the current step, 0 before the first one."""
         return self.steps[self._index].line if self._index >= 0 else 0
 
     def __call__(self, scan: StepsScan) -> None:
-        """Do one scan; the first one since power-up or program mode begins with the first step."""
+        """Do one scan; the first one after power-up or program mode starts with the first step."""
         slot = scan.slot[self.slot]
         if scan.first:
             self._begin(0, scan.now_ns, slot.outputs)
@@ -128,14 +123,11 @@ class Steps:
 
 
 def parse_steps(text: str, file: str = "") -> Steps:
-    r"""Read a program of steps.
+    r"""Read a program of steps, or raise a StepsError.
 
     >>> program = parse_steps("words 843Eh 003Fh 1 until MODE_CONFIG\nzero for 4 ms\nHOLD_MOVE")
     >>> [(step.line, sorted(step.rise), step.for_ns) for step in program.steps]
     [(1, ['MODE_CONFIG'], None), (2, [], 4000000), (3, [], None)]
-
-    Raises:
-        StepsError: a line can't be used, or there is no step.
     """
     try:
         check_text(text, TextKind.STEPS)

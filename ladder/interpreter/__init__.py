@@ -1,4 +1,4 @@
-"""The interpreter: the reference that the compiled program is compared with."""
+"""The interpreter: the reference for the compiled program."""
 
 from .interpreter import Interpreter
 from .values import PlaceValues

@@ -1,4 +1,4 @@
-"""What instructions work on: the members of a structure, and elements of an array from one on."""
+"""Operands of instructions as objects: structures, and arrays from an element on."""
 
 from __future__ import annotations
 
@@ -11,12 +11,7 @@ from .values import PlaceValues
 
 
 class Members:
-    """A structure in a scan: `alarm["Acked"]`, `alarm.set(Acked=True)`.
-
-    Args:
-        machine: reads and writes it.
-        group: where it is.
-    """
+    """A structure in a scan: `alarm["Acked"]`, `alarm.set(Acked=True)`."""
 
     def __init__(self, machine: PlaceValues, group: Group) -> None:
         self._machine, self._group = machine, group
@@ -40,7 +35,7 @@ class Control(Members):
         return int(super().__getitem__(name))
 
     def check(self) -> None:
-        """Stop the scan if LEN or POS is negative."""
+        """Fault if LEN or POS is negative."""
         length, position = self["LEN"], self["POS"]
         if length < 0 or position < 0:
             machine = self._machine
@@ -48,15 +43,9 @@ class Control(Members):
 
 
 class Elements:
-    """Elements of an array by their number, 0 for the one that the operand names.
-
-    A number out of range stops the scan.
-
-    Attributes:
-        type: type of an element.
+    """Elements of an array, counted from the operand; a number out of range faults.
 
     Args:
-        machine: reads and writes them.
         operand: an array or one of its elements.
         dimension: the dimension to vary; None counts through all.
     """
@@ -73,7 +62,7 @@ class Elements:
             self._length = dims[dimension] - place
 
     def __len__(self) -> int:
-        """Return how many there are."""
+        """Return the number of elements."""
         return self._length
 
     def _at(self, number: int) -> int:

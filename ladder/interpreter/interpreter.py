@@ -1,8 +1,8 @@
-"""The interpreter: executes a lowered program plainly. It is slow, and the compiler has to equal it.
+"""The interpreter: it executes a lowered program plainly, as the reference for the compiler.
 
-Power flows from left to right. An input that is reached with power decides whether there is power after
-it; an output that is reached acts. What an instruction does is in its `Spec`; here is what all of them
-share: rungs, branches, calls of routines, prescan.
+Power flows from left to right. An input reached by power decides the power after it; an output reached by
+power acts. The `Spec` of an instruction has its function; this module has what they share: rungs, branches,
+calls of routines, prescan.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ Caller = Callable[[str, Sequence[Value]], Sequence[Value]]
 
 
 LINES_OF_CALL = 30
-"""Rungs that the call of an add-on instruction counts as: it takes as long."""
+"""Rungs that a call of an add-on instruction counts as."""
 
 
 class _Jump(Exception):  # noqa: N818 - control flow, not an error
@@ -61,15 +61,13 @@ class Interpreter(PlaceValues):
     """Runs a lowered program on a memory.
 
     Attributes:
-        inputs: values that the caller passes to the present routine.
-        selected: value of the CASE that is being decided.
-        prescanned: recursive routines whose prescan is under way, in capitals.
-        scheduler: runs the programs of a controller; None if a scan calls one routine.
-        lines_left: rungs and statements that may still run: behind the last one an OutOfLinesError;
-            negative for any number.
+        inputs: arguments of the current routine.
+        selected: selector of the current CASE.
+        prescanned: recursive routines in prescan, in capitals.
+        scheduler: of a controller; None if a scan calls one routine.
+        lines_left: rungs and statements until an OutOfLinesError; negative without limit.
 
     Args:
-        lowered: the program.
         fault_log: collects its faults.
         call_python: calls routines in Python.
     """
@@ -87,11 +85,7 @@ class Interpreter(PlaceValues):
         self._preempted = frozenset(filter(lowered.is_preempted, lowered.routines))
 
     def scan(self, now_ns: int) -> None:
-        """Run the main routine once, or what the schedule calls.
-
-        Raises:
-            LadderFault: a major fault.
-        """
+        """Run the main routine once, or the due tasks; may raise a LadderFault."""
         if self.scheduler is not None:
             self.scheduler.scan(now_ns, self._scheduled)
             return
@@ -108,7 +102,7 @@ class Interpreter(PlaceValues):
             self.now_ns = before
 
     def run(self, name: str, inputs: Sequence[Value]) -> tuple[Value, ...]:
-        """Run a routine; return the values that it returns."""
+        """Run a routine; return its results."""
         if name in self.lowered.functions:
             return tuple(self._call_python(name, inputs))
         routine = self.lowered.routines[name]
@@ -160,7 +154,7 @@ class Interpreter(PlaceValues):
         return self.execute(step, power)
 
     def execute(self, step: LoweredStep, power: bool) -> bool:
-        """Execute an instruction; return the power after it."""
+        """Run an instruction; return the power after it."""
         self.site = step.site
         spec = step.spec
         if spec.decides:
@@ -229,15 +223,15 @@ class Interpreter(PlaceValues):
     # --- program control
 
     def jump(self, label: str) -> NoReturn:
-        """Go on at the rung with that label."""
+        """Continue at the rung with that label."""
         raise _Jump(label, self.site)
 
     def leave(self, values: tuple[Value, ...]) -> NoReturn:
-        """Leave the routine and return values to its caller."""
+        """Leave the routine with results."""
         raise _Return(values)
 
     def call(self, name: str, inputs: Sequence[Value]) -> tuple[Value, ...]:
-        """Run a routine for the present instruction; return the values that it returns."""
+        """Run a routine for the current instruction; return its results."""
         site, own = self.site, self.inputs
         answers = self.run(name, inputs)
         self.site, self.inputs = site, own
@@ -245,7 +239,7 @@ class Interpreter(PlaceValues):
 
     @contextmanager
     def within(self, call: AddOnCall) -> Iterator[None]:
-        """Run what is inside on an instance and on what its call passes."""
+        """Run the body on an instance and the arguments of its call."""
         if self.lines_left > 0:
             self.lines_left = max(1, self.lines_left - LINES_OF_CALL)
         frame = {name: self.handed(operand) for name, operand in call.handed.items()}
@@ -260,7 +254,7 @@ class Interpreter(PlaceValues):
             self.frame = outer
 
     def handed(self, operand: Place | Group) -> InterpretedAddOnStore:
-        """Return what an operand is to an add-on instruction."""
+        """Return an operand as a store for an add-on instruction."""
         leaf = first_leaf(operand)
         dims = self.dims_of(leaf)
         path, left, first, bit = "", 1, 0, None
@@ -291,18 +285,13 @@ class Interpreter(PlaceValues):
         return operand.value if isinstance(operand, Constant) else self.get(place_of(operand))
 
     def take(self, places: Sequence[Place], values: Sequence[Value]) -> None:
-        """Set tags to values from a routine or a caller, as many as there are of both."""
+        """Set tags to arguments or results, as many as both have."""
         for place, value in zip(places, values, strict=False):
             self.clear_flags()
             self.store(place, value)
 
     def copy_parameters(self, copies: tuple[tuple[Node, ...], ...], *, prescan: bool = False) -> None:
-        """Run the rungs that copy parameters of an add-on instruction in or out.
-
-        Args:
-            copies: one rung per parameter.
-            prescan: leave a parameter alone whose subscript is out of range, see `prescan`.
-        """
+        """Run the rungs that copy parameters; in prescan, skip a subscript out of range."""
         site = self.site
         for series in copies:
             try:
@@ -315,12 +304,10 @@ class Interpreter(PlaceValues):
     # --- prescan
 
     def prescan(self, name: str | None = None) -> None:
-        """Prescan a routine and those it calls, by default all main routines in the order of the tasks.
+        """Prescan a routine and those it calls, by default all main routines in task order.
 
-        Jumps are not taken.
-
-        A subscript that is out of range is not a fault here: the tags that it is computed from are not
-        current yet. The instruction is left alone.
+        Jumps are not taken. An instruction with a subscript out of range is skipped instead of a fault: the
+        tags of the subscript are not current yet.
         """
         schedule = self.lowered.schedule
         if name is None and schedule is not None:

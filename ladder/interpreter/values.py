@@ -1,4 +1,4 @@
-"""Values for the interpreter: read and write places, compute, compare, convert."""
+"""Values of the interpreter: reading, writing, computing, comparing, converting."""
 
 from __future__ import annotations
 
@@ -31,10 +31,8 @@ class PlaceValues:
     """Reads and writes the places of a program, and computes.
 
     Attributes:
-        lowered: the program.
-        fault_log: collects its faults.
-        site: number of the present instruction.
-        frame: in an add-on instruction the instance and what was passed, by `Leaf.root`.
+        site: number of the current instruction.
+        frame: in an add-on instruction the instance and the arguments, by `Leaf.root`.
         now_ns: virtual time of the scan, ns.
     """
 
@@ -45,7 +43,7 @@ class PlaceValues:
         self.frame: Mapping[str, Store] = {}
 
     def store_of(self, root: str) -> Store:
-        """Return where the values of an operand are: the memory or, by `Leaf.root`, what was passed."""
+        """Return the store of an operand by `Leaf.root`: the memory or an argument."""
         return self.frame[root] if root else self.memory
 
     def status(self, path: str) -> Value:
@@ -63,13 +61,13 @@ class PlaceValues:
         return flat
 
     def dims_of(self, leaf: Leaf) -> tuple[int, ...]:
-        """Return the dimensions of a leaf; an array that was passed has as many elements as are left."""
+        """Return the dimensions of a leaf; an array argument is as long as its remaining elements."""
         if leaf.outer != 1:
             return leaf.dims
         return (self.frame[leaf.root].left, *leaf.dims[1:])
 
     def subscript(self, index: Resolved, length: int, tag: str) -> int:
-        """Return a subscript or bit number below `length`; stop the scan if it is out of range."""
+        """Return a subscript or bit number below `length`, or fault."""
         value = self.integer(index)
         if not 0 <= value < length:
             self.fault_log.subscript(self.site, tag, value, length)
@@ -151,13 +149,13 @@ class PlaceValues:
         self.set_flags(stored)
 
     def clear_flags(self) -> None:
-        """Clear S:V and S:C, in a program that uses status flags."""
+        """Clear S:V and S:C if the program uses status flags."""
         if self.lowered.flags:
             self.set_status("S:V", False)
             self.set_status("S:C", False)
 
     def set_flags(self, stored: Value) -> None:
-        """Set S:Z and S:N by a result, in a program that uses status flags."""
+        """Set S:Z and S:N from a result if the program uses status flags."""
         if self.lowered.flags:
             self.set_status("S:Z", stored == 0)
             self.set_status("S:N", stored < 0)
@@ -199,12 +197,12 @@ class PlaceValues:
         return text_in(store, operand.layout, operand.path, first)
 
     def set_text(self, target: Group, value: bytes) -> None:
-        """Set a string to characters, as many as fit."""
+        """Set a string to characters, truncated to its size."""
         store, _, first = self.end(target)
         set_text_in(store, target.layout, target.path, first, value)
 
     def end(self, operand: Resolved) -> End:
-        """Return where an operand is: the store, the region, and the first element as it is now."""
+        """Return store, region and current first element of an operand."""
         region = region_of(operand)
         store = self.store_of(region.root)
         dims = region.dims
@@ -213,7 +211,7 @@ class PlaceValues:
         return store, region, region.first(lambda i, n: self.subscript(i, n, region.text), dims)
 
     def condition(self, condition: Resolved) -> bool:
-        """Return the value of a condition; every part of it is computed."""
+        """Return the value of a condition; all parts are computed."""
         if isinstance(condition, (Place, Constant)):
             return bool(self.get(condition) if isinstance(condition, Place) else condition.value)
         assert isinstance(condition, Calculation)
@@ -223,12 +221,12 @@ class PlaceValues:
         return _TRUTH[condition.name](*values)
 
     def filled(self, operand: Resolved) -> int:
-        """Return an integer without its sign: a narrow one is filled up with zeros."""
+        """Return an integer, zero-extended."""
         assert isinstance(operand, (Place, Constant))
         return self.integer(operand) & (1 << operand.type.bits) - 1
 
     def store_bits(self, target: Place, value: int) -> None:
-        """Set an integer to the low bits of a pattern; nothing overflows."""
+        """Set an integer to the low bits of a pattern, without overflow."""
         self.clear_flags()
         stored = math.wrap(value, target.type.wraps)
         self.put(target, stored)

@@ -1,1 +1,1 @@
-"""One running program: engine, its view for others, edits."""
+"""A running program: engine, tag view, online edits."""

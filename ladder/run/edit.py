@@ -1,10 +1,10 @@
-"""What outlives a program: its values go on in an edited one (online edit), or in the next run (retentive).
+"""Values that outlive a program: for an online edit, or for the next run (retentive).
 
-An edit happens between two scans. The edited program is not prescanned, as in a controller; its scans go on
-from the one before.
+An edit happens between two scans. As in a controller, the edited program is not prescanned and continues with
+the next scan.
 
-A file of retained tags is JSON: the program's name, and per tag its type and its value in the form in which
-`Tags` shows it. Reading it executes nothing.
+A file of retained tags is JSON: the program's name, and per tag its type and its value in the form of `Tags`.
+Reading it executes nothing.
 """
 
 from __future__ import annotations
@@ -21,19 +21,19 @@ from ..model.tags import Leaf, Tag, tag_in
 from .engine import Engine
 
 FORMAT = "scanrack tags 1"
-"""First entry of a file of retained tags."""
+"""Format entry of a file of retained tags."""
 
 
 @dataclass(frozen=True, slots=True)
 class Edit:
-    """What became of the tags of a program that was edited between two scans.
+    """The tags after an online edit.
 
     Attributes:
-        now_ns: virtual time of the scan before.
-        kept: tags that keep their values.
-        new: tags that the program did not have; they have their initial values.
-        changed: tags of another type than before; they have their initial values.
-        dropped: tags that the program has no longer.
+        now_ns: virtual time of the previous scan.
+        kept: tags with their old values.
+        new: new tags, with initial values.
+        changed: tags of another type, with initial values.
+        dropped: removed tags.
     """
 
     now_ns: int
@@ -51,12 +51,7 @@ class Edit:
 
 
 def carry_over(old: Engine, new: Engine) -> Edit:
-    """Let an engine that has done no scan yet continue from the state of another one.
-
-    Args:
-        old: runs the program before the edit; it stays as it is.
-        new: runs the edited program.
-    """
+    """Continue in a fresh engine from the state of another one, which is unchanged."""
     before, after = old.lowered.layout, new.lowered.layout
     kept = [leaf for leaf in after.leaves.values() if _is_same(leaf, before.leaves.get(leaf.path.upper()))]
     for leaf in kept:
@@ -110,17 +105,13 @@ def retained_text(engine: Engine) -> str:
 
 
 def retain(engine: Engine, text: str) -> list[str]:
-    """Begin with the tags that another run ended with.
-
-    Args:
-        engine: has done no scan yet.
-        text: text of the file.
+    """Load retained tags into a fresh engine.
 
     Returns:
-        What was not taken over, a sentence each; these tags have their initial values.
+        A sentence per rejected value; those tags have their initial values.
 
     Raises:
-        LadderError: it is no such file.
+        LadderError: the text is not a file of retained tags.
     """
     stored = _stored(text)
     tags = {tag.name.upper(): tag for tag in engine.lowered.layout.tags().values()}
@@ -181,5 +172,5 @@ def _stored(text: str) -> dict[str, list[Any]]:
 
 
 def type_text(tag: Tag) -> str:
-    """Return the type of a tag as a declaration has it: `DINT[2,3]`."""
+    """Return the type of a tag as in a declaration: `DINT[2,3]`."""
     return tag.type.name + (f"[{','.join(map(str, tag.dims))}]" if tag.dims else "")

@@ -1,7 +1,7 @@
-"""A program that runs: its memory, its tags, its faults, and the scan.
+"""A running program: its memory, its tags, its faults, and the scan.
 
-A scan loop calls an engine with its scan; a test calls `step`. The first scan, and
-the first after the CPU left program mode, begins with prescan.
+A scan loop calls an engine with its scan; a test calls `step`. Prescan precedes the first scan, and the first
+after program mode.
 """
 
 from __future__ import annotations
@@ -22,29 +22,26 @@ from .view import Tags
 from .whereabouts import Compiled, whereabouts
 
 STEP_MS = 10
-"""Default time from scan to scan in `step`, ms."""
+"""Default period of `step`, ms."""
 
 
 class Engine:
     """Runs one lowered program on memory of its own.
 
     Attributes:
-        lowered: the program.
-        tags: its tags by name.
-        scheduler: runs the programs of a controller; None if a scan calls one routine.
+        scheduler: of a controller; None if a scan calls one routine.
         now_ns: virtual time of the last scan.
         compiled: the routine of each compiled function.
 
     Args:
-        lowered: the program.
-        scanner: makes the function that does one scan, called with the time; the interpreter if None.
+        scanner: makes the function of one scan, called with the time; by default the interpreter.
     """
 
     memory_type: type[Memory] = Memory
-    """What its memory is made of; a debugger watches it."""
+    """Class of its memory; a debugger replaces it."""
 
     interpreter_type: type[Interpreter] = Interpreter
-    """What executes prescan, and scans if nothing is compiled."""
+    """Class for prescan, and for scans of programs that are not compiled."""
 
     def __init__(
         self, lowered: LoweredProgram, scanner: Callable[[Engine], Callable[[int], object]] | None = None
@@ -84,17 +81,13 @@ class Engine:
 
         Raises:
             LadderFault: a major fault.
-            ValueError: the program uses a slot that the rack does not have.
+            ValueError: the rack lacks a slot that the program uses.
         """
         self.attach(scan)
         self._do(scan.now_ns, first=scan.first)
 
     def attach(self, scan: Any) -> None:
-        """Use the images of a rack's scan as memory.
-
-        Raises:
-            ValueError: the program uses a slot that the rack does not have.
-        """
+        """Use a scan's images as memory; a ValueError if the rack lacks a slot that the program uses."""
         if scan is not self._rack:
             self.memory.attach(scan.slot, self.lowered.written_inputs)
             self._rack = scan
@@ -103,15 +96,11 @@ class Engine:
         self.memory.take_faults(scan.slot)
 
     def go_on_from(self, other: Engine) -> None:
-        """Do the next scan as one after those of another engine, without prescan."""
+        """Continue after the scans of another engine, without prescan."""
         self.now_ns, self._started = other.now_ns, other._started
 
     def step(self, ms: float = STEP_MS) -> None:
-        """Do one scan without a rack, this long after the one before; the first is at 0.
-
-        Raises:
-            LadderFault: a major fault.
-        """
+        """Do one scan without a rack, `ms` after the previous one; may raise a LadderFault."""
         first = not self._started
         self._do(0 if first else self.now_ns + round(ms * 1_000_000), first=first)
 
@@ -156,7 +145,7 @@ class Engine:
         self.memory.write(self._first_scan, 0, False)
 
     def call_python(self, name: str, inputs: Sequence[Value]) -> Sequence[Value]:
-        """Call a routine in Python: with the tags, the inputs, and `jsr` if it asks for it."""
+        """Call a routine in Python with the tags, the inputs, and `jsr` if it has that parameter."""
         function = self.lowered.functions[name]
         program = program_of(name)
         tags = self.tags_of(program)
@@ -178,11 +167,7 @@ class Engine:
         return known
 
     def jsr(self, routine: str, *inputs: Value) -> tuple[Value, ...]:
-        """Call a routine by its full name; return what it returns.
-
-        Raises:
-            ValueError: there is no such routine, or it takes another number of inputs.
-        """
+        """Call a routine by its full name; return its results."""
         return self._jsr_in("", routine, *inputs)
 
     def _jsr_in(self, program: str, routine: str, *inputs: Value) -> tuple[Value, ...]:

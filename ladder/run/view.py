@@ -1,4 +1,4 @@
-"""Tags by name: for tests, displays and logic in Python."""
+"""Tags by name, for tests, displays and logic in Python."""
 
 from __future__ import annotations
 
@@ -14,13 +14,11 @@ from ..state.memory import Memory, checked, mask_of
 class Tags:
     """A program's tags by name: `tags["Fill.ACC"]`, or `tags.Run` for a plain name.
 
-    Values are as people see them: bool, int, float, a list per dimension of an array, a dict
-    of the members of a structure, a str for a STRING. Setting a list or dict sets the parts
-    it has. Case does not matter.
+    Values are bool, int, float, a str for a STRING, a list per dimension of an array, a dict of a structure's
+    members. Setting a list or dict sets only its parts. Case does not matter.
 
     Args:
-        lowered: the program.
-        program: whose tags a plain name means first, before the controller's; "" for none.
+        program: its tags precede the controller's; "" for none.
     """
 
     __slots__ = ("_known", "_lowered", "_memory", "_resolver")

@@ -1,4 +1,4 @@
-"""Where a program is, from a traceback through it: the watchdog and Ctrl-C stop it at any point."""
+"""The position in a program from a traceback: the watchdog and Ctrl-C stop it at any point."""
 
 from __future__ import annotations
 
@@ -15,12 +15,7 @@ Compiled = Mapping[CodeType, LoweredRoutine]
 
 
 def whereabouts(trace: TracebackType | None, compiled: Compiled) -> str:
-    """Return task, routine, and rung or line of the innermost call; empty outside of a program.
-
-    Args:
-        trace: a traceback; the frames of both back ends are known by their code.
-        compiled: the compiled functions.
-    """
+    """Return task, routine, and rung or line of a traceback's innermost call; "" outside of a program."""
     task: str | None = None
     routine: LoweredRoutine | None = None
     line: LoweredLine | None = None

@@ -1,6 +1,6 @@
-"""The grammar of structured text, and what its words are called in a message.
+"""The grammar of structured text, and the names of its terminals in messages.
 
-Operators bind as 1756-PM007 has it: (), functions, **, unary -, NOT, * / MOD, + -, < <= > >=, = <>, & AND,
+Precedence of operators [1756-PM007]: (), functions, **, unary -, NOT, * / MOD, + -, < <= > >=, = <>, & AND,
 XOR, OR; those of one level from left to right.
 """
 
@@ -139,18 +139,18 @@ TERMS: Mapping[str, str] = {
     "COMMA": ",",
     "$END": "the end",
 }
-"""What a message calls the terminals that are not keywords."""
+"""Names of terminals in messages, keywords apart."""
 
 OPERATORS = frozenset(
     ("OR", "XOR", "AND", "MOD", "EQUAL", "UNEQUAL", "RELATION", "PLUS", "MINUS", "TIMES", "POWER")
 )
-"""Terminals that a message calls an operator."""
+"""Terminals named "an operator" in messages."""
 
 OPERANDS = frozenset(("NUMBER", "STRING", "BASE", "LPAR", "NOT", "MINUS"))
-"""Terminals that a message calls an expression."""
+"""Terminals named "an expression" in messages."""
 
 PARTS = frozenset(("MEMBER", "BIT", "COMPUTED", "LSQB", "LPAR"))
-"""Terminals that go on with a name, which a message leaves out beside others."""
+"""Terminals that continue a name, omitted from messages beside others."""
 
 STATEMENTS = frozenset(("IF", "CASE", "FOR", "WHILE", "REPEAT", "EXIT", "RETURN", "REGION", "SEMI", "BASE"))
-"""Terminals that a message calls a statement."""
+"""Terminals named "a statement" in messages."""

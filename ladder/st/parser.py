@@ -1,9 +1,9 @@
-"""Structured text to statements of the tree; statements to text is `str()` of them.
+"""The parser of structured text; `str()` of statements is their text again.
 
 Comments are cut out first. So are the marks of regions that do not nest with the statements, as Studio 5000
 allows: they become comments. A comment that begins after a statement on the same line belongs to that
 statement, any other to the next statement. After the last statement of a block it gets an empty statement.
-lark parses what is left. Expressions become operands while it parses, so that their depth costs no calls.
+lark parses the rest. Expressions become operands during parsing, so that deep ones need no recursion.
 """
 
 from __future__ import annotations
@@ -65,14 +65,14 @@ _SKIPPED = re.compile(
     r"|(?P<line>//[^\n]*)|(?P<block>\(\*.*?\*\)|/\*.*?\*/)|(?P<open>\(\*|/\*)",
     re.DOTALL | re.IGNORECASE,
 )
-"""Comments, and what may contain their signs without being one: a string, also one that does not end."""
+"""Comments, and strings, closed or not, which may contain comment signs."""
 
 _INSIDE: Mapping[str, Callable[[str], str]] = {
     "line": lambda comment: comment[2:],
     "block": lambda comment: comment[2:-2],
     "region": str,
 }
-"""What a comment says."""
+"""The text of a comment."""
 
 _REGION = re.compile(r"#(?:end)?region\b", re.IGNORECASE)
 
@@ -93,14 +93,13 @@ def parse_statements(
     END_IF;
 
     Args:
-        text: the statements.
-        file: where it is from, for messages.
+        file: its file, for messages.
         line: number of its first line there.
-        lines: numbers of all its lines there, where they do not follow one another.
-        specs: the instructions that there are, by name in capitals.
+        lines: numbers of all its lines there, if they are not consecutive.
+        specs: the available instructions, by name in capitals.
 
     Raises:
-        RungTextError: it is not structured text; where, and what was expected.
+        RungTextError: a syntax error; where, and what was expected.
     """
     numbers = lines or range(line, line + text.count("\n") + 1)
     try:

@@ -20,27 +20,23 @@ from .lowered import LoweredProgram
 from .memory import Memory
 
 KEPT = 1000
-"""Minor faults that are kept, the latest ones."""
+"""Maximum recorded minor faults; the latest ones are kept."""
 
 MOST_RECURSION = 25
-"""Calls of routines that call themselves, directly or through others, that may be under way at a time."""
+"""Maximum nested calls of recursive routines."""
 
 MOST_JUMPS = 200_000
-"""Jumps backwards in one scan: more than a controller does within its watchdog of 500 ms, at 2.5 µs each."""
+"""Backward jumps per scan: more than a controller does within its watchdog of 500 ms, at 2.5 µs each."""
 
 
 class FaultLog:
-    """Collects the faults of one running program.
+    """The faults of a running program.
 
     Attributes:
         minor: the latest minor faults, one per instruction and scan.
         now_ns: virtual time of the scan.
-        overflows: results so far that did not fit, and divisors of zero.
-        depth: calls of recursive routines that are under way.
-
-    Args:
-        lowered: the program.
-        memory: where its status flags are.
+        overflows: overflows and zero divisors so far.
+        depth: nested calls of recursive routines.
     """
 
     def __init__(self, lowered: LoweredProgram, memory: Memory) -> None:
@@ -77,19 +73,19 @@ class FaultLog:
             self.minor.append(MinorFault(self._lowered.sites[site], self.now_ns, text, code=code))
 
     def zero_divisor(self, site: int) -> None:
-        """Record a minor fault, type 4 code 4."""
+        """Record a zero divisor as an overflow."""
         self.overflow(site, "the divisor is 0")
 
     def subscript(self, site: int, tag: str, index: int, length: int) -> NoReturn:
-        """Stop the scan: a subscript or a bit number is out of range."""
+        """Fault: a subscript or a bit number is out of range."""
         text = f"subscript {index} is out of range, allowed are 0 to {length - 1}"
         raise LadderFault(self._lowered.sites[site], tag, text, SUBSCRIPT_CODE)
 
     def jumped_back(self, site: int) -> None:
-        """Count a jump backwards; stop a scan that does not end.
+        """Count a backward jump; fault if there are too many in a scan.
 
-        The limit is a count, not a time on the clock, so that a run can be repeated. In a rack the CPU's
-        watchdog may come first.
+        The limit is a count, not a time, so that a run can be repeated. In a rack the CPU's watchdog may come
+        first.
         """
         self._jumps += 1
         if self._jumps > MOST_JUMPS:
@@ -99,12 +95,12 @@ class FaultLog:
             raise LadderFault(at, what, text, WATCHDOG_CODE, WATCHDOG_TYPE)
 
     def negative_control(self, site: int, tag: str, length: int, position: int) -> NoReturn:
-        """Stop the scan: LEN or POS of a CONTROL is negative."""
+        """Fault: LEN or POS of a CONTROL is negative."""
         text = f"LEN is {length}, POS is {position}; neither may be negative"
         raise LadderFault(self._lowered.sites[site], tag, text, CONTROL_CODE)
 
     def called(self, site: int) -> None:
-        """Count a call of a recursive routine; stop a scan in which they go too deep."""
+        """Count a call of a recursive routine; fault if they nest too deep."""
         self.depth += 1
         if self.depth > MOST_RECURSION:
             at = self._lowered.sites[site]
@@ -116,6 +112,6 @@ class FaultLog:
         self.depth -= 1
 
     def negative_timer(self, site: int, tag: str, preset: int, accumulated: int) -> NoReturn:
-        """Stop the scan: PRE or ACC of a timer is negative."""
+        """Fault: PRE or ACC of a timer is negative."""
         text = f"PRE is {preset}, ACC is {accumulated}; neither may be negative"
         raise LadderFault(self._lowered.sites[site], tag, text, TIMER_CODE)

@@ -1,4 +1,4 @@
-"""A program, ready to run: addresses resolved, operands checked, instructions numbered."""
+"""A program ready to run: resolved addresses, checked operands, numbered instructions."""
 
 from __future__ import annotations
 
@@ -17,13 +17,7 @@ from ..model.tree import Address, Operand, Origin
 
 @dataclass(frozen=True, slots=True)
 class Call:
-    """Operands of JSR: the routine, the values in, the tags for the values out.
-
-    Attributes:
-        routine: name in capitals.
-        inputs: values in.
-        returns: places for the values out.
-    """
+    """Operands of JSR: the routine in capitals, its arguments, the tags of its results."""
 
     routine: str
     inputs: tuple[Resolved, ...]
@@ -41,66 +35,42 @@ BROKEN = _BreakResult()
 
 
 class OperandResolver(Protocol):
-    """Resolves operands for an instruction that does it itself, see `Spec.resolve`."""
+    """Resolves operands for `Spec.resolve`; raises an OperandError for one of another kind."""
 
     def named(self, routine: str) -> str:
-        """Return the full name in capitals of a routine that the present one may call."""
+        """Return the full name in capitals of a callable routine."""
 
     def memory(self, address: Address, *, written: bool) -> Place | Group:
-        """Return a tag with bytes; of the first member of a structure, the structure.
-
-        Raises:
-            OperandError: it has no bytes.
-        """
+        """Return a tag with bytes; for the first member of a structure, the structure."""
 
     def value(self, operand: Operand) -> Resolved:
-        """Return an operand with one value.
-
-        Raises:
-            OperandError: it is something else.
-        """
+        """Return an operand with one value."""
 
     def target(self, operand: Operand) -> Place:
-        """Return a tag that may be written.
-
-        Raises:
-            OperandError: it is something else, or an input.
-        """
+        """Return a writable tag, not an input."""
 
     @property
     def stubs(self) -> Mapping[str, Stub]:
-        """Stubs of instructions and of the ends of messages, by name in capitals."""
+        """Stubs of instructions and results of messages, by name in capitals."""
 
     def checked(self, use: Use, operand: Operand) -> Any:
-        """Return an operand of a use.
-
-        Raises:
-            OperandError: it is something else.
-        """
+        """Return an operand that a use accepts."""
 
     def any(self, operand: Operand) -> Resolved:
-        """Return any operand.
-
-        Raises:
-            LadderError: it is neither a tag nor a value.
-        """
+        """Return any operand."""
 
     def hidden(self, name: str) -> Place:
-        """Return a place of an instruction's own, a LINT, whose name begins so.
-
-        Raises:
-            OperandError: the instruction is in an add-on instruction, which has none.
-        """
+        """Return a new hidden LINT with this prefix; not available in add-on instructions."""
 
     def kept(self, path: str, initial: int) -> None:
-        """Make sure that there is a LINT of an object at a hidden path; note what it begins as."""
+        """Declare a LINT at a hidden path, with its initial value."""
 
     def function(self, name: str, function: Callable[..., Any]) -> str:
-        """Make a Python function known that an instruction calls; return its full name."""
+        """Register a Python function that an instruction calls; return its full name."""
 
 
 ADD_ON = "add-on"
-"""Name of the step that calls an add-on instruction; its operand is one `AddOnCall`."""
+"""Name of the step that calls an add-on instruction; its operand is an `AddOnCall`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,14 +80,14 @@ class AddOnCall:
     Attributes:
         name: the add-on, in capitals.
         instance: the instance's tag.
-        handed: what the InOuts stand for, by name in capitals.
-        enable_in: bit that holds the rung before the call.
-        enable_out: bit that holds the rung after the call.
-        inputs: what copies the arguments in, each run as a rung of its own.
-        outputs: what copies the results out.
+        handed: arguments of the InOuts, by name in capitals.
+        enable_in: bit of the rung condition before the call.
+        enable_out: bit of the rung condition after the call.
+        inputs: rungs that copy the arguments in.
+        outputs: rungs that copy the results out.
         logic: the routine for a true rung, in capitals.
-        otherwise: the one for a false rung, None without one.
-        prescan: the one that runs in prescan, None without one.
+        otherwise: the routine for a false rung, or None.
+        prescan: the routine for prescan, or None.
     """
 
     name: str
@@ -133,7 +103,7 @@ class AddOnCall:
 
     @property
     def routines(self) -> tuple[str, ...]:
-        """The routines that it may run."""
+        """Its existing routines."""
         return tuple(each for each in (self.logic, self.otherwise, self.prescan) if each)
 
 
@@ -142,9 +112,8 @@ class LoweredStep:
     """An instruction, ready to run.
 
     Attributes:
-        spec: the instruction.
-        operands: resolved; a label or a mode is a str, JSR has one `Call`, an add-on instruction one
-            `AddOnCall`, presets are left out.
+        operands: resolved, without presets; a label or a mode is a str, JSR has one `Call`, an add-on
+            instruction one `AddOnCall`.
         site: its number in `LoweredProgram.sites`.
     """
 
@@ -164,7 +133,7 @@ class LoweredStep:
 
     @property
     def kind(self) -> InstructionKind:
-        """When it acts."""
+        """The rung condition on which it acts."""
         return self.spec.kind
 
 
@@ -180,7 +149,7 @@ Node = LoweredStep | Parallel
 
 @dataclass(frozen=True, slots=True)
 class LoweredLine:
-    """A rung, or a statement of structured text without the blocks in it, ready to run."""
+    """A rung, or a line of structured text without inner blocks, ready to run."""
 
     number: int
     nodes: tuple[Node, ...]
@@ -191,19 +160,14 @@ class LoweredLine:
 
 @dataclass(frozen=True, slots=True)
 class Act:
-    """A statement that acts: an assignment, an instruction, EXIT, RETURN."""
+    """A statement without inner blocks: an assignment, an instruction, EXIT, RETURN."""
 
     line: LoweredLine
 
 
 @dataclass(frozen=True, slots=True)
 class Arms:
-    """IF: the body of the first line that is true.
-
-    Attributes:
-        arms: lines of IF and ELSIF with their bodies.
-        otherwise: the body of ELSE.
-    """
+    """IF: the body of the first true line of `arms`, else `otherwise`."""
 
     arms: tuple[tuple[LoweredLine, Body], ...]
     otherwise: Body
@@ -215,9 +179,8 @@ class Selection:
 
     Attributes:
         line: the selector.
-        width: in which selector and labels are compared, see `operands.width_of`.
+        width: of selector and labels in comparisons, see `operands.width_of`.
         choices: ranges of values with their bodies.
-        otherwise: the body of ELSE.
     """
 
     line: LoweredLine
@@ -232,10 +195,9 @@ class Loop:
 
     Attributes:
         start: runs once before.
-        test: decides before every pass whether there is one; None = there is.
-        body: runs in every pass.
-        advance: runs after it.
-        until: decides after every pass whether it was the last one; None = it was not.
+        test: condition of the next pass, before it; None = true.
+        advance: runs after a pass.
+        until: condition of the end, after a pass; None = false.
     """
 
     start: LoweredLine | None
@@ -246,14 +208,14 @@ class Loop:
 
     @property
     def condition(self) -> LoweredLine:
-        """The line that ends it."""
+        """The line with the condition."""
         line = self.test or self.until
         assert line is not None
         return line
 
     @property
     def site(self) -> int:
-        """Number of the instruction that a fault names if the loop does not end."""
+        """Number of the instruction in a fault of an endless loop."""
         return steps_of(self.condition.nodes)[0].site
 
 
@@ -266,11 +228,11 @@ class LoweredRoutine:
     """A routine, ready to run.
 
     Attributes:
-        lines: its rungs; of structured text all lines in the order of the text.
-        labels: number of the rung that a label begins, by label in capitals.
-        parameters: what SBR takes, None without SBR.
-        body: its statements, made of the lines; None in a routine of rungs.
-        frame: the add-on instruction whose routine it is, in capitals; "" in a program.
+        lines: its rungs; of structured text all lines in text order.
+        labels: rung number by label in capitals.
+        parameters: tags of SBR, None without SBR.
+        body: its statements; None in a routine of rungs.
+        frame: its add-on instruction, in capitals; "" in a program.
     """
 
     name: str
@@ -282,11 +244,11 @@ class LoweredRoutine:
 
     @property
     def unit(self) -> str:
-        """What its lines are called: rung or line."""
+        """Unit of its line numbers: rung or line."""
         return "rung" if self.body is None else "line"
 
     def numbered(self, number: int) -> LoweredLine:
-        """Return the rung of that number, or the first statement in the line of that number."""
+        """Return a rung, or the first statement of a line, by number."""
         if self.body is None:
             return self.lines[number]
         return next(line for line in self.lines if line.number == number)
@@ -297,9 +259,9 @@ class AddOnFrame:
     """An add-on instruction, ready to run: one for all its instances.
 
     Attributes:
-        layout: where its routines find what they name.
+        layout: of its routines.
         written: InOuts that its routines write, in capitals.
-        bits: InOuts to which a call hands a bit of an integer, in capitals.
+        bits: InOuts whose argument may be a bit of an integer, in capitals.
         calls: calls of other add-on instructions in its routines.
         presets: initial values of PRE and ACC from its rungs, by path in an instance and index.
     """
@@ -317,22 +279,20 @@ class LoweredProgram:
     """A program, ready to run.
 
     Attributes:
-        layout: its memory.
-        main: the routine that a scan calls, in capitals; "" if a schedule says what it calls.
+        main: the routine of a scan, in capitals; "" with a schedule.
         routines: routines of rungs, by name in capitals.
         functions: routines in Python, by name in capitals.
         sites: every instruction, for messages.
         presets: initial values of PRE and ACC from the rungs, by path and index.
-        frames: the add-on instructions that are called, by name in capitals.
-        flags: whether a rung uses S:V, S:Z, S:N or S:C; otherwise they are not kept.
-        override: whether there is an MCR.
-        schedule: tasks and programs, None for a program without them.
-        recursive: routines that call themselves, directly or through others, in capitals.
-        stubs: how messages end, see `stubs`, by name in capitals.
-        axes: axes of the rack by their tag in capitals, see `instructions.motion_3601.BoundAxis`.
+        frames: called add-on instructions, by name in capitals.
+        flags: whether it uses S:V, S:Z, S:N or S:C.
+        override: whether it uses MCR.
+        recursive: directly or indirectly recursive routines, in capitals.
+        stubs: results of messages, by name in capitals.
+        axes: axes of the rack by tag in capitals, see `instructions.motion_3601.BoundAxis`.
         opening: called with the engine before each scan, and whether it is the first.
         closing: called with the engine after each scan.
-        written_inputs: identifiers of the inputs that the program writes.
+        written_inputs: identifiers of the inputs that it writes.
     """
 
     name: str
@@ -355,32 +315,23 @@ class LoweredProgram:
 
     @property
     def roots(self) -> frozenset[str]:
-        """Routines that a scan or a fault calls, in capitals."""
+        """Routines called by a scan or a fault, in capitals."""
         return frozenset((self.main,)) if self.schedule is None else self.schedule.roots
 
     def is_preempted(self, routine: str) -> bool:
-        """Whether another task may run at the end of a routine's rungs.
-
-        Args:
-            routine: its full name.
-        """
+        """Whether another task may run after each rung of a routine, by full name."""
         if self.schedule is None:
             return False
         return program_of(routine).upper() in self.schedule.preempted
 
     @property
     def defaults(self) -> Mapping[str, Presets]:
-        """Initial values that rungs of add-on instructions give, by add-on in capitals, path and index."""
+        """Initial values from rungs of add-on instructions, by add-on in capitals, path and index."""
         return {name: frame.presets for name, frame in self.frames.items() if frame.presets}
 
 
 def steps_of(nodes: tuple[Node, ...], *, copies: bool = True) -> list[LoweredStep]:
-    """Return the instructions in the order in which they execute.
-
-    Args:
-        nodes: a series.
-        copies: whether what copies the parameters of add-on instructions is among them.
-    """
+    """Return instructions in order of execution; with `copies`, also the copies of add-on parameters."""
     found: list[LoweredStep] = []
     _collect(nodes, copies, found)
     return found

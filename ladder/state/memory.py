@@ -1,8 +1,7 @@
 """A program's memory: one cell per leaf, shared by the compiled program and its readers.
 
-A cell is a cell of a Python closure: the compiled program reads and writes it as a
-variable, all others through `cell_contents`. An array is one list that stays
-the same list; an image is the eight words of the rack.
+A cell is a cell of a Python closure: a variable of the compiled program, `cell_contents` for others. An array
+is one constant list; an image is the eight words of the rack.
 """
 
 from __future__ import annotations
@@ -39,12 +38,10 @@ class Memory:
     """Values of all leaves of a layout.
 
     Attributes:
-        layout: what is where.
-        left: see `Store`; nothing asks a memory for it.
+        left: unused here, see `Store`.
         cells: by identifier.
 
     Args:
-        layout: what is where.
         presets: initial values by path and index, over those of the declarations.
         defaults: initial values of members by path and index, by structure in capitals.
     """
@@ -119,7 +116,7 @@ class Memory:
         return found[index] if leaf.dims else found  # type: ignore[no-any-return]
 
     def write(self, leaf: Leaf, index: int, value: Value) -> None:
-        """Set a value, which is of the leaf's type already."""
+        """Set a value of the leaf's type."""
         cell = self.cells.get(leaf.ident)
         if cell is None:
             values, spot = self._listed(leaf)
@@ -130,7 +127,7 @@ class Memory:
             cell.cell_contents = value
 
     def has(self, leaf: Leaf) -> bool:
-        """Whether a leaf has a place: an image has one if the program uses it."""
+        """Whether a leaf has a place; an image has one if the program uses it."""
         return leaf.ident in self.cells or self.layout.spot(leaf) is not None
 
     def _listed(self, leaf: Leaf) -> tuple[list[Any], Spot]:
@@ -139,7 +136,7 @@ class Memory:
         return self._lists[spot.ident], spot
 
     def column(self, leaf: Leaf, begin: int, step: int, count: int) -> Column | None:
-        """Return where every `step`th value of a leaf is, see `Store`."""
+        """Return the places of every `step`th value of a leaf, see `Store`."""
         cell = self.cells.get(leaf.ident)
         if cell is None:
             values, spot = self._listed(leaf)
@@ -147,7 +144,7 @@ class Memory:
         return column_in(cell.cell_contents, int, begin, step, count) if leaf.dims else None
 
     def values(self, leaf: Leaf) -> Value | list[Value]:
-        """Return the value of a leaf, or a list of all its elements."""
+        """Return the value of a leaf, or all its elements."""
         cell = self.cells.get(leaf.ident)
         if cell is None:
             values, spot = self._listed(leaf)
@@ -159,11 +156,11 @@ class Memory:
 
         Args:
             slots: by number, each with `inputs` and `outputs`.
-            written: identifiers of the inputs that the program writes. They are copies, since the rack's
-                inputs are what its modules say, and are recorded as that; see `take_inputs`.
+            written: identifiers of the inputs that the program writes. They are copies: the rack's inputs
+                are recorded as the modules' own; see `take_inputs`.
 
         Raises:
-            ValueError: the program names a slot that the rack does not have.
+            ValueError: the rack lacks a slot that the program uses.
         """
         for leaf in (*self.layout.images, *self.layout.faults):
             if leaf.slot is None or leaf.slot not in slots:
@@ -182,15 +179,15 @@ class Memory:
 
     @property
     def copies_inputs(self) -> bool:
-        """Whether there are inputs to take before each scan."""
+        """Whether inputs are copied before each scan."""
         return bool(self._copied)
 
     def take_inputs(self, *, updated: bool) -> None:
-        """Take the inputs that the program writes: what it wrote stays until its module's next update.
+        """Copy the inputs that the program writes: a written value lasts until the module's next update.
 
         Args:
-            updated: the modules have updated their inputs since the scan before. An image that differs
-                from the one taken last is taken in any case: a force has changed it.
+            updated: whether the modules have updated their inputs since the previous scan. An image that
+                differs from its last copy is copied in any case: a force has changed it.
         """
         for each in self._copied:
             if updated or each.taken != each.rack:
@@ -198,24 +195,20 @@ class Memory:
                 each.own[:] = each.taken
 
     def take_faults(self, slots: Mapping[int, Any]) -> None:
-        """Take the connection faults that the program reads, as the rack has them now.
-
-        Args:
-            slots: by number, each with `fault`: 0, or -1 while its module does not answer.
-        """
+        """Copy connection faults from slots by number: 0, or -1 while the module does not answer."""
         for leaf in self._faults:
             fault = slots[leaf.slot].fault  # type: ignore[index]  # of a module, as `attach` has checked
             if fault != self.read(leaf):
                 self.write(leaf, 0, fault)
 
     def snapshot(self) -> dict[str, Value | list[Value]]:
-        """Return all values by path, hidden ones too."""
+        """Return all values by path, hidden ones included."""
         return {leaf.path: self.values(leaf) for leaf in self.layout.leaves.values()}
 
     # --- whole values, for people
 
     def dump(self, path: str, kind: DataType, dims: tuple[int, ...], at: int = 0) -> Any:
-        """Return a value as people see it: a list per dimension, a dict of members, a str of a STRING."""
+        """Return a value for people: a list per dimension, a dict of members, a str of a STRING."""
         if dims:
             length, inner = dims[0], dims[1:]
             return [self.dump(path, kind, inner, at * length + number) for number in range(length)]
@@ -248,11 +241,7 @@ class Memory:
         self.write(leaf, there.index, word | mask if on else word & ~mask)
 
     def load(self, path: str, kind: DataType, dims: tuple[int, ...], at: int, value: Any) -> None:
-        """Set a value in the form in which `dump` gives it; parts that are left out stay.
-
-        Raises:
-            ValueError: it does not fit; the part, the value and what is allowed.
-        """
+        """Set a value in the form of `dump`, missing parts unchanged; a ValueError if it does not fit."""
         if dims:
             self._load_array(path, kind, dims, at, value)
         elif isinstance(kind, Elementary):
@@ -290,22 +279,21 @@ class Memory:
         self.set_text(path, at, codes)
 
     def set_text(self, path: str, at: int, value: bytes) -> None:
-        """Set a STRING to characters, as many as fit; the others become 0."""
+        """Set a STRING to characters, truncated to its size and padded with 0."""
         set_text_in(self, self.layout, path, at, value)
 
 
 Column = tuple[list[Any], slice]
-"""A list, and places in it that are equally far apart."""
+"""A list, and equidistant places in it."""
 
 
 def column_in(values: Any, at: Callable[[int], int], begin: int, step: int, count: int) -> Column | None:
-    """Return the places of every `step`th value in a list, None if they are not equally far apart.
+    """Return the places of every `step`th value in a list, None if they are not equidistant.
 
     Args:
         values: a list; anything else, such as an image or a list with forces, gives None.
         at: returns the place of a value by its number.
         begin: number of the first value.
-        step: from number to number.
         count: values, two at least.
     """
     if type(values) is not list or count < 2:
@@ -318,11 +306,7 @@ def column_in(values: Any, at: Callable[[int], int], begin: int, step: int, coun
 
 
 class Store(Protocol):
-    """What has values: a memory, or what is passed to an add-on instruction.
-
-    Attributes:
-        left: of what was passed: elements from its first one to the end of the array.
-    """
+    """Values of a memory, or of an add-on's argument, with `left` elements to the end of its array."""
 
     left: int
 
@@ -330,21 +314,21 @@ class Store(Protocol):
         """Return a value."""
 
     def write(self, leaf: Leaf, index: int, value: Value) -> None:
-        """Set a value, which is of the leaf's type already."""
+        """Set a value of the leaf's type."""
 
     def column(self, leaf: Leaf, begin: int, step: int, count: int) -> Column | None:
-        """Return where every `step`th value of a leaf is, None if each stands by itself."""
+        """Return the places of every `step`th value of a leaf, None if they must be accessed singly."""
 
 
 class CompiledAddOnStore:
-    """What is passed to a compiled add-on instruction, as a store for its own leaves.
+    """An argument of a compiled add-on instruction, as a store for its own leaves.
 
     Args:
         layout: of the add-on instruction.
         values: the list.
-        base: where in it the stretch begins.
+        base: offset of the stretch.
         left: elements from there to the end of the array.
-        mask: of a bit of an integer: the bit; None for whole values.
+        mask: the bit of an integer; None for whole values.
     """
 
     __slots__ = ("_base", "_layout", "_mask", "_values", "left")
@@ -365,7 +349,7 @@ class CompiledAddOnStore:
         return value if self._mask is None else int(value) & self._mask != 0
 
     def write(self, leaf: Leaf, index: int, value: Value) -> None:
-        """Set a value, which is of the leaf's type already."""
+        """Set a value of the leaf's type."""
         at = self._at(leaf, index)
         if self._mask is not None:
             word = self._values[at]
@@ -373,23 +357,20 @@ class CompiledAddOnStore:
         self._values[at] = value
 
     def column(self, leaf: Leaf, begin: int, step: int, count: int) -> Column | None:
-        """Return where every `step`th value of a leaf is, see `Store`."""
+        """See `Store`."""
         if self._mask is not None:
             return None
         return column_in(self._values, lambda index: self._at(leaf, index), begin, step, count)
 
 
 class InterpretedAddOnStore:
-    """What is passed to an interpreted add-on instruction, as a store for its own leaves.
+    """An argument of an interpreted add-on instruction, as a store for its own leaves.
 
     Attributes:
-        path: path in the program of the instance or the argument.
-        first: its number among the elements of that path.
+        path: of the instance or the argument in the program.
+        first: flat index in that path.
         left: elements from there to the end of the array.
-        bit: of an integer, the bit that is meant; None for whole values.
-
-    Args:
-        memory: the program's.
+        bit: bit of an integer; None for whole values.
     """
 
     __slots__ = ("_memory", "bit", "first", "left", "path")
@@ -399,7 +380,7 @@ class InterpretedAddOnStore:
 
     @property
     def text(self) -> str:
-        """What an instance is called, with its subscripts."""
+        """Name of an instance, with its subscripts."""
         leaf = self._memory.layout.leaf(f"{self.path}.EnableIn")
         return element_text(self.path, leaf.dims, self.first)
 
@@ -412,7 +393,7 @@ class InterpretedAddOnStore:
         return value if self.bit is None else bool(int(value) >> self.bit & 1)
 
     def write(self, leaf: Leaf, index: int, value: Value) -> None:
-        """Set a value, which is of the leaf's type already."""
+        """Set a value of the leaf's type."""
         where, at = self._where(leaf, index)
         if self.bit is not None:
             word, mask = int(self._memory.read(where, at)), mask_of(where.type, self.bit)
@@ -420,7 +401,7 @@ class InterpretedAddOnStore:
         self._memory.write(where, at, value)
 
     def column(self, leaf: Leaf, begin: int, step: int, count: int) -> Column | None:
-        """Return where every `step`th value of a leaf is, see `Store`."""
+        """See `Store`."""
         if self.bit is not None:
             return None
         return self._memory.column(*self._where(leaf, begin), step, count)
@@ -428,13 +409,11 @@ class InterpretedAddOnStore:
 
 @dataclass(frozen=True, slots=True)
 class AliasTarget:
-    """What a member is that is another name of a part of its structure.
+    """The part of a structure that a member with `at` names.
 
     Attributes:
-        path: path of the part.
-        dims: its dimensions.
-        index: its number among all of that path.
-        bit: the bit of it that is meant, None for all.
+        index: flat index in the path.
+        bit: a bit of the part, None for the whole.
     """
 
     path: str
@@ -445,16 +424,7 @@ class AliasTarget:
 
 
 def meant_by(path: str, kind: Structure, member: Member, index: int) -> AliasTarget:
-    """Return the part of a structure that a member is another name of.
-
-    Args:
-        path: path of the structure.
-        kind: its type.
-        index: number of the structure among all of that path.
-
-    Raises:
-        ValueError: there is no such part.
-    """
+    """Return the part that a member with `at` names in structure number `index` of a path."""
     here: DataType = kind
     dims: tuple[int, ...] = ()
     bit = None
@@ -482,7 +452,7 @@ def meant_by(path: str, kind: Structure, member: Member, index: int) -> AliasTar
 
 
 _DEEPEST = 64
-"""Steps to what a member is another name of."""
+"""Maximum steps in a member's `at`."""
 
 
 def _steps_of(member: Member) -> list[Step]:
@@ -508,7 +478,7 @@ def _number_of(operand: Operand, where: str) -> int:
 
 
 def element_text(path: str, dims: tuple[int, ...], index: int) -> str:
-    """Return the address of an element by its number among all of its path.
+    """Return the address of an element from its flat index.
 
     >>> element_text("Grid", (2, 3), 4)
     'Grid[1,1]'
@@ -521,9 +491,9 @@ def element_text(path: str, dims: tuple[int, ...], index: int) -> str:
 
 
 def mask_of(kind: Elementary, bit: int) -> int:
-    """Return the value that an integer has in which just that bit is set.
+    """Return the integer with only that bit set.
 
-    >>> from .types import INT
+    >>> from ..model.types import INT
     >>> mask_of(INT, 3), mask_of(INT, 15)
     (8, -32768)
     """
@@ -531,13 +501,7 @@ def mask_of(kind: Elementary, bit: int) -> int:
 
 
 def text_in(store: Store, layout: Layout, path: str, at: int) -> bytes:
-    """Return the characters of a string.
-
-    Args:
-        store: where its values are.
-        layout: where its leaves are.
-        at: its number among those of that path.
-    """
+    """Return the characters of string number `at` of a path."""
     length = store.read(layout.leaf(f"{path}.LEN"), at)
     data = layout.leaf(f"{path}.DATA")
     room = data.dims[-1]
@@ -546,7 +510,7 @@ def text_in(store: Store, layout: Layout, path: str, at: int) -> bytes:
 
 
 def set_text_in(store: Store, layout: Layout, path: str, at: int, value: bytes) -> None:
-    """Set a string to characters, as many as fit; the others become 0."""
+    """Set a string to characters, truncated to its size and padded with 0."""
     data = layout.leaf(f"{path}.DATA")
     room = data.dims[-1]
     codes = value[:room]
@@ -557,11 +521,7 @@ def set_text_in(store: Store, layout: Layout, path: str, at: int, value: bytes) 
 
 
 def checked(name: str, kind: Elementary, value: object) -> Value:
-    """Return a value as a tag of that type holds it.
-
-    Raises:
-        ValueError: it is of another kind or out of range.
-    """
+    """Return a value as a tag's type stores it; a ValueError if it is of another kind or out of range."""
     if kind.is_bool:
         if value in (0, 1) and isinstance(value, int):
             return bool(value)
@@ -578,7 +538,7 @@ def checked(name: str, kind: Elementary, value: object) -> Value:
 
 
 def same(a: object, b: object) -> bool:
-    """Whether two values of memory are equal; NaN is equal to NaN."""
+    """Whether two values of memory are equal; NaN equals NaN."""
     if isinstance(a, list) and isinstance(b, list):
         return len(a) == len(b) and all(map(same, a, b))
     if isinstance(a, float) and isinstance(b, float) and math.isnan(a) and math.isnan(b):

@@ -1,8 +1,7 @@
-"""Stretches of memory as bytes, for COP and CPS.
+"""Regions of memory as bytes, for COP and CPS.
 
-A region is the elements of an array from one on, or a single tag. It is read and
-written through its fields, so that structures, arrays and images copy into each
-other as they would in a controller's memory.
+A region is a single tag, or an array from one element on. It is read and written through its fields, so that
+structures, arrays and images are copied as in a controller's memory.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ from .memory import Column, Store, Value
 
 @dataclass(frozen=True, slots=True)
 class FieldSlice:
-    """A field of an element, and where its values are."""
+    """A field of an element, and its leaf."""
 
     field: Field
     leaf: Leaf
@@ -29,19 +28,18 @@ class FieldSlice:
 
 @dataclass(frozen=True, slots=True)
 class ArrayRegion:
-    """Where copying starts, and how far it may go.
+    """The start of a copy, and its limits.
 
     Attributes:
-        type: type of an element.
-        size: bytes of an element.
-        parts: its fields.
-        indices: subscripts that lead to the first element.
-        dims: the dimension of each of them.
-        rest: dimensions that are left open.
+        type: of an element.
+        size: bytes per element.
+        parts: fields of an element.
+        indices: subscripts of the first element.
+        dims: the dimension of each subscript.
+        rest: number of elements per settled subscript.
         array: number of elements of the array; 1 for a single tag.
-        text: the address.
-        root: in an add-on instruction what it is a part of, see `Leaf.root`; "" in a program.
-        whole: whether that is an InOut as a whole, so that the store knows how far its array goes.
+        root: in an add-on instruction its `Leaf.root`; "" in a program.
+        whole: whether it is a whole InOut, whose length the store knows.
     """
 
     type: DataType
@@ -56,11 +54,11 @@ class ArrayRegion:
     whole: bool = False
 
     def first(self, index_of: Callable[[Resolved, int], int], dims: tuple[int, ...] = ()) -> int:
-        """Return the number of the first element, all arrays around it counted.
+        """Return the flat index of the first element.
 
         Args:
-            index_of: returns the value of a subscript, with the length it has to be below.
-            dims: lengths, if they are not those of the declaration.
+            index_of: returns the value of a subscript below a length.
+            dims: lengths, if not the declared ones.
         """
         flat = 0
         for index, length in zip(self.indices, dims or self.dims, strict=True):
@@ -69,22 +67,17 @@ class ArrayRegion:
 
     @property
     def fixed_first(self) -> int | None:
-        """The number of the first element, None if it is computed."""
+        """The flat index of the first element, None if it is computed."""
         if not all(isinstance(index, Constant) for index in self.indices):
             return None
         return self.first(lambda index, _: int(index.value) if isinstance(index, Constant) else 0)
 
     def left(self, first: int, store: Store) -> int:
-        """Return how many elements there are from that one to the end of its array.
-
-        Args:
-            first: the element.
-            store: where its values are; that of an InOut knows how far the array goes.
-        """
+        """Return the number of elements from `first` to the end of the array in the store."""
         return max(0, store.left - first) if self.whole else self.fixed_left(first)
 
     def fixed_left(self, first: int) -> int:
-        """Return the same of a region that is not an InOut as a whole."""
+        """Return the same for a region other than a whole InOut."""
         return self.array - first % self.array
 
 
@@ -122,17 +115,11 @@ def region_of(resolved: Resolved) -> ArrayRegion:
 
 
 End = tuple[Store, ArrayRegion, int]
-"""One side of a copy: where the values are, the region, its first element."""
+"""One side of a copy: store, region, first element."""
 
 
 def copy(source: End, target: End, length: int) -> None:
-    """Copy bytes; stop at the end of either array.
-
-    Args:
-        source: from where.
-        target: to where.
-        length: elements of the target.
-    """
+    """Copy bytes for `length` elements of the target, up to the end of either array."""
     origin, region, first = source
     goal, into, at = target
     count = min(length, into.left(at, goal))
@@ -147,13 +134,7 @@ def copy(source: End, target: End, length: int) -> None:
 
 
 def fill(target: End, length: int, value: Value) -> None:
-    """Set elements to a value; in a structure every member to it, each bit to whether it is not 0.
-
-    Args:
-        target: the first element.
-        length: elements; those after the end of the array are left out.
-        value: a number.
-    """
+    """Set elements, up to the end of the array; members of a structure each get the value, bits its truth."""
     store, region, first = target
     count = min(length, region.left(first, store))
     for part in region.parts:
@@ -168,7 +149,7 @@ def fill(target: End, length: int, value: Value) -> None:
 
 
 def converted(kind: Elementary, value: Value) -> Value:
-    """Return a number as a type holds it, without flags and faults."""
+    """Return a number converted to a type, without flags and faults."""
     if kind.is_bool:
         return bool(value)
     if kind.is_double:
@@ -250,7 +231,7 @@ def _unpack(data: bytes, offset: int, field: Field) -> Value:
 
 
 def plain(region: ArrayRegion) -> Elementary | None:
-    """Return the elementary type of a region that is a list of numbers, None if it is another."""
+    """Return the elementary type of a region that is a list of numbers, else None."""
     if isinstance(region.type, Elementary) and (region.parts[0].leaf.dims or region.whole):
         return region.type
     return None

@@ -1,6 +1,6 @@
-"""The scheduler: runs the programs of a schedule, in virtual time.
+"""The scheduler of a controller's programs, in virtual time.
 
-A scan of the rack is one scan of the continuous task, and before it each due task once:
+A scan of the rack runs each due task once, then the continuous task:
 
     scan            |             |             |
     periodic 4 ms   due  due  due due  due  due      -> runs once per scan, two overlaps each
@@ -22,7 +22,7 @@ from .lowered import LoweredProgram
 from .memory import Memory
 
 PROGRAM_FAULT = 4
-"""Type of the major faults that a fault routine may clear: those of instructions [1756-PM014]."""
+"""Type of major faults that a fault routine may clear [1756-PM014]."""
 
 Run = Callable[[str, int], object]
 """Runs a routine: its name in capitals, the time in ns."""
@@ -32,12 +32,7 @@ class Scheduler:
     """Runs the tasks of one controller.
 
     Attributes:
-        handled: major faults so far after which a fault routine ran.
-
-    Args:
-        lowered: the controller.
-        memory: its memory, in which the state of the schedule is.
-        fault_log: collects its faults.
+        handled: major faults so far that reached a fault routine.
     """
 
     def __init__(
@@ -57,11 +52,7 @@ class Scheduler:
         self.handled = 0
 
     def begin(self, now_ns: int) -> None:
-        """Set the state for a first scan.
-
-        Args:
-            now_ns: its time.
-        """
+        """Initialise the state for a first scan."""
         write = self._memory.write
         write(self._schedule.before, 0, -1)
         for program in self._schedule.programs:
@@ -74,15 +65,7 @@ class Scheduler:
             write(each.overlaps, 0, 0)
 
     def scan(self, now_ns: int, run: Run) -> None:
-        """Run the tasks that are due, then the continuous one.
-
-        Args:
-            now_ns: time of the scan.
-            run: runs a routine.
-
-        Raises:
-            LadderFault: a major fault that no fault routine has cleared.
-        """
+        """Run the due tasks, then the continuous one; a LadderFault is an uncleared major fault."""
         self._run = run
         before = int(self._memory.read(self._schedule.before))
         self._memory.write(self._schedule.before, 0, now_ns)
@@ -94,7 +77,7 @@ class Scheduler:
             self._task(self._continuous, now_ns)
 
     def rung_done(self) -> None:
-        """Let tasks in that have become due at the end of a rung of the continuous task."""
+        """Run the preempting tasks that are due at the end of a rung of the continuous task."""
         self._rungs += 1
         past = min(self._rungs, self._total) * (self._end_ns - self._start_ns) // self._total
         now_ns = min(self._start_ns + past, self._end_ns - 1)
@@ -106,7 +89,7 @@ class Scheduler:
                     self._memory.write(leaf, 0, value)
 
     def trigger(self, task: ScheduledTask) -> None:
-        """Make an event task due; one that is due already counts an overlap."""
+        """Make an event task due; if it is due already, count an overlap."""
         if self._memory.read(task.pending):
             self._overlap(task, 1)
         self._memory.write(task.pending, 0, True)
