@@ -4,7 +4,7 @@
     Local:1:I.Data0.14              the same, as add-on profiles name the words
     Local:2:I.Data.3                CompactLogix, bit 3 of a digital card
     Local:3:I.Ch0Data               CompactLogix, channel 0 of an analog card
-    Local:3:I.Ch1Overrange          a member of a card's tag, see `card_members`
+    Local:3:I.Ch1Overrange          a member of a card's tag, see `cards`
     I:1.0/14, I:1/14                MicroLogix, bit 14 of word 0
     Local:1:I.ModuleOK              a bit of input word 0, as the module's profile of V20 names it
     Local:1:O.Data[2], O:1.2        output word 2 as a whole
@@ -23,7 +23,7 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
-from .card_members import member_of, members_of
+from .cards import member_of, members_of
 from .image import WORDS
 from .module_words import BitPlace, Groups, ModuleWords
 

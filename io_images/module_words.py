@@ -8,7 +8,7 @@ A module with fewer words shows them in the first ones.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import IntFlag
 from typing import NamedTuple
@@ -48,8 +48,8 @@ class ModuleWords:
         profile_words: words by the names of that profile, as in `Local:3:I.Ch0Data`: image and word.
         data_bits: each image is one value called Data of so many bits, 16 or 32, from word 0 on:
             `Local:2:I.Data.3` is a bit of it; 0 = it is an array of words.
-        terminals: of a card: how many bits of each image are terminals, from bit 0 of word 0 on.
-        card: of a card: its catalog number, by which `card_members` knows its members.
+        terminals: of a card: mask of the terminals in each word of an image, from word 0 on.
+        card: of a card: its catalog number, by which `cards` knows its members.
     """
 
     message: str
@@ -59,13 +59,41 @@ class ModuleWords:
     profile: Mapping[str, int] = field(default_factory=dict, compare=False)
     profile_words: Mapping[str, tuple[str, int]] = field(default_factory=dict, compare=False)
     data_bits: int = field(default=0, compare=False)
-    terminals: Mapping[str, int] = field(default_factory=dict, compare=False)
+    terminals: Mapping[str, Sequence[int]] = field(default_factory=dict, compare=False)
     card: str = field(default="", compare=False)
 
     def bits(self, image: str, word: int) -> Iterator[tuple[str, int]]:
         """Yield the named bits of a word: name and number."""
         for names in self.groups.values():
             yield from ((name, at.bit) for name, at in names.items() if (at.image, at.word) == (image, word))
+
+    def terminals_instead(self, image: str, word: int, bit: int) -> str:
+        """Return which terminals a card has, such as "inputs 0 to 7", if a bit is none; else nothing."""
+        masks = self.terminals.get(image)
+        if masks is None or (word < len(masks) and masks[word] >> bit & 1):
+            return ""
+        kind = "inputs" if image == "I" else "outputs"
+        return f"{kind} {numbers_of(masks)}" if any(masks) else f"no {kind}"
+
+
+def terminals_in(masks: Sequence[int]) -> list[int]:
+    """Return the numbers of the terminals in masks, one for each word."""
+    return [16 * word + bit for word, mask in enumerate(masks) for bit in range(16) if mask >> bit & 1]
+
+
+def numbers_of(masks: Sequence[int]) -> str:
+    """Return the numbers of terminals in words.
+
+    >>> numbers_of((0xFFFF, 0x0001)), numbers_of((0x00FF, 0x00FF))
+    ('0 to 16', '0 to 7, 16 to 23')
+    """
+    runs: list[list[int]] = []
+    for terminal in terminals_in(masks):
+        if runs and terminal == runs[-1][1] + 1:
+            runs[-1][1] = terminal
+        else:
+            runs.append([terminal, terminal])
+    return ", ".join(str(first) if first == last else f"{first} to {last}" for first, last in runs)
 
 
 def flag_places(image: str, *words: type[IntFlag]) -> Mapping[str, BitPlace]:

@@ -18,7 +18,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from ...io_images.amci3601.bits import PROFILE_BITS, CommandLsw, CommandMsw, ConfigMsw, StatusLsw, StatusMsw
-from ...io_images.card_members import MemberPlace, member_of
+from ...io_images.cards import MemberPlace, member_of
 from ...io_images.image import WORDS
 from ...io_images.tag_names import AmbiguousNameError, in_scope, normal
 from .errors import LadderError

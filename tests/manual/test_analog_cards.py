@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
+from scanrack.io_images.cards import KINDS
 from scanrack.io_images.image import Image
-from scanrack.runtime.modules.cards.kinds import KINDS
 from scanrack.runtime.modules.cards.module import GenericCard
 from scanrack.runtime.modules.cards.options import CardOptions
 

@@ -15,6 +15,7 @@ from bench3601 import CONFIGURATION
 from scanrack import Configuration
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.io_images.amci3601.words import WORDS_3601
+from scanrack.io_images.cards import DISCRETE16
 from scanrack.io_images.image import Image
 from scanrack.ladder.python.sequences import Sequence, sequences_of
 from scanrack.runtime.loop.cpu import Cpu
@@ -24,7 +25,6 @@ from scanrack.runtime.loop.rack import Card, Rack
 from scanrack.runtime.loop.scan import CpuMode
 from scanrack.runtime.machine import Machine, MachineSpec, Switch
 from scanrack.runtime.modules.amci3601 import Amci3601
-from scanrack.runtime.modules.cards.kinds import DISCRETE16
 from scanrack.runtime.modules.cards.options import CardOptions
 
 PERIOD_NS = 2_000_000

@@ -17,7 +17,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from ...io_images.amci3601.words import WORDS_3601, is_stepper
-from ...io_images.card_members import DATA_BITS, MEMBERS
+from ...io_images.cards import KINDS
 from ...io_images.image import IMAGE_BYTES
 from ...io_images.module_words import PLAIN_WORDS, ModuleWords
 
@@ -50,8 +50,9 @@ class SlotInfo:
         if self.words is _BY_NAME:
             words = WORDS_3601 if self.module == "amci3601" else PLAIN_WORDS
             object.__setattr__(self, "words", words)
-        if self.module in DATA_BITS or self.module in MEMBERS:
-            known = replace(self.words, card=self.module, data_bits=DATA_BITS.get(self.module, 0))
+        kind = KINDS.get(self.module)
+        if kind is not None and kind.has_members:
+            known = replace(self.words, card=kind.name, data_bits=kind.data_bits)
             object.__setattr__(self, "words", known)
 
     @property

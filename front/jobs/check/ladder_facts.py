@@ -48,7 +48,6 @@ BLOCKS = frozenset(
 )
 """The blocks of `USE axis3601` that have them."""
 
-WORD_BITS = 16
 
 _NEUTRAL = (0, 0, 0, 0, 1, 0, 1, 1)
 """Legal parameters, in place of words that are not known."""
@@ -124,14 +123,10 @@ class _Reader:
         slot = leaf.slot
         if slot is None or slot not in self.cards or not leaf.is_image:
             return ""
-        image, kind = ("O", "output") if leaf.output else ("I", "input")
-        terminals = self.cards[slot].terminals.get(image)
-        if terminals is None or word is None or not isinstance(bit, Constant):
+        if word is None or not isinstance(bit, Constant):
             return ""
-        if word * WORD_BITS + int(bit.value) < terminals:
-            return ""
-        there = f"{kind}s 0 to {terminals - 1}" if terminals else f"no {kind}s"
-        return f"{operand.text}: the card in slot {slot} has {there}"
+        there = self.cards[slot].terminals_instead("O" if leaf.output else "I", word, int(bit.value))
+        return f"{operand.text}: the card in slot {slot} has {there}" if there else ""
 
     def _tags(self, facts: Facts) -> None:
         if self.lowered.functions:

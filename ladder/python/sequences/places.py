@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 
-from ....io_images.addresses import BITS, Address, allowed, parse_address
+from ....io_images.addresses import Address, allowed, parse_address
 from ....io_images.module_words import ModuleWords
 
 Rack = Mapping[int, ModuleWords]
@@ -36,9 +36,8 @@ def find_bit(text: str, image: str, rack: Rack) -> Address:
     if at.bit is None:
         kind = KINDS[image].capitalize()
         raise ValueError(f"{text!r} is a word: add a bit, or declare it as {kind}Word")
-    terminals = rack[at.slot].terminals.get(image)
-    if terminals is not None and at.word * BITS + at.bit >= terminals:
-        there = f"{KINDS[image]}s 0 to {terminals - 1}" if terminals else f"no {KINDS[image]}s"
+    there = rack[at.slot].terminals_instead(image, at.word, at.bit)
+    if there:
         raise ValueError(f"{text!r}: the card in slot {at.slot} has {there}")
     return at
 

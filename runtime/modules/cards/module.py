@@ -18,14 +18,14 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from typing_extensions import override
 
+from ....io_images.cards import DISCRETE16, WORD_BITS, CardKind
 from ....io_images.image import Image, signed_word
 from ...loop.events import Event
 from ...loop.module import Module, unnoticed
 from ...machine.shaft import FAR
 from ...machine.spec import INPUT_NAMES
 from ..record import BoltedAhead, ModuleWithMachine
-from .kinds import DISCRETE16, CardKind
-from .options import WORD_BITS, Cam, CardOptions
+from .options import Cam, CardOptions
 
 if TYPE_CHECKING:
     from ...loop.module import Words
@@ -76,8 +76,11 @@ class GenericCard(Module):
         self._image = Image()
         self._channels = self.options.channels(kind)
         self._driven: tuple[int, ...] | None = None
-        for channel in self._channels if kind.channels_in else ():
-            self._take_signal(channel, Fraction(0))
+        self._output_words = [(at, mask, WORD_BITS * at) for at, mask in enumerate(kind.outputs)]
+        self._shown_words = range(len(kind.inputs or kind.outputs))
+        for image, channel in self._channels:
+            if image == "I":
+                self._take_signal(channel, Fraction(0))
 
     @property
     def follows(self) -> frozenset[int]:
@@ -163,20 +166,19 @@ class GenericCard(Module):
         exact = value if isinstance(value, Decimal) else Decimal(str(value))
         self.options.check_value(name, exact)
         self.before_change()
-        if place in self._channels:
+        if ("I", place) in self._channels:
             self._take_signal(place, Fraction(exact))
         else:
             self._image[place] = int(exact)
 
     def _take_signal(self, place: int, signal: Fraction) -> None:
         """Convert a signal of an input channel, and set its range bits."""
-        channel = self._channels[place]
+        channel = self._channels["I", place]
         self._image[place] = channel.word(signal)
-        self._show_range(place, *channel.signal_beyond(signal))
+        self._show_range("I", place, *channel.signal_beyond(signal))
 
-    def _show_range(self, place: int, over: bool, under: bool) -> None:
-        bits = self.kind.bits
-        assert bits is not None
+    def _show_range(self, image: str, place: int, over: bool, under: bool) -> None:
+        bits = self.kind.bits[image]
         self._image.set_bit(bits.word, bits.over_bit(place), over)
         self._image.set_bit(bits.word, bits.over_bit(place) + 1, under)
         self._image.set_bit(bits.status_word, place, over or under)
@@ -189,12 +191,12 @@ class GenericCard(Module):
         """Set the analog outputs, their range bits and the echo."""
         self._driven = driven
         for place, word in enumerate(driven):
-            channel = self._channels.get(place)
+            channel = self._channels.get(("O", place))
             shown = word
             if channel is not None:
                 seen = word & ~self.kind.ignored
                 shown = channel.limited(seen)
-                self._show_range(place, *channel.word_beyond(seen))
+                self._show_range("O", place, *channel.word_beyond(seen))
             if self.kind.echo:
                 self._image[self.kind.echo_at + place] = shown
 
@@ -206,12 +208,14 @@ class GenericCard(Module):
 
     def _outputs(self, outputs: Image) -> int:
         """Return the outputs that a card has as one mask."""
-        both = outputs[0] & WORD_MASK | (outputs[1] & WORD_MASK) << WORD_BITS
-        return both & ((1 << self.kind.outputs) - 1)
+        mask = 0
+        for word, terminals, shift in self._output_words:
+            mask |= (outputs[word] & terminals) << shift
+        return mask
 
     def _show(self, bits: int) -> None:
-        self._image[0] = signed_word(bits & WORD_MASK)
-        self._image[1] = signed_word(bits >> WORD_BITS)
+        for word in self._shown_words:
+            self._image[word] = signed_word(bits >> WORD_BITS * word & WORD_MASK)
 
     def _energised(self, name: str, acted_on: bool) -> bool:
         return acted_on is not (name in self.options.normally_closed)
@@ -232,7 +236,7 @@ class GenericCard(Module):
 
     def _unit(self, name: str) -> str:
         """Return a space and the unit of a channel with a range."""
-        channel = self._channels.get(self.options.inputs[name])
+        channel = self._channels.get(("I", self.options.inputs[name]))
         return "" if channel is None else f" {channel.range.unit}"
 
 

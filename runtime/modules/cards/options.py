@@ -20,14 +20,13 @@ from typing import Annotated, ClassVar, Self
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
+from ....io_images.cards import WORD_BITS, CardKind
 from ....io_images.image import WORD_MAX, WORD_MIN, WORDS
-from ....io_images.module_words import BitPlace, ModuleWords
+from ....io_images.module_words import BitPlace, ModuleWords, numbers_of, terminals_in
+from ....io_images.signal_ranges import RANGES, RAW_LANDMARKS, SIGNAL_MAX, Channel
 from ...loop.options import Options
 from ...machine.spec import INPUT_NAMES
-from .analog import RANGES, RAW_LANDMARKS, SIGNAL_MAX, Channel
-from .kinds import CardKind
 
-WORD_BITS = 16
 CHANNEL_NAMES = tuple(f"ch{at}_data" for at in range(WORDS))
 WORD_NAMES = ("data", *(f"word{index}" for index in range(1, WORDS)))
 
@@ -166,11 +165,9 @@ class CardOptions(Options):
         Raises:
             ValueError: a terminal or channel that it lacks, or a contact on an analog one.
         """
-        for field, digital, analog in (
-            ("inputs", kind.inputs, kind.channels_in),
-            ("outputs", kind.outputs, kind.channels_out),
-        ):
-            _check_places(kind, field, getattr(self, field), digital or analog)
+        for field, image, masks in (("inputs", "I", kind.inputs), ("outputs", "O", kind.outputs)):
+            channels = [(1 << kind.channels[image]) - 1]
+            _check_places(kind, field, getattr(self, field), channels if kind.analog else masks)
         if kind.analog and (self.normally_closed or self.cam):
             raise ValueError(f"a {kind.name} has no contacts: normally_closed and cam go with a digital card")
         for press in self.timeline:
@@ -215,11 +212,14 @@ class CardOptions(Options):
                 "or V and mA with a range in ranges"
             )
 
-    def channels(self, kind: CardKind) -> dict[int, Channel]:
-        """Return the channels with a range, by number."""
-        wired = {**self.inputs, **self.outputs}
+    def channel_of(self, name: str) -> tuple[str, int]:
+        """Return the image and the number of a channel that is wired."""
+        return ("I", self.inputs[name]) if name in self.inputs else ("O", self.outputs[name])
+
+    def channels(self, kind: CardKind) -> dict[tuple[str, int], Channel]:
+        """Return the channels with a range, by image and number."""
         return {
-            wired[name]: Channel(RANGES[wanted], kind.formats[self.formats.get(name, "raw")])
+            self.channel_of(name): Channel(RANGES[wanted], kind.formats[self.formats.get(name, "raw")])
             for name, wanted in self.ranges.items()
         }
 
@@ -262,18 +262,18 @@ def _digital_words(kind: CardKind, options: CardOptions) -> ModuleWords:
             "input": {name: BitPlace("I", *divmod(at, WORD_BITS)) for name, at in options.inputs.items()},
             "output": {name: BitPlace("O", *divmod(at, WORD_BITS)) for name, at in options.outputs.items()},
         },
-        data_bits=32 if max(kind.inputs, kind.outputs) > WORD_BITS else WORD_BITS,
+        data_bits=kind.data_bits,
         terminals={"I": kind.outputs if kind.echo else kind.inputs, "O": kind.outputs},
     )
 
 
 def _analog_words(kind: CardKind, options: CardOptions) -> ModuleWords:
     """Name the channels by their wiring; the stem of the message types identifies the wiring."""
-    named = [("I", options.inputs, kind.channels_in), ("O", options.outputs, kind.channels_out)]
     images: dict[str, tuple[str, ...]] = {}
     profile: dict[str, tuple[str, int]] = {}
     stem = "Analog"
-    for image, wired, channels in named:
+    for image, wired in (("I", options.inputs), ("O", options.outputs)):
+        channels = kind.channels[image]
         names = [f"ch{at}_data" if at < channels else f"word{at}" for at in range(WORDS)]
         for name, at in sorted(wired.items(), key=lambda pair: pair[1]):
             names[at] = name
@@ -287,13 +287,12 @@ def _analog_words(kind: CardKind, options: CardOptions) -> ModuleWords:
 
 def _range_bits(kind: CardKind, options: CardOptions) -> dict[str, BitPlace]:
     """Return the range bits of the channels with a range, by name: `level_over`, `level_under`."""
-    assert kind.bits is not None
-    wired = {**options.inputs, **options.outputs}
     places = {}
     for name in options.ranges:
-        over = kind.bits.over_bit(wired[name])
-        places[f"{name}_over"] = BitPlace("I", kind.bits.word, over)
-        places[f"{name}_under"] = BitPlace("I", kind.bits.word, over + 1)
+        image, channel = options.channel_of(name)
+        bits = kind.bits[image]
+        places[f"{name}_over"] = BitPlace("I", bits.word, bits.over_bit(channel))
+        places[f"{name}_under"] = BitPlace("I", bits.word, bits.over_bit(channel) + 1)
     return places
 
 
@@ -332,10 +331,10 @@ def _check_names(field: str, names: Mapping[str, int]) -> None:
             raise ValueError(f"{field}: terminal {terminal} of {name!r} is used twice")
 
 
-def _check_places(kind: CardKind, field: str, names: Mapping[str, int], places: int) -> None:
+def _check_places(kind: CardKind, field: str, names: Mapping[str, int], masks: Sequence[int]) -> None:
     what = "channel" if kind.analog else "terminal"
-    if names and not places:
+    if names and not any(masks):
         raise ValueError(f"{field}: a {kind.name} has none")
     for name, at in names.items():
-        if at >= places:
-            raise ValueError(f"{field}: {name!r}: a {kind.name} has no {what} {at}: 0 to {places - 1}")
+        if at not in terminals_in(masks):
+            raise ValueError(f"{field}: {name!r}: a {kind.name} has no {what} {at}: {numbers_of(masks)}")

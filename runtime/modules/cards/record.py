@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from functools import partial
 
+from ....io_images.cards import KINDS, CardKind
 from ....io_images.image import Image
 from ....io_images.module_words import BitPlace, ModuleWords
 from ...loop.module import Module
 from ...machine import MachineSpec
 from ..record import ModuleRecord, Options
-from .kinds import KINDS, CardKind
 from .options import CardOptions
 
 

@@ -6,25 +6,26 @@ import json
 from pathlib import Path
 from typing import Any
 
+import cards_page
 import pytest
+from cards_page import PAGE, REMEDY, missing, written
 from scanrack import Configuration, InputBit, Move, MoveKind, PresetPosition
 from scanrack.io_images.addresses import Address, parse_address
+from scanrack.io_images.cards import KINDS, CardKind, RangeBits
 from scanrack.io_images.image import Image
+from scanrack.io_images.module_words import terminals_in
+from scanrack.io_images.signal_ranges import FORMATS, RANGES
 from scanrack.jobs.drive.card_bench import CardBench
 from scanrack.jobs.drive.requests import RequestError
 from scanrack.jobs.run.build import build_cpu, build_rack
 from scanrack.runtime.config.rackfile import RackFileError, parse_rack_file
 from scanrack.runtime.config.rackspec import RackSpec, SlotSpec
 from scanrack.runtime.machine import MachineSpec, Switch, press
-from scanrack.runtime.modules.cards.kinds import KINDS
 from scanrack.runtime.modules.cards.module import GenericCard
 from scanrack.runtime.modules.cards.options import CardOptions
 from scanrack.runtime.modules.registry import MODULES, words_of
 
-SOLD = (
-    *("1762-IQ8", "1762-IQ16", "1762-OB8", "1762-OB16", "1762-OW8", "1762-IF4", "1762-OF4"),
-    *("1769-IQ16", "1769-IQ32", "1769-OB16", "1769-OB32", "1769-OW8", "1769-IF4", "1769-OF4"),
-)
+SOLD = tuple(name for name in KINDS if "-" in name)
 
 
 def card(kind: str, **options: Any) -> GenericCard:
@@ -47,11 +48,62 @@ def test_every_card_that_is_sold_can_be_put_into_a_slot(name: str) -> None:
 def test_a_card_has_as_many_terminals_as_its_name_says() -> None:
     for name in SOLD:
         kind = KINDS[name]
-        family = name[5:7]
-        count = int(name[7:])
-        has = {"IQ": kind.inputs, "IF": kind.channels_in, "OF": kind.channels_out}.get(family, kind.outputs)
-        assert has == count
-        assert kind.inputs + kind.outputs + kind.channels_in + kind.channels_out == count
+        inputs, outputs = (len(terminals_in(masks)) for masks in (kind.inputs, kind.outputs))
+        has = {"IQ": inputs, "IF": kind.channels_in, "OF": kind.channels_out}.get(name[5:7], outputs)
+        assert has == int(name[7:])
+        assert inputs + outputs + kind.channels_in + kind.channels_out == has
+
+
+def test_terminals_may_be_any_bits_of_words() -> None:
+    """Four inputs on the even bits of word 0, eight on the upper half of word 1."""
+    kind = CardKind("even", inputs=(0x55, 0xFF00))
+    module = GenericCard(CardOptions(inputs={"low": 2, "high": 31}, normally_closed=("low", "high")), kind)
+    assert list(module.update(0, Image()))[:3] == [4, -0x8000, 0]
+    with pytest.raises(ValueError, match=r"'odd': a even has no terminal 3: 0, 2, 4, 6, 24 to 31"):
+        GenericCard(CardOptions(inputs={"odd": 3}), kind)
+
+
+def test_an_analog_input_and_an_output_of_one_number_are_two_channels() -> None:
+    """Channel 0 of either image: 4 to 20 mA come in, 0 to 10 V go out, each with range bits of its own."""
+    kind = CardKind(
+        "both",
+        channels_in=2,
+        channels_out=2,
+        bits={"I": RangeBits(4, 5, 14, -2), "O": RangeBits(6, 7, 0, 2)},
+        ranges=tuple(RANGES),
+        formats=FORMATS,
+    )
+    ranges = {"level": "4..20 mA", "valve": "0..10 V"}
+    options = CardOptions(inputs={"level": 0}, outputs={"valve": 0}, ranges=ranges)
+    assert {at: channel.range.name for at, channel in options.channels(kind).items()} == {
+        ("I", 0): "4..20 mA",
+        ("O", 0): "0..10 V",
+    }
+    module = GenericCard(options, kind)
+    module.set_value("level", 20.5)
+    shown = module.update(0, Image([32_767]))
+    assert list(shown) == [int(20.5 / 21 * 32_767), 0, 0, 0, 1, 1 << 14, 1, 1]
+    bits = options.words(kind).groups["status"]
+    assert [bits[f"{name}_over"] for name in ranges] == [("I", 5, 14), ("I", 7, 0)]
+
+
+def test_the_page_of_cards_has_the_rows_of_all() -> None:
+    wrong = missing(PAGE.read_text(encoding="utf-8"))
+    assert not wrong, f"{wrong}: {REMEDY}"
+
+
+def test_a_card_that_the_page_lacks_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cards_page, "KINDS", KINDS | {"1769-OV16": CardKind("1769-OV16", outputs=(0xFFFF,))})
+    page = PAGE.read_text(encoding="utf-8")
+    assert missing(page) == ["missing: | `1769-OV16` |  | 16 | output word 0 |"]
+    assert missing(written(page)) == []
+
+
+def test_ranges_and_formats_of_every_card_are_known() -> None:
+    for kind in KINDS.values():
+        assert set(kind.ranges) <= set(RANGES), kind.name
+        assert kind.bits.keys() == {image for image, count in kind.channels.items() if count}, kind.name
+        assert bool(kind.ranges) is bool(kind.formats) is kind.analog, kind.name
 
 
 def test_terminal_20_is_bit_20_of_a_dint_and_bit_4_of_word_1() -> None:

@@ -7,9 +7,8 @@ from pathlib import Path
 
 import pytest
 from scanrack.io_images.addresses import parse_address
-from scanrack.io_images.card_members import DATA_BITS, MEMBERS, member_of
+from scanrack.io_images.cards import KINDS, MEMBERS, member_of
 from scanrack.jobs.bench.opening import open_bench
-from scanrack.runtime.modules.cards.kinds import KINDS
 from scanrack.runtime.modules.cards.options import CardOptions
 from scanrack.traces.query import query
 from scanrack.traces.read.reader import open_trace
@@ -49,18 +48,13 @@ def test_members_of_a_1769_of4(row: tuple[int, ...]) -> None:
 
 
 def test_the_members_are_where_the_card_puts_them() -> None:
-    for name, table in MEMBERS.items():
-        kind = KINDS[name]
-        for channel in range(4 if kind.analog else 0):
-            assert kind.bits is not None
-            over = kind.bits.over_bit(channel)
-            assert table[f"Ch{channel}Overrange"] == ("I", kind.bits.word, over)
-            assert table[f"Ch{channel}Underrange"] == ("I", kind.bits.word, over + 1)
-            assert table[f"Ch{channel}Status"] == ("I", kind.bits.status_word, channel)
-    assert {name for name, kind in KINDS.items() if name.startswith("1769") and kind.echo} <= MEMBERS.keys()
-    assert {
-        name for name, kind in KINDS.items() if name.startswith("1769") and not kind.analog
-    } <= DATA_BITS.keys()
+    few = {name: {each for each, _ in table} for name, table in MEMBERS.items() if not KINDS[name].analog}
+    assert {name for name, members in few.items() if not members} == {"discrete16", "1769-IQ16", "1769-IQ32"}
+    assert {name for name, members in few.items() if members} == {"1769-OB16", "1769-OB32", "1769-OW8"}
+    assert set().union(*few.values()) == {"ReadBack"}
+    assert MEMBERS.keys() - few.keys() == {"1769-IF4", "1769-OF4"}
+    cards = ("discrete16", "1769-OW8", "1769-OB32", "1769-IF4")
+    assert [KINDS[name].data_bits for name in cards] == [16, 16, 32, 0]
 
 
 def test_addresses_of_members() -> None:

@@ -3,9 +3,9 @@
 import pytest
 from scanrack import Axis3601, Input, InputWord, Logic, Output, OutputWord, State, sequence
 from scanrack.io_images.amci3601.words import WORDS_3601
+from scanrack.io_images.cards import KINDS
 from scanrack.io_images.module_words import PLAIN_WORDS
 from scanrack.ladder.python.sequences.places import find_bit, find_word
-from scanrack.runtime.modules.cards.kinds import KINDS
 from scanrack.runtime.modules.cards.options import CardOptions
 from sequence_bench import CARD_WORDS, SETUP, SequenceBench
 

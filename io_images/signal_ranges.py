@@ -125,27 +125,6 @@ FORMATS_12: Mapping[str, Convert] = {"raw": _raw_12, "pid": _pid_12}
 
 
 @dataclass(frozen=True, slots=True)
-class RangeBits:
-    """Places of a channel's range bits in a card's input image.
-
-    Attributes:
-        status_word: word of the status bits; bit n belongs to channel n.
-        word: word of the over- and under-range bits.
-        over: the over-range bit of channel 0.
-        step: from a channel's bit to the next one's.
-    """
-
-    status_word: int
-    word: int
-    over: int
-    step: int
-
-    def over_bit(self, channel: int) -> int:
-        """Return the over-range bit of a channel; its under-range bit is the next one up."""
-        return self.over + self.step * channel
-
-
-@dataclass(frozen=True, slots=True)
 class Channel:
     """A channel with a range."""
 

@@ -1,0 +1,201 @@
+"""The cards that can be put into a slot: one row each, named as Rockwell sells them.
+
+    1762-...    a MicroLogix 1100, 1200 or 1400:  I:2.0/3, O:2.0/3
+    1769-...    a CompactLogix:                   Local:2:I.Data.3, Local:2:O.Data.3
+
+Terminal n of a digital card is bit n of its data, 16 to a word. Channel n of an analog card is word n.
+The data of a card with 32 terminals are one DINT to a CompactLogix: `Local:2:I.Data.31`.
+
+To add a card, add its row and run `python tests/tools/cards_page.py --write`, which makes its rows of
+docs/cards.md. The members of its tags follow from the row, as Studio 5000 names them [1769-UM002B, table
+3.1; 1769-IN087A, page 15]; `Fault` is that of the connection and no word of an image:
+
+    digital inputs      I.Data
+    digital outputs     O.Data, I.ReadBack
+    analog inputs       I.Ch0Data, I.Ch0Status, I.Ch0Overrange, I.Ch0Underrange
+    analog outputs      O.Ch0Data, I.Ch0DataEcho, I.Ch0Status, I.Ch0Overrange, I.Ch0Underrange
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from .signal_ranges import FORMATS, FORMATS_12, RANGES, Convert
+
+WORD_BITS = 16
+
+
+class RangeBits(NamedTuple):
+    """Where a card shows the range bits of a channel, in its input image.
+
+    Attributes:
+        status_word: word of the status bits; bit n is that of channel n.
+        word: word of the over- and under-range bits.
+        over: the over-range bit of channel 0.
+        step: from a channel's bit to the next one's.
+    """
+
+    status_word: int
+    word: int
+    over: int
+    step: int
+
+    def over_bit(self, channel: int) -> int:
+        """Return the over-range bit of a channel; its under-range bit is the next one up."""
+        return self.over + self.step * channel
+
+
+class MemberPlace(NamedTuple):
+    """Where a member is.
+
+    Attributes:
+        image: "I" or "O".
+        word: 0 to 7.
+        bit: 0 to 15; None for a whole word, or for a DINT of two words.
+    """
+
+    image: str
+    word: int
+    bit: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class CardKind:
+    """What a card has. It has terminals or channels, not both.
+
+    Attributes:
+        name: its catalog name.
+        inputs: mask of its digital inputs in each word.
+        outputs: mask of its digital outputs in each word.
+        channels_in: number of its analog inputs.
+        channels_out: number of its analog outputs.
+        echo: the input image repeats the outputs that are in force (output data echo).
+        echo_at: of an analog card: the input word that repeats channel 0.
+        bits: of an analog card: where the range bits are of its channels of an image, "I" or "O".
+        ranges: of an analog card: names of the ranges of its channels.
+        formats: of an analog card: its data formats.
+        ignored: of an analog card: low bits of an output word that it does not look at.
+    """
+
+    name: str
+    inputs: tuple[int, ...] = ()
+    outputs: tuple[int, ...] = ()
+    channels_in: int = 0
+    channels_out: int = 0
+    echo: bool = False
+    echo_at: int = 0
+    bits: Mapping[str, RangeBits] = field(default_factory=dict)
+    ranges: tuple[str, ...] = ()
+    formats: Mapping[str, Convert] = field(default_factory=dict)
+    ignored: int = 0
+
+    @property
+    def analog(self) -> bool:
+        """Whether it has channels."""
+        return bool(self.channels_in or self.channels_out)
+
+    @property
+    def channels(self) -> Mapping[str, int]:
+        """The number of channels by image."""
+        return {"I": self.channels_in, "O": self.channels_out}
+
+    @property
+    def data_bits(self) -> int:
+        """Bits of `Data` and `ReadBack`; 0 if it has none."""
+        return 0 if self.analog else 32 if max(len(self.inputs), len(self.outputs)) > 1 else WORD_BITS
+
+    @property
+    def has_members(self) -> bool:
+        """Whether it has tags with members: a MicroLogix has words only."""
+        return not self.name.startswith("1762")
+
+    def members(self) -> Iterator[tuple[str, MemberPlace]]:
+        """Yield the members of its tags beside `Data`."""
+        if self.echo and not self.analog:
+            yield "ReadBack", MemberPlace("I", 0)
+        for image, count in self.channels.items():
+            for channel in range(count):
+                bits = self.bits[image]
+                over = bits.over_bit(channel)
+                yield f"Ch{channel}Data", MemberPlace(image, channel)
+                if self.echo and image == "O":
+                    yield f"Ch{channel}DataEcho", MemberPlace("I", self.echo_at + channel)
+                yield f"Ch{channel}Status", MemberPlace("I", bits.status_word, channel)
+                yield f"Ch{channel}Overrange", MemberPlace("I", bits.word, over)
+                yield f"Ch{channel}Underrange", MemberPlace("I", bits.word, over + 1)
+
+
+_ALL_RANGES = tuple(RANGES)
+_INPUT_BITS = {"I": RangeBits(status_word=4, word=5, over=14, step=-2)}  # U0 O0 U1 O1 U2 O2 U3 O3 from bit 15
+_RAW = {"raw": FORMATS["raw"]}
+_8, _16, _32 = (0x00FF,), (0xFFFF,), (0xFFFF, 0xFFFF)
+
+KINDS: Mapping[str, CardKind] = {
+    kind.name: kind
+    for kind in (
+        CardKind("discrete16", inputs=_16, outputs=_16),  # a 1769-IQ16 and a 1769-OB16 in one slot
+        CardKind("1762-IQ8", inputs=_8),
+        CardKind("1762-IQ16", inputs=_16),
+        CardKind("1762-OB8", outputs=_8),
+        CardKind("1762-OB16", outputs=_16),
+        CardKind("1762-OW8", outputs=_8),
+        CardKind("1762-IF4", channels_in=4, bits=_INPUT_BITS, ranges=_ALL_RANGES, formats=_RAW),
+        CardKind(
+            "1762-OF4",
+            channels_out=4,
+            bits={"O": RangeBits(status_word=0, word=1, over=6, step=-2)},  # U0 O0 ... from bit 7 on
+            ranges=("0..10 V", "4..20 mA", "0..20 mA"),
+            formats=FORMATS_12,
+            ignored=7,
+        ),
+        CardKind("1769-IQ16", inputs=_16),
+        CardKind("1769-IQ32", inputs=_32),
+        CardKind("1769-OB16", outputs=_16, echo=True),
+        CardKind("1769-OB32", outputs=_32, echo=True),
+        CardKind("1769-OW8", outputs=_8, echo=True),
+        CardKind("1769-IF4", channels_in=4, bits=_INPUT_BITS, ranges=_ALL_RANGES, formats=FORMATS),
+        CardKind(
+            "1769-OF4",
+            channels_out=4,
+            echo=True,
+            echo_at=1,
+            bits={"O": RangeBits(status_word=0, word=0, over=8, step=2)},  # U3 O3 ... U0 O0 from bit 15 on
+            ranges=_ALL_RANGES,
+            formats=FORMATS,
+        ),
+    )
+}
+"""The cards by catalog name."""
+
+DISCRETE16 = KINDS["discrete16"]
+
+MEMBERS: Mapping[str, tuple[tuple[str, MemberPlace], ...]] = {
+    name: tuple(kind.members()) for name, kind in KINDS.items() if kind.has_members
+}
+"""Members beside `Data`, by catalog name."""
+
+
+def member_of(card: str | None, image: str, name: str) -> MemberPlace | None:
+    """Return where a member is; None if there is none, or if cards differ and the card is not known.
+
+    >>> member_of("1769-IF4", "I", "ch1overrange"), member_of(None, "I", "Ch1Status")
+    (MemberPlace(image='I', word=5, bit=12), None)
+    >>> member_of(None, "I", "ReadBack")
+    MemberPlace(image='I', word=0, bit=None)
+
+    Args:
+        card: its catalog number; None if it is not known.
+        image: "I" or "O".
+        name: in any case.
+    """
+    tables = MEMBERS.values() if card is None else [MEMBERS.get(card, ())]
+    wanted = name.upper(), image
+    found = {place for table in tables for each, place in table if (each.upper(), place.image) == wanted}
+    return found.pop() if len(found) == 1 else None
+
+
+def members_of(card: str, image: str) -> list[str]:
+    """Return the names of the members of an image."""
+    return [name for name, place in MEMBERS.get(card, ()) if place.image == image]
