@@ -9,8 +9,8 @@ These are the names that a program, a test or a notebook needs. Each is imported
 [2, 0, 4, 0, 5, 0, 20, 10]
 """
 
-# Nothing is imported here: with `python -m scanrack` the current folder leads the search path still.
-TYPE_CHECKING = False  # what a type checker takes for true
+# No module is imported here: under `python -m scanrack` the current folder still leads the search path.
+TYPE_CHECKING = False  # a type checker takes it for true
 
 if TYPE_CHECKING:
     from .io_images import Image, strategies

@@ -6,7 +6,7 @@ import sys
 def main() -> None:
     """Run the `scanrack` command, see `commands.main`.
 
-    Its import takes a tenth of a second, in which Ctrl-C ends it with the same message as later.
+    Ctrl-C during its import, which takes a tenth of a second, ends it with the same message as later.
     """
     try:
         from .commands import main as command

@@ -30,7 +30,7 @@ class Entry(NamedTuple):
     """A line of `scanrack --help`.
 
     Attributes:
-        module: where the command is, from here; it has `register(app)`.
+        module: of the command, relative to this package; it has `register(app)`.
     """
 
     module: str
@@ -38,7 +38,7 @@ class Entry(NamedTuple):
 
 
 UsageMistake: type[Exception] = typer.BadParameter.__mro__[2]
-"""What the parser raises for words that it can't use; Typer exports only its most special kind."""
+"""The parser's error for unusable words; Typer exports only a subclass."""
 
 COMMANDS = {
     "run": Entry(".programs.run", "Run a rack's logic scan by scan, and record every scan."),
@@ -66,11 +66,11 @@ COMMANDS = {
     "check": Entry(".programs.check", "Check a rack without running it."),
     "rules": Entry(".programs.rules", "Print the rules of a module's manual."),
 }
-"""The commands in the order in which --help lists them."""
+"""The commands in the order of --help."""
 
 
 class Lazy(TyperGroup):
-    """A group that imports a command's module when it is asked for the command."""
+    """A group that imports a command's module when the command is requested."""
 
     def list_commands(self, ctx: Any) -> list[str]:
         """Return the names of all commands."""
@@ -88,10 +88,10 @@ class Lazy(TyperGroup):
     def main(
         self, args: Sequence[str] | None = None, prog_name: str | None = None, *_: Any, **options: Any
     ) -> Any:
-        """Parse words and run a command; options that can't be used are one line of ours and its status.
+        """Parse words and run a command; unusable options give a one-line message and a status.
 
         Raises:
-            SystemExit: always, with a status of `cli.status`.
+            SystemExit: always, with a status of `terminal.status`.
         """
         words = sys.argv[1:] if args is None else list(args)
         options["standalone_mode"] = False
@@ -104,9 +104,9 @@ class Lazy(TyperGroup):
             sys.exit(complain(_usage(error, words), BAD_INPUT))
 
     def invoke(self, ctx: Any) -> Any:
-        """Run a command; a signal to end the process interrupts it, with one message.
+        """Run a command; a signal that ends the process interrupts it, with one message.
 
-        Commands that have something to finish, such as a trace, do so on their way out.
+        Commands with unfinished work, such as a trace, complete it on their way out.
         """
         with ending_as_interrupt():
             try:
@@ -134,14 +134,14 @@ SPEECH = (
     (r"Input should be greater than or equal to (\S+)", r"\1 or more is allowed"),
     (r"Input should be less than or equal to (\S+)", r"\1 or less is allowed"),
 )
-"""Patterns of the libraries' sentences, and ours in their place."""
+"""Patterns of the libraries' sentences, and their replacements."""
 
 
 def _usage(error: Any, words: Sequence[str]) -> str:
-    """Return what is wrong with the words of a command, and where its page is.
+    """Return the mistake in the words of a command, and the command that prints its page.
 
     Args:
-        error: what the parser says.
+        error: the parser's error.
     """
     said = error.format_message().rstrip(".")
     for theirs, ours in SPEECH:
@@ -182,7 +182,7 @@ def main() -> None:
     """Run the `scanrack` command; print at most one message, whatever ends it.
 
     Raises:
-        SystemExit: always, with a status of `cli.status`.
+        SystemExit: always, with a status of `terminal.status`.
     """
     try:
         _main()
@@ -198,13 +198,13 @@ def _main() -> None:
             _run()
     except LostOutput as lost:
         if lost.status != PIPE_CLOSED:
-            with suppress(OSError):  # standard error may be as full
+            with suppress(OSError):  # standard error may be full, too
                 complain(f"standard output can't be written: {lost.error.strerror}")
         sys.exit(lost.status)
 
 
 def _run() -> None:
-    """Run the command; report an error of a file that no command foresaw."""
+    """Run the command; report an error of a file that no command handles."""
     try:
         build()()
     except OSError as error:

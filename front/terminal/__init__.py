@@ -1,1 +1,1 @@
-"""The terminal: what is printed, where, in which form, and the exit statuses."""
+"""The terminal: output in text or JSON, progress, messages and exit statuses."""

@@ -1,7 +1,7 @@
 """The option --json: one JSON object on standard output instead of text; messages stay on standard error.
 
-Keys are those of the page of the command. Times are in ns, counts and positions as integers; a float that is
-no number is null.
+The page of each command lists the keys. Times are in ns, counts and positions are integers; NaN and infinity
+are null.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object 
 
 
 def say_json(value: object) -> None:
-    """Print a value; what JSON has no form for is printed as text."""
+    """Print a value; types without a JSON form are printed as text."""
     text = json.dumps(_plain(value), indent=2, default=str, allow_nan=False)
     say(text.replace("\x7f", "\\u007f"), whole=True)  # the one control character that JSON leaves as it is
 

@@ -1,4 +1,4 @@
-"""Ends the process although a thread of the user's program goes on: Python would wait for it for ever."""
+"""Ends the process although a thread of the user's program still runs: Python would wait for it forever."""
 
 from __future__ import annotations
 
@@ -9,18 +9,14 @@ from time import sleep
 from .status import complain
 
 GRACE_S = 2.0
-"""How long a thread may go on after the command has ended."""
+"""Longest time that a thread may run after the command has ended."""
 
 SILENT_S = 0.2
-"""How long nothing is said; most threads end at once."""
+"""Time before the first message; most threads end at once."""
 
 
 def end_in_time(status: object) -> None:
-    """Let the process end within `GRACE_S` seconds, although threads go on.
-
-    Args:
-        status: the exit status, as `sys.exit` takes it.
-    """
+    """Let the process end with `status` within `GRACE_S` seconds, although threads still run."""
     if _going_on():
         code = status if isinstance(status, int) else int(status is not None)
         threading.Thread(target=_end, args=(code,), daemon=True).start()

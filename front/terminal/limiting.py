@@ -1,4 +1,4 @@
-"""The options before the command: the version, and how much work a trace may ask for."""
+"""The options before the command: the version, and the limits for reading traces."""
 
 from __future__ import annotations
 
@@ -34,5 +34,5 @@ def limit_traces(
         int, typer.Option("--max-records", min=1, help="Most records in a chunk that are nearly empty.")
     ] = RECORDS,
 ) -> None:
-    """Put the limits for reading traces in force until the command ends."""
+    """Apply the limits for reading traces until the command ends."""
     context.with_resource(limited(Limits(max_chunk * MIB, max_records)))

@@ -1,4 +1,4 @@
-"""A progress bar that looks at the CPU now and then; the scan loop knows nothing of it."""
+"""A progress bar that polls the CPU; the scan loop knows nothing of it."""
 
 from __future__ import annotations
 

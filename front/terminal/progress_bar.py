@@ -11,7 +11,7 @@ from ..runtime.loop.cpu import Cpu
 
 
 class CpuProgress(Progress):
-    """A bar of the scans a CPU has done, brought up to date whenever it is drawn."""
+    """A bar of the CPU's scans, updated whenever it is drawn."""
 
     def __init__(self, cpu: Cpu, scans: int | None, console: Console) -> None:
         self._cpu: Cpu | None = None
@@ -22,7 +22,7 @@ class CpuProgress(Progress):
         self._cpu = cpu
 
     def get_renderables(self) -> Iterable[RenderableType]:
-        """Draw the bar as far as the CPU is now."""
+        """Draw the bar with the CPU's present scan."""
         if self._cpu is not None:
             self.update(self._task, completed=self._cpu.scan)
         yield from super().get_renderables()

@@ -1,4 +1,4 @@
-"""How a run of scans ended, in words and as an exit status."""
+"""The end of a run of scans, in words and as an exit status."""
 
 from __future__ import annotations
 
@@ -11,11 +11,7 @@ from .status import CANNOT_WRITE, DONE, INTERRUPTED, NO, complain, reason
 
 
 def run_to_end(cpu: Cpu, run: Callable[[], object], stopped: Callable[[], bool]) -> int:
-    """Run scans until they end, say why they ended, and return the exit status.
-
-    Args:
-        stopped: returns afterwards whether a signal has stopped them.
-    """
+    """Run scans to their end, report its cause, and return the exit status; `stopped` means by a signal."""
     try:
         run()
     except CpuFault as error:
@@ -30,7 +26,7 @@ def run_to_end(cpu: Cpu, run: Callable[[], object], stopped: Callable[[], bool])
 
 
 def complain_of_fault(error: CpuFault) -> int:
-    """Say why the CPU has faulted; return the exit status."""
+    """Report the CPU's fault; return the exit status."""
     cause = error.__cause__
     if error.fault.cause is Cause.LISTENER and isinstance(cause, OSError):
         return complain(f"scan {error.fault.scan}: the trace can't be written: {reason(cause)}", CANNOT_WRITE)

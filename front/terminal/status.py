@@ -6,9 +6,9 @@
     2       BAD_INPUT      a file, a key or an option can't be used
     3       CANNOT_WRITE   a file or standard output can't be written
     130     INTERRUPTED    Ctrl-C, SIGTERM or SIGHUP ended it
-    141     PIPE_CLOSED    the reader of standard output has gone; nothing is said
+    141     PIPE_CLOSED    the reader of standard output has gone; no message
 
-130 and 141 are what a shell shows of a command that SIGINT or SIGPIPE ended: 128 and the signal's number.
+130 and 141 are a shell's statuses of a command that SIGINT or SIGPIPE ended: 128 and the signal's number.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ PIPE_CLOSED = 141
 
 
 def complain(text: str, status: int = DONE) -> int:
-    """Print a message of the program's own on standard error; return the exit status that goes with it."""
+    """Print the program's own message on standard error; return its exit status."""
     say(f"scanrack: {text}", err=True)
     return status
 
 
 def reason(error: OSError) -> str:
-    """Return the file and what is wrong with it, without the number of the error."""
+    """Return the file and its problem, without the number of the error."""
     says = error.strerror or str(error)
     return f"{error.filename}: {says}" if error.filename else says

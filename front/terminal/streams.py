@@ -1,8 +1,8 @@
 """Standard input and output that may be closed, full, or a pipe whose reader has gone.
 
-Commands write as if writing always worked. Where it does not, `LostOutput` ends the command, past
-every handler of errors of other files; after that, writing is without effect, so that nothing more is
-said when the interpreter ends.
+Commands write as if writing always worked. On a failure `LostOutput` ends the command, past
+every handler of errors of other files; after that, writing has no effect, so that no further message
+appears when the interpreter ends.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 class LostOutput(Ending):
     """Standard output can't be written.
 
-    Not an Exception, lest a command takes it for an error of a file of its own.
+    It is no Exception, so that no command takes it for an error of one of its files.
     """
 
     def __init__(self, error: OSError) -> None:
@@ -38,7 +38,7 @@ class LostOutput(Ending):
 
 
 class _GuardedFile(io.FileIO):
-    """A file descriptor that fails once, and takes everything from then on."""
+    """A file descriptor that fails once, and accepts everything from then on."""
 
     def __init__(self, fd: int, *, told: bool) -> None:
         super().__init__(fd, "w", closefd=False)
@@ -46,7 +46,6 @@ class _GuardedFile(io.FileIO):
         self._lost = False
 
     def write(self, data: ReadableBuffer, /) -> int:
-        """Write, see `io.FileIO.write`."""
         if not self._lost:
             try:
                 return super().write(data)
@@ -60,7 +59,7 @@ class _GuardedFile(io.FileIO):
 def closed_streams_plugged() -> None:
     """Keep the numbers of closed standard streams from files that are opened later.
 
-    A socket with number 0 would be closed as standard input is. Writing to the plug of an output fails.
+    A socket with number 0 would be closed with standard input. Writing to the plug of an output fails.
     """
     while (fd := os.open(os.devnull, os.O_RDONLY)) < 3:
         pass
@@ -69,10 +68,10 @@ def closed_streams_plugged() -> None:
 
 @contextmanager
 def guarded_output() -> Iterator[None]:
-    """Let what can't be written to standard output end the block with `LostOutput`.
+    """End the block with `LostOutput` if standard output can't be written.
 
-    What can't be written to standard error is dropped. Terminals, and streams that are closed or are
-    not the process's own, are left as they are.
+    Failed writes to standard error are dropped. Terminals, closed streams and streams of other owners
+    are left unchanged.
     """
     before = sys.stdout, sys.stderr
     sys.stdout, sys.stderr = (
@@ -108,7 +107,7 @@ def _guarded(stream: Any, *, told: bool) -> Any:
 
 
 def _descriptor(stream: IO[str] | None) -> int | None:
-    """Return the descriptor of a stream, None of one that has none."""
+    """Return the descriptor of a stream, or None."""
     try:
         return None if stream is None else stream.fileno()
     except (OSError, ValueError):

@@ -1,4 +1,4 @@
-"""Tables of texts that come out of files and off lines."""
+"""Tables of texts from files and lines."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from .terminal import on_a_line
 
 
 class Cells(Table):
-    """A table of texts, each on a line of its cell, with control characters made visible."""
+    """A table of one-line texts, with control characters made visible."""
 
     def add_row(self, *cells: Any, **options: Any) -> None:
-        """Add a row; a text is not searched for markup either."""
+        """Add a row; texts are not parsed for markup."""
         super().add_row(
             *(Text(on_a_line(each)) if isinstance(each, str) else each for each in cells), **options
         )

@@ -1,8 +1,8 @@
-"""What the commands print: the only way to the terminal, with control characters made visible.
+"""The output of commands: the only way to the terminal, with control characters made visible.
 
 Names, messages and metadata come out of files and off lines. An escape sequence in them could move
-the cursor, repaint what was printed before, or type at the prompt; an override of the writing
-direction turns a name around. So a character without a picture of its own is printed as in Python.
+the cursor, overwrite earlier output, or type at the prompt; an override of the writing
+direction reverses a name. A character without a glyph is therefore printed as in Python.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ import typer
 from ..io_images.text_limits import SHOWN, shortened
 
 LAYOUT = "\n\t"
-"""Control characters that are printed as they are."""
+"""Control characters that are printed unchanged."""
 
 _INVISIBLE = frozenset({"Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"})
 """Categories of Unicode: controls, formats, surrogates, private, unassigned, separators of lines."""
 
 
 def visible(text: str, keep: str = LAYOUT) -> str:
-    r"""Return a text in which control characters can be seen.
+    r"""Return a text with visible control characters.
 
     >>> visible("\x1b[2Jline\u202e\n")
     '\\x1b[2Jline\\u202e\n'
@@ -38,7 +38,7 @@ def _visible(character: str) -> str:
 
 
 def on_a_line(text: str) -> str:
-    r"""Return a text in which line feeds can be seen, too: what a file says can't begin a line of ours.
+    r"""Return a text with visible line feeds, too: a file's text can't begin a line of ours.
 
     >>> on_a_line("line\nnote: all is well")
     'line\\nnote: all is well'
@@ -50,9 +50,8 @@ def say(text: object, *, err: bool = False, nl: bool = True, whole: bool = False
     """Print a text.
 
     Args:
-        whole: print all of it: it is for programs, or made by us. Else long lines are shortened, and
-            messages
-            of many lines.
+        whole: print all of it: it is for programs, or our own. Otherwise long lines and long messages
+            are shortened.
     """
     shown = str(text) if whole else _short_lines(str(text), err=err)
     typer.echo(visible(shown), err=err, nl=nl)  # noqa: TID251 - the one place

@@ -1,4 +1,4 @@
-"""What the commands that read traces share: options for scans and times, progress, notes."""
+"""Shared by the commands that read traces: options for scans and times, progress, notes."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="No progress ba
 
 
 def selection(scans: str | None, time: str | None) -> Selection:
-    """Return what --scans and --time select.
+    """Return the selection of --scans and --time.
 
     >>> selection("10:20", "1.5s:")
     Selection(first=10, last=20, start_ns=1500000000, end_ns=None)
@@ -89,7 +89,7 @@ def parse_time_range(text: str) -> tuple[int, int | None]:
 
 @contextmanager
 def reading(trace: Trace, selection: Selection = ALL, *, quiet: bool) -> Iterator[Callable[[int], None]]:
-    """Show a bar of the scans gone through, on a terminal, unless --quiet."""
+    """Show a bar of the processed scans, on a terminal, unless --quiet."""
     # a run, which has one of these options, does without
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
@@ -105,12 +105,12 @@ def reading(trace: Trace, selection: Selection = ALL, *, quiet: bool) -> Iterato
 
 
 def tell_notes(*traces: Trace) -> None:
-    """Say on standard error what is wrong with the files."""
+    """Print the defects of the files on standard error."""
     for trace in traces:
         for note in trace.notes:
             say(on_a_line(f"note: {note}"), err=True)
 
 
 def itself(trace: Path) -> Used:
-    """Return the trace that a command reads as a file that it does not write to."""
+    """Return the trace that a command reads as a file that it must not overwrite."""
     return {trace: "the trace itself"}

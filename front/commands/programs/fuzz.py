@@ -135,7 +135,7 @@ def _fuzz_command(
             notes=folder,
         )
         bench_of.cache_clear()  # the files may have changed since another call in this process
-        bench_of(setup)  # refuse what can't be used before a search begins
+        bench_of(setup)  # refuse unusable files before a search begins
         if scenario is not None:
             raise typer.Exit(_replay(setup, scenario, as_json=as_json))
         if learned is None:
@@ -157,7 +157,7 @@ def _fuzz_command(
 
 
 def _scans(job: Job, duration: str | None, learned: LearnedScenario | None) -> int:
-    """Return how long a run is: as the command line says, or the recording, or the rack file."""
+    """Return the length of a run: from the command line, the recording, or the rack file."""
     if learned is not None and duration is None:
         return learned.scans
     scans = scans_to_run(job.spec, duration, None, endless=False)
@@ -178,7 +178,7 @@ def read_scenario(file: Path, setup: Setup) -> Scenario:
     """Read a scenario for a rack.
 
     Raises:
-        ValueError: there is no such file, it holds no scenario, or one for slots that the rack has not.
+        ValueError: the file is missing, is no scenario, or is for slots that the rack lacks.
     """
     if not file.is_file():
         raise ValueError(f"{file}: there is no such scenario")

@@ -1,4 +1,4 @@
-"""A session of `scanrack fuzz`: confirm what is known, search on, report, write the files."""
+"""A session of `scanrack fuzz`: confirm known failures, search, report, write the files."""
 
 from __future__ import annotations
 
@@ -37,9 +37,9 @@ from ...terminal.terminal import on_a_line, say
 from .fuzz_summary import failure, failure_row, held, summary, summary_row
 
 MOST_RUNS, LEAST_RUNS, SCANS, LINKED_SCANS = 50, 10, 150_000, 15_000
-"""Scenarios per task: as many as this number of scans, a few seconds' work, but within these limits.
+"""Scenarios per task: the number for this many scans, a few seconds' work, within these limits.
 
-With an adapter in the rack a scan takes ten times as long, or more.
+With an adapter in the rack a scan takes at least ten times as long.
 """
 
 
@@ -71,12 +71,12 @@ class Session:
     """The options of one call of the command.
 
     Attributes:
-        runs: how many scenarios are tried, if there is no limit of time.
-        limit_ns: how long is searched; None = until all runs are done.
-        jobs: how many searches at a time.
+        runs: number of scenarios without a limit of time.
+        limit_ns: duration of the search; None = until all runs are done.
+        jobs: number of parallel searches.
         dask: address of a Dask scheduler, or None.
         base: the scenario of a recording, or None.
-        quiet: print only what is broken.
+        quiet: print only failures.
         as_json: print one JSON object.
     """
 
@@ -93,17 +93,17 @@ class Session:
 
     @property
     def state_file(self) -> Path:
-        """The file that keeps the state of the campaign."""
+        """The file of the campaign's state."""
         return self.folder / STATE_NAME
 
     @property
     def examples(self) -> int:
-        """How many scenarios a task tries."""
+        """Number of scenarios per task."""
         return self._most_examples if self.tasks is None else -(-self.runs // self.tasks)
 
     @property
     def tasks(self) -> int | None:
-        """How many tasks to run; None = as many as the time allows."""
+        """Number of tasks; None = limited by time only."""
         return None if self.limit_ns is not None else -(-self.runs // self._most_examples)
 
     @property
@@ -115,7 +115,7 @@ class Session:
         """Search; return the exit status. The caller holds the folder, see `locked`.
 
         Raises:
-            ValueError: something can't be used.
+            ValueError: an unusable file or option.
             OSError: a file can't be written.
         """
         start_ns = wall_ns()
@@ -147,7 +147,7 @@ class Session:
         return status or (NO if broken else DONE)
 
     def _undisturbed(self, bench: TrialBench, state: State) -> list[Counterexample]:
-        """Run the program without disturbances, and report what it uses that may differ between runs."""
+        """Run the program without disturbances; report its use of values that may differ between runs."""
         uses = Uses()
         found = undisturbed(
             uses.watching(bench), self.base or Scenario(), state.found, confirm=Confirmation(self.setup)
@@ -157,17 +157,16 @@ class Session:
         return found
 
     def _tell(self, text: str) -> None:
-        """Say something beside the result."""
         say(text, err=self.as_json)
 
     def _look_again(self, bench: TrialBench, state: State) -> None:
-        """Run known failures again, and report those that are gone."""
+        """Repeat known failures, and report those that are gone."""
         for broken in state.recheck(bench):
             self._tell(f"mended: {broken.sentence.rstrip('.')} [{broken.invariant}]")
             mended(self._folder_of(state, broken) / "report.txt")
 
     def _can_be_searched(self, state: State) -> bool:
-        """Whether the program can be searched; if not, say why."""
+        """Return whether the program can be searched; if not, report why."""
         faults = [each for each in state.found.values() if each.broken.invariant == NO_FAULT]
         if any(not each.scenario.size for each in faults):
             complain("the program faults with nothing random around it: mend that, then search")

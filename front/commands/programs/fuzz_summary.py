@@ -1,4 +1,4 @@
-"""What `scanrack fuzz` prints: a failure in words, and the summary of a campaign."""
+"""The output of `scanrack fuzz`: a failure in words, and the summary of a campaign."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ WIDTH = 100
 
 
 def failure(found: Counterexample) -> str:
-    """Return a failure in a few lines: what is broken, the scenario, and what it shows.
+    """Return a failure in a few lines: the broken invariant, the scenario, and its evidence.
 
     The first line names the invariant and the time; the others are indented.
     """
@@ -31,7 +31,7 @@ def failure_row(found: Counterexample, folder: Path | None = None) -> dict[str, 
     """Return a failure for --json.
 
     Args:
-        folder: where its files are; None of one that was only run again.
+        folder: of its files; None if the failure was only repeated.
     """
     row = {**asdict(found.broken), "scenario": told(found.scenario)}
     return row if folder is None else {**row, "after_runs": found.after, "folder": str(folder)}

@@ -31,7 +31,7 @@ from ...terminal.terminal import say
 
 
 def reported(path: Path, scans: int = SCANS) -> Report:
-    """Import an export, run it for a trial of so many scans, and return the report.
+    """Import an export, run a trial, and return the report.
 
     Raises:
         LadderError: the file can't be used.
@@ -51,7 +51,7 @@ def reported(path: Path, scans: int = SCANS) -> Report:
 
 
 def is_slc(path: Path) -> bool:
-    """Whether a file is an export of RSLogix 500: by its suffix, or because it does not begin as XML."""
+    """Whether a file is an export of RSLogix 500, by its suffix or because it does not begin like XML."""
     if path.suffix in SLC_SUFFIXES or path.suffix.upper() == ".L5X":
         return path.suffix in SLC_SUFFIXES
     try:
@@ -113,7 +113,7 @@ def _l5x_command(
 
 
 def _print_differences(file: Path, older: Path, *, as_json: bool) -> int:
-    """Print what differs between two versions; return the exit status."""
+    """Print the differences between two versions; return the exit status."""
     for each in (file, older):
         if is_slc(each):
             return complain(f"{each}: --against compares L5X files", BAD_INPUT)

@@ -25,7 +25,7 @@ from ...traces.files.guard import SVG, Used
 from ...traces.files.newfile import new_file
 
 NARROWEST = 40
-"""Columns between the rails that a picture has at least."""
+"""Least number of columns between the rails of a picture."""
 
 
 def load_rungs(file: str) -> LadderLogic:
@@ -38,7 +38,7 @@ def load_rungs(file: str) -> LadderLogic:
 
 
 def rungs_and_files(file: str) -> tuple[LadderLogic, Used]:
-    """Return the program of `load_rungs`, and the files that it is from."""
+    """Return the program of `load_rungs`, and its files."""
     if file.endswith(".toml"):
         job = load_job(file)
         logic, used = job.logic, in_use(job)
@@ -54,7 +54,7 @@ def chosen(program: LadderLogic, name: str | None) -> list[Routine]:
     """Return the routine of a name, or all of them.
 
     Raises:
-        ValueError: there is none of that name; all there are.
+        ValueError: the name is unknown; the message lists all names.
     """
     if name is None:
         return list(program.routines)
@@ -66,7 +66,7 @@ def chosen(program: LadderLogic, name: str | None) -> list[Routine]:
 
 
 def with_rung(routines: Sequence[Routine], number: int | None) -> list[tuple[Routine, list[int]]]:
-    """Return routines with the numbers of their wanted rungs or lines.
+    """Return routines with the numbers of their selected rungs or lines.
 
     Raises:
         ValueError: no routine has a rung of that number.

@@ -29,7 +29,7 @@ CHAPTERS = {
     "chapter 6": "Chapter 6: Status and error bits",
     "Manual Revision History": "Manual revision history",
 }
-"""Titles of the chapters, by what the sections in the table begin with."""
+"""Titles of the chapters, by the first words of the table's sections."""
 
 BITS: Mapping[str, int] = {str(bit.name): bit.value for bit in StatusMsw} | {
     str(bit.name): bit.value << 16 for bit in StatusLsw
@@ -38,16 +38,16 @@ BITS: Mapping[str, int] = {str(bit.name): bit.value for bit in StatusMsw} | {
 
 
 class Table(StrEnum):
-    """Whose rules."""
+    """Modules with a rule table."""
 
     AMCI3601 = "amci3601"
 
 
 def with_ids(rules: Iterable[Rule], wanted: Sequence[str]) -> list[Rule]:
-    """Return the rules with one of these ids or prefixes ("CMD-03", "CMD"); all of them if none is given.
+    """Return the rules with one of these ids or prefixes ("CMD-03", "CMD"), by default all.
 
     Raises:
-        ValueError: there is no such id or prefix; the closest ones.
+        ValueError: an unknown id or prefix; the message has the closest one.
     """
     names = {name.upper() for name in wanted}
     prefixes = list(dict.fromkeys(prefix_of(rule_id) for rule_id in RULES))
@@ -62,7 +62,7 @@ def with_bit(rules: Iterable[Rule], name: str) -> list[Rule]:
     """Return the rules that set or clear the status bit of this name.
 
     Raises:
-        ValueError: there is no such bit; all there are, and the closest one.
+        ValueError: an unknown bit; the message lists all, and the closest one.
     """
     if name.upper() not in BITS:
         raise ValueError(_unknown("status bit", name, list(BITS), ", ".join(BITS)))
@@ -71,22 +71,22 @@ def with_bit(rules: Iterable[Rule], name: str) -> list[Rule]:
 
 
 def of_firmware(rules: Iterable[Rule], version: str) -> list[Rule]:
-    """Return the rules that a module with this firmware knows.
+    """Return the rules of a module with this firmware.
 
     Raises:
-        ValueError: there is no such version.
+        ValueError: an unknown version.
     """
     firmware = Firmware.parse(version)
     return [rule for rule in rules if rule.applies_to(firmware)]
 
 
 def chapter_of(rule: Rule) -> str:
-    """Return the title of the chapter in which the manual states a rule."""
+    """Return the title of the chapter that states a rule."""
     return CHAPTERS[rule.section.split(",")[0]]
 
 
 def firmware_words(rule: Rule) -> str:
-    """Return which firmware knows a rule: "from 3.1", "before 3.1"; "" if every one does."""
+    """Return the firmware of a rule: "from 3.1", "before 3.1"; "" for every version."""
     since = "" if rule.firmware_from is None else f"from {rule.firmware_from}"
     until = "" if rule.firmware_until is None else f"before {rule.firmware_until}"
     return ", ".join(filter(None, (since, until)))
@@ -102,7 +102,7 @@ def prefix_of(rule_id: str) -> str:
 
 
 def _unknown(what: str, name: str, known: Sequence[str], allowed: str) -> str:
-    """Return the refusal of a name, with what was probably meant and what is allowed."""
+    """Return the refusal of a name, with the closest one and all allowed ones."""
     close = difflib.get_close_matches(name.upper(), known, n=1, cutoff=0.5)
     meant = f" (did you mean {close[0]}?)" if close else ""
     return f"unknown {what} {name!r}{meant}: allowed are {allowed}"
@@ -166,7 +166,7 @@ def _paragraph(text: str) -> list[str]:
 
 
 def count(rules: Sequence[Rule]) -> str:
-    """Return how many rules there are, and of how many no image can show whether they hold."""
+    """Return the number of rules, and of those that no image can show."""
     hidden = sum(not rule.testable for rule in rules)
     return f"{len(rules)} rule{'' if len(rules) == 1 else 's'}, {hidden} in no image"
 

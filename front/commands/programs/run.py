@@ -47,20 +47,20 @@ def run_job(
     metadata: Mapping[str, str] = NOTHING,
     keep: int | None = None,
 ) -> int:
-    """Run a job and say what it came to; return the exit status.
+    """Run a job and report its result; return the exit status.
 
     Args:
-        scans: how many scans, None = until Ctrl-C.
-        trace: where the recording goes, None = nowhere.
-        quiet: no progress and no summary; messages of what went wrong are still written.
+        scans: their number, None = until Ctrl-C.
+        trace: path of the recording, None = none.
+        quiet: no progress and no summary; error messages are still printed.
         realtime: keeps step with the wall clock; None = as fast as possible.
         live: real ports may be driven.
-        summarised: whether what is not quiet ends in a summary.
-        as_json: whether the summary is one JSON object, and what the program prints goes to standard error.
-        orders: of a recorded session, given again; None if it was none.
-        editions: brings the programs of that session's edits.
+        summarised: whether a run that is not quiet ends with a summary.
+        as_json: print the summary as one JSON object, and the program's own output on standard error.
+        orders: of a recorded session, given again; None without one.
+        editions: loads the programs of that session's edits.
         metadata: further entries of the recording's metadata.
-        keep: how many earlier recordings are kept; None = as the rack file says.
+        keep: number of earlier recordings to keep; None = the rack file's.
     """
     with ExitStack() as ports:
         if realtime is not None:
@@ -112,7 +112,7 @@ ENDED = {DONE: "done", NO: "fault", CANNOT_WRITE: "trace not written", INTERRUPT
 
 
 def _tell_of_real_time(outcomes: list[Outcome], *, quiet: bool) -> None:
-    """Say what the system has granted and refused; that comes before the first scan."""
+    """Print the real-time measures that the system has granted and refused, before the first scan."""
     if not quiet:
         for outcome in outcomes:
             complain(str(outcome))
@@ -122,8 +122,7 @@ def _warn(hint: str) -> None:
     complain(str(hint))
 
 
-def _quiet(_hint: str) -> None:
-    """Say nothing."""
+def _quiet(_hint: str) -> None: ...
 
 
 def _summary(run: JobRun, tally: Tally, took_ns: int, pacer: Pacer, trace: Path | None) -> str:
@@ -140,11 +139,10 @@ def _summary(run: JobRun, tally: Tally, took_ns: int, pacer: Pacer, trace: Path 
 
 
 def trace_path(job: Job, record: Path | None, no_record: bool, keep: int | None = None) -> Path | None:
-    """Return where the recording goes: the command line's path, the rack file's, or one named after it.
+    """Return the path of the recording: the command line's, the rack file's, or one named after it.
 
     Raises:
-        ValueError: the command line asks for a recording and for none, or it would replace
-            what somebody owns.
+        ValueError: contradictory options, or a recording that would replace an owned file.
     """
     if record is not None and no_record:
         raise ValueError("--record and --no-record contradict each other: give one of them")

@@ -1,4 +1,4 @@
-"""What a run came to, for people: scans, time, moves, errors in the manual's words, the trace."""
+"""The summary of a run for people: scans, time, moves, errors in the manual's words, the trace."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ WIDTH = 14
 UNDER_WAY = "still under way at the end"
 
 RULES_OF_START = frozenset({"CER-01", "POS-01"})
-"""Rules that fire in every healthy start: nothing is configured, and then no position is valid."""
+"""Rules that fire in every healthy start: nothing is configured, and no position is valid."""
 
 
 @dataclass(slots=True)
@@ -31,8 +31,8 @@ class SeenError:
     """A rule of the manual that set an error bit.
 
     Attributes:
-        sentence: what it is, with its bits, its words and the first scan that shows it.
-        count: how often it happened.
+        sentence: the rule, with its bits, its words and the first scan that shows it.
+        count: number of occurrences.
     """
 
     sentence: str
@@ -41,12 +41,12 @@ class SeenError:
 
 @dataclass(slots=True)
 class Tally:
-    """A listener that counts. What it keeps does not grow with the length of a run.
+    """A listener that counts. Its size does not grow with the length of a run.
 
     Attributes:
-        moves: moves by (slot, kind, outcome).
-        errors: errors by (slot, rule), the first one first.
-        of_start: what every start brings, see `RULES_OF_START`.
+        moves: number by (slot, kind, outcome).
+        errors: by (slot, rule), the first one first.
+        of_start: those of every start, see `RULES_OF_START`.
     """
 
     scans: int = 0
@@ -67,7 +67,7 @@ class Tally:
             seen.setdefault(key, SeenError(describe(topic, scan, fields))).count += 1
 
     def end(self, rack: Rack) -> None:
-        """Count the moves that are still under way when the run is over."""
+        """Count the moves in progress at the end of the run."""
         for slot in rack.slots.values():
             kind = getattr(slot.module, "under_way", None)
             if kind is not None:
@@ -78,11 +78,11 @@ class Tally:
         self.scans += 1
 
     def close(self) -> None:
-        """There is nothing to close."""
+        """Do nothing: nothing is open."""
 
     @property
     def slots(self) -> int:
-        """How many slots the summary has something about."""
+        """Number of slots in the summary."""
         return len({key[0] for key in (*self.moves, *self.errors, *self.of_start)})
 
 
@@ -153,7 +153,6 @@ def summary_row(run: JobRun, tally: Tally, took_ns: int, trace: Path | None) -> 
 
 
 def _rows(seen: Mapping[tuple[JsonValue, JsonValue], SeenError]) -> list[dict[str, object]]:
-    """Return errors for --json."""
     return [
         {"slot": slot, "rule": rule, "text": error.sentence, "count": error.count}
         for (slot, rule), error in seen.items()
@@ -175,7 +174,7 @@ def _overruns(pacer: Pacer) -> Iterator[str]:
 
 
 def _late_scans(pacer: Pacer) -> Iterator[str]:
-    """Tell how many scans began late, by size."""
+    """Yield the number of late scans, by size."""
     if pacer.free:
         return
     late, scans = sum(pacer.late[1:]), sum(pacer.late)
@@ -201,7 +200,7 @@ def _errors(tally: Tally) -> Iterator[str]:
 
 
 def _start(tally: Tally) -> Iterator[str]:
-    """Tell what every start brings; it is not among the errors."""
+    """Yield the rules of a normal start, which are not among the errors."""
     for (slot, _), seen in tally.of_start.items():
         yield f"{_of(slot, tally)}{seen.sentence}"
 

@@ -30,11 +30,11 @@ from .ladder import load_rungs
 
 
 def _run(bench: Bench, moment: ScanChoice) -> None:
-    """Run a bench to where the question is asked.
+    """Run a bench to the scan of the question.
 
     Raises:
         ValueError: a time or a tag can't be used.
-        NotReachedError: the bit does not come on.
+        NotReachedError: the bit does not become true.
     """
     own = f"{bench.spec.run_for_s or 10:f} s"
     if moment.until is not None:
@@ -100,10 +100,10 @@ class _Answer(NamedTuple):
     """An answer.
 
     Attributes:
-        scan: number of the scan that it is about.
+        scan: number of its scan.
         now_ns: virtual time of that scan.
-        fault: why the CPU stopped before, None if it did not.
-        notes: what is left out, a sentence each.
+        fault: the earlier fault of the CPU, or None.
+        notes: omissions, a sentence each.
         when: the scan and its time, in words.
     """
 

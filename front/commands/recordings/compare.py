@@ -35,7 +35,7 @@ ToleranceCountsOption = Annotated[
 
 
 def tolerance(time: str, counts: int) -> Tolerance:
-    """Return the tolerance that the options state.
+    """Return the tolerance of the options.
 
     >>> tolerance("4 ms", 2)
     Tolerance(time_ns=4000000, counts=2)
@@ -56,7 +56,7 @@ def tell(found: Comparison, names: tuple[str, str], *, as_json: bool) -> int:
 
 
 def names_of(a: Path, b: Path) -> tuple[str, str]:
-    """Return what two traces are called: by file name, if these differ.
+    """Return the names of two traces: file names if these differ, else paths.
 
     >>> names_of(Path("old/line.mcap"), Path("new.mcap")), names_of(Path("a/x.mcap"), Path("b/x.mcap"))
     (('line.mcap', 'new.mcap'), ('a/x.mcap', 'b/x.mcap'))

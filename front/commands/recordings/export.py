@@ -116,7 +116,7 @@ def _write(
     wanted: Selection,
     progress: Callable[[int], None],
 ) -> int:
-    """Write a trace as an option says; return how many scans were written."""
+    """Write a trace in the format of an option; return the number of scans."""
     if option == "--mcap":
         return write_mcap(trace, into, wanted, progress=progress)
     return _TABLES[option](trace, into, signals, wanted, progress=progress)

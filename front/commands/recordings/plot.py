@@ -25,7 +25,7 @@ from ...traces.read.reader import Trace, open_trace
 from ...traces.signals import Selection
 
 _KINDS = {".png": PNG, ".svg": SVG, ".html": PAGE, ".htm": PAGE}
-"""What is drawn, by the suffix of its file."""
+"""Format of a chart, by the suffix of its file."""
 
 
 def _plot_command(
@@ -89,12 +89,12 @@ def _plot_command(
 
 
 class _ChartContent(NamedTuple):
-    """What a chart is to show.
+    """The contents of a chart.
 
     Attributes:
-        slots: numbers of the slots; none at all for all.
-        tags: patterns of the tags; none at all for those that there is room for.
-        title: what to write above it; None = the rack's name.
+        slots: numbers of the slots; empty = all.
+        tags: patterns of the tags; empty = as many as fit.
+        title: text above it; None = the rack's name.
     """
 
     slots: Sequence[int]
@@ -105,7 +105,7 @@ class _ChartContent(NamedTuple):
 def _draw(
     trace: Trace, target: Path, wanted: Selection, shown: _ChartContent, progress: Callable[[int], None]
 ) -> int:
-    """Draw a chart; return how many values of recorded tags are not on it."""
+    """Draw a chart; return the number of tag values left out."""
     slots, tags, title = shown
     if _KINDS[target.suffix.lower()] is PAGE:
         return save_page(

@@ -49,7 +49,7 @@ def tell(answer: Answer, limit: int | None) -> None:
 
 
 def _as_json(answer: Answer, limit: int | None) -> dict[str, object]:
-    """Return an answer, with as many occurrences as are wanted."""
+    """Return an answer for --json, with at most `limit` occurrences."""
     occurrences = [{**asdict(each), "duration_ns": each.duration_ns} for each in answer.occurrences[:limit]]
     return {"aggregate": answer.aggregate, "count": answer.count, "occurrences": occurrences}
 
@@ -66,7 +66,7 @@ def _table(occurrences: tuple[Occurrence, ...]) -> Table:
 
 
 def lasting(duration_ns: int) -> str:
-    """Return a duration in a unit that suits it.
+    """Return a duration in a suitable unit.
 
     >>> lasting(2_000_000), lasting(1_502_250_000), lasting(0)
     ('2 ms', '1.50225 s', '0 ms')

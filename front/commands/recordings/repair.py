@@ -20,7 +20,7 @@ from ...traces.repair import Repair, repair
 
 
 def tell(found: Repair, trace: Path, target: Path) -> None:
-    """Print what came of a repair."""
+    """Print the result of a repair."""
     if not found.needed:
         say(f"{trace}: {_size(found)}, nothing to repair")
         return
@@ -37,7 +37,7 @@ def _size(found: Repair) -> str:
 
 @contextmanager
 def _bar(trace: Path, *, quiet: bool) -> Iterator[Callable[[int], None]]:
-    """Show a bar of the bytes gone through, on a terminal, unless --quiet."""
+    """Show a bar of the processed bytes, on a terminal, unless --quiet."""
     console = Console(stderr=True)
     if quiet or not console.is_terminal or not trace.is_file():
         yield lambda size: None

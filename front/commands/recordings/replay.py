@@ -24,7 +24,7 @@ from ...traces.replay import Recording
 from .compare import ToleranceCountsOption, ToleranceTimeOption, tell, tolerance
 
 REPLAY = "replay"
-"""What the second of the two is called in the report."""
+"""Name of the second recording in the report."""
 
 
 def _replay_command(

@@ -1,4 +1,4 @@
-"""`scanrack rerun TRACE`: run again what a trace was made by, and compare."""
+"""`scanrack rerun TRACE`: repeat the run of a trace, and compare."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ PARENT = ("parent", "parent_scan")
 """Entries of the metadata of a branch, see `watch.play`."""
 
 RERUN = "rerun"
-"""What the second of the two is called in the report."""
+"""Name of the second recording in the report."""
 
 
 def _rerun_command(

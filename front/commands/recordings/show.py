@@ -32,7 +32,7 @@ from ...traces.read.tag_text import TagText
 from ...traces.signals import ALL, Selection
 
 CHECKED_BYTES = 256 * 1024 * 1024
-"""Up to this size the CRC of a trace is checked though not all of it is to be printed."""
+"""Largest trace whose CRC is checked although only a part is printed."""
 
 T = TypeVar("T")
 
@@ -50,7 +50,7 @@ def show(
     Args:
         every: a row for every change, not only where more than position and counts changed.
         limit: most rows and most events to print; None = all.
-        wanted: which scans to print, and which events.
+        wanted: the scans and events to print.
         as_json: print one JSON object.
 
     Raises:
@@ -68,15 +68,14 @@ def show(
 
 
 class CappedList(Generic[T]):
-    """Keeps so many of the things it is given, and counts the others.
+    """A list that keeps the first items and counts the rest.
 
     Args:
-        limit: how many it keeps; None = all.
+        limit: most items to keep; None = all.
 
     Attributes:
-        kept: the first of them.
-        more: how many more there were.
-        stopped: whether there may be more, which was not read.
+        more: number of items that were not kept.
+        stopped: whether reading ended early, so that there may be more.
     """
 
     def __init__(self, limit: int | None) -> None:
@@ -87,11 +86,11 @@ class CappedList(Generic[T]):
 
     @property
     def full(self) -> bool:
-        """Whether it has as many as it keeps."""
+        """Whether the limit is reached."""
         return self._limit is not None and len(self.kept) >= self._limit
 
     def add(self, things: Iterable[T]) -> None:
-        """Keep or count them."""
+        """Keep items up to the limit; count the others."""
         rest = iter(things)
         room = None if self._limit is None else self._limit - len(self.kept)
         self.kept.extend(islice(rest, room))
@@ -99,19 +98,19 @@ class CappedList(Generic[T]):
 
 
 ASIDE = frozenset({"/indicators", "/texts"})
-"""Topics that are printed with --every only: the status bits and tags show the same."""
+"""Topics printed with --every only: status bits and tags show the same."""
 
 
 class Contents:
-    """What is to be printed of a trace, found in one pass over it, which ends when the limit is reached.
+    """The parts of a trace to print, collected in one pass, which ends when the limit is reached.
 
     Attributes:
-        count: how many scans there are, in the asked-for range or not.
-        first: number of the first of them.
-        last: number of the last.
-        end_ns: virtual time of the last.
+        count: number of scans, inside and outside of the range.
+        first: number of the first scan.
+        last: number of the last scan.
+        end_ns: virtual time of the last scan.
         rows: rows of the table, in the range.
-        events: events, likewise.
+        events: events in the range.
     """
 
     def __init__(self, trace: Trace, *, every: bool, limit: int | None, wanted: Selection = ALL) -> None:
@@ -153,7 +152,7 @@ class Contents:
 
 
 def _blocks(path: Path, trace: Trace, contents: Contents) -> Iterator[str | Table]:
-    """Yield all that is printed, in order."""
+    """Yield all parts to print, in order."""
     head = trace.head
     attachments = {attachment.name: f"{len(attachment.data):,} bytes" for attachment in trace.attachments()}
     yield f"{path}: {trace.size:,} bytes, written by {head.library}"
@@ -167,7 +166,7 @@ def _blocks(path: Path, trace: Trace, contents: Contents) -> Iterator[str | Tabl
 
 
 def _as_json(path: Path, trace: Trace, contents: Contents) -> dict[str, object]:
-    """Return all that is printed for --json; `more` is null where reading stopped at the limit."""
+    """Return all parts for --json; `more` is null where reading stopped at the limit."""
     head = trace.head
     return {
         "trace": str(path),
@@ -194,7 +193,7 @@ def _as_json(path: Path, trace: Trace, contents: Contents) -> dict[str, object]:
 
 
 def story(contents: Contents) -> Iterator[str | Table]:
-    """Yield what happened and what changed."""
+    """Yield events and changes."""
     yield "What happened"
     yield _event_table(contents.events.kept) if contents.events.kept else "nothing beside the scans"
     yield from _more(contents.events, "events")
@@ -230,7 +229,7 @@ def _pairs_table(pairs: Mapping[str, str]) -> Table:
     table = new_table("", "")
     table.show_header = False
     for name, value in pairs.items():
-        if not name.startswith("slot"):  # they have a table of their own
+        if not name.startswith("slot"):  # signals of slots have a table of their own
             table.add_row(name, value)
     return table
 
@@ -260,7 +259,7 @@ def _row_table(rows: Iterable[Row]) -> Table:
 
 
 def new_table(*titles: str) -> Table:
-    """Return an empty table; a title that ends in ">" is of a column of numbers."""
+    """Return an empty table; a title that ends in ">" marks a column of numbers."""
     table = Cells(box=None, pad_edge=False, padding=(0, 2, 0, 0))
     for title in titles:
         if title.endswith(">"):
@@ -271,7 +270,7 @@ def new_table(*titles: str) -> Table:
 
 
 def print_block(block: str | Table) -> None:
-    """Print to a terminal in its width; to anything else in plain lines as long as they need to be."""
+    """Print to a terminal in its width; elsewhere in lines of any length."""
     console = Console(highlight=False, markup=False, emoji=False)
     if isinstance(block, str):
         say(on_a_line(block))
@@ -282,7 +281,7 @@ def print_block(block: str | Table) -> None:
 
 
 def plain_lines(block: str | Table) -> list[str]:
-    """Return a block as lines as long as they need to be."""
+    """Return a block as lines of any length."""
     if isinstance(block, str):
         return [block]
     console = Console(color_system=None, highlight=False, markup=False, emoji=False)

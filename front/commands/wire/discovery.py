@@ -1,4 +1,4 @@
-"""`scanrack ports` and `scanrack probe PORT`: list serial devices, and identify what answers on one."""
+"""`scanrack ports` and `scanrack probe PORT`: list serial devices, and identify a controller on one."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def _ports_command() -> None:
 
 @contextmanager
 def shown_questions(total: int, *, quiet: bool) -> Iterator[Asked]:
-    """Show each address that is asked, if standard error is a terminal; yield what shows it."""
+    """Show each requested address, if standard error is a terminal; yield the function that shows it."""
     console = Console(stderr=True)
     if quiet or not console.is_terminal:
         yield lambda _language, _address: None

@@ -16,14 +16,14 @@ from ...terminal.status import BAD_INPUT, DONE, complain
 
 
 def bench_for(target: str) -> Answer:
-    """Return what answers the lines of a session with a target, by its name."""
+    """Return the function that answers the lines of a session, by the target's name."""
     return BENCHES[target]()
 
 
 def converse(answer: Answer, lines: Iterable[str], out: TextIO) -> int:
     """Answer each line with one line; return the exit status: 2 if any request was refused, else 0.
 
-    Empty lines are passed over. A refused request changes nothing, and the session goes on.
+    Empty lines are skipped. A refused request changes nothing, and the session continues.
     """
     status = DONE
     for number, line in enumerate(lines, start=1):

@@ -54,21 +54,21 @@ TIMEOUT_S = ANSWER_S
 """Default of --timeout."""
 
 REOPENINGS = 6
-"""How often a line that was lost during a motion is opened again to stop the motor."""
+"""Number of attempts to reopen a line that was lost during a motion, to stop the motor."""
 
 REOPEN_S = 0.5
-"""Time between two of them."""
+"""Time between two attempts."""
 
 
 class Mover(Protocol):
-    """A client of something that moves."""
+    """A client of a controller that moves."""
 
     @property
     def position(self) -> int:
-        """Where it is, steps."""
+        """The position, steps."""
 
     def move(self, steps: int, progress: Progress) -> int:
-        """Move over so many steps and wait for the end; return the position."""
+        """Move over signed steps and wait for the end; return the position."""
 
     def stop(self) -> None:
         """Stop at once."""
@@ -76,13 +76,13 @@ class Mover(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class LinkPlace:
-    """Where a controller is, as the options before the command say.
+    """The place of a controller, from the options before the command.
 
     Attributes:
-        port: serial port, None = none is named.
-        tcp: HOST:PORT, None = none is named.
+        port: serial port, or None.
+        tcp: HOST:PORT, or None.
         address: of the controller on its line.
-        answer_s: how long an answer may take.
+        answer_s: longest time of an answer.
     """
 
     port: str | None
@@ -98,7 +98,7 @@ def open_link(port: str | None, tcp: str | None, line_format: LineFormat) -> Lin
     """Open the line that --port or --tcp names.
 
     Raises:
-        ValueError: not one line is named.
+        ValueError: not exactly one line is named.
         LinkError: it can't be opened.
     """
     if port is not None and tcp is None:
@@ -114,7 +114,7 @@ def opened_client(
 ) -> Iterator[Client]:
     """Open the line to a controller within the context; print a fault of it, and end.
 
-    If the line is lost while the motor moves, it is opened again to stop it.
+    If the line is lost while the motor moves, it is reopened to stop the motor.
 
     Args:
         client_on: makes the client of a link.
@@ -139,7 +139,7 @@ def _stop_once(opened: Callable[[], Link], client_on: Callable[[Link], Mover]) -
 
 
 def _stopped_anew(stop: Callable[[], None]) -> bool:
-    """Try to stop the motor over a new line until the controller answers; return whether it has."""
+    """Try to stop the motor over a new line until the controller answers; return whether it did."""
     for _ in range(REOPENINGS):
         if try_to_stop(stop):
             return True
@@ -156,11 +156,11 @@ def show_state(rows: Iterable[tuple[str, str]]) -> None:
 
 
 def travel(client: Mover, steps: int, *, quiet: bool) -> None:
-    """Move over so many steps, show how far it has come, and print the position; Ctrl-C stops the motor.
+    """Move over signed steps with progress, and print the position; Ctrl-C stops the motor.
 
     Raises:
-        ValueError: so many steps are not allowed.
-        LinkError: it was not done.
+        ValueError: the number of steps is not allowed.
+        LinkError: the move failed.
     """
     start = client.position
     with (
@@ -185,7 +185,7 @@ def reported_faults() -> Iterator[None]:
 def stopped_by_interrupt(stop: Callable[[], None]) -> Iterator[Callable[[], None]]:
     """Stop the motor on Ctrl-C, and say so; yield a function that checks for Ctrl-C.
 
-    An exchange is not broken off: the line would have to fall silent before the stop can be sent.
+    An exchange is completed first: the line would have to fall silent before the stop can be sent.
 
     Raises:
         LostSightError: the controller does not answer the stop.
@@ -209,11 +209,10 @@ def stopped_by_interrupt(stop: Callable[[], None]) -> Iterator[Callable[[], None
 def shown_travel(
     start: int, target: int | None, each: Callable[[], None], *, quiet: bool
 ) -> Iterator[Progress]:
-    """Show the progress of a motion, if standard error is a terminal; yield what takes positions.
+    """Show the progress of a motion, if standard error is a terminal; yield a function that takes positions.
 
     Args:
-        start: position at the start.
-        target: where it should end, None if that is not known.
+        target: expected end, None if unknown.
         each: called with every position, and once before the first.
     """
     each()

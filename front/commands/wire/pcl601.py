@@ -54,7 +54,7 @@ NO_DOWNLOAD = (
 
 @contextmanager
 def client_at(context: typer.Context) -> Iterator[Pcl601Client]:
-    """Open the line that the group's options name; complain if that fails."""
+    """Open the line of the group's options; report a failure."""
     place: LinkPlace
     place, rtu_over_tcp = context.obj
 

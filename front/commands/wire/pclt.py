@@ -29,7 +29,7 @@ def listing(program: Program) -> str:
 
 
 def summary(program: Program) -> str:
-    """Return what a program takes of the memory."""
+    """Return the memory size of a program."""
     count = len(program.steps)
     return f"{count} instructions, {program.size} of {CAPACITY_BYTES} bytes"
 

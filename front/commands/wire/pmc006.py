@@ -54,7 +54,7 @@ NO_DOWNLOAD = (
 
 @contextmanager
 def client_at(context: typer.Context) -> Iterator[Pmc006Client]:
-    """Open the port that the group's options name; complain if that fails."""
+    """Open the port of the group's options; report a failure."""
     place: LinkPlace
     place, by_zero = context.obj
 

@@ -55,10 +55,10 @@ from ...traces.write.line import LineRecorder, UnitColumns
 LOOPBACK = "127.0.0.1"
 BROADCAST = 0
 RECORDED_EVERY_S = 0.01
-"""How often registers are recorded at least, if they change."""
+"""Longest time between two records of changing registers."""
 
 REFRESH_NS = 250_000_000
-"""How often the status is redrawn."""
+"""Time between two refreshes of the status."""
 
 
 class ControllerKind(StrEnum):
@@ -91,7 +91,7 @@ def socket_address(text: str) -> tuple[str, int]:
 
 
 def line_of(units: list[Unit]) -> Device:
-    """Return the line that the units are on, as one device."""
+    """Return the line of the units, as one device."""
     return units[0].device if len(units) == 1 else BusSegment(*(unit.device for unit in units))
 
 
@@ -105,10 +105,10 @@ def server_for(
     tcp: str | None = None,
     rtu_over_tcp: bool = False,
 ) -> tuple[Server, str]:
-    """Open the port that was asked for; return what serves it, and where others find it.
+    """Open the requested port; return its server, and its address for clients.
 
     Raises:
-        ValueError: not exactly one port is asked for, or it can't be opened.
+        ValueError: not exactly one port is requested, or it can't be opened.
     """
     if [pty, serial is not None, tcp is not None].count(True) != 1:
         raise ValueError("give one of --pty, --serial DEV and --tcp HOST:PORT")
@@ -124,10 +124,10 @@ def server_for(
 
 
 def answering(units: list[Unit]) -> Callable[[int, bytes], bytes | None]:
-    """Return what passes a Modbus request on to the unit that it is for.
+    """Return a function that passes Modbus requests to their units.
 
-    One unit answers whatever unit a request names, as gateways do; of several the one that is named
-    answers, and what is for unit 0 is carried out by all of them and not answered.
+    A single unit answers every request, like a gateway. Of several units the addressed one answers;
+    requests to unit 0 are carried out by all and not answered.
     """
     answers = {unit.address: unit.answer for unit in units if unit.answer is not None}
     if len(answers) == 1:
@@ -154,10 +154,10 @@ def status_table(units: list[Unit]) -> Table:
 
 
 def wire(units: list[Unit], text: str) -> None:
-    """Give an input a state: `in1=ground`, or `2:home=..-3000` for the unit at address 2.
+    """Set an input: `in1=ground`, or `2:home=..-3000` for the unit at address 2.
 
     Raises:
-        ValueError: there is no such unit, input or state.
+        ValueError: an unknown unit, input or state.
     """
     name, equals, state = text.replace(" ", "").partition("=")
     address, colon, pin = name.rpartition(":")
@@ -168,7 +168,7 @@ def wire(units: list[Unit], text: str) -> None:
 
 
 class TypedInputs:
-    """Lines typed while it serves: each gives an input a state."""
+    """Lines typed during the service: each sets an input."""
 
     def __init__(self, units: list[Unit]) -> None:
         self._units = units
@@ -176,7 +176,7 @@ class TypedInputs:
         self._due_ns = 0
 
     def look(self) -> None:
-        """Take a line, if there is one; a mistake prints a message and changes nothing."""
+        """Process a line, if there is one; a mistake prints a message and changes nothing."""
         if not self._open or wall_ns() < self._due_ns:
             return
         self._due_ns = wall_ns() + REFRESH_NS
@@ -192,10 +192,10 @@ class TypedInputs:
 
 
 def begin(units: list[Unit], *, ascii_mode: bool, start: bool) -> None:
-    """Do what is asked for before anybody talks to the units, as SMC60WIN does it.
+    """Carry out the options before the units are served, like SMC60WIN.
 
     Raises:
-        ValueError: these units have nothing of the kind.
+        ValueError: these units do not support an option.
     """
     if (ascii_mode or start) and any(unit.do is None for unit in units):
         raise ValueError("--ascii and --start: only a PCL601 has them")
@@ -218,7 +218,7 @@ def recording(
         replace: keep no earlier recordings.
 
     Raises:
-        OwnedError: it would replace what somebody owns.
+        OwnedError: it would replace an owned file.
         OSError: it can't be written.
     """
     if path is None:
@@ -234,7 +234,7 @@ def recording(
 
 @contextmanager
 def shown_status(units: list[Unit], *, quiet: bool) -> Iterator[Callable[[], None]]:
-    """Show the state of the units on standard error, if that is a terminal; yield what refreshes it."""
+    """Show the units' state on standard error, if that is a terminal; yield the refresh function."""
     console = Console(stderr=True)
     if quiet or not console.is_terminal:
         yield lambda: None
@@ -324,7 +324,7 @@ def _serve_command(
         for each in pin or []:
             wire(units, each)
         begin(units, ascii_mode=ascii_mode, start=start)
-        # Ctrl-C may come between the line that says where, and the first step
+        # Ctrl-C may come between the line with the address and the first step
         with (
             recording(record, controller, units, program or (), replace=replace) as recorder,
             suppress(KeyboardInterrupt),
@@ -335,7 +335,7 @@ def _serve_command(
             names = ", ".join(str(unit.address) for unit in units)
             _record(units, clock, recorder)  # before anything can end it
             say(f"{place}  {controller} at address {names}, {units[0].device.line_format}; Ctrl-C ends")
-            sys.stdout.flush()  # who reads the path through a pipe waits for it
+            sys.stdout.flush()  # a reader of the path through a pipe waits for it
             _serve(server, units, clock, recorder, quiet=quiet)
         raise typer.Exit(INTERRUPTED)
 
@@ -351,14 +351,14 @@ def _serve(
         _record(units, clock, recorder)
 
     with shown_status(units, quiet=quiet) as refresh:
-        each_step()  # how it is at first
+        each_step()  # the initial state
         serve_until_interrupted(
             server, each_step, longest_s=LONGEST_S if recorder is None else RECORDED_EVERY_S
         )
 
 
 def _record(units: list[Unit], clock: Clock, recorder: LineRecorder | None) -> None:
-    """Record how the units are now, and let a process that is killed leave it."""
+    """Record the present state of the units, and flush it, so that it survives a kill."""
     if recorder is not None:
         recorder.draft()
         now_ns = clock.now_ns()

@@ -5,7 +5,7 @@
     line.slot[1].press("estop", "100 ms")
     assert line["Trouble"], line.why("Trouble")
 
-Made for tests that read as a story. A condition that stays false is reported with what the bench shows then.
+Made for tests that read as a story. The report of a condition that stays false shows the bench at that time.
 """
 
 from .bench import Bench, NotReachedError, ObservedLogic

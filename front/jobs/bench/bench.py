@@ -1,4 +1,4 @@
-"""The bench itself."""
+"""A rack under test."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from .slot import SlotBench
 
 
 class NotReachedError(AssertionError):
-    """A condition that did not come true in time; the message says what the bench shows."""
+    """A condition that did not come true in time; the message shows the bench."""
 
 
 @runtime_checkable
@@ -44,7 +44,7 @@ class ObservedLogic(Protocol):
         """The tags by name."""
 
     def why(self, tag: str) -> str:
-        """Why a tag is as it is."""
+        """Explain the present value of a tag."""
 
     def force(self, tag: str, value: object) -> None:
         """Hold a tag at a value."""
@@ -55,23 +55,23 @@ class ObservedLogic(Protocol):
 
 Condition = Callable[["Bench"], Any] | str
 """The condition that ends a run: a function of the bench, or a tag that becomes true; of a rack with a Python
-program, a bit of an image."""
+program, a bit of an image.
+"""
 
 
 class Bench:
     """A rack under test.
 
     Attributes:
-        cpu: the CPU that runs it.
         slot: the modules by slot number.
-        told: what has happened, oldest first.
+        told: the events, oldest first.
 
     Args:
         logic: the program; a ladder program under a debugger for tags, forces and `why`.
-        listeners: makes further listeners of the rack, a recorder for one.
-        watched: the rack's watchdog ends logic that does not come back. Without it a test can stop at
-            a breakpoint for as long as it likes.
-        load: how a Python program is loaded again, so that `why` can name its lines.
+        listeners: makes further listeners of the rack, such as a recorder.
+        watched: the rack's watchdog ends endless logic. Without it a test can stop at a breakpoint for
+            any time.
+        load: reloads a Python program, so that `why` can name its lines.
     """
 
     def __init__(
@@ -154,14 +154,14 @@ class Bench:
         self.scan(-(-parse_duration(time) // self.cpu.period_ns))
 
     def run_until(self, condition: Condition, within: str = "10 s") -> None:
-        """Run until a condition holds, which it may do already.
+        """Run until a condition holds; do nothing if it already does.
 
         Args:
-            condition: a function of the bench, or the address of a tag that is to be true.
+            condition: a function of the bench, or the address of a tag.
 
         Raises:
-            NotReachedError: it does not hold in time; with what the bench shows then.
-            ValueError: `within` is not a time, or there is no such tag.
+            NotReachedError: it does not hold in time; the message shows the bench.
+            ValueError: `within` is not a time, or the tag is unknown.
             CpuFault: the program faults the CPU.
         """
         scans = -(-parse_duration(within) // self.cpu.period_ns)
@@ -203,9 +203,9 @@ class Bench:
         return self.logic
 
     def edit(self, program: Any) -> Any:
-        """Go on with an edited ladder program from the next scan on, see `Debugger.edit`.
+        """Continue with an edited ladder program from the next scan on, see `Debugger.edit`.
 
-        The next scan is recorded with an event of kind "edit": which tags are new, changed and dropped.
+        The next scan is recorded with an event of kind "edit": new, changed and dropped tags.
 
         Raises:
             ValueError: the program is a Python function, or the edited one can't be built.
@@ -230,10 +230,10 @@ class Bench:
         self.program.tags[tag] = value
 
     def check(self, *tags: str) -> None:
-        """Refuse tags and addresses that mean nothing, before a run.
+        """Check tags and addresses before a run.
 
         Raises:
-            ValueError: there is nothing of that name.
+            ValueError: an unknown name.
         """
         for tag in tags:
             if self._observed and not self._is_image(tag):
@@ -246,18 +246,18 @@ class Bench:
         return Names(self.logic, {slot.number: slot.words for slot in self.spec.slot}).declares(name)
 
     def why(self, tag: str | None = None) -> str:
-        """Say why something is as it is.
+        """Explain a value: the scan and the rung or line that set it.
+
+        A Python program is loaded again and runs on its recorded inputs; the scan in question is traced.
+        The program on the bench is not touched.
 
         Args:
             tag: a tag of a ladder program, see `Debugger.why`; an address of an image; a value of a Python
-                program, such as `line.step`. Left out: what every module waits for, and what last changed
-                its output words.
-
-        A Python program is loaded again and runs on the inputs that it has had; the scan in question
-        is traced. The program on the bench is not touched.
+                program, such as `line.step`. Left out: the condition that every module waits for, and the
+                latest change of its output words.
 
         Raises:
-            ValueError: there is nothing of that name, or no scan has run.
+            ValueError: an unknown name, or no scan has run.
         """
         if tag is not None and self._observed and (tag in self.program.tags or not self._is_image(tag)):
             return str(self.program.why(tag))
@@ -270,7 +270,7 @@ class Bench:
         """Hold a bit or word of an image, or a tag, at a value; forces of images are recorded.
 
         Raises:
-            ValueError: there is nothing of that name, or the value does not fit.
+            ValueError: an unknown name, or the value does not fit.
         """
         if self._is_image(address):
             self.cpu.forces.set(address, value)
@@ -297,10 +297,10 @@ class Bench:
 
     @property
     def sequences(self) -> Mapping[str, Sequence]:
-        """The sequences of a program that has some, by name: `bench.sequences["cycle"].line`."""
+        """The sequences of the program by name: `bench.sequences["cycle"].line`."""
         return {each.name: each for each in sequences_in(self.logic)}
 
-    # --- what happened
+    # --- events
 
     @property
     def rules(self) -> SequenceOf[str]:

@@ -11,11 +11,11 @@ from ...runtime.loop.events import JsonValue
 
 @dataclass(frozen=True, slots=True)
 class BenchEvent:
-    """Something that happened.
+    """One event.
 
     Attributes:
-        scan: number of the scan in which it became known.
-        now_ns: when, ns since power-up.
+        scan: number of the scan that reported it.
+        now_ns: its time, ns since power-up.
         slot: the module, 0 for the CPU.
         kind: "rule", "move", "stimulus", "indicator", or the topic of an event of the CPU.
         name: the rule's id, the move's kind, the input's name; the topic for the CPU.
@@ -37,8 +37,8 @@ class EventLog:
     """A listener that keeps events, and ends a run on request.
 
     Attributes:
-        told: what has happened, oldest first.
-        over: asked after every scan whether the run is over.
+        told: the events, oldest first.
+        over: called after every scan; returns whether the run is over.
     """
 
     def __init__(self) -> None:

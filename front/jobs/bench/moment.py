@@ -1,4 +1,4 @@
-"""The scan that a question is about: by time, by number, or when a bit comes on."""
+"""The scan of a question: by time, by number, or when a bit becomes true."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from ...traces.replay import Recording
 
 @dataclass(frozen=True, slots=True)
 class ScanChoice:
-    """The scan of a question; the last one if nothing is given.
+    """The scan of a question; the last one by default.
 
     Attributes:
         at: a time with its unit, such as "1.5 s", or the number of a scan.
-        scans: after so many scans.
-        until: when this bit is on: a tag, or an address of an image.
+        scans: number of scans before it.
+        until: the bit that must be true: a tag, or an address of an image.
 
     Raises:
         ValueError: more than one of them is given, or `at` is neither.
@@ -40,7 +40,7 @@ class ScanChoice:
         return int(self.at) if self.at is not None and self.at.strip().isdecimal() else None
 
     def scans_from_power_up(self, period_ns: int) -> int | None:
-        """Return how many scans a rack runs; None if it depends on the run."""
+        """Return the number of scans that a rack runs; None if it depends on the run."""
         if self.scans is not None:
             return self.scans
         if self.number is not None:
@@ -49,7 +49,7 @@ class ScanChoice:
         return None if self.at is None else parse_time(self.at) // period_ns + 1
 
     def row(self, recording: Recording) -> int:
-        """Return the row of a recording; `until` is not looked at.
+        """Return the row of a recording; `until` is ignored.
 
         Raises:
             ValueError: the recording has no such scan.

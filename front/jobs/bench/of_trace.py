@@ -25,12 +25,7 @@ from .moment import ScanChoice
 
 @dataclass(frozen=True, slots=True)
 class TraceAnswer:
-    """An answer, and the scan that it is about.
-
-    Attributes:
-        scan: number of the scan.
-        notes: reasons to doubt it.
-    """
+    """An answer, the number of its scan, and reasons to doubt it."""
 
     scan: int
     now_ns: int
@@ -50,16 +45,17 @@ def why_of_trace(
     """Answer a question about a trace.
 
     Args:
-        trace: the trace; its images answer alone if it does not say what made it.
-        folder: where its files are written.
+        trace: without its program, its images alone give the answer.
+        folder: for the extracted files.
         what: see `Bench.why`.
-        trust: run Python that came with the trace; without, only what is the same as in the current folder.
-        more: scans of a trace that grows which are not written yet.
+        trust: run Python that came with the trace; otherwise only files that equal those of the current
+            folder.
+        more: scans of a growing trace that are not written yet.
 
     Raises:
-        ValueError: a file or an option can't be used, or there is nothing of that name.
+        ValueError: an unusable file or option, or an unknown name.
         UntrustedError: Python of the trace would run.
-        NotReachedError: the bit of `moment` does not come on.
+        NotReachedError: the bit of `moment` does not become true.
     """
     recording = Recording.of(trace, more)
     if not {"rack_file", "program_file"} <= set(trace.head.metadata):
@@ -116,7 +112,7 @@ def _of_ladder(recording: Recording, job: Job, what: str | None, moment: ScanCho
 
 
 def _departed(why: Why, following: InputReplay) -> list[str]:
-    """Return a note if the program has not done as recorded."""
+    """Return a note if the program has deviated from the recording."""
     if following.departs is None:
         return []
     when = why.past.when(following.departs)

@@ -1,4 +1,4 @@
-"""From a rack file to a bench: for users' tests, and for the commands that look into a running program."""
+"""From a rack file to a bench: for users' tests, and for commands that inspect a running program."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ from . import Bench
 
 
 def open_bench(rack: str | Path, record: str | Path | None = None, *, watched: bool = False) -> Bench:
-    """Put a rack with its program onto a bench, powered up and not yet scanned.
+    """Open a rack with its program on a bench, powered up and not yet scanned.
 
-    A ladder program runs under a debugger: it can be asked why, forced and stopped. A Python program
-    is loaded again, so that nothing of an earlier bench remains.
+    A ladder program runs under a debugger: it can be questioned, forced and stopped. A Python program
+    is loaded again, so that no state of an earlier bench remains.
 
     Args:
         rack: path of the rack file, TOML or Python.
-        record: where every scan is recorded; nowhere if left out. `Bench.close` makes it whole.
-        watched: the rack's watchdog ends logic that does not come back.
+        record: path of a recording, by default none; `Bench.close` completes it.
+        watched: the rack's watchdog ends endless logic.
 
     Raises:
-        ValueError: the rack or its program can't be used; file, line, key and what is allowed.
+        ValueError: an unusable rack or program; with file, line, key and the allowed values.
         OSError: the recording can't be written.
     """
     job = load_job(str(rack))
@@ -38,10 +38,10 @@ def open_bench(rack: str | Path, record: str | Path | None = None, *, watched: b
 
 
 def loading(job: Job, rack: str, program: str | None = None) -> Load | None:
-    """Return how a job's program is loaded again; None for a ladder program, which has a debugger.
+    """Return the loader of a job's Python program; None for a ladder program, which has a debugger.
 
     Args:
-        rack: path of the rack, as `load_job` takes it.
+        rack: path of the rack, as for `load_job`.
     """
     if isinstance(job.logic, LadderLogic):
         return None
@@ -51,7 +51,7 @@ def loading(job: Job, rack: str, program: str | None = None) -> Load | None:
 def bench_of(
     job: Job, record: Path | None = None, *, watched: bool = False, load: Load | None = None
 ) -> Bench:
-    """Put a loaded job onto a bench, see `open_bench`; `load` is how `why` loads its program again."""
+    """Put a loaded job on a bench, see `open_bench`; `load` reloads its program for `why`."""
 
     def listeners(rack: Rack) -> Iterable[ScanListener]:
         return () if record is None else (watching(recorder_for(job, rack, record, logic), logic),)

@@ -1,4 +1,4 @@
-"""A module on the bench: its words, its machine, and what a test can do to it."""
+"""A module on the bench: its words, its machine, and a test's means to act on it."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ class SlotBench:
     """A module on the bench, and its machine.
 
     Attributes:
-        outputs: the output image, as the program wrote it last.
-        inputs: the input image, as the program saw it last.
+        outputs: the latest output image of the program.
+        inputs: the latest input image that the program read.
         status: the bits and values of the input image by name.
     """
 
@@ -41,7 +41,7 @@ class SlotBench:
 
     @property
     def moving(self) -> bool:
-        """Whether the axis moves, either way, as the program saw it last."""
+        """Whether the axis moves in either direction, in the program's latest input image."""
         return bool(self.status.moving)
 
     @property
@@ -51,14 +51,15 @@ class SlotBench:
         return int(shaft)
 
     def set_input(self, name: str, energised: bool) -> None:
-        """Give an input a level from now on.
+        """Set an input from now on.
 
         Args:
-            name: "capture", "external", "home", "estop", "cw_limit" or "ccw_limit"; of a card, as the rack
-                file names it.
+            name: "capture", "external", "home", "estop", "cw_limit" or "ccw_limit"; of a card, the name
+                in the
+                rack file.
 
         Raises:
-            ValueError: there is no such input, or the machine of the rack file sees to it.
+            ValueError: an unknown input, or one that the machine of the rack file controls.
         """
         if isinstance(self._device, NamedInputs):
             self._device.set_input(name, energised)
@@ -70,14 +71,14 @@ class SlotBench:
         self._device.look_again()
 
     def set_value(self, name: str, value: float) -> None:
-        """Give an analog input of a card a value from now on.
+        """Set an analog input of a card from now on.
 
         Args:
-            name: as the rack file names it.
+            name: as in the rack file.
             value: V or mA of a channel with a range, else the raw number.
 
         Raises:
-            ValueError: there is no such input, or it can't have this value.
+            ValueError: an unknown input, or an illegal value.
         """
         if not isinstance(self._device, AnalogInputs):
             raise ValueError(f"slot {self.number}: a {self._slot.catalog} has no analog inputs")
@@ -98,13 +99,13 @@ class SlotBench:
         self._module.power_cycle()
 
     def fail(self, how: str | None) -> None:
-        """Let the module stop answering, or answer again (None).
+        """Inject a fault into the module, or end it (None).
 
         Args:
             how: "link-lost", "removed", "fatal-error" or "asic-lost".
 
         Raises:
-            ValueError: there is no such trouble, or the module can't be made to fail.
+            ValueError: an unknown fault, or a module without faults.
         """
         names = {each.value: trouble for each, trouble in TROUBLES.items()}
         if how is not None and how not in names:

@@ -8,12 +8,7 @@ from typing import NamedTuple
 
 
 class FileLine(NamedTuple):
-    """A line of a file.
-
-    Attributes:
-        file: its path as given.
-        line: from 1.
-    """
+    """A line of a file, from 1."""
 
     file: str
     line: int
@@ -21,7 +16,7 @@ class FileLine(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Remark:
-    """Something in the program that breaks a rule by itself."""
+    """A part of the program that breaks a rule by itself."""
 
     place: FileLine
     text: str
@@ -32,8 +27,8 @@ class SentCommand:
     """Output words, or a command, that the program sends to a 3601.
 
     Attributes:
-        slot: the slot; None if it is unknown.
-        words: the eight output words; empty for a command whose words do not matter.
+        slot: None if it is unknown.
+        words: the eight output words; empty for a command whose words have no effect on the rules.
     """
 
     place: FileLine
@@ -50,17 +45,17 @@ class Facts:
     """Facts of a program.
 
     Attributes:
-        configurations: the configurations that it sends.
+        configurations: the ones that it sends.
         searches: the home searches that it starts.
         repeated: bits with several coils.
         unused: tags that no instruction names.
-        held: command bits that it sets and never takes back.
+        held: command bits that it sets and never clears.
         out_of_range: constants that a 3601 refuses.
-        misplaced: inputs, outputs and axes that the rack does not have, or that two own.
+        misplaced: inputs, outputs and axes that the rack lacks, or that two owners claim.
         endless: loops of sequences that never wait.
         misused: calls that fail when they are reached.
-        uses_bit: whether it uses a bit of a card; None if that is unknown.
-        not_seen: sentences about what the reader can't find out.
+        uses_bit: tests whether it uses a bit of a card; None if that is unknown.
+        not_seen: sentences about facts that the reader can't determine.
     """
 
     configurations: list[SentCommand] = field(default_factory=list)

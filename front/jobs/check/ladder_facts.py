@@ -1,4 +1,4 @@
-"""Facts of a ladder program: what its rungs write to the 3601s, and which tags and terminals they name."""
+"""Facts of a ladder program: its writes to the 3601s, and the tags and terminals that it names."""
 
 from __future__ import annotations
 
@@ -46,11 +46,11 @@ BLOCKS = frozenset(
         "MOVEREGISTRATION3601",
     }
 )
-"""The blocks of `USE axis3601` that have them."""
+"""Blocks of `USE axis3601` with these parameters."""
 
 
 _NEUTRAL = (0, 0, 0, 0, 1, 0, 1, 1)
-"""Legal parameters, in place of words that are not known."""
+"""Legal parameters, in place of unknown words."""
 
 
 def ladder_facts(program: LadderLogic, path: Path, spec: RackSpec) -> Facts:
@@ -118,7 +118,7 @@ class _Reader:
                         yield Remark(self._place(line), text)
 
     def _no_terminal(self, operand: Place) -> str:
-        """Return that a bit is not a terminal of its card; empty if it is, or if that is not known."""
+        """Return that a bit is no terminal of its card; empty if it is one, or if that is unknown."""
         leaf, bit, word = operand.leaf, operand.bit, operand.fixed_index
         slot = leaf.slot
         if slot is None or slot not in self.cards or not leaf.is_image:
@@ -163,7 +163,7 @@ class _Reader:
 
         return uses
 
-    # --- what goes to the 3601s
+    # --- writes to the 3601s
 
     def _axes(self) -> Iterator[tuple[str, int]]:
         """Yield the axes of motion blocks with their slots: Amci3601 joins the two."""
@@ -195,7 +195,7 @@ class _Reader:
                 yield SentCommand(each.place, each.slot)
 
     def _copied(self, line: LoweredLine) -> Iterator[SentCommand]:
-        """Yield constants that are copied to all words of a 3601, or handed to a block as configuration."""
+        """Yield constants that are copied to all words of a 3601, or passed to a block as configuration."""
         for step in steps_of(line.nodes):
             target = self.writes.target(step.operands[1]) if step.name in ("COP", "CPS") else None
             if target is not None and target[0] in self.slots and target[1] == 0:
@@ -238,7 +238,7 @@ class _Reader:
 
 
 def _filled(words: Sequence[int | None]) -> tuple[int, ...]:
-    """Return words with legal values in place of unknown ones, and of the other half of their number."""
+    """Replace unknown words, and the other half of their number, by legal values."""
     filled = [neutral if word is None else word for word, neutral in zip(words, _NEUTRAL, strict=True)]
     for msw in (2, 4):
         if words[msw] is None or words[msw + 1] is None:
@@ -271,6 +271,6 @@ def _path(mention: Mention) -> str:
 
 
 def _place_in(where: str, path: Path) -> FileLine:
-    """Return file and line of a problem, which begins with them."""
+    """Return file and line from the head of a message."""
     found = re.match(r"(.+?):(\d+): ", where)
     return FileLine(found[1], int(found[2])) if found else FileLine(str(path), 1)

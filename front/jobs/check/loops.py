@@ -1,7 +1,7 @@
 """Loops of sequences that never wait.
 
 while True: self.count += 1         no end and no await
-while not self.start: pass          an input stays as it is for the whole scan
+while not self.start: pass          an input is constant for the whole scan
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ _FIXED_FORMS = (ast.UnaryOp, ast.BoolOp, ast.Compare, ast.Constant, ast.Name, as
 
 
 def endless(tree: ast.Module, inputs: Collection[str]) -> Iterator[tuple[int, str]]:
-    """Yield the loops of `async def` functions that have no end and no await: line, and what is wrong.
+    """Yield the loops of `async def` functions that have no end and no await: line and problem.
 
     Args:
-        inputs: the names of inputs, which stay as they are for the whole scan.
+        inputs: the names of inputs, which are constant for the whole scan.
     """
     for function in ast.walk(tree):
         if isinstance(function, ast.AsyncFunctionDef):

@@ -9,12 +9,12 @@ A write of output word 0 sets bits and clears bits:
     MOV, FLL, := a constant  its bits        the others
     CLR                      none            all
     COP, CPS of constants    their bits      the others
-    anything else            not known: none all
+    anything else            unknown: none   all
 
 Constants are the initial values of words that no instruction writes.
 
 Words that a COP or CPS copies to all output words of a 3601 are staged if the program writes the first of
-them, the command: what is written to them is written to the module.
+them, the command: a write to them counts as a write to the module.
 
     COP(Setup[0],Words[0],8);  ...  CPS(Words[0],Local:1:O.Data[0],8);
 """
@@ -34,7 +34,7 @@ from ...ladder.state.lowered import AddOnCall, LoweredLine, LoweredProgram, Lowe
 from .facts import FileLine, Remark
 
 MODE_CONFIG = CommandMsw.MODE_CONFIG.value
-"""The bit of output word 0 that asks for configuration mode."""
+"""The bit of output word 0 that requests configuration mode."""
 
 _WORD = 0xFFFF
 _COMMANDS = [bit for bit in CommandMsw if bit not in (CommandMsw.MODE_CONFIG, CommandMsw.RESERVED_14)]
@@ -42,7 +42,8 @@ _COMMANDS = [bit for bit in CommandMsw if bit not in (CommandMsw.MODE_CONFIG, Co
 ELSEWHERE = (
     StatusMsw.MODE_CONFIG | StatusMsw.CONFIG_ERROR | StatusMsw.COMMAND_ERROR | StatusMsw.POSITION_INVALID
 ).value
-"""Status bits of start-up and trouble: a rung that needs one of them takes no command back in between."""
+"""Status bits of start-up and trouble: a rung that needs one of them does not clear a command in operation.
+"""
 
 WORD_RANGES = {
     2: (-8388, 8388),
@@ -52,7 +53,7 @@ WORD_RANGES = {
     6: (0, RATE_MAX),
     7: (0, RATE_MAX),
 }
-"""Output words 2 to 7: what a single word may be in any command, 0 included [chapter 5, notes 4 to 8]."""
+"""Allowed single values of output words 2 to 7 in any command, 0 included [chapter 5, notes 4 to 8]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +91,6 @@ class WriteReader:
     """Reads the writes of a program's lines.
 
     Args:
-        mentions: its uses of tags.
         slots: numbers of the 3601s.
         place_of: returns file and line of a line.
     """
@@ -107,7 +107,7 @@ class WriteReader:
         self._staged = dict(self._stages(lowered))
 
     def _stages(self, lowered: LoweredProgram) -> Iterator[tuple[str, tuple[int, int]]]:
-        """Yield the paths of tags that are copied to all output words: slot, and where its words begin."""
+        """Yield the paths of tags that are copied to all output words: slot, and first word."""
         lines = [line for routine in lowered.routines.values() for line in routine.lines]
         for step in (step for line in lines for step in steps_of(line.nodes)):
             if step.name not in ("COP", "CPS") or output_word(step.operands[0]) is not None:
@@ -120,12 +120,12 @@ class WriteReader:
                 yield path_of(source), (target[0], _start_of(source))
 
     def _is_written(self, source: Place | Group) -> bool:
-        """Return whether the program writes the first of the words from an operand on, the command."""
+        """Return whether the program writes the first of the words at an operand, the command."""
         words = self.words_of(source)
         return words is None or words[0] is None
 
     def target(self, operand: object) -> tuple[int, int] | None:
-        """Return slot and first word that an operand writes, staged or not; None if it is neither."""
+        """Return slot and first word of a write to an operand, staged or not; None if it is neither."""
         direct = output_word(operand)
         if direct is not None or not isinstance(operand, (Place, Group)):
             return direct
@@ -134,7 +134,7 @@ class WriteReader:
         return (slot, word) if slot and 0 <= word < WORDS else None
 
     def words_of(self, operand: object) -> tuple[int | None, ...] | None:
-        """Return eight constant words from an operand on, None for each that is written; None if unknown."""
+        """Return eight constant words at an operand, None for each written one; None if unknown."""
         if not isinstance(operand, (Place, Group)):
             return None
         start = operand.fixed_index if isinstance(operand, Place) else 0
@@ -206,7 +206,7 @@ class WriteReader:
 
 
 def _constants(lowered: LoweredProgram, mentions: Sequence[Mention]) -> Mapping[str, tuple[int | None, ...]]:
-    """Return the initial values of arrays of integers by path; None for words that are written."""
+    """Return the initial values of arrays of integers by path; None for written words."""
     found: dict[str, list[int | None]] = {
         name: [*tag.initial, *[0] * (count_of(tag.dims) - len(tag.initial))]  # the rest is zeros
         for name, tag in lowered.layout.tags().items()
@@ -223,7 +223,7 @@ def _constants(lowered: LoweredProgram, mentions: Sequence[Mention]) -> Mapping[
 
 
 def _needs(line: LoweredLine) -> dict[int, Write]:
-    """Return by slot what the contacts in series with the whole rung need."""
+    """Return, by slot, the contacts in series with the whole rung."""
     status: dict[int, int] = {}
     command: dict[int, int] = {}
     first = False
@@ -244,7 +244,7 @@ def _needs(line: LoweredLine) -> dict[int, Write]:
 
 
 def _of_bit(step: LoweredStep) -> tuple[bool, bool]:
-    """Return whether an instruction that writes a bit may set it, and whether it may clear it."""
+    """Return whether a bit instruction may set, and may clear, its bit."""
     if step.name == ":=" and isinstance(step.operands[1], Constant):
         return bool(step.operands[1].value), not step.operands[1].value
     return step.name != "OTU", step.name != "OTL"
@@ -255,7 +255,7 @@ def _start_of(operand: Place | Group) -> int:
 
 
 def output_word(operand: object) -> tuple[int, int] | None:
-    """Return slot and first word of an operand in an output image; None if it is in none."""
+    """Return slot and first word of an operand in an output image, or None."""
     if not isinstance(operand, (Place, Group)):
         return None
     leaf = first_leaf(operand)
@@ -266,7 +266,7 @@ def output_word(operand: object) -> tuple[int, int] | None:
 
 
 def held(writes: Sequence[Write]) -> Iterator[Remark]:
-    """Yield the first instruction that sets a command bit which nothing takes back."""
+    """Yield the first instruction that sets a command bit which is never cleared."""
     for slot in dict.fromkeys(each.slot for each in writes):
         own = [each for each in writes if each.slot == slot and each.word == 0]
         for bit in _COMMANDS:
@@ -277,7 +277,7 @@ def held(writes: Sequence[Write]) -> Iterator[Remark]:
 
 
 def computed(writes: Sequence[Write]) -> Iterator[str]:
-    """Yield for each slot the first instruction whose words are not constants."""
+    """Yield, for each slot, the first instruction with computed words."""
     slots = set()
     for each in writes:
         if not each.known and each.slot not in slots:
@@ -287,7 +287,7 @@ def computed(writes: Sequence[Write]) -> Iterator[str]:
 
 
 def words_out_of_range(writes: Sequence[Write]) -> Iterator[Remark]:
-    """Yield constants that no output word from 2 to 7 may have."""
+    """Yield constants that are illegal in every output word from 2 to 7."""
     for each in writes:
         if not each.known or each.word not in WORD_RANGES:
             continue

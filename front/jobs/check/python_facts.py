@@ -1,4 +1,4 @@
-"""Facts of a Python program, read from its text: nothing of it is called.
+"""Facts of a Python program, read from its text without a call of it.
 
 A command is a call of a class of `io_images.amci3601` by its name:
 
@@ -37,7 +37,7 @@ NEUTRAL: Mapping[str, object] = {
 """A legal value for each required argument, in place of an unknown one."""
 
 GIVEN = ("Move", "FindHome", "Manual", "PresetPosition", "PresetEncoder", "ResetErrors", "Resume", "RunBlend")
-"""Commands that have a bit in word 0."""
+"""Commands with a bit in word 0."""
 
 CHECKED = (*GIVEN, "Configuration")
 """Classes whose arguments are checked."""
@@ -49,7 +49,7 @@ _VALUES = (ast.Constant, ast.Name, ast.Attribute, ast.UnaryOp, ast.BinOp, ast.un
 
 
 class UnknownError(Exception):
-    """An argument whose value the text does not tell."""
+    """An argument whose value the text does not determine."""
 
 
 def python_facts(path: Path, names: Mapping[str, Any], terminals: Set[str]) -> Facts:
@@ -87,7 +87,7 @@ def python_facts(path: Path, names: Mapping[str, Any], terminals: Set[str]) -> F
 
 
 def _too_slow(moves: Sequence[tuple[FileLine, str, int]], starting_speeds: Sequence[int]) -> Iterator[Remark]:
-    """Yield the moves and home searches that are slower than all configurations begin."""
+    """Yield the moves and home searches that are slower than the starting speed of every configuration."""
     least = min(starting_speeds, default=0)
     for place, kind, speed in moves:
         if speed < least:
@@ -121,7 +121,7 @@ class Reader:
                     yield name, node
 
     def make(self, kind: str, call: ast.Call) -> object | None:
-        """Make a command of the arguments that are known; None if a required one can't be replaced.
+        """Make a command from the known arguments; None if a required one can't be replaced.
 
         Raises:
             ValueError: an argument is out of range.
@@ -148,7 +148,7 @@ class Reader:
         return made[0]
 
     def known(self, kind: str, call: ast.Call) -> Mapping[str, object]:
-        """Return the arguments of a call that have one value."""
+        """Return the arguments of a call with a single value."""
         given = dict(zip(signature(_class(kind)).parameters, call.args, strict=False))
         given |= {str(each.arg): each.value for each in call.keywords}
         found = {}
@@ -158,10 +158,10 @@ class Reader:
         return found
 
     def possible(self, node: ast.expr) -> Sequence[object]:
-        """Return the values that an expression may have: one, or those of a sequence that it goes through.
+        """Return the possible values of an expression: one, or those of the sequence that it iterates over.
 
         Raises:
-            UnknownError: the text does not tell.
+            UnknownError: the text does not determine them.
         """
         if isinstance(node, ast.Subscript) and isinstance(node.ctx, ast.Load):
             return self._elements(node.value)
@@ -210,7 +210,7 @@ class Reader:
             yield Remark(FileLine(self.file, line), text)
 
     def _may_zero(self) -> bool:
-        """Tell whether something else than a command may be written to word 0."""
+        """Return whether word 0 may be written by something other than a command."""
         for node in ast.walk(self.tree):
             if isinstance(node, ast.Name) and node.id in ("Idle", "Hold", "ImmediateStop", "Image"):
                 return True
@@ -221,7 +221,7 @@ class Reader:
         return False
 
     def uses_bit(self, terminals: Set[str]) -> UsesBit | None:
-        """Return whether a program names a terminal; None if it names none, and may go by numbers."""
+        """Return a test whether the program names a terminal; None if it names none, and may use numbers."""
         words = {node.value for node in ast.walk(self.tree) if isinstance(node, ast.Constant)}
         words |= {node.attr for node in ast.walk(self.tree) if isinstance(node, ast.Attribute)}
         if words.isdisjoint(terminals):
@@ -243,7 +243,7 @@ def variants(arguments: Mapping[str, Sequence[object]]) -> Iterator[dict[str, An
 
 
 def _loops(functions: Sequence[ast.AST]) -> Iterator[tuple[str, tuple[ast.expr, int | None]]]:
-    """Yield the variables of one loop alone: what it goes through, and the place in its rows, if any."""
+    """Yield the variables of a single loop: its sequence, and their place in its rows, if any."""
     nodes = [node for function in functions for node in ast.walk(function)]
     names = [node for node in nodes if isinstance(node, ast.Name)]
     stored = Counter(node.id for node in names if isinstance(node.ctx, ast.Store))
@@ -267,7 +267,7 @@ def _class(name: str) -> Any:
 
 
 def _bound(function: ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda) -> Iterator[str]:
-    """Yield the names that a function gives values to."""
+    """Yield the names that a function assigns."""
     for node in ast.walk(function):
         if isinstance(node, ast.arg):
             yield node.arg

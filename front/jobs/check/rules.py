@@ -33,7 +33,7 @@ class Finding:
 
     Attributes:
         rule: id of the rule.
-        text: what is wrong there.
+        text: the problem.
     """
 
     rule: str
@@ -46,11 +46,11 @@ class Finding:
 
 @dataclass(frozen=True, slots=True)
 class CheckReport:
-    """What a check has found.
+    """The result of a check.
 
     Attributes:
         findings: in the order of the rules.
-        not_seen: sentences about what was not found out.
+        not_seen: sentences about unknown facts.
     """
 
     findings: tuple[Finding, ...]
@@ -63,7 +63,7 @@ class Subject:
 
     Attributes:
         job: the rack and its program.
-        lines: lines of the rack file; None for a rack in Python.
+        lines: of the rack file; None for a rack in Python.
     """
 
     job: Job
@@ -83,7 +83,7 @@ class Subject:
                 yield index, slot
 
     def sent_to(self, slot: int, sent: list[SentCommand]) -> list[SentCommand]:
-        """Return the sent words of a slot, and those that may be sent to any."""
+        """Return the words sent to a slot; without any, those of an unknown slot."""
         own = [each for each in sent if each.slot == slot]
         return own or [each for each in sent if each.slot is None]
 
@@ -132,7 +132,7 @@ def _search_without_switch(subject: Subject) -> Iterator[Violation]:
 
 
 def _unused_terminals(subject: Subject) -> Iterator[Violation]:
-    """Terminals of cards that are wired in the rack file and that the program never uses."""
+    """Yield wired terminals of cards that the program never uses."""
     uses = subject.facts.uses_bit
     for index, slot in enumerate(subject.job.spec.slot if uses is not None else ()):
         for group, verb, name, at in _terminals(slot):
@@ -142,9 +142,9 @@ def _unused_terminals(subject: Subject) -> Iterator[Violation]:
 
 
 def _terminals(slot: SlotSpec) -> Iterator[tuple[str, str, str, BitPlace]]:
-    """Yield the wired terminals of a card: group, what a program does with it, name and bit.
+    """Yield the wired terminals of a card: group, use by a program, name and bit.
 
-    Of an analog channel it is a bit of its word: who uses the word, uses the bit.
+    The bit of an analog channel is one of its word: using the word uses the bit.
     """
     words = slot.words
     for group, verb, image, names in (
@@ -160,7 +160,7 @@ def _terminals(slot: SlotSpec) -> Iterator[tuple[str, str, str, BitPlace]]:
 
 
 def _unknown_tags(subject: Subject) -> Iterator[Violation]:
-    """Patterns of `tags` that a run would refuse."""
+    """Yield patterns of `tags` that a run would refuse."""
     for index, pattern in enumerate(subject.job.spec.tags):
         try:
             tags_of(subject.job.logic, [pattern], bytearray(SLOT_BYTES))
@@ -181,7 +181,7 @@ class Rule(NamedTuple):
 
     Attributes:
         id: its name on the command line and in JSON.
-        check: yields where a rack breaks it.
+        check: yields the places that break it.
     """
 
     id: str
@@ -226,7 +226,7 @@ def check_rack(job: Job) -> CheckReport:
 
 
 def facts_of(job: Job) -> Facts:
-    """Return what can be read of a rack's program."""
+    """Return the facts of a rack's program."""
     if isinstance(job.logic, LadderLogic):
         return ladder_facts(job.logic, job.program, job.spec)
     if job.program.suffix == ".py":

@@ -38,7 +38,7 @@ SEARCH = "home"
 """The method of an axis that starts a home search."""
 
 FROM_STARTING_SPEED = (SEARCH, "move_to", "move_by")
-"""Commands whose speed may not be below the starting speed [3601 manual, chapter 6, Invalid Profile]."""
+"""Commands whose speed must reach the starting speed [3601 manual, chapter 6, Invalid Profile]."""
 
 
 class Calls:
@@ -46,7 +46,7 @@ class Calls:
 
     Args:
         axes: the axes of the program by name.
-        classes: the class of the program and those that it inherits from; `self` of another has other axes.
+        classes: the class of the program and its bases; `self` of another class has other axes.
     """
 
     def __init__(self, reader: Reader, axes: Mapping[str, Axis3601], classes: Collection[type]) -> None:
@@ -56,7 +56,7 @@ class Calls:
         self._commands = [(axes[name], call) for call in self._calls if (name := _owner(call)) in axes]
 
     def searches(self) -> Iterator[tuple[FileLine, Axis3601]]:
-        """Yield where home searches start, with their axes."""
+        """Yield the starts of home searches, with their axes."""
         for axis, call in self._commands:
             if _method(call) == SEARCH:
                 yield self._place(call), axis
@@ -84,7 +84,7 @@ class Calls:
         return FileLine(self._reader.file, call.lineno)
 
     def _refusal(self, axis: Axis3601, call: ast.Call) -> str:
-        """Return why the constants of a command are refused; empty if they are not."""
+        """Return why the constants of a command are refused, or an empty text."""
         neutral = {**NEUTRAL, "speed": axis.configuration.starting_speed}
         arguments = self._arguments(axis, call, neutral)
         for each in variants(arguments) if arguments else ():
@@ -117,7 +117,7 @@ class Calls:
         return arguments
 
     def _no_time(self, kind: Any, call: ast.Call) -> str:
-        """Return what is wrong with the time of a wait; empty if nothing, or if it is not known."""
+        """Return the problem of a wait's time; empty if it has none, or is unknown."""
         if _unpacks(call):
             return ""
         try:
@@ -163,7 +163,7 @@ def _bound(of: Signature, call: ast.Call) -> dict[str, ast.expr]:
 
 
 def _misfit(axis: Axis3601, call: ast.Call) -> str:
-    """Return why a method of an axis can't be called so; empty if it can, or if that is not known."""
+    """Return why a method of an axis can't be called with these arguments; empty if it can, or if unknown."""
     name = _method(call)
     method = getattr(axis, name, None)
     if not callable(method):

@@ -1,7 +1,7 @@
 """Facts of a program with sequences, from the declarations of its class and from its text.
 
     axis = Axis3601(1, Configuration(...))        the configuration of slot 1
-    start = Input("Local:2:I.Data.0")             a place, which the rack has or has not
+    start = Input("Local:2:I.Data.0")             a place, which the rack has or lacks
     await self.axis.move_to(9_000_000, ...)       a command with constants; unknown values are legal
     while True: self.count += 1                   a loop that never waits
 
@@ -33,11 +33,7 @@ _PROBLEM = re.compile(r"(?P<file>.*?):(?P<line>\d+): (?P<text>.*)")
 
 
 def sequence_facts(path: Path, program: Logic, spec: RackSpec) -> Facts:
-    """Read the facts of a program with sequences.
-
-    Args:
-        program: an instance of its class.
-    """
+    """Read the facts of a program with sequences, from an instance of its class."""
     logic = fresh(program)
     texts = list(_texts(type(program), path))
     facts = Facts(not_seen=["values that the program computes"])
@@ -60,7 +56,7 @@ def sequence_facts(path: Path, program: Logic, spec: RackSpec) -> Facts:
 
 
 def _misplaced(logic: Logic, spec: RackSpec, path: Path) -> Iterator[Remark]:
-    """Yield what the class declares and the rack does not have, or what two own."""
+    """Yield declarations that the rack lacks, or that two owners claim."""
     slots = bare_slots({slot.number: slot.words for slot in spec.slot})
     try:
         logic.__attach_logic__(slots)
@@ -74,7 +70,7 @@ def _misplaced(logic: Logic, spec: RackSpec, path: Path) -> Iterator[Remark]:
 
 
 def _texts(program: type, path: Path) -> Iterator[tuple[Path, ast.Module, Mapping[str, Any]]]:
-    """Yield file, text and names of the modules of a class and of those that it inherits from."""
+    """Yield file, text and names of the modules of a class and of its bases."""
     seen = set()
     for kind in program.__mro__:
         module = sys.modules.get(kind.__module__)
