@@ -1,4 +1,4 @@
-"""Working on a running program: watch it, stop it, force it, and ask it why."""
+"""Debugging a running program: observe, stop, force, and ask for causes."""
 
 from .crossref import CrossReference, Mention, cross_reference
 from .debugger import BreakpointStop, Debugger

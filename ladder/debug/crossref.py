@@ -1,4 +1,4 @@
-"""Cross reference: which instruction reads or writes a tag, and in which rung."""
+"""Cross reference: the instructions that read or write a tag, with their rungs."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ BOTH_WAYS = frozenset(
         Use.ALARM_ANALOG,
     }
 )
-"""Uses in which an instruction reads its operand and writes it."""
+"""Uses that read and write their operand."""
 
 TARGETS = WRITTEN | BOTH_WAYS | {Use.RESETTABLE}
-"""Uses in which an instruction writes its operand."""
+"""Uses that write their operand."""
 
 STRETCHES = frozenset({Use.SOURCE, Use.DESTINATION, Use.TABLE, Use.ARRAY})
-"""Uses in which an operand may reach further than its first element."""
+"""Uses whose operand may extend beyond its first element."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,12 +42,9 @@ class Mention:
     """An operand of an instruction.
 
     Attributes:
-        site: program, routine, rung and instruction.
-        where: what it is.
+        where: the resolved operand.
         text: the address as written.
-        reads: whether the instruction reads it.
-        writes: whether it writes it.
-        stretch: whether it may reach beyond the element it names.
+        stretch: whether it may extend beyond the named element.
     """
 
     site: Site
@@ -68,11 +65,7 @@ class Mention:
 
 
 class CrossReference:
-    """All mentions of tags in a program.
-
-    Args:
-        lowered: the program.
-    """
+    """All mentions of tags in a program."""
 
     def __init__(self, lowered: LoweredProgram) -> None:
         self._lowered = lowered
@@ -84,7 +77,7 @@ class CrossReference:
         return tuple(_once(_mentions(self._lowered, lambda _operand: True)))
 
     def of(self, tag: str) -> tuple[Mention, ...]:
-        """Return the mentions of a tag, of parts of it, and of what it is a part of.
+        """Return the mentions of a tag, of its parts, and of what contains it.
 
         Args:
             tag: an address: `Run`, `Fill.DN`, `Data[3]`, `axis.status.MOVE_COMPLETE`.
@@ -101,18 +94,12 @@ class CrossReference:
 
 
 def cross_reference(lowered: LoweredProgram) -> CrossReference:
-    """Return the cross reference of a program that has been built (`Program.build`)."""
+    """Return the cross reference of a built program (`Program.build`)."""
     return CrossReference(lowered)
 
 
 def overlap(a: Place | Group, b: Place | Group, *, stretch: bool = False) -> bool:
-    """Tell whether two operands may share memory; computed subscripts may be any.
-
-    Args:
-        a: the one.
-        b: the other.
-        stretch: `b` may reach beyond the element it names.
-    """
+    """Whether two operands may share memory; with `stretch`, `b` extends beyond the named element."""
     path_a, path_b = _path(a), _path(b)
     if path_a != path_b and not path_a.startswith(f"{path_b}.") and not path_b.startswith(f"{path_a}."):
         return False
@@ -179,12 +166,7 @@ def _in_call(
 def placed_in(
     lowered: LoweredProgram, handed: Mapping[str, Place | Group], operand: Place | Group
 ) -> Place | Group:
-    """Return what an operand of an add-on instruction is in the program.
-
-    Args:
-        lowered: the program.
-        handed: the instance and what is passed, by `Leaf.root`.
-    """
+    """Return an operand of an add-on instruction in the program; `handed`: arguments by `Leaf.root`."""
     leaf = first_leaf(operand)
     if not leaf.root:
         return operand

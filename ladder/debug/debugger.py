@@ -1,4 +1,4 @@
-"""The debugger: a ladder program that can be stopped, forced, looked into, and asked why."""
+"""The debugger: breakpoints, forces, pictures and causes for a running program."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ from .watched import Change, shown
 from .watching import WatchedEngine
 
 Condition = Callable[["Debugger"], Any] | str
-"""Something to run to: a function of the debugger, or the address of a bit that is to be on."""
+"""A condition of a run: a function of the debugger, or the address of a bit."""
 
 Truths = Mapping[LineKey, tuple[bool, ...]]
-"""Power behind each instruction, by routine and number of the rung."""
+"""Power after each instruction, by routine and rung number."""
 
 PICTURED = 100
-"""Scans that note the power of all rungs after a question about it: a second of most programs."""
+"""Scans that note the power of all rungs after a query: a second of most programs."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +42,7 @@ class BreakpointStop:
     Attributes:
         scan: number of the scan, from 0.
         now_ns: its virtual time.
-        text: which breakpoint, and what happened.
+        text: the breakpoint and the event.
     """
 
     scan: int
@@ -54,27 +54,25 @@ class BreakpointStop:
 
 
 class Debugger:
-    """A ladder program under observation; callable as the logic of a rack, as the program itself is.
+    """A ladder program under observation; callable as the logic of a rack, like the program.
 
-    It runs compiled, holds what is forced, and notes the power of the rungs on which there are breakpoints. A
-    question about a scan is answered by running that scan again (see `journal`); after `truth`, the power
-    of all rungs is noted for a while. A program that has routines in Python, which may remember things of
-    their own, is interpreted in every scan. A breakpoint is met at the end of the scan in which it is: a
-    scan is always finished, as in a controller.
+    It runs compiled, holds forces, and notes the power of rungs with breakpoints. A query about a scan runs
+    that scan again (see `journal`); after `truth`, the power of all rungs is noted for a while. A program
+    with routines in Python, which may have state of their own, is interpreted in every scan. A breakpoint is
+    met at the end of a scan: a scan is always finished, as in a controller.
 
     Attributes:
-        interpreted: whether every scan is interpreted, as programs with routines in Python always are.
-        stops: the breakpoints that were met in the latest scan.
-        latest: what went into the latest scan from outside; None before the first, and where nothing has to
-            be remembered and nothing was set from outside.
-        news: counts changes of `latest` and of what is forced.
-        edits: edits of the running program, each with the number of the first scan after it.
-        on_edit: called with every edit, once the edited program is in place.
-        on_outside: called after a tag was set or forced between scans, or released.
+        interpreted: whether every scan is interpreted, as always with routines in Python.
+        stops: the breakpoints met in the latest scan.
+        latest: the inputs of the latest scan; None before the first, and if nothing is remembered or was set
+            from outside.
+        news: counts changes of `latest` and of forces.
+        edits: online edits, each with the number of the first scan after it.
+        on_edit: called after each online edit.
+        on_outside: called after a tag was set, forced or released between scans.
 
     Args:
-        program: the program; it is built if that has not been done.
-        remembered: snapshots of the memory that are kept, one per `journal.EVERY` scans. With 0 scans are
+        remembered: maximum snapshots of the memory, one per `journal.EVERY` scans. With 0, scans are
             remembered only while there are breakpoints on rungs.
 
     Raises:
@@ -120,13 +118,12 @@ class Debugger:
         self._plain = not (self._remembered or self.interpreted or copies or looking)
 
     def edit(self, program: LadderLogic) -> Edit:
-        """Go on with an edited program, between two scans: an online edit, see `LadderLogic.take_over`.
+        """Continue with an edited program, between two scans: an online edit, see `LadderLogic.take_over`.
 
-        Breakpoints are taken away, and so are forces of tags that the program has no longer. Scans before
-        the edit ran another program and are not remembered.
+        Breakpoints are cleared, as are forces of removed tags and the memory of earlier scans.
 
         Raises:
-            BuildError: the edited program can't be built; the present one goes on.
+            BuildError: the edited program can't be built; the current one continues.
         """
         engine = WatchedEngine(program.build(), program.scanner)
         edit = carry_over(self._engine, engine)
@@ -147,7 +144,7 @@ class Debugger:
 
     @property
     def engine(self) -> WatchedEngine:
-        """The engine that runs the program; another one after an edit."""
+        """The current engine; an edit replaces it."""
         return self._engine
 
     @property
@@ -174,11 +171,7 @@ class Debugger:
             self._do_noted(self._engine, scan.now_ns, first=scan.first)
 
     def scan(self, scans: int = 1, ms: float = STEP_MS) -> tuple[BreakpointStop, ...]:
-        """Do scans without a rack, until a breakpoint is met; return those that are.
-
-        Args:
-            scans: how many at most.
-            ms: time from scan to scan.
+        """Do at most `scans` scans without a rack, `ms` apart; return the breakpoints met.
 
         Raises:
             LadderFault: a major fault.
@@ -234,12 +227,7 @@ class Debugger:
             engine.note(tuple(self._on_rungs))
 
     def run_until(self, condition: Condition, limit: int, ms: float = STEP_MS) -> bool:
-        """Do scans without a rack until a condition holds; return whether it does.
-
-        Args:
-            condition: what is waited for.
-            limit: scans at most; a breakpoint ends the run, too.
-            ms: time from scan to scan.
+        """Do at most `limit` scans without a rack until a condition or a breakpoint; return the condition.
 
         Raises:
             LadderError: there is no such tag.
@@ -251,16 +239,16 @@ class Debugger:
         return self.holds(condition)
 
     def holds(self, condition: Condition) -> bool:
-        """Tell whether a condition holds now."""
+        """Whether a condition holds now."""
         return bool(self.tags[condition] if isinstance(condition, str) else condition(self))
 
     # --- breakpoints
 
     def break_at(self, routine: str, rung: int) -> None:
-        """Set a breakpoint that is met when a rung becomes true, from its first instruction to its last.
+        """Set a breakpoint on a rung that becomes true up to its last instruction.
 
-        In structured text it is met when a line runs, and is true if it is a condition, after a scan in
-        which it did not.
+        In structured text it is met when a line runs, with a true condition, after a scan in which it did
+        not.
 
         Args:
             rung: number of the rung, or of the line.
@@ -275,16 +263,12 @@ class Debugger:
         self._settle()
 
     def break_on(self, tag: str) -> None:
-        """Set a breakpoint that is met when a tag has another value than a scan before.
-
-        Raises:
-            LadderError: there is no such tag.
-        """
+        """Set a breakpoint on a change of a tag from scan to scan; a LadderError without such a tag."""
         self._on_tags[tag] = self.tags[tag]
         self._settle()
 
     def clear_breakpoints(self) -> None:
-        """Take all breakpoints away."""
+        """Remove all breakpoints."""
         self._on_rungs.clear()
         self._on_tags.clear()
         self._settle()
@@ -327,8 +311,7 @@ class Debugger:
             value: of the tag's type.
 
         Raises:
-            ValueError: there is no such tag, it is an image or more than one value, or the value
-                does not fit.
+            ValueError: there is no such tag, it is an image or not a single value, or the value does not fit.
         """
         place = self._single(tag)
         key, mask = self._key(place)
@@ -351,11 +334,7 @@ class Debugger:
         self._engine.hold(forces)
 
     def unforce(self, tag: str | None = None) -> None:
-        """Let a forced tag go, or all of them; it stays as it is until the program writes it.
-
-        Raises:
-            ValueError: the tag is not forced.
-        """
+        """Release one force or all; the tag keeps its value. A ValueError if it is not forced."""
         if tag is None:
             self._forces.clear()
             self._hold({})
@@ -399,9 +378,9 @@ class Debugger:
         """Return the truth of a routine's rungs in the latest scan.
 
         Returns:
-            For each rung the power after each of its instructions, in the order in which they
-            execute; None for a rung that was not scanned. For each line of structured text, by its number,
-            whether it ran and was true; None for one that did not run.
+            For each rung the power after each instruction, in order of execution; None for a rung that was
+            not scanned. For each line of structured text, by number, whether it ran and was true; None if it
+            did not run.
 
         Raises:
             LadderError: there is no such routine.
@@ -429,7 +408,7 @@ class Debugger:
         return self._journal.again(self.scans - 1).truths if again else engine.truths
 
     def picture(self, routine: str, rungs: Sequence[int] | None = None, width: int = 96) -> str:
-        """Return a routine drawn with box characters; wires with power in the latest scan are heavy."""
+        """Return a routine in box characters; wires with power in the latest scan are heavy."""
         from ..draw import captions_of, routine_text  # most runs draw nothing
 
         captions = captions_of(self.program.add_ons.values())
@@ -444,27 +423,23 @@ class Debugger:
         return routines_svg(routines, width, truths, captions_of(self.program.add_ons.values()))
 
     def routine_now(self, routine: str) -> Routine:
-        """Return a routine whose timers and counters show their present PRE and ACC.
-
-        Raises:
-            LadderError: there is no such routine.
-        """
+        """Return a routine with the current PRE and ACC of timers and counters."""
         found = self._routine(routine)
         return with_values(found, self._engine.tags_of(program_of(found.name)))
 
     @property
     def cross_reference(self) -> CrossReference:
-        """Where every tag is read and written."""
+        """Return the cross reference of the program."""
         if self._cross_reference is None:
             self._cross_reference = CrossReference(self._engine.lowered)
         return self._cross_reference
 
     def last_change(self, tag: str) -> Change | None:
-        """Return the last change of a tag that is remembered, see `Inquiry.last_change`."""
+        """Return the last remembered change of a tag, see `Inquiry.last_change`."""
         return self._inquiry.last_change(tag)
 
     def why(self, tag: str) -> str:
-        """Say why a tag is as it is, see `Inquiry.why`."""
+        """Return the cause of a tag's value, see `Inquiry.why`."""
         return self._inquiry.why(tag)
 
     @property

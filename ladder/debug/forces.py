@@ -1,8 +1,8 @@
-"""Forces: values that stay, whatever a program writes.
+"""Forces: values that no program can change.
 
-A value in a variable of its own is held by the compiled program, see `compiler.observed`. A value in a list
-is held by the list against every writer: an array, a copy, an add-on instruction on its
-instance. The interpreter writes through the memory, which holds both.
+The compiled program holds a value in a variable, see `compiler.observed`. A list holds its own forced
+elements against every writer: an array, a copy, an add-on instruction on its instance. The interpreter writes
+through the memory, which holds both.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ from ..model.tags import Layout, Leaf
 from ..state.memory import Value
 
 Force = tuple[int | None, Value]
-"""A mask of the bits that are forced, None for the whole value; and their values."""
+"""A mask of forced bits, None for the whole value; and their values."""
 
 Forces = Mapping[tuple[str, int], Force]
-"""Forces by identifier of the leaf and number of the element."""
+"""Forces by leaf identifier and flat index."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,10 +30,10 @@ class ForcedValue:
     """A forced value.
 
     Attributes:
-        leaf: what is forced.
-        index: which element of it.
-        left: the bits that are not forced, as a value of the leaf's type; None if all are.
-        value: the others, all others 0.
+        leaf: the forced leaf.
+        index: the forced element.
+        left: mask of the unforced bits, as a value of the leaf's type; None if all are forced.
+        value: the forced bits.
     """
 
     leaf: Leaf
@@ -42,7 +42,7 @@ class ForcedValue:
     value: Value
 
     def merged(self, value: Any) -> Any:
-        """Return a value with the forced bits in it."""
+        """Return a value with the forced bits."""
         return self.value if self.left is None else value & self.left | self.value
 
 
@@ -61,11 +61,7 @@ def _held(leaf: Leaf, index: int, force: Force) -> ForcedValue:
 
 
 class HeldList(list[Any]):
-    """A list of which some elements are forced.
-
-    Attributes:
-        held: the forced elements by number.
-    """
+    """A list with forced elements `held`, by number."""
 
     __slots__ = ("held",)
 
@@ -89,7 +85,7 @@ class HeldList(list[Any]):
 
 
 def in_lists(layout: Layout, held: Iterable[ForcedValue]) -> dict[str, dict[int, ForcedValue]]:
-    """Return the forced values that lie in lists, by the list's identifier and their number in it."""
+    """Return the forced values in lists, by list identifier and index."""
     found: dict[str, dict[int, ForcedValue]] = {}
     for each in held:
         spot = layout.spot(each.leaf)
@@ -101,12 +97,12 @@ def in_lists(layout: Layout, held: Iterable[ForcedValue]) -> dict[str, dict[int,
 
 
 def in_variables(layout: Layout, held: Iterable[ForcedValue]) -> tuple[ForcedValue, ...]:
-    """Return the forced values that have a variable of their own."""
+    """Return the forced values in variables of their own."""
     return tuple(each for each in held if not each.leaf.dims and layout.spot(each.leaf) is None)
 
 
 def names_of(held: Iterable[ForcedValue]) -> dict[str, Value]:
-    """Return what the compiled program names to hold variables."""
+    """Return the compiled program's variables for forces."""
     names: dict[str, Value] = {}
     for each in held:
         names[held_name(each.leaf.ident)] = each.value

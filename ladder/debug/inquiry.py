@@ -1,4 +1,4 @@
-"""Questions about a program after a scan: what has changed a tag, and why it has its value."""
+"""Queries after a scan: the last change of a tag, and the cause of its value."""
 
 from __future__ import annotations
 
@@ -26,14 +26,7 @@ class Past(Protocol):
 
 
 class Inquiry:
-    """Answers questions about a program.
-
-    Args:
-        engine: the program in its present state.
-        past: its scans.
-        forced: the tags that are forced.
-        cross_reference: where its tags are read and written.
-    """
+    """Answers queries about a program, from its engine, past scans, forces and cross reference."""
 
     def __init__(
         self, engine: WatchedEngine, past: Past, forced: Container[str], cross_reference: CrossReference
@@ -43,9 +36,7 @@ class Inquiry:
         self._resolver = Resolver(engine.lowered.layout)
 
     def last_change(self, tag: str) -> Change | None:
-        """Return the last change of a tag that is remembered, None if it has not changed since.
-
-        A change is one from the end of a scan to the end of the next.
+        """Return the last remembered change of a tag from the end of a scan to the end of the next, or None.
 
         Raises:
             LadderError: there is no such tag.
@@ -61,11 +52,7 @@ class Inquiry:
         return telling(changes_of(self._past.again(scan).history, where), where)
 
     def why(self, tag: str) -> str:
-        """Say why a tag has its value: the scan and the rung that last changed it, and what was false there.
-
-        Raises:
-            LadderError: there is no such tag.
-        """
+        """Explain a tag's value: scan and rung of its last change, and the false conditions there."""
         value = self._engine.tags[tag]
         where = self._resolver.named(tag)
         if self._resolver.full_name(tag) in self._forced:

@@ -1,7 +1,7 @@
-"""The journal of a run: what goes into a program from outside, so that any scan can be run again.
+"""The journal of a run: a program's external inputs, so that any scan can be run again.
 
 A program is deterministic: its memory, the input images and the time make the next memory. So it runs
-compiled, and a question about a scan is answered by running that scan again, watched, on a memory of its own:
+compiled, and a query about a scan runs that scan again, watched, on a memory of its own:
 
     snapshot      entry  entry  entry ...      snapshot      entry ...
     scan 512      512    513    514            scan 768      768
@@ -25,28 +25,28 @@ from .forces import Forces
 from .watching import WatchedEngine
 
 EVERY = 64
-"""Scans from snapshot to snapshot."""
+"""Scans per snapshot."""
 
 MOST = 8_000
-"""Snapshots that are kept, the latest ones: half a million scans."""
+"""Maximum snapshots, the latest ones: half a million scans."""
 
 NO_FORCES: Forces = {}
-"""Nothing is forced."""
+"""No forces."""
 
 Write = tuple[Leaf, int, Value]
-"""A value that was set from outside of the program."""
+"""A value set from outside of the program."""
 
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """A scan.
+    """The inputs of a scan.
 
     Attributes:
         now_ns: its virtual time.
         first: whether it began with prescan.
-        images: the input images that the program uses, in the order of the layout.
-        writes: what was set from outside since the scan before.
-        forces: what was forced.
+        images: the input images in use, in the layout's order.
+        writes: values set from outside since the previous scan.
+        forces: the forces.
     """
 
     now_ns: int
@@ -58,13 +58,7 @@ class Entry:
 
 @dataclass(slots=True)
 class Chapter:
-    """Scans from a snapshot on.
-
-    Attributes:
-        scan: number of the first one.
-        memory: the values before it, by identifier.
-        entries: the scans.
-    """
+    """A snapshot by identifier, the number of the scan after it, and the scans from there."""
 
     scan: int
     memory: dict[str, Any]
@@ -72,13 +66,12 @@ class Chapter:
 
 
 class Journal:
-    """What has gone into a program, the latest scans.
+    """The inputs of the latest scans.
 
     Args:
-        lowered: the program.
         scanner: the compiled program.
-        variants: the compiled programs that observe, see `WatchedEngine`.
-        most: snapshots that are kept, the latest ones.
+        variants: compiled variants for observers, see `WatchedEngine`.
+        most: maximum snapshots.
     """
 
     def __init__(
@@ -95,29 +88,24 @@ class Journal:
 
     @property
     def scans(self) -> range:
-        """Numbers of the scans that are remembered."""
+        """Numbers of the remembered scans."""
         if not self._chapters:
             return range(0)
         last = self._chapters[-1]
         return range(self._chapters[0].scan, last.scan + len(last.entries))
 
     def begin(self, memory: Memory, scan: int) -> None:
-        """Take a snapshot if one is due: before anything was written, and after every `EVERY` scans.
-
-        Args:
-            memory: the program's, as it is before that scan.
-            scan: number of the next scan.
-        """
+        """Take a snapshot before scan number `scan` if one is due: at the start, and every `EVERY` scans."""
         if not self._chapters or len(self._chapters[-1].entries) == EVERY:
             self._chapters.append(Chapter(scan, snapshot(memory), []))
 
     def begin_anew(self, memory: Memory, scan: int) -> None:
-        """Forget all, and take a snapshot: scans before have not been noted."""
+        """Drop all scans and take a snapshot: earlier scans have not been noted."""
         self._chapters.clear()
         self.begin(memory, scan)
 
     def note(self, entry: Entry) -> None:
-        """Note a scan that is about to be done."""
+        """Append the inputs of the next scan."""
         self._chapters[-1].entries.append(entry)
 
     def entry(
@@ -129,15 +117,7 @@ class Journal:
         writes: tuple[Write, ...],
         forces: Forces,
     ) -> Entry:
-        """Return what goes into a scan that is about to be done.
-
-        Args:
-            memory: the program's, with the input images of this scan in it.
-            now_ns: its virtual time.
-            first: whether it begins with prescan.
-            writes: what was set from outside since the scan before.
-            forces: what is forced.
-        """
+        """Return the inputs of the next scan: images from `memory`, external writes and forces."""
         images = tuple(bytes(memory.cells[leaf.ident].cell_contents) for leaf in self._images)
         return Entry(now_ns, first, images, writes, forces)
 
@@ -145,8 +125,8 @@ class Journal:
         """Run again up to a scan, watch that one, and return the engine after it.
 
         Args:
-            noted: note its power in the compiled program, which is faster and tells nothing else; a scan with
-                a fault is watched all the same.
+            noted: only note its power in the compiled program, which is faster; a scan with a fault is
+                watched anyway.
 
         Raises:
             ValueError: the scan is not remembered.
@@ -166,11 +146,7 @@ class Journal:
         return self.again(scan) if noted and engine.broken_off else engine
 
     def last_change(self, read: Callable[[WatchedEngine], Any]) -> int | None:
-        """Return the last scan that changed a value, None without one.
-
-        Args:
-            read: reads the value.
-        """
+        """Return the last scan that changed the value that `read` returns, or None."""
         for chapter in reversed(self._chapters):
             found = None
             for scan, before, after in self._values(chapter, read):
@@ -213,7 +189,7 @@ class Journal:
 
 
 def snapshot(memory: Memory) -> dict[str, Any]:
-    """Return all values of a memory, by identifier of the variable."""
+    """Return all values of a memory by identifier."""
     images = {leaf.ident for leaf in memory.layout.images}
     found: dict[str, Any] = {}
     for ident, cell in memory.cells.items():
@@ -225,7 +201,7 @@ def snapshot(memory: Memory) -> dict[str, Any]:
 
 
 def restore(memory: Memory, values: dict[str, Any]) -> None:
-    """Set all values of a memory to those of a snapshot."""
+    """Set all values of a memory from a snapshot."""
     for ident, cell in memory.cells.items():
         value = values[ident]
         if not isinstance(value, list):

@@ -1,4 +1,4 @@
-r"""Tags by pattern, and the expressions that read them: for a recorder.
+r"""Tags by pattern, with the Python expressions that read them, for a recorder.
 
 An expression is Python over the variables of the compiled program, the cells of its memory.
 
@@ -29,16 +29,16 @@ from ..model.types import DataType, Elementary, Member, Structure, count_of
 
 TEXT = "TEXT"
 _PACKED = re.compile(r"(?P<host>\w+)\.(?P<bit>\d+)")
-"""What a packed bit is another name of."""
+"""Host and bit of a packed bit."""
 
 
 @dataclass(frozen=True, slots=True)
 class TagValue:
-    """A value, or the elements of an array, of a program.
+    """A value or an array of a program.
 
     Attributes:
-        name: its full name; of an array see `io_images.tag_names`.
-        type: name of its elementary type, such as DINT; TEXT for a STRING.
+        name: its full name; for an array see `io_images.tag_names`.
+        type: its elementary type, such as DINT; TEXT for a STRING.
         length: elements of an array; 0 for a single value.
         source: the expression that reads it: `*name` for an array, length and data for a TEXT.
     """
@@ -50,14 +50,14 @@ class TagValue:
 
 
 class ImageNamedError(LadderError):
-    """A pattern means a part of a module's image, which is not a tag."""
+    """A pattern that matches a part of a module's image, which is not a tag."""
 
 
 def tag_values(layout: Layout, patterns: Sequence[str]) -> list[TagValue]:
-    """Return what patterns mean, each value once, in the order of the patterns.
+    """Return the values of patterns, each once, in the patterns' order.
 
     Raises:
-        LadderError: a pattern that matches nothing, with the closest tag; or part of an image.
+        LadderError: a pattern without a match, with the closest tag; or part of an image.
     """
     found: dict[str, TagValue] = {}
     known = list(_all_values(layout))
@@ -93,14 +93,10 @@ def _matching(layout: Layout, known: Sequence[TagValue], pattern: str) -> list[T
 
 
 def matches_part(pattern: str, name: str, *, fold: bool = False) -> bool:
-    """Return whether a pattern matches a name, or the part before a dot or a subscript in it.
+    """Whether a pattern with `*` and `?` matches a name, or its part before a dot or a subscript.
 
     >>> matches_part("Fill", "Fill.ACC"), matches_part("Fi", "Fill.ACC"), matches_part("*.acc", "Fill.ACC")
     (True, False, False)
-
-    Args:
-        pattern: a name, with `*` and `?`; brackets are subscripts.
-        fold: case does not matter.
     """
     text = "".join({"*": ".*", "?": "."}.get(each, re.escape(each)) for each in pattern)
     return re.match(rf"{text}(?:[.\[]|$)", name, re.IGNORECASE if fold else 0) is not None

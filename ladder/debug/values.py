@@ -1,4 +1,4 @@
-"""Rungs with the values of a running program: the present PRE and ACC, LEN and POS."""
+"""Rungs with the current values of PRE and ACC, LEN and POS."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from ..run.view import Tags
 
 
 def with_values(routine: Routine, tags: Tags) -> Routine:
-    """Return a routine whose timers show their present PRE and ACC, and file instructions LEN and POS.
+    """Return a routine with the current PRE and ACC of timers, LEN and POS of file instructions.
 
-    A timer whose subscript is an expression, or out of range, keeps what the rung says.
+    A timer with a computed subscript, or one out of range, keeps the rung's values.
     """
     rungs = tuple(replace(rung, series=_series(rung.series, tags)) for rung in routine.rungs)
     return replace(routine, rungs=rungs)

@@ -1,4 +1,4 @@
-"""A program watched in the interpreter: the truth of its rungs, and every change of its memory."""
+"""A program watched in the interpreter: the truth of its rungs, and all changes of memory."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ from .forces import ForcedValue, Forces, HeldList, held_values, in_lists, in_var
 
 
 def shown(value: object) -> str:
-    """Return a value as text; bits as 0 and 1."""
+    """Return a value as text, bits as 0 and 1."""
     return str(int(value)) if isinstance(value, bool) else str(value)
 
 
 @dataclass(frozen=True, slots=True)
 class Blocker:
-    """A condition at which the power of a rung ended.
+    """A condition that ended the power of a rung.
 
     Attributes:
-        instruction: the instruction as text.
-        values: its tags and their values then.
+        instruction: as text.
+        values: its tags with their values then.
     """
 
     instruction: str
@@ -42,22 +42,18 @@ class Blocker:
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """A value of the memory that a program has changed.
+    """A change of a value by the program.
 
     Attributes:
-        scan: number of the scan, from 0 for the first that was watched.
-        now_ns: its virtual time, ns.
-        leaf: what was changed.
-        index: which element of it, 0 for a single value.
-        before: its value before.
-        after: its value then.
-        site: the instruction, None if a Python routine, or a test, wrote it.
+        scan: number of the scan among those watched, from 0.
+        index: flat index in the leaf.
+        site: the instruction; None for a Python routine or a test.
         power: whether the rung was true before that instruction.
-        blockers: the conditions of the rung that were false before it.
-        prescan: whether it was prescan that wrote.
-        read: of structured text: what the statement has read, and its values.
+        blockers: the false conditions before it.
+        prescan: whether prescan wrote it.
+        read: of structured text: the values that the statement read.
         inside: of structured text: the conditions around the statement, the outermost first.
-        instance: in an add-on instruction, the instance whose routine it was; "" in a program.
+        instance: in an add-on instruction, its instance; "" in a program.
     """
 
     scan: int
@@ -86,14 +82,14 @@ class _CurrentRung:
 
 
 class WatchedMemory(Memory):
-    """Memory that reports changes, and in which values can be forced.
+    """Memory that reports changes and holds forces.
 
     Attributes:
         watcher: called at every change while a scan is watched.
-        outside: collects what is written between scans, None while it is not wanted.
-        on_outside: called after each such write.
-        forces: what is forced; the mapping is replaced, never changed, see `hold`.
-        held: the same, with the leaves.
+        outside: collects external writes between scans, unless None.
+        on_outside: called after each external write.
+        forces: replaced, never changed, see `hold`.
+        held: the forces with their leaves.
     """
 
     watcher: Callable[[Leaf, int, Value, Value], None] | None = None
@@ -103,7 +99,7 @@ class WatchedMemory(Memory):
     held: Mapping[tuple[str, int], ForcedValue] = NOTHING  # type: ignore[assignment]
 
     def hold(self, forces: Forces) -> tuple[ForcedValue, ...]:
-        """Hold these values from now on and no others; return those that have a variable of their own."""
+        """Replace all forces; return those in variables of their own."""
         held = held_values(self.layout, forces)
         self.forces = forces
         self.held = {(each.leaf.ident, each.index): each for each in held}
@@ -120,7 +116,7 @@ class WatchedMemory(Memory):
             self._lists[ident] = values
 
     def write(self, leaf: Leaf, index: int, value: Value) -> None:
-        """Set a value, as far as it is not forced; report a change."""
+        """Set a value unless it is forced; report a change."""
         watcher = self.watcher
         after = self.forced(leaf, index, value) if self.held else value
         if watcher is None:
@@ -136,16 +132,16 @@ class WatchedMemory(Memory):
 
     @override
     def column(self, leaf: Leaf, begin: int, step: int, count: int) -> None:
-        """Let every value be written by itself."""
+        """Return None, so that every value is written singly."""
 
     def forced(self, leaf: Leaf, index: int, value: Value) -> Value:
-        """Return a value with the forces of its place in it."""
+        """Return a value with the forces of its place."""
         held = self.held.get((leaf.ident, index))
         return value if held is None else held.merged(value)
 
 
 class WatchedInterpreter(Interpreter):
-    """An interpreter that notes the truth of every rung it executes."""
+    """An interpreter that notes the truth of every rung."""
 
     def __init__(self, *parts: object) -> None:
         super().__init__(*parts)  # type: ignore[arg-type]  # as the base takes them
@@ -235,7 +231,7 @@ class WatchedInterpreter(Interpreter):
         return behind
 
     def copy_parameters(self, copies: tuple[tuple[Node, ...], ...], *, prescan: bool = False) -> None:
-        """The rungs that copy arguments in and results out are not instructions of the rung."""
+        """Copy parameters without noting them: those rungs are no part of the program."""
         self._silent += 1
         try:
             super().copy_parameters(copies, prescan=prescan)
@@ -243,7 +239,7 @@ class WatchedInterpreter(Interpreter):
             self._silent -= 1
 
     def blockers(self) -> tuple[Blocker, ...]:
-        """Return the conditions of the present rung at which power has ended so far."""
+        """Return the conditions of the current rung that ended power so far."""
         return tuple(map(self._blocker, self.running[-1].blocked)) if self.running else ()
 
     def _blocker(self, step: LoweredStep) -> Blocker:
@@ -279,13 +275,13 @@ class WatchedInterpreter(Interpreter):
 
     @property
     def instance(self) -> str:
-        """The instance whose routine runs, "" outside of add-on instructions."""
+        """The current instance, "" outside of add-on instructions."""
         own = self.frame.get(OWN)
         return own.text if isinstance(own, InterpretedAddOnStore) else ""
 
     @property
     def present(self) -> Site | None:
-        """The instruction that executes, None outside of rungs."""
+        """The current instruction, None outside of rungs."""
         return self.lowered.sites[self.site] if self.running or self.prescanning else None
 
 

@@ -1,7 +1,7 @@
-"""An engine that can be watched while it runs: compiled, or in the interpreter.
+"""An engine that can be watched: compiled, or in the interpreter.
 
-Changes are watched in the interpreter: it executes the tree plainly, and the compiler has to equal it. The
-compiled program notes the power of rungs and holds forces where that is wanted, see `compiler.observed`.
+Changes are watched in the interpreter, the compiler's reference. The compiled program can note the power of
+rungs and hold forces, see `compiler.observed`.
 """
 
 from __future__ import annotations
@@ -29,20 +29,16 @@ from .watched import Change, WatchedInterpreter, WatchedMemory
 
 
 class WatchedEngine(Engine):
-    """An engine that can be watched: it runs compiled, or, while it is watched, in the interpreter.
+    """An engine that runs compiled, or, while it is watched, in the interpreter.
 
     Attributes:
         watching: whether the next scans are watched.
-        noted: the lines whose power is noted.
-        variants: the compiled programs that observe; engines of one program may share them.
-        broken_off: whether a fault has ended the latest scan, or a rung of it.
-        history: what has changed in scans that were watched.
+        noted: the noted lines.
+        variants: compiled variants for observers; engines of one program may share them.
+        broken_off: whether a fault ended the latest scan, or a rung of it.
+        history: changes in watched scans.
         scans: number of scans so far.
-        outside: what was written before the next scan from outside of the program.
-
-    Args:
-        lowered: the program.
-        scanner: the compiled program.
+        outside: external writes before the next scan.
     """
 
     memory_type = WatchedMemory
@@ -73,7 +69,7 @@ class WatchedEngine(Engine):
     # --- what is observed
 
     def hold(self, forces: Forces) -> None:
-        """Hold these values from the next scan on and no others; the mapping is kept and must not change."""
+        """Replace all forces from the next scan on; the mapping is kept and must not change."""
         if forces is self.memory.forces:
             return
         self._variables = self.memory.hold(forces)
@@ -81,7 +77,7 @@ class WatchedEngine(Engine):
         self._bound = None
 
     def note(self, lines: tuple[LineKey, ...]) -> None:
-        """Note the power of these lines from the next scan on, and of no others."""
+        """Note the power of only these lines from the next scan on."""
         if lines is not self.noted and lines != self.noted:
             self.noted = lines
             self._notes, self._blank, self._readings = [], [], ()
@@ -99,7 +95,7 @@ class WatchedEngine(Engine):
 
     @property
     def truths(self) -> Mapping[LineKey, tuple[bool, ...]]:
-        """The truth of the lines in the latest scan: of all if it was watched, else of those noted."""
+        """The truth of lines in the latest scan: all if it was watched, else the noted ones."""
         if self.watching:
             return dict(self.interpreter.truths)
         truths = {}
@@ -110,7 +106,7 @@ class WatchedEngine(Engine):
         return truths
 
     def true_at_end(self, key: LineKey) -> bool:
-        """Return whether a line ran in the latest scan, which was compiled, and was true at its end.
+        """Whether a line was true at its end in the latest, compiled scan.
 
         A line that does nothing when compiled is not noted, and never true.
         """
@@ -138,11 +134,7 @@ class WatchedEngine(Engine):
     # --- scans
 
     def do(self, now_ns: int, *, first: bool) -> None:
-        """Do one scan.
-
-        Raises:
-            LadderFault: a major fault.
-        """
+        """Do one scan; may raise a LadderFault."""
         compiled = self._compiled
         if self._scan is not compiled or self._bound is not compiled or self.outside or self.watching:
             self._do(now_ns, first=first)
@@ -185,7 +177,7 @@ class WatchedEngine(Engine):
         return self.scheduler.handled if self.scheduler is not None else 0
 
     def apply_forces(self) -> None:
-        """Put the forced values into the memory."""
+        """Write the forced values to the memory."""
         self._unapplied = False
         memory = self.memory
         for each in memory.held.values():

@@ -1,4 +1,4 @@
-"""Why a tag has its value, in a sentence, from the remembered changes."""
+"""The cause of a tag's value in a sentence, from the remembered changes."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from .watched import Change, shown
 
 
 def changes_of(history: Iterable[Change], where: Place | Group) -> list[Change]:
-    """Return the changes of a place, or of any part of a group, oldest first; hidden members are left out."""
+    """Return the changes of a place or of parts of a group, oldest first, without hidden members."""
     return [each for each in history if HIDDEN not in each.leaf.path and _concerns(each, where)]
 
 
 def telling(changes: Sequence[Change], where: Place | Group) -> Change | None:
-    """Return the change that says most: of a timer or counter the last one of a status bit, else the last."""
+    """Return the most relevant change: of a timer or counter the last one of a status bit, else the last."""
     bits = [each for each in changes if each.leaf.type.is_bool] if is_counted(where) else []
     ranked = bits or changes
     return ranked[-1] if ranked else None
 
 
 def is_counted(where: Place | Group) -> bool:
-    """Tell whether this is one timer or counter."""
+    """Whether this is one timer or counter."""
     return isinstance(where, Group) and not where.dims and where.type in (TIMER, COUNTER)
 
 
@@ -68,7 +68,7 @@ def _same_element(change: Change, group: Group) -> bool:
 
 
 def untouched(tag: str, value: object, writers: Sequence[Mention]) -> str:
-    """Say that a tag has not changed, and what might have changed it."""
+    """Return the sentence for an unchanged tag, with its possible writers."""
     if not writers:
         return f"{tag} is {shown(value)}: no rung writes it."
     listed = "\n".join(f"    {each}" for each in writers)
@@ -76,15 +76,7 @@ def untouched(tag: str, value: object, writers: Sequence[Mention]) -> str:
 
 
 def told(lowered: LoweredProgram, tag: str, where: Place | Group, change: Change, value: object) -> str:
-    """Say how a tag came to its value: when, by which rung, and where that rung was false.
-
-    Args:
-        lowered: the program.
-        tag: the tag as the user writes it.
-        where: what it is.
-        change: its last change, see `telling`.
-        value: what it is now.
-    """
+    """Explain a tag's value: time and rung of its last change, and the false conditions of the rung."""
     said = _told(lowered, tag, where, change)
     return f"{tag}: {state_of(where, value)}\n{said}" if is_counted(where) else said
 

@@ -84,7 +84,7 @@ FAMILIES = (
     safety,
     motion,
 )
-"""The family files, in the manual's order; each lists its instructions in `__all__`."""
+"""The family files, in the manual's order; `__all__` lists their instructions."""
 
 SPECS: tuple[Spec, ...] = tuple(getattr(family, name) for family in FAMILIES for name in family.__all__)
 """All instructions, in the manual's order."""
@@ -93,7 +93,7 @@ BY_NAME = {name: spec for spec in SPECS for name in (spec.name, spec.other) if n
 """Instructions by either name, in capitals."""
 
 NAMES = tuple(name for family in FAMILIES for name in family.__all__)
-"""What `from .instructions import *` gives."""
+"""Names for `from .instructions import *`."""
 
 if not TYPE_CHECKING:  # mypy understands literal lists only; without one it takes every public name
     __all__ = NAMES

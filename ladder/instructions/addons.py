@@ -1,4 +1,4 @@
-"""The call of an add-on instruction, as a row that every definition's `Spec` is made from [1756-PM010]."""
+"""The call of an add-on instruction: base row of every definition's `Spec` [1756-PM010]."""
 
 from __future__ import annotations
 

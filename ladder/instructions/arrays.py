@@ -6,7 +6,7 @@ FAL and FSC operate on the elements from POS on, of which their expressions name
 |---|---|
 | ALL | all in the scan in which the rung becomes true |
 | INC | one each time the rung becomes true |
-| a number | so many per scan from then on, whatever the rung does, to the end |
+| a number | that number per scan from then on, to the end, whatever the rung does |
 
 AVE, SRT and STD operate on one dimension of an array, from the named element on.
 """

@@ -1,7 +1,7 @@
 """Timers, counter and one-shots of structured text, whose parameters are members of a structure.
 
-Rungs have TON, TOF, RTO, CTU, CTD, OSR and OSF instead. In structured text an instruction always runs: its
-input is a member (TimerEnable, CUEnable, InputBit) that a statement before it sets.
+In structured text, which replaces TON, TOF, RTO, CTU, CTD, OSR and OSF by these, an instruction always runs:
+its input is a member (TimerEnable, CUEnable, InputBit) that a statement before it sets.
 """
 
 from __future__ import annotations

@@ -14,7 +14,7 @@ __all__ = ["CPT", "ADD", "SUB", "MUL", "DIV", "MOD", "SQR", "NEG", "ABS", "TRN"]
 
 
 def computation(name: str, operator: str, *operands: Use) -> Spec:
-    """Return an instruction that stores the result of an operator in its last operand."""
+    """Return an instruction that stores an operator's result in its last operand."""
     return action(
         name,
         *operands,

@@ -2,7 +2,7 @@
 
 FBC and DDT search once per rising rung: with IN of the compare CONTROL to the next mismatch, without it for
 all. FD says that one was found; its bit number goes to the result array. DDT also copies the bit to the
-reference. A false rung ends a search that is done, so that the next one begins at bit 0.
+reference. After a finished search a false rung resets it, so that the next one begins at bit 0.
 """
 
 from __future__ import annotations

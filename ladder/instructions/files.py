@@ -1,4 +1,4 @@
-"""File instructions: they work on stretches of memory."""
+"""File instructions: copies between regions of memory."""
 
 from __future__ import annotations
 

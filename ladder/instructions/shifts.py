@@ -23,11 +23,7 @@ __all__ = ["BSL", "BSR", "FFL", "FFU", "LFL", "LFU"]
 
 
 def check_dints(array: Resolved, *_others: Resolved) -> None:
-    """Refuse an array of another type than DINT.
-
-    Raises:
-        OperandError: it is one.
-    """
+    """Refuse an array of another type than DINT with an OperandError."""
     if isinstance(array, (Place, Group)) and array.type != DINT:
         raise OperandError(f"{array.text} is {described(array)}, an array of DINT is needed", "declare it so")
 

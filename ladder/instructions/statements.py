@@ -1,4 +1,4 @@
-"""Statements of structured text as instructions: what a line of it does.
+"""Statements of structured text as instructions.
 
 They are not in `FAMILIES`: no rung names them. `lowering_statements` makes steps of them.
 """
@@ -31,13 +31,13 @@ def _write_set(rungs: RungWriter, target: Place, value: Resolved) -> None:
 
 
 def set_text(machine: Interpreter, target: Group, value: Resolved) -> None:
-    """Set a string to another, as many characters as fit."""
+    """Set a string to another, truncated to its size."""
     text = machine.text(value)
     machine.set_text(target, text)
 
 
 def write_set_text(rungs: RungWriter, target: Group, value: Resolved) -> None:
-    """Write that as Python."""
+    """Write the same in Python."""
     text = rungs.values.keep(rungs.values.characters(value))
     rungs.values.set_characters(target, text)
 
@@ -58,7 +58,7 @@ def _write_select(rungs: RungWriter, selector: Resolved, *labels: Resolved) -> s
 
 
 def assignment(target: Place | Group, *, retentive: bool) -> Spec:
-    """Return the row of an assignment to a bit, a number or a STRING; `[:=]` clears it in prescan."""
+    """Return the row of an assignment to a bit, a number or a STRING; prescan clears the target of `[:=]`."""
     kind = "text" if isinstance(target, Group) else "bit" if target.type.is_bool else "number"
     return _ASSIGNMENTS[kind, retentive]
 
@@ -89,7 +89,7 @@ CONDITION = condition(
     run=lambda machine, expression: machine.condition(expression),
     write=lambda rungs, expression: rungs.values.condition(expression),
 )
-"""IF, ELSIF, WHILE, UNTIL, the test of FOR, and an expression as argument of an add-on instruction."""
+"""Condition of IF, ELSIF, WHILE, UNTIL and FOR, and expression as argument of an add-on instruction."""
 
 CASE = condition("CASE", Use.EXPRESSION, Use.PARAMETERS, run=_select, write=_write_select)
 EXIT = action(

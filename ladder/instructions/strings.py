@@ -1,6 +1,6 @@
 """String instructions, and conversions between strings and numbers.
 
-A string is LEN and DATA. What an instruction cannot do is a minor fault, and its destination stays:
+A string is LEN and DATA. Minor faults leave the destination unchanged, except 4/51 with a long result:
 
 | code | fault |
 |---|---|
@@ -186,7 +186,7 @@ def _rtos(machine: Interpreter, source: Resolved, target: Group) -> None:
 
 
 def real_text(value: float) -> str:
-    """Return a REAL with up to nine digits, which tell it from every other; infinity is `1.$`.
+    """Return a REAL with up to nine digits, which identify it; infinity is `1.$`.
 
     >>> [real_text(math.real(value)) for value in (15.3001, 0.5, -2.0, 1e20, 1e39)]
     ['15.3001003', '0.5', '-2.0', '1.00000002e+20', '1.$']

@@ -1,4 +1,4 @@
-"""The instruction that a stub replaces, as a row of which its `Spec` is made, see `stubs`.
+"""A stubbed instruction: base row of its `Spec`, see `stubs`.
 
 rung      ____|‾‾‾‾|_____________
 EN        ____|‾‾‾‾‾‾‾‾‾‾|_______     of the first operand that has EN and DN
@@ -26,11 +26,11 @@ from ..state.memory import Value
 __all__ = ["specs_of_stubs", "stub_spec"]
 
 STARTED = "started_ns"
-"""Hidden member of structures in which an instruction notes when it began."""
+"""Hidden member with the start time of an instruction."""
 
 
 class Argument:
-    """A tag that an instruction names, as its stub in Python has it.
+    """A tag operand for a stub in Python.
 
     `argument.value` is the value of a plain tag, `argument["PRE"]` a member of a structure; both can be set.
 
@@ -45,11 +45,7 @@ class Argument:
 
     @property
     def value(self) -> Value:
-        """The value of a tag with one value.
-
-        Raises:
-            ValueError: it is a structure or an array.
-        """
+        """The value of a plain tag; a ValueError for a structure or an array."""
         return self._machine.get(self._one())
 
     @value.setter
@@ -93,12 +89,12 @@ def _member(group: Group, name: str) -> Place | None:
 
 @dataclass(frozen=True, slots=True)
 class TimedCall:
-    """An instruction that takes its time.
+    """An instruction that takes time.
 
     Attributes:
-        bits: its EN, DN, ER, IP, PC, as far as it has them.
-        error: its ERR, if it has one.
-        started: when it began, ns.
+        bits: its EN, DN, ER, IP, PC, as far as they exist.
+        error: its ERR, or None.
+        started: its start time, ns.
     """
 
     bits: Mapping[str, Place]
@@ -175,11 +171,7 @@ def _run(machine: Interpreter, power: bool, stub: Stub, *operands: object) -> bo
 
 
 def stub_spec(name: str, stub: Stub) -> Spec:
-    """Return the spec of a stubbed instruction.
-
-    Args:
-        name: the instruction, in capitals.
-    """
+    """Return the spec of a stubbed instruction, in capitals."""
 
     def resolve(resolver: OperandResolver, given: tuple[Operand, ...]) -> tuple[object, ...]:
         if isinstance(stub, Power):
@@ -194,5 +186,5 @@ def stub_spec(name: str, stub: Stub) -> Spec:
 
 
 def specs_of_stubs(stubs: Mapping[str, Stub]) -> dict[str, Spec]:
-    """Return the shapes of the instructions that stubs replace, by name in capitals."""
+    """Return specs of stubbed instructions, by name in capitals."""
     return {name: stub_spec(name, stub) for name, stub in stubs.items() if replaces(stubs, name) is not None}

@@ -1,6 +1,6 @@
 """Trigonometric and advanced math instructions, and the conversions of angles.
 
-They compute in LREAL if an operand or the destination is one, else in REAL. A result that is not finite
+They compute in LREAL if an operand or the destination is LREAL, else in REAL. A result that is not finite
 although the source is (ASN of 2, LN of 0) is an overflow: S:V and a minor fault 4/4.
 """
 

@@ -1,4 +1,4 @@
-"""Axes of a program that a 3601 in the rack moves: what the `[axes]` of a rack file say.
+"""Axes of a program on a 3601 of the rack: the `[axes]` of a rack file.
 
 [axes.Feed]
 slot = 1
@@ -18,17 +18,17 @@ WORDS = 8
 
 @dataclass(frozen=True, slots=True)
 class AxisSettings:
-    """What an axis of a program is in the rack.
+    """Settings of a program's axis in the rack.
 
     Attributes:
         slot: slot of its 3601.
         counts_per_unit: steps per unit of the axis, above 0.
-        max_speed: 100 % of maximum, units/s; 0 takes MaximumSpeed of the tag.
-        max_acceleration: 100 % of maximum, units/s²; 0 takes MaximumAcceleration of the tag.
-        home_speed: speed of a search for home, units/s; 0 takes HomeSpeed of the tag.
-        home_acceleration: its rates, units/s²; 0 takes those of `max_acceleration`.
+        max_speed: 100 % of maximum, units/s; 0 = MaximumSpeed of the tag.
+        max_acceleration: 100 % of maximum, units/s²; 0 = MaximumAcceleration of the tag.
+        home_speed: units/s; 0 = HomeSpeed of the tag.
+        home_acceleration: both rates, units/s²; 0 = `max_acceleration`.
         home_direction: 1 clockwise, -1 counterclockwise.
-        configuration: the eight words of the module, which MSO sends; none if the program configures it.
+        configuration: the eight words that MSO sends; none if the program configures the module.
         round_trip_ms: time for words to cross the backplane both ways, ms.
 
     Raises:

@@ -1,4 +1,4 @@
-"""Motion instructions: the operands of all of them, and the bits while one runs [MOTION-RM002].
+"""Motion instructions: their operands, and their status bits [MOTION-RM002].
 
     rung  ___|‾‾‾‾‾‾‾‾‾‾|______        ___|‾‾‾‾‾‾‾‾|___
     EN    ___|‾‾‾‾‾‾‾‾‾‾|______        ___|‾‾‾‾‾‾‾‾|___
@@ -143,9 +143,8 @@ def motion(name: str, operands: str, *, optional: int = 0) -> Spec:
     """Return a row.
 
     Args:
-        name: the instruction.
-        operands: names of its operands, between commas, each followed by its kind, see `USES`.
-        optional: how many of the last ones older exports leave out.
+        operands: operand names between commas, each followed by its kind, see `USES`.
+        optional: number of last operands that older exports omit.
     """
     uses = tuple(map(_use, operands.split(", ")))
 

@@ -1,4 +1,4 @@
-"""Motion instructions on a 3601: what each asks of the block that owns the module's words (`axis3601.rung`).
+"""Motion instructions on a 3601, as requests to the block that owns the module's words (`axis3601.rung`).
 
 | instruction | 3601 |
 |---|---|
@@ -40,26 +40,26 @@ ABSOLUTE, RELATIVE, VELOCITY, HOME, HALT, RESET, SET_POSITION, CONFIGURE = 1, 2,
 """Kinds of requests, see `axis3601.rung`."""
 
 COMMANDS = {ABSOLUTE: 1, RELATIVE: 2, HOME: 32, RESET: 2048, SET_POSITION: 512, HALT: 0}
-"""The module's command word of a request; CCW searches have 64, manual moves 128 or 256."""
+"""Command word per request; CCW searches have 64, manual moves 128 or 256."""
 
 STANDSTILL, ERROR_STOP = 1, 6
 """States of the axis."""
 
 MOST_STEPS, MOST_SPEED, MOST_RATE = 8_388_607, 1_000_000, 2_000
-"""What a move takes: steps, steps/s, steps/ms/s [3601 manual, chapter 5, Programming Information 8]."""
+"""Limits of a move: steps, steps/s, steps/ms/s [3601 manual, chapter 5, Programming Information 8]."""
 
 BITS = {each.name: each.at for each in AXIS_MEMBERS if each.at}
-"""Bits of an axis: the member and the bit that each is."""
+"""Member and bit of each named bit of an axis."""
 
 
 @dataclass(frozen=True, slots=True)
 class BoundAxis:
-    """An axis of a program and the 3601 behind it.
+    """An axis of a program and its 3601.
 
     Attributes:
         settings: its table in the rack file.
         tag: the axis.
-        state: what the block works on, an AXIS_3601.
+        state: the block's AXIS_3601.
     """
 
     settings: AxisSettings
@@ -95,17 +95,11 @@ class Axis:
 
     @property
     def status(self) -> int:
-        """Its state in PLCopen's terms: 0 disabled, 1 standstill, 6 error stop."""
+        """Its PLCopen state: 0 disabled, 1 standstill, 6 error stop."""
         return int(self.state["State"])
 
     def request(self, motion: MotionControl, kind: int, *words: int) -> None:
-        """Ask the axis for something; the newest request has it.
-
-        Args:
-            motion: what follows it.
-            kind: of the request.
-            words: the eight output words, zeros if left out.
-        """
+        """Send a request of a kind with output words; it replaces the previous one of `motion`."""
         ticket = wrap(int(self.state["Ticket"]) + 1, 32)
         self.state.set(Ticket=ticket, Kind=kind)
         place = self._state.member("Words")
@@ -115,7 +109,7 @@ class Axis:
         motion.ticket = ticket
 
     def refusal(self) -> int:
-        """Return why the axis takes no motion now, 0 if it does."""
+        """Return the error code if the axis accepts no motion now, else 0."""
         if self.bit("ShutdownStatus"):
             return SHUT_DOWN
         if not self.bit("ServoActionStatus"):
@@ -347,17 +341,11 @@ ANSWERS: Mapping[str, tuple[Answer, bool]] = {
     "MRP": (_redefine, True),
     "MCD": (_change, True),
 }
-"""By instruction: what it does when it begins, and whether it needs an axis that takes motion."""
+"""Function that begins each instruction, and whether it needs an axis that accepts motion."""
 
 
 def begin(axis: Axis, motion: MotionControl, name: str, operands: tuple[Resolved | str, ...]) -> None:
-    """Begin an instruction.
-
-    Args:
-        motion: what shows how it goes on.
-        name: the instruction.
-        operands: those after the axis and the control.
-    """
+    """Begin an instruction with the operands after the axis and the control."""
     if name not in ANSWERS:  # in an add-on instruction, which is built before it is known what it gets
         motion.refuse(ILLEGAL)
         return
@@ -370,7 +358,7 @@ def begin(axis: Axis, motion: MotionControl, name: str, operands: tuple[Resolved
 
 
 def follow(axis: Axis, motion: MotionControl, name: str) -> None:
-    """Show the state of an instruction's request."""
+    """Update an instruction's bits from its request."""
     ticket = motion.ticket
     if not ticket:
         return
@@ -391,7 +379,7 @@ def follow(axis: Axis, motion: MotionControl, name: str) -> None:
 
 
 def show(axis: Axis) -> None:
-    """Update the tag from the module's inputs; called after each scan."""
+    """Update the tag from the module's inputs, after each scan."""
     state, tag, machine = axis.state, axis.tag, axis.machine
     status = axis.status
     position = int(state["Position"]) / axis.settings.counts_per_unit

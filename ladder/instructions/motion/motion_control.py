@@ -31,7 +31,7 @@ class MotionControl:
 
     @property
     def ticket(self) -> int:
-        """Number of the axis's request; 0 without one."""
+        """Number of its request to the axis, 0 without one."""
         return int(self._machine.get(self._group.member("~ticket")))
 
     @ticket.setter
@@ -39,17 +39,13 @@ class MotionControl:
         self._machine.put(self._group.member("~ticket"), value)
 
     def begin(self) -> None:
-        """Show that the instruction begins."""
+        """Set the bits of a begun instruction."""
         self.set(EN=True, DN=False, ER=False, IP=False, PC=False, AC=False)
         self._fail(0)
         self.ticket = 0
 
     def refuse(self, error: int) -> None:
-        """Show that the axis has refused it, or failed.
-
-        Args:
-            error: ERR.
-        """
+        """Set the bits of a refused or failed instruction, with its ERR."""
         self.set(ER=True, IP=False, AC=False)
         self._fail(error)
 

@@ -1,6 +1,6 @@
 """Function blocks of structured text for analog values and states [1756-RM006].
 
-| block | does |
+| block | function |
 |---|---|
 | SCL | scales raw units to engineering units; `Limiting` keeps the result within them |
 | HLL | keeps a value between limits; SelectLimit 0 both, 1 the high one, 2 the low one |

@@ -28,7 +28,7 @@ differed have both to be safe in between. On a false rung all outputs are off an
 | 16#5006 to 16#5008 | not on within the reaction time |
 | 16#5009 to 16#500B | not off within the reaction time |
 
-DiagnosticCode says what is waited for without a fault: 5 Reset off, 16#20 and 16#21 the statuses, 16#5000
+DiagnosticCode is the awaited condition without a fault: 5 Reset off, 16#20 and 16#21 the statuses, 16#5000
 Actuate off.
 """
 

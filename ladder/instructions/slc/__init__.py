@@ -1,14 +1,14 @@
-"""Instructions as SLC 500 and MicroLogix controllers do them [1747-RM001, 1766-RM001].
+"""Instructions of SLC 500 and MicroLogix controllers [1747-RM001, 1766-RM001].
 
-| file | does |
+| file | content |
 |---|---|
 | `status` | the status file: arithmetic flags, overflow trap, math register |
 | `numbers` | arithmetic, moves, scaling, conversions |
 | `timing` | timers with a time base, 16-bit counters, RES |
 | `files` | copies, shifts, queues, sequencers |
-| `messages` | MSG, whose end a stub describes |
+| `messages` | MSG, with its result from a stub |
 | `processor` | the status file before and after a scan |
-| `rows` | all rows; those of Logix that do the same here are taken as they are |
+| `rows` | all rows, shared with Logix where equal |
 """
 
 from .rows import SLC_SPECS

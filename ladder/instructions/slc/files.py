@@ -109,12 +109,7 @@ def sequence_load(
 
 
 def prescan_control(name: str, place: int) -> Callable[..., None]:
-    """Return a prescan after which the rung before the first scan counts as true.
-
-    Args:
-        name: the bit that remembers the rung.
-        place: the operand that has it.
-    """
+    """Return a prescan that sets the edge bit `name` of operand `place`: a true first rung is no edge."""
 
     def run(machine: Interpreter, *operands: Resolved) -> None:
         group = operands[place]

@@ -21,7 +21,7 @@ _WIDE = LINT.bits
 
 
 def rounded(value: float) -> int:
-    """Return the nearest integer, halves away from zero.
+    """Round to the nearest integer, halves away from zero.
 
     >>> rounded(2.5), rounded(-2.5), rounded(2.4)
     (3, -3, 2)
@@ -30,7 +30,7 @@ def rounded(value: float) -> int:
 
 
 def quotient(a: int, b: int) -> int:
-    """Return a quotient rounded to the nearest integer, halves away from zero.
+    """Divide and round to the nearest integer, halves away from zero.
 
     >>> quotient(7, 2), quotient(-7, 2), quotient(7, 3)
     (4, -4, 2)
@@ -61,7 +61,7 @@ def store(machine: Interpreter, target: Place, value: float, *, carry: bool = Fa
 
 
 def store_bits(machine: Interpreter, target: Place, value: int) -> None:
-    """Store the result of a move or of logic: it always fits."""
+    """Store the result of a move or of logic, which always fits."""
     stored = wrap(value, target.type.bits)
     machine.put(target, stored)
     Status(machine).set_flags(stored)

@@ -1,4 +1,4 @@
-"""What the processor does with the status file before and after a scan [1747-RM001, "System status file"].
+"""The processor's access to the status file before and after a scan [1747-RM001, "System status file"].
 
 | word | holds |
 |---|---|
@@ -53,11 +53,7 @@ def before_scan(engine: Any, first: bool) -> None:
 
 
 def after_scan(engine: Any) -> None:
-    """End first pass; stop on a minor error bit that the program has not cleared.
-
-    Raises:
-        LadderFault: major error 0020.
-    """
+    """Reset first pass; LadderFault 0020 for a minor error bit that the program has not cleared."""
     if not has_status(engine):
         return
     status = Status(engine.interpreter)

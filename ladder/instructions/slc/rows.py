@@ -227,4 +227,3 @@ _ROWS: tuple[Spec, ...] = (
 )
 
 SLC_SPECS: Mapping[str, Spec] = {each.name: each for each in _ROWS}
-"""By name."""

@@ -1,4 +1,4 @@
-"""The status file S, as far as instructions use it [1747-RM001, appendix "System status file"].
+"""The status file S as instructions use it [1747-RM001, appendix "System status file"].
 
 | word | holds |
 |---|---|
@@ -15,7 +15,7 @@ from ...interpreter import Interpreter
 from ...model.arithmetic import wrap
 
 STATUS = "S"
-"""Name of the tag: an array of INT."""
+"""Tag of the status file, an array of INT."""
 
 CARRY, OVERFLOW, ZERO, SIGN = 0, 1, 2, 3
 """Bits of S:0."""
@@ -24,7 +24,7 @@ FLAGS, SELECTION, MINOR, LOW, HIGH, INDEX = 0, 2, 5, 13, 14, 24
 """Words."""
 
 WORDS = 84
-"""Words that S has here at least."""
+"""Minimum length of S."""
 
 
 class Status:
@@ -48,11 +48,11 @@ class Status:
 
     @property
     def keeps_low_bits(self) -> bool:
-        """Whether a result that does not fit keeps its low bits (S:2/14)."""
+        """Whether an overflow keeps the low bits (S:2/14)."""
         return bool(self[SELECTION] >> 14 & 1)
 
     def set_flags(self, stored: float, *, carry: bool = False, overflow: bool = False) -> None:
-        """Set the arithmetic flags by a result; an overflow also sets the trap."""
+        """Set the arithmetic flags from a result; an overflow also sets the trap."""
         others = self[FLAGS] & ~0xF
         bits = carry << CARRY | overflow << OVERFLOW | (stored == 0) << ZERO | (stored < 0) << SIGN
         self[FLAGS] = others | bits
@@ -61,7 +61,7 @@ class Status:
 
     @property
     def register(self) -> int:
-        """The math register, 32 bits with a sign."""
+        """The math register, a signed 32-bit number."""
         return wrap((self[HIGH] & 0xFFFF) << 16 | self[LOW] & 0xFFFF, 32)
 
     @register.setter

@@ -15,7 +15,7 @@ from ...model.operands import Constant, Group, Resolved
 from ...model.types import INT
 
 BASES_NS = {1.0: 1_000_000_000, 0.01: 10_000_000, 0.001: 1_000_000}
-"""Time bases by their operand, ns; 0.001 s is MicroLogix's."""
+"""Time bases by operand, ns; 0.001 s is for MicroLogix."""
 
 
 def _count(machine: Interpreter, group: Group, timer: Members, base: Resolved) -> None:
@@ -80,12 +80,12 @@ def prescan_timer(machine: Interpreter, group: Group, *_others: Resolved) -> Non
 
 
 def prescan_retentive(machine: Interpreter, group: Group, *_others: Resolved) -> None:
-    """Reset what an RTO does not retain."""
+    """Reset the non-retentive bits of an RTO."""
     Members(machine, group).set(EN=False, TT=False)
 
 
 def prescan_off_delay(machine: Interpreter, group: Group, *_others: Resolved) -> None:
-    """Let a TOF be over, as it is on a false rung."""
+    """Reset a TOF to its state after the delay."""
     timer = Members(machine, group)
     timer.set(EN=False, TT=False, DN=False, ACC=max(int(timer["PRE"]), 0))
 
@@ -115,7 +115,7 @@ def count_down(machine: Interpreter, power: bool, group: Group, *_shown: Resolve
 
 
 def prescan_up(machine: Interpreter, group: Group, *_others: Resolved) -> None:
-    """Count nothing in the first scan: the rung before it counts as true."""
+    """Set CU: a rung that is true in the first scan is not an edge."""
     Members(machine, group).set(CU=True)
 
 
@@ -132,7 +132,7 @@ RESET = {
     "SLC_COUNTER": ("CU", "CD", "DN", "OV", "UN", "UA", "ACC"),
     "SLC_CONTROL": ("EN", "EU", "DN", "EM", "ER", "UL", "IN", "FD", "POS"),
 }
-"""What RES clears, by type."""
+"""Members that RES clears, by type."""
 
 
 def reset(machine: Interpreter, group: Group) -> None:

@@ -1,6 +1,6 @@
 """IOT, UID, UIE and HMIBC [1756-RM003N].
 
-Images cross the backplane at the instants of the rack's controller (`micrologix`: the scan's ends,
+Images cross the backplane at the times of the rack's controller (`micrologix`: the scan's ends,
 `compactlogix`: every RPI), which an IOT does not change. A task interrupts others as `Task.preempt` says,
 between UID and UIE, too.
 """

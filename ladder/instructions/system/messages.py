@@ -1,4 +1,4 @@
-"""MSG: a message to another controller, whose end a stub describes (`stubs`).
+"""MSG: a message to another controller, with its result from a stub (`stubs`).
 
     rung    ____|‾‾‾‾|_____________
     EN, ST  ____|‾‾‾‾‾‾‾‾‾‾|_______     EN stays until the end and a false rung, ST until the end
@@ -30,7 +30,7 @@ from ...state.memory import Memory
 __all__ = ["MSG"]
 
 TIMEOUT = 1
-"""ERR of a message that the program has stopped by its TO bit: connection failure."""
+"""ERR of a message stopped by its TO bit: connection failure."""
 
 
 class _Message:
@@ -105,7 +105,7 @@ class _MessagePlaces:
 
 
 def ends_of_messages(lowered: LoweredProgram) -> tuple[Callable[[Any], None], ...]:
-    """Return what ends messages after a scan: nothing if no structured text begins any."""
+    """Return functions that end messages of structured text after a scan."""
     texts = [each for each in lowered.routines.values() if each.body is not None]
     if not any(step.name == "MSG" for each in texts for line in each.lines for step in steps_of(line.nodes)):
         return ()

@@ -1,7 +1,7 @@
-"""Attributes of objects that GSV reads and SSV sets, and that the runtime does not compute.
+"""Attributes of GSV and SSV that the runtime only stores.
 
-Each is a number in the program's memory: it begins as its row says, SSV sets it, tests may set it, GSV reads
-it. A module is running and has no fault; a scan takes no time [1756-RM003N, GSV/SSV objects].
+Each is a number in the program's memory with the initial value of its row; SSV and tests may set it, GSV
+reads it. A module is running without fault; a scan takes no time [1756-RM003N, GSV/SSV objects].
 """
 
 from __future__ import annotations
@@ -13,19 +13,19 @@ SINT, INT, DINT, LINT = 1, 2, 4, 8
 """Bytes of an attribute."""
 
 STRING = 4 + 82
-"""Bytes of a text; it is empty, as all begins with 0."""
+"""Bytes of a text, initially empty."""
 
 RUNNING = 0x4000
-"""EntryStatus of a module whose connections are open: 4 in the upper four bits."""
+"""EntryStatus of a module with open connections: 4 in the upper four bits."""
 
 
 @dataclass(frozen=True, slots=True)
 class StoredValue:
-    """An attribute that is memory.
+    """A stored attribute.
 
     Attributes:
         size: its bytes.
-        initial: what it begins as, in its first eight bytes; the others are 0.
+        initial: initial value of its first eight bytes; the others are 0.
         set: whether SSV may set it.
     """
 

@@ -1,6 +1,6 @@
 """Equipment phases and sequences [LOGIX-UM001, 1756-RM003N].
 
-No phase manager runs here: a phase answers as one that is not scheduled, result 24594, and its states do not
+No phase manager runs here: a phase is answered as not scheduled, result 24594, and its states do not
 change. PSC, PPD, PRNP and the other instructions without a result do nothing then.
 """
 

@@ -1,4 +1,4 @@
-"""EVENT, and GSV and SSV for the objects that a controller has here [1756-RM003N, system values].
+"""EVENT, and GSV and SSV for the objects of a controller [1756-RM003N, system values].
 
 An attribute is a row of `ATTRIBUTES`: how it is read as bytes, and, if it can be set, how it is set from
 bytes. The tag of GSV and SSV may be a structure, an array, or the first member of a structure, as exports
@@ -31,7 +31,7 @@ from .objects import OBJECTS, StoredValue
 __all__ = ["EVENT", "GSV", "SSV"]
 
 THIS = "THIS"
-"""Instance name of the program that an instruction is in."""
+"""Instance name of the instruction's program."""
 
 POWER_UP = datetime.datetime(1970, 1, 1)
 """WallClockTime at virtual time 0."""
@@ -42,8 +42,8 @@ class Attribute:
     """An attribute of an object.
 
     Attributes:
-        read: returns it as bytes; gets the machine and the instance's name in capitals.
-        write: sets it from as many bytes as there are; None if it can only be read.
+        read: returns it as bytes, from the machine and the instance's name in capitals.
+        write: sets it from bytes; None if it is read-only.
     """
 
     read: Callable[[Interpreter, str], bytes]
@@ -57,7 +57,7 @@ _RECORD = struct.Struct("<qhh8i")
 
 _FAULT = struct.Struct("<hh")
 _FAULT_AT = 8
-"""Type and code in a fault record, and the byte at which they begin."""
+"""Type and code in a fault record, and their offset in bytes."""
 
 
 def _program(machine: Interpreter, name: str) -> ScheduledProgram | None:
@@ -120,7 +120,7 @@ def _write_overlaps(machine: Interpreter, name: str, data: bytes) -> None:
 
 CLOCK = "WALLCLOCKTIME"
 _LATEST_US = 8_000 * 365 * 86_400 * 1_000_000
-"""µs from power-up that the clock can be set to."""
+"""Maximum setting of the clock, µs from power-up."""
 
 
 def _wall_us(machine: Interpreter) -> int:
