@@ -29,8 +29,8 @@ from ..state.lowered import LoweredProgram
 from .bound_axes import axis_tags, lower_axes, with_blocks
 from .checks import check_whole, recursive_routines, warnings_of
 from .dialects import LOGIX, SLC
-from .front import RungMaker
 from .lowering import Lowering
+from .python_rungs import RungMaker
 from .runnable import LadderLogic, wrong_initials
 
 

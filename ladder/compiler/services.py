@@ -6,7 +6,7 @@ from array import array
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from ..model import arithmetic as math
+from ..model import arithmetic
 from ..model.errors import LadderFault
 from ..model.operators import ARITHMETIC, CALLED
 from ..model.spec import Use
@@ -64,43 +64,43 @@ class Services:
 
     def narrow(self, site: int, value: int, width: int, bits: int) -> int:
         """Wrap a number to the computation's width, then to the tag's."""
-        result = math.wrap(math.wrap(value, width), bits)
+        result = arithmetic.wrap(arithmetic.wrap(value, width), bits)
         if result != value:
             self._fault_log.overflow(site)
         return result
 
     def integer(self, site: int, value: float, bits: int) -> int:
         """Convert REAL to an integer."""
-        exact = math.whole(value)
-        result = math.wrap(exact, bits)
-        if result != exact or not math.finite(value):
+        exact = arithmetic.whole(value)
+        result = arithmetic.wrap(exact, bits)
+        if result != exact or not arithmetic.finite(value):
             self._fault_log.overflow(site)
         return result
 
     def cut(self, site: int, value: float) -> int:
         """Truncate a REAL."""
-        if not math.finite(value):
+        if not arithmetic.finite(value):
             self._fault_log.overflow(site)
-        return math.truncated(value)
+        return arithmetic.truncated(value)
 
     def divide(self, site: int, a: int, b: int) -> int:
         """Divide integers; a divisor of 0 yields the dividend."""
         if b == 0:
             self._fault_log.zero_divisor(site)
             return a
-        return math.quotient(a, b)
+        return arithmetic.quotient(a, b)
 
     def modulo(self, site: int, a: int, b: int) -> int:
         """Remainder of integers; a divisor of 0 yields the dividend."""
         if b == 0:
             self._fault_log.zero_divisor(site)
             return a
-        return math.remainder(a, b)
+        return arithmetic.remainder(a, b)
 
     def real_result(self, site: int, value: float, *operands: float) -> float:
         """Round a REAL result; record a fault if it is not finite but its operands are."""
-        result = math.real(value)
-        if not math.finite(result) and all(map(math.finite, operands)):
+        result = arithmetic.real(value)
+        if not arithmetic.finite(result) and all(map(arithmetic.finite, operands)):
             self._fault_log.overflow(site)
         return result
 
@@ -108,17 +108,17 @@ class Services:
         """Divide REAL values."""
         if b == 0:
             self._fault_log.zero_divisor(site)
-        return self.real_result(site, math.real_quotient(a, b), a, b)
+        return self.real_result(site, arithmetic.real_quotient(a, b), a, b)
 
     def real_modulo(self, site: int, a: float, b: float) -> float:
         """Remainder of REAL values."""
         if b == 0:
             self._fault_log.zero_divisor(site)
-        return self.real_result(site, math.real_remainder(a, b), a, b)
+        return self.real_result(site, arithmetic.real_remainder(a, b), a, b)
 
     def double_result(self, site: int, value: float, *operands: float) -> float:
         """Record a fault if an LREAL result is not finite but its operands are."""
-        if not math.finite(value) and all(map(math.finite, operands)):
+        if not arithmetic.finite(value) and all(map(arithmetic.finite, operands)):
             self._fault_log.overflow(site)
         return value
 
@@ -126,13 +126,13 @@ class Services:
         """Divide LREAL values."""
         if b == 0:
             self._fault_log.zero_divisor(site)
-        return self.double_result(site, math.real_quotient(a, b), a, b)
+        return self.double_result(site, arithmetic.real_quotient(a, b), a, b)
 
     def double_modulo(self, site: int, a: float, b: float) -> float:
         """Remainder of LREAL values."""
         if b == 0:
             self._fault_log.zero_divisor(site)
-        return self.double_result(site, math.real_remainder(a, b), a, b)
+        return self.double_result(site, arithmetic.real_remainder(a, b), a, b)
 
     def copy(
         self,
@@ -229,7 +229,7 @@ def services(engine: Engine, regions: Regions, interpreted: Mapping[int, Lowered
         named["rung_done"] = engine.scheduler.rung_done
     named["array"] = array
     named["broken"] = BROKEN
-    return named | CALLED | {name: getattr(math, name) for name in ARITHMETIC}
+    return named | CALLED | {name: getattr(arithmetic, name) for name in ARITHMETIC}
 
 
 Regions = dict[tuple[int, int], Any]

@@ -17,7 +17,7 @@ from collections.abc import Callable
 
 from ..interpreter import Interpreter
 from ..interpreter.files import Control, Elements
-from ..model import arithmetic as math
+from ..model import arithmetic
 from ..model.operand_checks import OperandError, array_of
 from ..model.operands import Constant, Group, Place, Resolved
 from ..model.spec import WITH_CONTROL, Spec, Use, action, always, on_control
@@ -162,7 +162,7 @@ def _statistic(compute: Callable[[list[float]], float], least: int) -> Callable[
             result = compute(values)
             if target.type.is_real:
                 result = float(converted(target.type, result))
-            if not math.finite(result) and all(map(math.finite, values)):
+            if not arithmetic.finite(result) and all(map(arithmetic.finite, values)):
                 machine.fault_log.overflow(machine.site)
             machine.store(target, result)
             return machine.fault_log.overflows == before
@@ -178,7 +178,7 @@ def _average(values: list[float]) -> float:
 
 def _deviation(values: list[float]) -> float:
     mean = _average(values)
-    return math.root(sum((value - mean) * (value - mean) for value in values) / (len(values) - 1))
+    return arithmetic.root(sum((value - mean) * (value - mean) for value in values) / (len(values) - 1))
 
 
 def _srt(machine: Interpreter, power: bool, array: Resolved, dimension: Constant, group: Group) -> None:

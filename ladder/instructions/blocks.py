@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 
 from ..compiler.rungs import RungWriter
 from ..interpreter import Interpreter
-from ..model import arithmetic as math
+from ..model import arithmetic
 from ..model.operand_checks import OperandError, described
 from ..model.operands import Group
 from ..model.spec import Spec, Use, action
@@ -120,7 +120,7 @@ def _ctud(machine: Interpreter, counter: Group) -> None:
 
 def _count(machine: Interpreter, counter: Group, by: int) -> None:
     exact = int(machine.get(counter.member("ACC"))) + by
-    counted = math.wrap(exact, DINT.bits)
+    counted = arithmetic.wrap(exact, DINT.bits)
     _put(machine, counter, ACC=counted)
     if counted != exact:
         beyond, back = ("OV", "UN") if by > 0 else ("UN", "OV")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from ..compiler.rungs import RungWriter
 from ..compiler.values import Term
 from ..interpreter import Interpreter
-from ..model import arithmetic as math
+from ..model import arithmetic
 from ..model.operands import Place, Resolved, width_of
 from ..model.spec import Spec, Use, action
 from ..model.types import LINT
@@ -43,9 +43,9 @@ def _trn(machine: Interpreter, source: Resolved, target: Place) -> None:
     machine.clear_flags()
     value = machine.number(source, width_of(source))
     if isinstance(value, float):
-        if not math.finite(value):
+        if not arithmetic.finite(value):
             machine.fault_log.overflow(machine.site)
-        value = math.truncated(value)
+        value = arithmetic.truncated(value)
     machine.store(target, value)
 
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from ..compiler.rungs import RungWriter
 from ..interpreter import Interpreter
-from ..model import arithmetic as math
+from ..model import arithmetic
 from ..model.operand_checks import OperandError, described, is_string
 from ..model.operands import Constant, Group, Place, Resolved, width_moved
 from ..model.spec import Spec, Use, action
@@ -86,7 +86,7 @@ def _btd(
     target_bit: Constant,
     length: Constant,
 ) -> None:
-    value = math.distributed(
+    value = arithmetic.distributed(
         machine.filled(source),
         int(source_bit.value),
         int(machine.get(target)),
@@ -143,7 +143,7 @@ def _check_swpb(source: Resolved, _mode: str, target: Place) -> None:
 
 
 def _swpb(machine: Interpreter, source: Place, mode: str, target: Place) -> None:
-    machine.put(target, math.swapped(int(machine.get(source)), source.type.bits, mode))
+    machine.put(target, arithmetic.swapped(int(machine.get(source)), source.type.bits, mode))
 
 
 def _write_swpb(rungs: RungWriter, source: Place, mode: str, target: Place) -> None:

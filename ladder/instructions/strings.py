@@ -17,7 +17,7 @@ from collections.abc import Callable
 from decimal import Decimal
 
 from ..interpreter import Interpreter
-from ..model import arithmetic as math
+from ..model import arithmetic
 from ..model.errors import SHORT_STRING_CODE, STRING_CODE, STRING_NUMBER_CODE, STRING_PLACE_CODE
 from ..model.operands import Group, Place, Resolved, StringConstant, width_of
 from ..model.spec import Spec, Use, action
@@ -161,7 +161,7 @@ def _store_number(machine: Interpreter, value: Decimal, target: Place) -> None:
     kind = target.type
     if not kind.is_integer:
         stored = converted(kind, float(value))
-        fits = math.finite(stored)
+        fits = arithmetic.finite(stored)
     else:
         stored = converted(kind, int(value))
         fits = stored == int(value)
@@ -177,7 +177,7 @@ def _store_number(machine: Interpreter, value: Decimal, target: Place) -> None:
 
 def _dtos(machine: Interpreter, source: Resolved, target: Group) -> None:
     value = machine.number(source, width_of(source))
-    whole = math.whole(value) if isinstance(value, float) else int(value)
+    whole = arithmetic.whole(value) if isinstance(value, float) else int(value)
     _store(machine, target, str(whole).encode(), SHORT_STRING_CODE)
 
 
@@ -188,12 +188,12 @@ def _rtos(machine: Interpreter, source: Resolved, target: Group) -> None:
 def real_text(value: float) -> str:
     """Return a REAL with up to nine digits, which identify it; infinity is `1.$`.
 
-    >>> [real_text(math.real(value)) for value in (15.3001, 0.5, -2.0, 1e20, 1e39)]
+    >>> [real_text(arithmetic.real(value)) for value in (15.3001, 0.5, -2.0, 1e20, 1e39)]
     ['15.3001003', '0.5', '-2.0', '1.00000002e+20', '1.$']
     """
     if value != value:
         return "1.#QNAN"
-    if not math.finite(value):
+    if not arithmetic.finite(value):
         return "1.$" if value > 0 else "-1.$"
     text = f"{value:.9g}"
     return text if "." in text or "e" in text else f"{text}.0"

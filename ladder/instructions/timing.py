@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from ..compiler.rungs import RungWriter
 from ..interpreter import Interpreter
-from ..model import arithmetic as math
+from ..model import arithmetic
 from ..model.operands import Group, Place
 from ..model.spec import Use, action, always
 from ..model.types import DINT, Elementary, Structure
@@ -111,7 +111,7 @@ def _count(machine: Interpreter, power: bool, counter: Group, enable: str, by: i
 def _one_count(machine: Interpreter, counter: Group, by: int) -> None:
     accumulated = counter.member("ACC")
     exact = int(machine.get(accumulated)) + by
-    machine.put(accumulated, math.wrap(exact, 32))
+    machine.put(accumulated, arithmetic.wrap(exact, 32))
     if exact != machine.get(accumulated):
         beyond, back = ("OV", "UN") if by > 0 else ("UN", "OV")
         if machine.get(counter.member(back)):

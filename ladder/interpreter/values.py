@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from ..model import arithmetic as math
+from ..model import arithmetic
 from ..model.operands import (
     SINGLE,
     Calculation,
@@ -89,7 +89,7 @@ class PlaceValues:
             bits = place.leaf.type.bits
             mask = 1 << self.subscript(place.bit, bits, place.text)
             word = int(store.read(place.leaf, index))
-            value = math.wrap(word | mask if value else word & ~mask, place.leaf.type.wraps)
+            value = arithmetic.wrap(word | mask if value else word & ~mask, place.leaf.type.wraps)
         store.write(place.leaf, index, value)
 
     def integer(self, operand: Resolved) -> int:
@@ -115,7 +115,7 @@ class PlaceValues:
             self.fault_log.zero_divisor(self.site)
             return values[0]  # type: ignore[no-any-return]
         exact = _WHOLE[name](*values)
-        result = math.wrap(exact, width)
+        result = arithmetic.wrap(exact, width)
         if result != exact:
             self.fault_log.overflow(self.site)
         return result
@@ -124,7 +124,7 @@ class PlaceValues:
         if name in ("/", "MOD") and values[1] == 0:
             self.fault_log.zero_divisor(self.site)
         result = _rounded(_REAL[name](*values), width)
-        if not math.finite(result) and all(map(math.finite, values)):
+        if not arithmetic.finite(result) and all(map(arithmetic.finite, values)):
             self.fault_log.overflow(self.site)
         return result
 
@@ -135,15 +135,15 @@ class PlaceValues:
             self.put(place, bool(value))
             return
         if kind.is_real:
-            stored: Value = math.real(value)
-            if not math.finite(stored) and math.finite(value):
+            stored: Value = arithmetic.real(value)
+            if not arithmetic.finite(stored) and arithmetic.finite(value):
                 self.fault_log.overflow(self.site)
         elif kind.is_double:
             stored = float(value)
         else:
-            exact = math.whole(value) if isinstance(value, float) else int(value)
-            stored = math.wrap(exact, kind.wraps)
-            if stored != exact or (isinstance(value, float) and not math.finite(value)):
+            exact = arithmetic.whole(value) if isinstance(value, float) else int(value)
+            stored = arithmetic.wrap(exact, kind.wraps)
+            if stored != exact or (isinstance(value, float) and not arithmetic.finite(value)):
                 self.fault_log.overflow(self.site)
         self.put(place, stored)
         self.set_flags(stored)
@@ -228,14 +228,14 @@ class PlaceValues:
     def store_bits(self, target: Place, value: int) -> None:
         """Set an integer to the low bits of a pattern, without overflow."""
         self.clear_flags()
-        stored = math.wrap(value, target.type.wraps)
+        stored = arithmetic.wrap(value, target.type.wraps)
         self.put(target, stored)
         self.set_flags(stored)
 
 
 def _rounded(value: Value, width: int) -> float:
     """Round a number to the precision SINGLE or DOUBLE."""
-    return math.real(value) if width == SINGLE else float(value)
+    return arithmetic.real(value) if width == SINGLE else float(value)
 
 
 _RELATIONS: Mapping[str, Callable[[Any, Any], bool]] = {
@@ -259,9 +259,9 @@ _WHOLE: Mapping[str, Callable[..., int]] = {
     "+": lambda a, b: a + b,
     "-": lambda a, b: a - b,
     "*": lambda a, b: a * b,
-    "/": math.quotient,
-    "MOD": math.remainder,
-    "**": lambda a, b: math.truncated(math.power(float(a), float(b))),
+    "/": arithmetic.quotient,
+    "MOD": arithmetic.remainder,
+    "**": lambda a, b: arithmetic.truncated(arithmetic.power(float(a), float(b))),
     "AND": lambda a, b: a & b,
     "OR": lambda a, b: a | b,
     "XOR": lambda a, b: a ^ b,
@@ -274,9 +274,9 @@ _REAL: Mapping[str, Callable[..., float]] = {
     "+": lambda a, b: a + b,
     "-": lambda a, b: a - b,
     "*": lambda a, b: a * b,
-    "/": math.real_quotient,
-    "MOD": math.real_remainder,
-    "**": math.power,
+    "/": arithmetic.real_quotient,
+    "MOD": arithmetic.real_remainder,
+    "**": arithmetic.power,
     "NEG": lambda a: -a,
     **{name: each.real for name, each in FUNCTIONS.items()},
 }

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from . import arithmetic as math
+from . import arithmetic
+from .arithmetic import decimal, from_decimal, real_decimal, real_from_decimal
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,30 +35,22 @@ FUNCTIONS = {
     each.name: each
     for each in (
         Function("ABS", abs, abs, safe=True, positive=True),
-        Function("SQR", math.square_root, math.integer_root, "SQRT", safe=True, positive=True),
-        Function("TRN", math.real_truncated, int, "TRUNC", safe=True),
+        Function("SQR", arithmetic.square_root, arithmetic.integer_root, "SQRT", safe=True, positive=True),
+        Function("TRN", arithmetic.real_truncated, int, "TRUNC", safe=True),
+        Function("TOD", real_decimal, decimal, "TO_BCD", safe=True, positive=True, most=0x9999_9999),
         Function(
-            "TOD", math.real_decimal, math.decimal, "TO_BCD", safe=True, positive=True, most=0x9999_9999
+            "FRD", real_from_decimal, from_decimal, "BCD_TO", safe=True, positive=True, most=166_666_665
         ),
-        Function(
-            "FRD",
-            math.real_from_decimal,
-            math.from_decimal,
-            "BCD_TO",
-            safe=True,
-            positive=True,
-            most=166_666_665,
-        ),
-        Function("SIN", math.sine),
-        Function("COS", math.cosine),
-        Function("TAN", math.tangent),
-        Function("ASN", math.arc_sine, other="ASIN"),
-        Function("ACS", math.arc_cosine, other="ACOS"),
-        Function("ATN", math.arc_tangent, other="ATAN"),
-        Function("LN", math.natural_log),
-        Function("LOG", math.common_log),
-        Function("DEG", math.degrees),
-        Function("RAD", math.radians),
+        Function("SIN", arithmetic.sine),
+        Function("COS", arithmetic.cosine),
+        Function("TAN", arithmetic.tangent),
+        Function("ASN", arithmetic.arc_sine, other="ASIN"),
+        Function("ACS", arithmetic.arc_cosine, other="ACOS"),
+        Function("ATN", arithmetic.arc_tangent, other="ATAN"),
+        Function("LN", arithmetic.natural_log),
+        Function("LOG", arithmetic.common_log),
+        Function("DEG", arithmetic.degrees),
+        Function("RAD", arithmetic.radians),
     )
 }
 """Functions in expressions, by name [1756-RM003N, valid operators]."""

@@ -3,7 +3,7 @@
 import pytest
 from ladder_bench import program_of
 from scanrack.ladder import BOOL, DINT, OTE, REAL, TIMER, TON, BuildError, LadderError, Program, RungTextError
-from scanrack.ladder.build.front import make
+from scanrack.ladder.build.python_rungs import make
 from scanrack.ladder.build.text import parse_rung
 from scanrack.ladder.files.rungfile import parse_program
 
