@@ -11,13 +11,13 @@ An edit is an order of its own, recorded with the program's files: see `app.edit
 
 from __future__ import annotations
 
-import re
 import threading
 from collections.abc import Callable, Mapping
 from os.path import realpath
 from pathlib import Path
 from typing import Any
 
+from ..io_images.site import sites_of
 from ..jobs.load.loading import Job, load_job
 from ..jobs.record.editions import Edition, Editions, edition_of
 from ..jobs.run.running import JobRun
@@ -104,7 +104,7 @@ class Editor:
             job = self._loaded()
             edition = self._editions.with_copy(edition_of(job))
         except (ValueError, OSError) as error:
-            mistake = mistake_of(str(error), self._job.program)
+            mistake = mistake_of(error, self._job.program)
             return lambda: self._tell_mistake(mistake)
         return lambda: self._order(edition, job)
 
@@ -143,12 +143,11 @@ class Editor:
         return job
 
 
-def mistake_of(text: str, program: Path) -> Json:
-    """Return a mistake as a page shows it: its text, file and line, as far as the text names them.
+def mistake_of(error: Exception, program: Path) -> Json:
+    """Return a mistake as a page shows it: its text, the program's file, and the line in it if that is known.
 
-    >>> mistake_of("demo.rung:12: there is no tag Rum", Path("demo.rung"))
+    >>> mistake_of(SiteError.at(Site(file="demo.rung", line=12), "there is no tag Rum"), Path("demo.rung"))
     {'text': 'demo.rung:12: there is no tag Rum', 'file': 'demo.rung', 'line': 12}
     """
-    found = re.search(rf"{re.escape(program.name)}:(\d+)", text)
-    line = None if found is None else int(found[1])
-    return {"text": text, "file": program.name, "line": line}
+    lines = (each.line for each in sites_of(error) if Path(each.file).name == program.name)
+    return {"text": str(error), "file": program.name, "line": next(filter(None, lines), None)}

@@ -36,6 +36,7 @@ from enum import Enum
 from functools import cached_property
 from types import MappingProxyType
 
+from ...io_images.site import Site
 from ..instructions import BY_NAME
 from ..instructions.addons import ADD_ON_CALL
 from ..instructions.stubbed import specs_of_stubs
@@ -132,8 +133,7 @@ class AddOn:
             raise LadderError(f"add-on {self.name} has no routine {LOGIC}")
         for routine in self.routines:
             for at, text in self.wrong_in(routine):
-                place = f"{routine.unit} {at}"
-                raise LadderError(f"add-on {self.name}, routine {routine.name}, {place}: {text}")
+                raise LadderError(f"add-on {self.name}, routine {routine.name}, {at.place}: {text}", at)
 
     def with_routines(self, routines: tuple[Routine, ...]) -> AddOn:
         """Return the same add-on with other routines and equal instances."""
@@ -141,17 +141,18 @@ class AddOn:
         made.__dict__["structure"] = self.structure
         return made
 
-    def wrong_in(self, routine: Routine) -> Iterator[tuple[int, str]]:
-        """Yield what a routine of an add-on can't contain: rung or line number, and the reason."""
+    def wrong_in(self, routine: Routine) -> Iterator[tuple[Site, str]]:
+        """Yield what a routine of an add-on can't contain: the place, and the reason."""
         known = {name.upper() for name in (*ENABLES, *(each.name for each in self.parameters))}
+        at = Site(routine=routine.name, unit=routine.unit)
         for place, rung in enumerate(routine.rungs):
             deep = too_deep(rung.series)
             if deep:
-                yield place, deep
+                yield replace(at, rung=place), deep
                 continue
             for instruction in instructions_of(rung.series):
                 for text in self._wrong_instruction(instruction, known):
-                    yield place, f"{instruction}: {text}"
+                    yield replace(at, rung=place, instruction=str(instruction)), f"{instruction}: {text}"
         for statement in statements_in(routine.statements or ()):
             wrong = (
                 self._wrong_instruction(statement.instruction, known)
@@ -161,7 +162,7 @@ class AddOn:
                 )
             )
             for text in wrong:
-                yield statement.line, f"{statement.head}: {text}"
+                yield replace(at, rung=statement.line), f"{statement.head}: {text}"
 
     def _wrong_instruction(self, instruction: Instruction, known: set[str]) -> Iterator[str]:
         if instruction.name in REFUSED:

@@ -11,6 +11,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from ...io_images.site import Site
 from ..instructions.motion.axes import AxisSettings
 from ..instructions.motion.motion_3601 import Axis, BoundAxis, show
 from ..model.errors import LadderError, Problem
@@ -81,11 +82,13 @@ def lower_axes(lowering: Lowering, axes: Axes | None) -> list[Problem]:
         try:
             tag = lowering.resolver.address(parse_address(name))
         except LadderError as error:
-            problems.append(Problem(f"axis {name}", "", str(error), "name an axis of the program"))
+            problems.append(
+                Problem(f"axis {name}", "", str(error), "name an axis of the program", Site(tag=name))
+            )
             continue
         if not isinstance(tag, Group) or not is_axis(tag.type) or tag.indices:
             remedy = "name a tag of type AXIS_..."
-            problems.append(Problem(f"axis {name}", "", f"{name} is not an axis", remedy))
+            problems.append(Problem(f"axis {name}", "", f"{name} is not an axis", remedy, Site(tag=name)))
             continue
         found = lowering.resolver.address(parse_address(state))
         assert isinstance(found, Group)

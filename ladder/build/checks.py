@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from ...io_images.image import WORDS
+from ...io_images.site import Site
 from ..instructions.motion.motion_3601 import ANSWERS
 from ..model.errors import Problem
 from ..model.operands import Constant, Group, Place, first_leaf
@@ -69,7 +70,7 @@ def _without_stub(lowered: LoweredProgram) -> Iterator[Problem]:
                 'STUB MSG : done after 20 ms, or program.stub("MSG", "done after 20 ms")'
             )
             text = f"nothing says how the message {message.text} ends"
-            yield Problem(_where(routine, line), line.text, text, remedy, routine.name, line.number)
+            yield _problem(routine, line, text, remedy)
 
 
 def uses_of_stubs(lowered: LoweredProgram) -> Iterator[str]:
@@ -101,9 +102,7 @@ def _beyond_a_3601(lowered: LoweredProgram) -> Iterator[Problem]:
         first = step.operands[0]
         if isinstance(first, Group) and first.path.upper() in lowered.axes:
             text = f"{first.text} is a 3601, which can't do {step.name}"
-            yield Problem(
-                _where(routine, line), line.text, text, f"a 3601 does {', '.join(ANSWERS)}; stub it"
-            )
+            yield _problem(routine, line, text, f"a 3601 does {', '.join(ANSWERS)}; stub it")
 
 
 def _unbound_axes(lowered: LoweredProgram) -> Iterator[Problem]:
@@ -118,11 +117,11 @@ def _unbound_axes(lowered: LoweredProgram) -> Iterator[Problem]:
                 f"{step.name} ends with ER, and ERR 11, not configured"
             )
             remedy = "bind it to a 3601 in [axes], or stub the instruction"
-            yield Problem(_where(routine, line), line.text, text, remedy)
+            yield _problem(routine, line, text, remedy)
 
 
 def _repeated(lowered: LoweredProgram, allowed: frozenset[str]) -> Iterator[Problem]:
-    seen: dict[object, str] = {}
+    seen: dict[object, Site] = {}
     for routine, line, step in _all_steps(lowered, copies=False):
         for use, operand in zip(step.uses, step.operands, strict=False):
             if use not in _EXCLUSIVE or _EXCLUSIVE[use][0] in allowed:
@@ -130,12 +129,12 @@ def _repeated(lowered: LoweredProgram, allowed: frozenset[str]) -> Iterator[Prob
             place = _identity(use, step.name, operand)
             if place is None:
                 continue
-            here = _where(routine, line)
             if place in seen:
                 _, what, remedy = _EXCLUSIVE[use]
-                yield Problem(here, line.text, f"{operand.text} {what} in {seen[place]} already", remedy)
+                text = f"{operand.text} {what} in {seen[place].where} already"
+                yield _problem(routine, line, text, remedy)
             else:
-                seen[place] = here
+                seen[place] = _site(routine, line)
 
 
 def _identity(use: Use, name: str, operand: object) -> object:
@@ -163,9 +162,14 @@ def _all_steps(
                     yield routine, line, step
 
 
-def _where(routine: LoweredRoutine, line: LoweredLine) -> str:
-    place = f"routine {routine.name}, {routine.unit} {line.number}"
-    return f"{line.origin.file}:{line.origin.line}: {place}" if line.origin.file else place
+def _site(routine: LoweredRoutine, line: LoweredLine) -> Site:
+    origin = line.origin
+    return Site("", routine.name, line.number, unit=routine.unit, file=origin.file, line=origin.line)
+
+
+def _problem(routine: LoweredRoutine, line: LoweredLine, text: str, remedy: str) -> Problem:
+    site = _site(routine, line)
+    return Problem(site.where, line.text, text, remedy, site)
 
 
 def _jumps(lowered: LoweredProgram, routine: LoweredRoutine) -> Iterator[Problem]:
@@ -184,7 +188,7 @@ def _jumps(lowered: LoweredProgram, routine: LoweredRoutine) -> Iterator[Problem
             elif step.name == "EVENT" and isinstance(step.operands[0], str):
                 problem = _event_problem(lowered, step.operands[0])
             if problem:
-                yield Problem(_where(routine, line), line.text, *problem, routine.name, line.number)
+                yield _problem(routine, line, *problem)
 
 
 def _event_problem(lowered: LoweredProgram, name: str) -> tuple[str, str] | None:
@@ -265,9 +269,9 @@ def _chains(lowered: LoweredProgram) -> Iterator[Problem]:
         todo.pop()
         depths[name] = 1 + max((depths[each] for each in called), default=0)
         if depths[name] > MOST_CALLS:
-            where = f"routine {lowered.routines[name].name}"
+            site = Site(routine=lowered.routines[name].name)
             text = f"its calls go more than {MOST_CALLS} deep"
-            yield Problem(where, "", text, "call from fewer routines", lowered.routines[name].name)
+            yield Problem(site.where, "", text, "call from fewer routines", site)
             return
 
 
@@ -277,14 +281,9 @@ def _main_with_inputs(lowered: LoweredProgram) -> Iterator[Problem]:
         main = lowered.routines.get(name)
         if main is None or not main.parameters:
             continue
-        yield Problem(
-            f"routine {main.name}, rung 0",
-            main.lines[0].text,
-            "SBR takes inputs, but a scan passes none to the main routine",
-            "take SBR out, or call the routine by JSR",
-            main.name,
-            0,
-        )
+        site = Site(routine=main.name, rung=0)
+        text = "SBR takes inputs, but a scan passes none to the main routine"
+        yield Problem(site.where, main.lines[0].text, text, "take SBR out, or call the routine by JSR", site)
 
 
 def _half_words(lowered: LoweredProgram) -> Iterator[Problem]:
@@ -298,15 +297,12 @@ def _half_words(lowered: LoweredProgram) -> Iterator[Problem]:
         room = WORDS if target.whole else target.fixed_left(target.fixed_first or 0)
         most = min(int(length.value), room) if isinstance(length, Constant) else room
         if _in_outputs(target.parts[0].leaf, handed) and _may_end_in_a_byte(source, most * target.size):
-            yield Problem(
-                _where(routine, line),
-                line.text,
+            text = (
                 f"{source.text} may end in the middle of a word of {target.text}, "
-                "which would hold half of a new command and half of an old one",
-                "copy from an array of INT, or as many bytes as the words take",
-                routine.name,
-                line.number,
+                "which would hold half of a new command and half of an old one"
             )
+            remedy = "copy from an array of INT, or as many bytes as the words take"
+            yield _problem(routine, line, text, remedy)
 
 
 def _outputs_handed(lowered: LoweredProgram) -> set[tuple[str, str]]:

@@ -8,15 +8,16 @@ from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
 
+from ...io_images.site import NOWHERE, Site
 from ..instructions import BY_NAME
 from ..instructions.addons import ADD_ON_CALL
 from ..instructions.statements import CONDITION
 from ..instructions.stubbed import specs_of_stubs
-from ..model.errors import LadderError, Problem, Site
+from ..model.errors import LadderError, Problem
 from ..model.operand_checks import OPERAND_CHECKS, WRITTEN, OperandError, described, is_string
 from ..model.operands import Constant, Group, Place, Resolved, as_number, constant, first_leaf, leaves_in
 from ..model.predefined.words import KEYWORDS, plain
-from ..model.resolver import AddressError, Resolver
+from ..model.resolver import AddressError, Resolver, missing_in
 from ..model.spec import WITH_PRESETS, InstructionKind, Spec, Use
 from ..model.stubs import Stub
 from ..model.tags import OWN, FrameLayout, Layout, scoped
@@ -78,14 +79,11 @@ class Lowering:
         self._add_ons = add_ons
         self._uncompiled: list[AddOn] = []
         self._frame: AddOnFrame | None = None
-        self._to_check: list[tuple[AddOnCall, str, str]] = []
+        self._to_check: list[tuple[AddOnCall, Site, str]] = []
         self.resolver = Resolver(layout)
         self._program = ""
-        self._where = ""
+        self._site = NOWHERE
         self._rung_text = ""
-        self._routine = ""
-        self._unit = "rung"
-        self._number = 0
 
     def enter(self, program: str) -> None:
         """Start the routines of a program."""
@@ -114,19 +112,18 @@ class Lowering:
 
     def _check_handed(self) -> None:
         """Report calls that pass an input to an InOut that the add-on writes."""
-        for call, where, text in self._to_check:
+        for call, site, text in self._to_check:
             frame = self.lowered.frames[call.name]
             for name, operand in call.handed.items():
                 if is_input(operand) and writes(self.lowered, frame, name):
                     said = f"{operand.text} is an input, and {frame.name} writes it as {name}"
-                    self._note_input(operand, said, where, text)
+                    self._note_input(operand, said, site, text)
         self._to_check.clear()
 
     def _one(self, routine: Routine) -> None:
-        self._routine = routine.name
-        self._unit = "rung"
+        unit = "rung" if routine.statements is None else "line"
+        self._site = Site(self._program or self.lowered.name, routine.name, unit=unit)
         if routine.statements is not None:
-            self._unit = "line"
             lowered = StatementLowering(self).routine(routine.name, routine.statements)
             self.lowered.routines[routine.name.upper()] = lowered
             return
@@ -147,23 +144,22 @@ class Lowering:
             routine.name, tuple(lines), labels, parameters
         )
 
-    def report(self, text: str, remedy: str) -> None:
-        """Add a problem of the current rung."""
-        self.problems.append(Problem(self._where, self._rung_text, text, remedy, self._routine, self._number))
+    def report(self, text: str, remedy: str, instruction: str = "", tag: str = "") -> None:
+        """Add a problem of the current rung, of its instruction, or of a tag that is missing."""
+        site = replace(self._site, instruction=instruction, tag=tag)
+        self.problems.append(Problem(site.where, self._rung_text, text, remedy, site))
 
     def _label(self, labels: dict[str, int], label: str, number: int, *, first: bool) -> None:
         if label in labels:
             self.report(f"label {label} is in the routine twice", "rename one")
         if not first:
-            self.report(f"LBL({label}) is not first in its rung", "put it first")
+            self.report(f"LBL({label}) is not first in its rung", "put it first", f"LBL({label})")
         labels[label] = number
 
     def at(self, number: int, origin: Origin, text: str) -> None:
         """Start a rung or a line of structured text."""
-        self._number, self._rung_text = number, text
-        self._where = f"routine {self._routine}, {self._unit} {number}"
-        if origin.file:
-            self._where = f"{origin.file}:{origin.line}: {self._where}"
+        self._site = replace(self._site, rung=number, file=origin.file, line=origin.line)
+        self._rung_text = text
 
     def _line(self, number: int, rung: Rung) -> LoweredLine:
         deep = too_deep(rung.series)
@@ -190,9 +186,7 @@ class Lowering:
 
     def site(self, text: str) -> int:
         """Number an instruction of the current rung or line."""
-        self.lowered.sites.append(
-            Site(self._program or self.lowered.name, self._routine, self._number, text, self._unit)
-        )
+        self.lowered.sites.append(replace(self._site, instruction=text))
         return len(self.lowered.sites) - 1
 
     def step(self, instruction: Instruction) -> LoweredStep:
@@ -206,11 +200,11 @@ class Lowering:
         try:
             operands = self._operands(spec, instruction)
         except (AddressError, OperandError) as error:
-            self.report(f"{instruction}: {error}", error.remedy)
+            self.report(f"{instruction}: {error}", error.remedy, str(instruction), missing_in(error))
             operands = ()
         if spec.name == "MCR":
             self.lowered.override = True
-        if not spec.in_rungs and self._unit == "rung":
+        if not spec.in_rungs and self._site.unit == "rung":
             self.report(
                 f"{spec.name} is an instruction of structured text", "use a timer or counter of rungs"
             )
@@ -224,10 +218,11 @@ class Lowering:
             copies = copies_of(definition, address, call)
             handed = handed_over(definition, copies.handed, self.resolver)
         except (AddressError, OperandError) as error:
-            self.report(f"{call}: {error}", error.remedy)
+            self.report(f"{call}: {error}", error.remedy, str(call), missing_in(error))
             return ()
         except LadderError as error:
-            self.report(f"{call}: {error}", f"operands of {definition.name} are {_signature(definition)}")
+            remedy = f"operands of {definition.name} are {_signature(definition)}"
+            self.report(f"{call}: {error}", remedy, str(call))
             return ()
         if held:
             instance = self._instance(definition, replace(call, operands=(address, *call.operands[1:])))
@@ -247,7 +242,7 @@ class Lowering:
         )
         if self._frame is not None:
             self._frame.calls.append(lowered)
-        self._to_check.append((lowered, self._where, str(call)))
+        self._to_check.append((lowered, self._site, str(call)))
         return (lowered,)
 
     def _frame_of(self, definition: AddOn) -> AddOnFrame:
@@ -335,13 +330,13 @@ class Lowering:
         if self._frame is not None:
             self._frame.written.update(leaf.root for leaf in leaves_in(resolved))
         elif is_input(resolved):
-            self._note_input(resolved, f"{operand} is an input", self._where, self._rung_text)
+            self._note_input(resolved, f"{operand} is an input", self._site, self._rung_text)
 
-    def _note_input(self, resolved: Place | Group, text: str, where: str, rung: str) -> None:
+    def _note_input(self, resolved: Place | Group, text: str, site: Site, rung: str) -> None:
         """Warn of a written input: the value lasts until the module's next update."""
         self.lowered.written_inputs.update(leaf.ident for leaf in leaves_in(resolved))
         remedy = "write a tag of your own"
-        self.warnings.append(Problem(where, rung, f"{text}: its module writes over it", remedy))
+        self.warnings.append(Problem(site.where, rung, f"{text}: its module writes over it", remedy, site))
 
     def note_flags(self, operand: Operand) -> None:
         """Enable the status flags if an operand names one."""

@@ -12,7 +12,7 @@ from typing import Any, Protocol
 from ..instructions.statements import CASE, CONDITION, EXIT, RETURN, assignment
 from ..model.operand_checks import OperandError, described, is_arithmetic, is_logical, is_string
 from ..model.operands import Calculation, Constant, Group, Place, Resolved, as_number, constant, width_of
-from ..model.resolver import AddressError, Resolver
+from ..model.resolver import AddressError, Resolver, missing_in
 from ..model.spec import InstructionKind, Spec
 from ..model.statements import (
     Assignment,
@@ -82,7 +82,7 @@ class Lowerer(Protocol):
     def step(self, instruction: Instruction) -> LoweredStep:
         """Lower an instruction."""
 
-    def report(self, text: str, remedy: str) -> None:
+    def report(self, text: str, remedy: str, *, tag: str = "") -> None:
         """Add a problem of the current line."""
 
     def note_flags(self, operand: Operand) -> None:
@@ -132,7 +132,7 @@ class StatementLowering:
         try:
             operands = find()
         except (AddressError, OperandError) as error:
-            self._lowering.report(str(error), error.remedy)
+            self._lowering.report(str(error), error.remedy, tag=missing_in(error))
             spec, operands = spec or CONDITION, ()
         if spec is None:
             spec, *rest = operands

@@ -18,6 +18,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Mapping, Sequence
 
+from ...io_images.site import Site
 from ..instructions import BY_NAME
 from ..model.errors import LadderError
 from ..model.spec import Spec
@@ -58,8 +59,8 @@ class RungMaker:
                 series = _checked(series_of(elements))
         except (LadderError, RecursionError) as error:
             what = "lists are nested too deep" if isinstance(error, RecursionError) else error
-            text = f"{origin.file}:{origin.line}: rung {len(self.rungs)}: {what}"
-            raise LadderError(text) from None
+            site = Site(file=origin.file, line=origin.line, rung=len(self.rungs))
+            raise LadderError.at(site, f"rung {len(self.rungs)}: {what}") from None
         self.rungs.append(Rung(series, comment, origin))
 
 

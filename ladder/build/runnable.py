@@ -153,15 +153,19 @@ class LadderLogic(ABC):
     @property
     def stubs_in_use(self) -> tuple[str, ...]:
         """Stubs in use, as `MSG = done after 20 ms (3 times)`."""
+        return tuple(f"{name} = {text}" for name, text in self.used_stubs.items())
+
+    @property
+    def used_stubs(self) -> dict[str, str]:
+        """Stubs in use: by name what they do, and how often."""
         counted = Counter(uses_of_stubs(self.build()))
-        used = [f"{name} = {self.stubs[name]} ({times(count)})" for name, count in counted.items()]
+        used = {name: f"{self.stubs[name]} ({times(count)})" for name, count in counted.items()}
         if self.declared_missing:
-            tags = ", ".join(map(declared, self.declared_missing))
-            used.append(f"missing_tags = declare: {tags}")
+            used["missing_tags"] = f"declare: {', '.join(map(declared, self.declared_missing))}"
         if self.refused:
             shown = [*self.refused[:REFUSALS_SHOWN], f"and {len(self.refused) - REFUSALS_SHOWN:,} more"]
-            used.append(f"refused = empty: {', '.join(shown[: len(self.refused)])}")
-        return tuple(used)
+            used["refused"] = f"empty: {', '.join(shown[: len(self.refused)])}"
+        return used
 
     def _declare_missing(self, parts: Sequence[LadderLogic]) -> None:
         """Declare the undeclared tags that the routines of `parts` use."""
@@ -394,6 +398,6 @@ def wrong_initials(lowered: LoweredProgram) -> list[Problem]:
     """Return the problems of initial values."""
     try:
         Memory(lowered.layout, lowered.presets, lowered.defaults)
-    except ValueError as error:
-        return [Problem("initial values", "", str(error), "correct the initial value")]
+    except LadderError as error:
+        return [Problem("initial values", "", str(error), "correct the initial value", error.site)]
     return []

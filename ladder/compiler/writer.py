@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from ...io_images.site import Site
 from ..model.errors import TooLongError
 from ..model.stretches import Spot
 from ..model.tags import BASE, FRAME, OWN, FrameLayout, Layout, Leaf
@@ -90,8 +91,8 @@ class Writer:
         """Release the temporaries of the previous rung; a TooLongError if the function has too many lines."""
         self._temporaries = 0
         if len(self.lines) > MOST_LINES:
-            text = f"routine {self._routine} compiles to more than {MOST_LINES:,} lines of Python: divide it"
-            raise TooLongError(text, self._routine)
+            reason = f"routine {self._routine} compiles to more than {MOST_LINES:,} lines of Python"
+            raise TooLongError(reason, "divide it", Site(routine=self._routine))
 
     def name(self, leaf: Leaf) -> str:
         """Return the variable of a leaf or of its list."""

@@ -442,6 +442,10 @@ class Debugger:
         """Return the cause of a tag's value, see `Inquiry.why`."""
         return self._inquiry.why(tag)
 
+    def cause(self, tag: str) -> tuple[int, str] | None:
+        """Return what last changed a tag, see `Inquiry.cause`."""
+        return self._inquiry.cause(tag)
+
     @property
     def _inquiry(self) -> Inquiry:
         return Inquiry(self._engine, self._journal, self._forces, self.cross_reference)

@@ -10,7 +10,7 @@ from ..model.resolver import Resolver
 from .crossref import CrossReference
 from .watched import Change, shown
 from .watching import WatchedEngine
-from .why import bits_of, changes_of, is_counted, state_of, telling, told, untouched
+from .why import bits_of, cause, changes_of, is_counted, state_of, telling, told, untouched
 
 
 class Past(Protocol):
@@ -50,6 +50,11 @@ class Inquiry:
         if scan is None:
             return None
         return telling(changes_of(self._past.again(scan).history, where), where)
+
+    def cause(self, tag: str) -> tuple[int, str] | None:
+        """Return the scan of the last change of a tag, and what made it; None if nothing is known."""
+        change = self.last_change(tag)
+        return None if change is None else (change.scan, cause(self._engine.lowered, change))
 
     def why(self, tag: str) -> str:
         """Explain a tag's value: scan and rung of its last change, and the false conditions there."""

@@ -8,8 +8,9 @@ from typing import Any
 
 from typing_extensions import override
 
+from ...io_images.site import Site
 from ..interpreter import Interpreter
-from ..model.errors import LadderFault, Site
+from ..model.errors import LadderFault
 from ..model.operands import Calculation, Place
 from ..model.spec import InstructionKind
 from ..model.tags import OWN, Leaf

@@ -87,18 +87,22 @@ def _told(lowered: LoweredProgram, tag: str, where: Place | Group, change: Chang
     if isinstance(where, Place) and isinstance(where.bit, Constant):
         after = bool(int(change.after) >> int(where.bit.value) & 1)
     when = f"scan {change.scan} ({change.now_ns / 1e9:g} s)"
+    return f"{name} is {shown(after)} since {when}: {cause(lowered, change)}"
+
+
+def cause(lowered: Lowered, change: Change) -> str:
+    """Say which rung or statement made a change, and what was false there."""
     if change.site is None:
-        return f"{name} is {shown(after)} since {when}: it was set from outside of the rungs."
+        return "it was set from outside of the rungs."
     site = change.site
     of = f" of {change.instance}" if change.instance else ""
     by = f"{site.instruction} in routine {site.routine}{of}, {site.place}"
     if change.prescan:
-        return f"{name} is {shown(after)} since {when}: prescan of {by}."
+        return f"prescan of {by}."
     if site.unit == "line":
-        return "\n".join(_by_statement(change, f"{name} is {shown(after)} since {when}: {by}"))
-    rung = lowered.routines[site.routine.upper()].lines[site.rung].text
-    lines = [f"{name} is {shown(after)} since {when}: {by}, whose rung was {str(change.power).lower()}:"]
-    lines.append(f"    {rung}")
+        return "\n".join(_by_statement(change, by))
+    rung = lowered.routines[site.routine.upper()].lines[site.rung or 0].text
+    lines = [f"{by}, whose rung was {str(change.power).lower()}:", f"    {rung}"]
     if not change.power:
         lines += [f"  false was {each}" for each in change.blockers]
     return "\n".join(lines)

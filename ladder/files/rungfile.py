@@ -46,6 +46,7 @@ from decimal import Decimal
 from pathlib import Path
 
 from ...io_images.input_files import read_input_text
+from ...io_images.site import Site
 from ...io_images.text_limits import TextKind, TextLimitError, check_text
 from ..build.addon import AddOn
 from ..build.controller import Controller
@@ -105,8 +106,7 @@ def _check(text: str, kind: TextKind, file: str) -> None:
     try:
         check_text(text, kind)
     except TextLimitError as error:
-        where = f"{file}:{error.line}" if file else f"line {error.line}"
-        raise LadderError(f"{where}: {error}") from None
+        raise LadderError.at(Site(file=file, line=error.line), str(error)) from None
 
 
 def write_program(program: Program | Controller, path: Path | str) -> None:

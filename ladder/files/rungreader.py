@@ -14,6 +14,7 @@ from importlib.resources import files
 from itertools import accumulate
 from typing import NoReturn
 
+from ...io_images.site import Site
 from ..build.addon import ROUTINES, AddOn, Parameter, ParameterMode, specs_of
 from ..build.controller import Controller
 from ..build.dialects import DIALECTS, LOGIX
@@ -249,9 +250,8 @@ class Reader:
         text = self._lines[self._at] if self._at < len(self._lines) else ""
         column = len(text) - len(text.lstrip()) + 1
         shown = repr(text.strip()) if text.strip() else "the end of the file"
-        raise RungTextError(
-            expected, line or shown, file=self._file, line=self._at + 1, column=column, rung=None
-        )
+        site = Site(file=self._file, line=self._at + 1, column=column)
+        raise RungTextError(expected, line or shown, site)
 
     def _declaration(self, program: Program | Controller) -> None:
         line = self._peek() or ""
@@ -456,14 +456,8 @@ class Reader:
             text, file=self._file, line=start + 1, rung=number, comment=comment, specs=self._specs
         )
         if not text.rstrip().endswith(";"):
-            raise RungTextError(
-                "; at the end of the rung",
-                "END",
-                file=self._file,
-                line=self._at,
-                column=len(texts[-1]) + 1,
-                rung=number,
-            )
+            site = Site(file=self._file, line=self._at, column=len(texts[-1]) + 1, rung=number)
+            raise RungTextError("; at the end of the rung", "END", site)
         return rung
 
 

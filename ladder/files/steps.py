@@ -28,6 +28,7 @@ from typing import Protocol
 
 from ...io_images.amci3601 import CommandLsw, CommandMsw, StatusLsw, StatusMsw, status_names
 from ...io_images.image import UNSIGNED_MAX, WORD_MIN, WORDS, Image
+from ...io_images.site import Site, SiteError
 from ...io_images.text_limits import TextKind, TextLimitError, check_text
 from ...io_images.thousands import split_thousands
 
@@ -44,7 +45,7 @@ _PARAMETERS = {"target": 2, "speed": 4, "acceleration": 6, "deceleration": 7}
 _NS_PER_MS = 1_000_000
 
 
-class StepsError(ValueError):
+class StepsError(SiteError):
     """An invalid line; the message names file, line and what is allowed."""
 
 
@@ -132,7 +133,7 @@ def parse_steps(text: str, file: str = "") -> Steps:
     try:
         check_text(text, TextKind.STEPS)
     except TextLimitError as error:
-        raise StepsError(f"{file}:{error.line}: {error}") from None
+        raise StepsError.at(Site(file=file, line=error.line), str(error)) from None
     steps: list[Step] = []
     slot = 1
     for number, line in enumerate(text.splitlines(), start=1):
@@ -143,7 +144,7 @@ def parse_steps(text: str, file: str = "") -> Steps:
             elif words:
                 steps.append(_step(number, words))
         except ValueError as error:
-            raise StepsError(f"{file}:{number}: {error}") from None
+            raise StepsError.at(Site(file=file, line=number), str(error)) from None
     if not steps:
         raise StepsError(f"{file}: there is no step in it")
     return Steps(steps, slot)

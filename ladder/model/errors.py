@@ -5,28 +5,22 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from ...io_images.site import NOWHERE, Site, SiteError
 
-class LadderError(ValueError):
+
+class LadderError(SiteError):
     """A program that can't be read or built."""
 
 
 class RungTextError(LadderError):
-    """Rung text with an error; the message names file, rung, line, column and what was expected.
+    """Rung text with an error; names file, rung, line, column and what was expected."""
 
-    Attributes:
-        file: the file, "" if unknown.
-        line: line in the file, from 1.
-        column: column in that line, from 1.
-        rung: number of the rung in its routine, None outside of rungs.
-    """
-
-    def __init__(
-        self, expected: str, found: str, *, file: str, line: int, column: int, rung: int | None
-    ) -> None:
-        self.file, self.line, self.column, self.rung, self.expected = file, line, column, rung, expected
-        where = f"{file}:{line}" if file else f"line {line}"
-        of_rung = "" if rung is None else f"rung {rung}, "
-        super().__init__(f"{where}: {of_rung}column {column}: expected {expected}, found {found}")
+    def __init__(self, expected: str, found: str, site: Site) -> None:
+        self.expected = expected
+        reason = f"expected {expected}, found {found}"
+        of_rung = "" if site.rung is None else f"rung {site.rung}, "
+        super().__init__(f"{site.spot}: {of_rung}column {site.column}: {reason}", site)
+        self.reason = reason
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,16 +31,15 @@ class Problem:
         where: routine and rung, or the tag, for people.
         rung: the rung as text, "" if it is not a rung.
         text: what is wrong, with the value and what is allowed.
-        routine: full name of the routine, "" if it is not in one.
-        number: the rung or line in that routine, None if it is not in one.
+        remedy: what helps.
+        site: where, without `rung` if it is no rung or line.
     """
 
     where: str
     rung: str
     text: str
     remedy: str
-    routine: str = ""
-    number: int | None = None
+    site: Site = NOWHERE
 
     def __str__(self) -> str:
         shown = f"\n    {self.rung}" if self.rung else ""
@@ -58,40 +51,8 @@ class BuildError(LadderError):
 
     def __init__(self, name: str, problems: Sequence[Problem], kind: str = "program") -> None:
         self.problems = tuple(problems)
-        super().__init__("\n".join([f"{kind} {name} can't be built:", *map(str, problems)]))
-
-
-@dataclass(frozen=True, slots=True)
-class Site:
-    r"""An instruction in a program, for messages.
-
-    Attributes:
-        program: name of the program.
-        routine: full name of the routine: `Main`, in a controller `\Program.Main`.
-        rung: number of the rung in it, from 0; in structured text of the line, from 1.
-        instruction: the instruction as text, in structured text the statement.
-        unit: "rung" or "line", which `rung` counts.
-    """
-
-    program: str
-    routine: str
-    rung: int
-    instruction: str
-    unit: str = "rung"
-
-    @property
-    def place(self) -> str:
-        """`rung 3` or `line 12`."""
-        return f"{self.unit} {self.rung}"
-
-    @property
-    def call(self) -> str:
-        """The site without its program."""
-        routine = self.routine.removeprefix(f"\\{self.program}.")
-        return f"routine {routine}, {self.place}, {self.instruction}"
-
-    def __str__(self) -> str:
-        return f"program {self.program}, {self.call}"
+        text = "\n".join([f"{kind} {name} can't be built:", *map(str, problems)])
+        super().__init__(text, *(each.site for each in problems))
 
 
 class LadderFault(Exception):  # noqa: N818 - what the trade calls it
@@ -146,11 +107,11 @@ OVERFLOW_CODE = 4
 
 
 class TooLongError(LadderError):
-    """A routine whose Python text is too long."""
+    """A routine that compiles to too much Python."""
 
-    def __init__(self, text: str, routine: str) -> None:
-        self.routine = routine
-        super().__init__(text)
+    def __init__(self, reason: str, remedy: str, site: Site) -> None:
+        super().__init__(f"{reason}: {remedy}", site)
+        self.reason, self.remedy = reason, remedy
 
 
 class OutOfLinesError(Exception):

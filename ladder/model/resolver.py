@@ -20,6 +20,7 @@ from dataclasses import replace
 from ...io_images.amci3601.bits import PROFILE_BITS, CommandLsw, CommandMsw, ConfigMsw, StatusLsw, StatusMsw
 from ...io_images.cards import MemberPlace, member_of
 from ...io_images.image import WORDS
+from ...io_images.site import Site, sites_of
 from ...io_images.tag_names import AmbiguousNameError, in_scope, normal
 from .errors import LadderError
 from .expressions import parse_address
@@ -59,9 +60,14 @@ _NAMES_LISTED = 12
 class AddressError(LadderError):
     """An address that can't be resolved, with its remedy."""
 
-    def __init__(self, text: str, remedy: str) -> None:
+    def __init__(self, text: str, remedy: str, *sites: Site) -> None:
         self.remedy = remedy
-        super().__init__(text)
+        super().__init__(text, *sites)
+
+
+def missing_in(error: ValueError) -> str:
+    """Return the tag that is missing, "" if an error has another reason."""
+    return next((site.tag for site in sites_of(error)), "")
 
 
 class AmbiguousTagError(AddressError):
@@ -394,7 +400,7 @@ class Resolver:
         close = difflib.get_close_matches(name, names, n=1)
         some = ", ".join([*names[:_NAMES_LISTED], *["..."] * (len(names) > _NAMES_LISTED)]) or "none"
         meant = f"did you mean {close[0]}?" if close else f"tags are {some}"
-        return AddressError(f"there is no tag {name} ({meant})", "declare it")
+        return AddressError(f"there is no tag {name} ({meant})", "declare it", Site(tag=name))
 
 
 def _is_text(resolved: Resolved) -> bool:

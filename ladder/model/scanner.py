@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from typing import NoReturn
 
+from ...io_images.site import Site
 from .errors import RungTextError
 
 _SPACE = re.compile(r"\s*")
@@ -42,7 +43,8 @@ class Scanner:
         if found is None:
             shown = re.match(r"\w+|.", self.text[self.at :])
             found = shown.group() if shown else "the end of the text"
-        raise RungTextError(expected, found, file=self._file, line=line, column=column, rung=self._rung)
+        site = Site(file=self._file, line=line, column=column, rung=self._rung)
+        raise RungTextError(expected, found, site)
 
     def _match(self, pattern: re.Pattern[str]) -> str | None:
         found = pattern.match(self.text, self.at)

@@ -11,8 +11,9 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
+from ...io_images.site import Site
 from ..interpreter import Interpreter
-from ..model.errors import STACK_CODE, LadderFault, MinorFault, ScanEndedError, Site
+from ..model.errors import STACK_CODE, LadderFault, MinorFault, ScanEndedError
 from ..model.tags import program_of, scoped
 from ..state.fault_log import FaultLog
 from ..state.lowered import LoweredProgram

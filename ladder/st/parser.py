@@ -18,6 +18,7 @@ from typing import Any, NoReturn, cast
 from lark import Lark, Token, Transformer, Tree
 from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken, VisitError
 
+from ...io_images.site import Site
 from ..instructions import BY_NAME
 from ..model.errors import RungTextError
 from ..model.expressions import parse_expression
@@ -439,7 +440,7 @@ class _Reader:
         if found is None:
             shown = re.match(r"\w+|.", self._whole[at:])
             found = shown.group() if shown else "the end of the text"
-        raise RungTextError(expected, found, file=self._file, line=line, column=column, rung=None)
+        raise RungTextError(expected, found, Site(file=self._file, line=line, column=column))
 
 
 def _is(node: object, *types: str) -> bool:

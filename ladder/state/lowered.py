@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
-from ..model.errors import Site
+from ...io_images.site import Site
 from ..model.operands import Constant, Group, Place, Resolved
 from ..model.schedule import Schedule
 from ..model.spec import InstructionKind, Spec, Use

@@ -13,7 +13,9 @@ from types import CellType, MappingProxyType
 from typing import Any, Protocol
 
 from ...io_images.image import Image
+from ...io_images.site import Site
 from ..model.arithmetic import real
+from ..model.errors import LadderError
 from ..model.expressions import parse_address
 from ..model.stretches import Spot
 from ..model.tags import Layout, Leaf, Presets
@@ -66,9 +68,12 @@ class Memory:
         self._defaults = defaults
         self._with_initials: dict[int, bool] = {}
         for tag in layout.tags().values():
-            self._load_defaults(tag.name, tag.type, count_of(tag.dims))
-            if tag.initial is not None:
-                self.load(tag.name, tag.type, tag.dims, 0, tag.initial)
+            try:
+                self._load_defaults(tag.name, tag.type, count_of(tag.dims))
+                if tag.initial is not None:
+                    self.load(tag.name, tag.type, tag.dims, 0, tag.initial)
+            except ValueError as error:
+                raise LadderError(str(error), Site(tag=tag.name)) from None
         for (path, index), value in presets.items():
             self.write(layout.leaf(path), index, value)
 

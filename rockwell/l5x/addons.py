@@ -168,9 +168,10 @@ class AddOns:
 
     def _allowed(self, shape: AddOn, routine: Routine, reader: RoutineReader) -> Routine:
         """Drop from a routine what an add-on instruction can't contain; refuse that."""
-        for number, text in list(shape.wrong_in(routine)):
+        for at, text in list(shape.wrong_in(routine)):
+            number = at.rung or 0
             if routine.statements is None:
-                reader.refuse(shape.name, routine.name, number, text, _PARAMETER)
+                reader.refuse(shape.name, routine.name, number, text, _PARAMETER, at)
             else:
                 reader.refuse_object(shape.name, routine.name, f"line {number}: {text}", 0, _PARAMETER)
             routine = without(routine, number)

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 
+from ...io_images.site import NOWHERE, Site
 from ...ladder.build.addon import AddOn
 from ...ladder.build.controller import Controller
 from ...ladder.model.errors import BuildError, LadderError, Problem
-from ...ladder.model.tags import Tag
+from ...ladder.model.tags import Tag, program_of
 from ...ladder.model.tree import Routine
 from .assembly import Parts, does_nothing, without
 from .report import Report
@@ -55,20 +56,19 @@ class Builder:
         """Refuse the rungs and objects of problems; return whether any was refused."""
         something = False
         for each in problems:
-            if each.number is not None and each.routine:
-                owner, routine = _owner_of(each.routine)
-                something |= self.refuse(owner, routine, each.number, each.text, each.remedy)
+            owner, routine = owner_of(each.site.routine)
+            if each.site.rung is not None:
+                something |= self.refuse(owner, routine, each.site.rung, each.text, each.remedy, each.site)
                 something |= parts is not self._parts and self._leave_out(owner, each)
-            elif each.where == "initial values":
-                something |= self._drop_initial(each.text, parts)
-            elif each.routine:
-                owner, routine = _owner_of(each.routine)
+            elif each.site.tag:
+                something |= self._drop_initial(each.site.tag, each.text, parts)
+            elif routine:
                 something |= self._refuse_routine(owner, routine, each)
         return something
 
     def _leave_out(self, name: str, problem: Problem) -> bool:
         key = name.upper()
-        if not problem.routine.startswith("\\") or key in self._parts.uncalled:
+        if not problem.site.routine.startswith("\\") or key in self._parts.uncalled:
             return False
         self._parts.uncalled.add(key)
         self._report.note(name, f"it is not tried by itself: {problem.text}")
@@ -89,6 +89,7 @@ class Builder:
         number: int,
         text: str,
         remedy: str,
+        site: Site = NOWHERE,
     ) -> bool:
         """Refuse a rung, or a routine of structured text; whether there was something to refuse.
 
@@ -114,7 +115,7 @@ class Builder:
         elif number >= len(record.rungs) or not found.rungs[number].series:
             return False
         else:
-            self._reader.refuse(owner, routine, number, text, remedy)
+            self._reader.refuse(owner, routine, number, text, remedy, site)
             emptied.add(number)
             return True
         part = self._parts.programs.get(owner.upper())
@@ -162,15 +163,15 @@ class Builder:
         definition = self._parts.add_ons[owner.upper()]
         self._parts.add_ons[owner.upper()] = _with_routine(definition, new)
 
-    def _drop_initial(self, text: str, parts: Parts) -> bool:
-        """Zero the initial value of a tag if it does not fit; return whether there was one."""
-        name = text.partition(":")[0].split("[")[0].split(".")
-        for scope in (parts.declarations, *(each.declarations for each in parts.programs.values())):
-            for place, each in enumerate(scope):
-                if isinstance(each, Tag) and each.initial is not None and each.name in name:
-                    self._report.lose(each.name, f"it starts with zeros: {text}")
-                    scope[place] = replace(each, initial=None)
-                    return True
+    def _drop_initial(self, tag: str, text: str, parts: Parts) -> bool:
+        """Start a tag with zeros if its initial value does not fit; return whether there was one."""
+        owner, name = owner_of(tag) if program_of(tag) else ("", tag)
+        scope = parts.programs[owner.upper()].declarations if owner else parts.declarations
+        for place, each in enumerate(scope):
+            if isinstance(each, Tag) and each.initial is not None and each.name == name:
+                self._report.lose(each.name, f"it starts with zeros: {text}")
+                scope[place] = replace(each, initial=None)
+                return True
         return self._drop_defaults(text)
 
     def _drop_defaults(self, text: str) -> bool:
@@ -184,7 +185,7 @@ class Builder:
         return something
 
 
-def _owner_of(routine: str) -> tuple[str, str]:
+def owner_of(routine: str) -> tuple[str, str]:
     r"""Split `\Program.Routine` or `AddOn.Role`."""
     owner, _, name = routine.removeprefix("\\").partition(".")
     return owner, name

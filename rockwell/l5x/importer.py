@@ -6,6 +6,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from ...io_images.site import Site
 from ...ladder.build.controller import Controller
 from ...ladder.instructions.stubbed import specs_of_stubs
 from ...ladder.model.collector import collector_paused
@@ -161,9 +162,8 @@ class Importer:
             for number, instruction in numbered_instructions(routine):
                 reason = withheld.get(instruction.name.upper())
                 if reason is not None:
-                    self._builder.refuse(
-                        owner, routine.name, number, f"{instruction.name}: {reason}", UNKNOWN
-                    )
+                    at, text = Site(instruction=instruction.name), f"{instruction.name}: {reason}"
+                    self._builder.refuse(owner, routine.name, number, text, UNKNOWN, at)
         self._builder.empty()
 
     def _stub_absent_add_ons(self, shapes: Mapping[str, Spec]) -> None:
@@ -183,7 +183,8 @@ class Importer:
                     continue
                 text = f"{name}: there is no instruction {name}, and no add-on in the export"
                 if routine.statements is None:
-                    self._builder.refuse(owner, routine.name, number, text, UNKNOWN)
+                    at = Site(instruction=name)
+                    self._builder.refuse(owner, routine.name, number, text, UNKNOWN, at)
                 else:
                     self._reader.refuse_statement(owner, routine.name, number, text, UNKNOWN)
         self._builder.empty()

@@ -29,6 +29,7 @@ class Refusal:
         text: the rung.
         reason: what is wrong.
         remedy: what helps.
+        tag: the tag that is missing, "" if that is not the reason.
     """
 
     file: str
@@ -40,12 +41,17 @@ class Refusal:
     text: str
     reason: str
     remedy: str
+    tag: str = ""
 
     @property
     def place(self) -> str:
         """Where it is in the program, as `Main.Feed rung 3`."""
         rung = "" if self.rung is None else f" rung {self.rung}"
         return ".".join(filter(None, (self.program, self.routine))) + rung
+
+    def as_json(self) -> dict[str, Any]:
+        """Return it for `--json`."""
+        return {name: value for name, value in asdict(self).items() if name != "tag"}
 
     def __str__(self) -> str:
         where = [self.program, self.routine, "" if self.rung is None else f"rung {self.rung}"]
@@ -198,8 +204,8 @@ class Report:
             "imported": self.imported,
             "ran": self.ran,
             "structured_text": self.structured(),
-            "refused": [asdict(each) for each in self.refused],
-            "objects": [asdict(each) for each in self.objects],
+            "refused": [each.as_json() for each in self.refused],
+            "objects": [each.as_json() for each in self.objects],
             "declared": self.declared,
             "stubs": self.stubs,
             "faults": self.faults,

@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Mapping
 
+from ...io_images.site import NOWHERE, Site
 from ...ladder.build.text import parse_rung
 from ...ladder.instructions import BY_NAME
 from ...ladder.model.errors import RungTextError
@@ -57,11 +58,12 @@ def instruction_names(document: L5xDocument) -> list[str]:
     return list(found)
 
 
-def _column(text: str, reason: str) -> int:
-    """Return the column of the instruction that a reason begins with, else 1."""
-    shown = reason.partition(": ")[0]
-    at = text.find(shown)
-    return (at if at >= 0 else text.find(shown.partition("(")[0])) + 1 or 1
+def _column(text: str, site: Site) -> int:
+    """Return the column of a place in a rung: its own, or that of its instruction; 1 if it has neither."""
+    if site.column or not site.instruction:
+        return site.column or 1
+    at = text.find(site.instruction)
+    return (at if at >= 0 else text.find(site.instruction.partition("(")[0])) + 1 or 1
 
 
 def line_of(record: RoutineRecord, number: int) -> int:
@@ -165,8 +167,7 @@ class RoutineReader:
                 specs=self.specs,
             )
         except RungTextError as error:
-            reason = str(error).partition(f"column {error.column}: ")[2]
-            self.refuse(owner, record.name, place, reason, UNKNOWN, error.column)
+            self.refuse(owner, record.name, place, error.reason, UNKNOWN, error.site)
             return Rung((), rung.comment, origin)
         return self._presets[owner.upper()].settled(read, self.specs)
 
@@ -179,9 +180,9 @@ class RoutineReader:
                 "\n".join(lines), file=self._report.file, lines=numbers, specs=self.specs
             )
         except RungTextError as error:
-            reason = f"column {error.column}: " + str(error).partition(f"column {error.column}: ")[2]
+            reason = f"column {error.site.column}: {error.reason}"
             self._count_text(owner, record)
-            self.refuse_object(owner, record.name, reason, error.line, "correct the line")
+            self.refuse_object(owner, record.name, reason, error.site.line or record.line, "correct the line")
             return None
         self._count_text(owner, record, block)
         return Routine(record.name, (), record.comment, block)
@@ -200,15 +201,17 @@ class RoutineReader:
 
     # --- refusing
 
-    def refuse(self, owner: str, routine: str, place: int, reason: str, remedy: str, column: int = 0) -> None:
+    def refuse(
+        self, owner: str, routine: str, place: int, reason: str, remedy: str, site: Site = NOWHERE
+    ) -> None:
         """Refuse a rung by its place; once.
 
         Args:
             owner: the program, or the add-on instruction.
             place: place of the rung.
-            reason: what is wrong; may begin with the instruction.
+            reason: what is wrong.
             remedy: what helps.
-            column: where, from 1; 0 for that of the instruction.
+            site: the instruction or column in the rung, and the tag that is missing.
         """
         key = (owner.upper(), routine.upper(), place)
         if key in self._refused:
@@ -218,10 +221,7 @@ class RoutineReader:
         self._report.refused.append(
             Refusal(
                 *(self._report.file, rung.line, owner, routine, rung.number),
-                column or _column(rung.text, reason),
-                rung.text,
-                reason,
-                remedy,
+                *(_column(rung.text, site), rung.text, reason, remedy, site.tag),
             )
         )
 

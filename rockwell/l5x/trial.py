@@ -22,6 +22,7 @@ from ...ladder.model.tree import Routine
 from ...ladder.run.engine import Engine
 from ...ladder.state.memory import same
 from .assembly import Parts, does_nothing, harness_of, implicit_task, trial_tasks
+from .building import owner_of
 from .importer import L5xImport
 
 SCANS = 100
@@ -92,10 +93,9 @@ def _run(
     try:
         outcome = lockstep(controller or parts.assemble(report, tasks), work)
     except TooLongError as error:
-        owner, _, routine = error.routine.removeprefix("\\").partition(".")
-        reason, _, remedy = str(error).rpartition(": ")
-        if not imported.reader.refuse_routine(owner, routine, reason, remedy):
-            report.faults[owner] = reason
+        owner, routine = owner_of(error.site.routine)
+        if not imported.reader.refuse_routine(owner, routine, error.reason, error.remedy):
+            report.faults[owner] = error.reason
             return
         parts = _without(parts, owner, routine)
         _run(imported, parts, tasks, None, work)

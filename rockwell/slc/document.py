@@ -37,6 +37,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from ...io_images.input_files import open_input
+from ...io_images.site import Site
 from ...ladder.model.errors import LadderError
 from .lines import WORD, Line, lines_of
 from .records import DataRecord, DataRow, LadderRecord, Other, SlcDocument, SlcRungRecord, SlotRecord
@@ -175,7 +176,8 @@ class _SlcReader:
         self._leave()
         self._count += 1
         if self._count > MOST_RUNGS:
-            raise SlcError(f"{self._document.file}:{line}: there are more than {MOST_RUNGS:,} rungs")
+            site = Site(file=self._document.file, line=line)
+            raise SlcError.at(site, f"there are more than {MOST_RUNGS:,} rungs")
         comment = "\n".join(self._comment)
         self._comment = []
         self._file(None).rungs.append(SlcRungRecord(tuple(words), line, comment, whole))

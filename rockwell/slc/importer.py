@@ -32,8 +32,6 @@ LONGEST = 1000
 MAIN = 2
 """Number of the main ladder file."""
 
-_PLACE = re.compile(r"routine U(\d+), rung (\d+)")
-
 
 @dataclass(slots=True)
 class SlcImport:
@@ -113,9 +111,7 @@ class _Importer:
         if program is None:
             self._refuse_rest(reason)
         else:
-            for each in program.stubs_in_use:
-                name, _, text = each.partition(" = ")
-                report.stubs[name] = text
+            report.stubs.update(program.used_stubs)
         return SlcImport(document, report, program)
 
     # --- rungs
@@ -146,17 +142,15 @@ class _Importer:
 
     def _refuse_all(self, problems: list[Problem] | tuple[Problem, ...], routines: list[Routine]) -> bool:
         places = {routine.name: number for number, routine in enumerate(routines)}
+        files = {routine_name(number, {}): number for number, _ in self._rungs}
         empty: set[tuple[int, int]] = set()
         for problem in problems:
-            found = _PLACE.search(problem.where)
-            if found is None:
-                continue
-            file, rung = int(found.group(1)), int(found.group(2))
-            if (file, rung) in empty or (file, rung) not in self._rungs:
+            file, rung = files.get(problem.site.routine), problem.site.rung
+            if file is None or rung is None or (file, rung) in empty or (file, rung) not in self._rungs:
                 continue
             empty.add((file, rung))
             self._refuse(file, rung, problem.text, problem.remedy)
-            place = places[routine_name(file, {})]
+            place = places[problem.site.routine]
             rungs = list(routines[place].rungs)
             rungs[rung] = replace(rungs[rung], series=())
             routines[place] = replace(routines[place], rungs=tuple(rungs))

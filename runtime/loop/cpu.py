@@ -12,6 +12,7 @@ from contextlib import AbstractContextManager, ExitStack
 from types import TracebackType
 from typing import NoReturn, Self
 
+from ...io_images.site import NOWHERE, sites_of
 from .events import Event, JsonValue
 from .exchange import EndOfScan, Exchange
 from .faults import Cause, CpuFault, Fault, ends_the_run, place_of, words_of
@@ -303,7 +304,8 @@ class Cpu:
         """Stop in order after `error` in `phase`: outputs, modules, listeners; raise it as a `CpuFault`."""
         cause = Cause.WATCHDOG if isinstance(error, WatchdogTimeout) else self._phases.blame[phase]
         text = _watchdog_words(error) if cause is Cause.WATCHDOG else words_of(error)
-        self.fault = Fault(self.scan, self.now_ns, cause, place_of(error), text)
+        site = next(sites_of(error), NOWHERE)
+        self.fault = Fault(self.scan, self.now_ns, cause, place_of(error), text, site)
         if cause is Cause.LISTENER:
             self._listeners.dismiss_present()
         failure = CpuFault(self.fault)

@@ -11,6 +11,7 @@ from enum import Enum
 from opcode import opmap
 from pathlib import Path
 
+from ...io_images.site import NOWHERE, Site
 from ...io_images.text_limits import shortened
 from .events import JsonValue
 
@@ -34,6 +35,7 @@ class Fault:
         cause: who is to blame.
         where: file:line of the user's code, or of the innermost code known.
         text: what happened, in the words of the error.
+        site: routine and rung of a ladder program.
     """
 
     scan: int
@@ -41,6 +43,7 @@ class Fault:
     cause: Cause
     where: str
     text: str
+    site: Site = NOWHERE
 
     def __str__(self) -> str:
         seconds = f"{self.now_ns // 1_000_000_000}.{self.now_ns % 1_000_000_000:09d}".rstrip("0").rstrip(".")
@@ -49,7 +52,10 @@ class Fault:
     @property
     def fields(self) -> Mapping[str, JsonValue]:
         """The fault as the topic /faults reports it."""
-        return {"cause": self.cause.value, "where": self.where, "text": self.text}
+        fields: dict[str, JsonValue] = {"cause": self.cause.value, "where": self.where, "text": self.text}
+        if self.site.rung is not None:
+            fields |= {"routine": self.site.routine, "rung": self.site.rung}
+        return fields
 
 
 _BLAME = {

@@ -262,7 +262,7 @@ class Bench:
         if tag is not None and self._observed and (tag in self.program.tags or not self._is_image(tag)):
             return str(self.program.why(tag))
         recording = self._journal.recording()
-        by_rung = self.logic.why if self._observed else None
+        by_rung = self.logic.cause if self._observed else None
         asked = Why(recording, len(recording.scans) - 1, self.spec, self._load, by_rung)
         return asked.rack() if tag is None else asked.of(tag)
 

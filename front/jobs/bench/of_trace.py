@@ -19,18 +19,20 @@ from ..trust.attachments import job_of
 from ..why.again import Load
 from ..why.answer import Why
 from ..why.following import InputReplay
+from ..why.source.lines import Line
 from . import NotReachedError
 from .moment import ScanChoice
 
 
 @dataclass(frozen=True, slots=True)
 class TraceAnswer:
-    """An answer, the number of its scan, and reasons to doubt it."""
+    """An answer, the number of its scan, reasons to doubt it, and the lines of the program that it names."""
 
     scan: int
     now_ns: int
     text: str
     notes: tuple[str, ...] = ()
+    lines: tuple[Line, ...] = ()
 
 
 def why_of_trace(
@@ -77,7 +79,7 @@ def _of_images(
     asked = Why(recording, 0, spec, load)
     row = moment.row(recording) if moment.until is None else _reached(moment, asked.first_on(moment.until))
     why = Why(recording, row, spec, load)
-    return _asked(recording, row, why.rack() if what is None else why.of(what))
+    return _asked(why, why.rack() if what is None else why.of(what))
 
 
 def _of_ladder(recording: Recording, job: Job, what: str | None, moment: ScanChoice) -> TraceAnswer:
@@ -98,7 +100,7 @@ def _of_ladder(recording: Recording, job: Job, what: str | None, moment: ScanCho
     orders = TagOrders(score_of(recording), recording.events)
     refused = following.play(debugger, orders)
     row = _reached(moment, following.row - 1 if following.met or until is None else None)
-    why = Why(recording, row, job.spec, None, debugger.why)
+    why = Why(recording, row, job.spec, None, debugger.cause)
     notes = [
         *edit_notes(recording.events),
         *orders.notes,
@@ -106,9 +108,9 @@ def _of_ladder(recording: Recording, job: Job, what: str | None, moment: ScanCho
         *_departed(why, following),
     ]
     if what is None:
-        return _asked(recording, row, why.rack(), notes)
+        return _asked(why, why.rack(), notes)
     own = what in debugger.tags or not why.means_image(what)
-    return _asked(recording, row, debugger.why(what) if own else why.of(what), notes)
+    return _asked(why, debugger.why(what) if own else why.of(what), notes)
 
 
 def _departed(why: Why, following: InputReplay) -> list[str]:
@@ -125,5 +127,8 @@ def _reached(moment: ScanChoice, row: int | None) -> int:
     return row
 
 
-def _asked(recording: Recording, row: int, text: str, notes: Sequence[str] = ()) -> TraceAnswer:
-    return TraceAnswer(recording.numbers[row], recording.times[row], text, tuple(notes))
+def _asked(why: Why, text: str, notes: Sequence[str] = ()) -> TraceAnswer:
+    scans, row = why.recording, why.row
+    return TraceAnswer(
+        scans.numbers[row], scans.times[row], text, tuple(notes), tuple(dict.fromkeys(why.lines))
+    )

@@ -88,7 +88,10 @@ class _Reader:
             configurations=[each for each in copies if each.words[0] & MODE_CONFIG],
             searches=[*self._searches(writes), *self._block_searches()],
             repeated=[
-                Remark(_place_in(each.where, self.path), f"{each.text}; {each.remedy}")
+                Remark(
+                    Place(each.site.file or str(self.path), each.site.line or 1),
+                    f"{each.text}; {each.remedy}",
+                )
                 for each in self.program.warnings
             ],
             held=list(held(writes)),
@@ -268,9 +271,3 @@ def _reaches(mention: Mention, word: int, bit: int) -> bool:
 
 def _path(mention: Mention) -> str:
     return path_of(mention.where, as_written=True)
-
-
-def _place_in(where: str, path: Path) -> FileLine:
-    """Return file and line from the head of a message."""
-    found = re.match(r"(.+?):(\d+): ", where)
-    return FileLine(found[1], int(found[2])) if found else FileLine(str(path), 1)

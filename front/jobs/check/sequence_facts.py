@@ -11,15 +11,16 @@ No sequence runs. The class is attached to images without modules.
 from __future__ import annotations
 
 import ast
-import re
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from inspect import getattr_static
 from pathlib import Path
 from typing import Any
 
+from ...io_images.site import NOWHERE, Site, SiteError, sites_of
 from ...ladder.python.axis3601 import Axis3601
 from ...ladder.python.sequences import Input, InputWord, Logic, fresh, parts_of
+from ...ladder.python.sequences.parts import DeclarationError
 from ...ladder.python.sequences.signals import Signal
 from ...runtime.config.rackspec import RackSpec
 from ..load.bare_slots import bare_slots
@@ -27,9 +28,6 @@ from .facts import Facts, FileLine, Remark, SentCommand, UsesBit
 from .loops import endless
 from .python_facts import Reader
 from .sequence_calls import Calls
-
-_PROBLEM = re.compile(r"(?P<file>.*?):(?P<line>\d+): (?P<text>.*)")
-"""The message of `Logic` about a declaration."""
 
 
 def sequence_facts(path: Path, program: Logic, spec: RackSpec) -> Facts:
@@ -60,13 +58,10 @@ def _misplaced(logic: Logic, spec: RackSpec, path: Path) -> Iterator[Remark]:
     slots = bare_slots({slot.number: slot.words for slot in spec.slot})
     try:
         logic.__attach_logic__(slots)
-    except ValueError as error:
-        for line in str(error).splitlines():
-            match = _PROBLEM.fullmatch(line)
-            if match is None:
-                yield Remark(FileLine(str(path), 1), line)
-            else:
-                yield Remark(FileLine(match["file"], int(match["line"])), match["text"])
+    except DeclarationError as error:
+        for each in error.errors:
+            site = next(sites_of(each), NOWHERE)
+            yield Remark(_place(site, path), each.reason if isinstance(each, SiteError) else str(each))
 
 
 def _texts(program: type, path: Path) -> Iterator[tuple[Path, ast.Module, Mapping[str, Any]]]:
@@ -116,6 +111,5 @@ def _constant_fields(logic: Logic, texts: Sequence[ast.Module]) -> dict[str, obj
     return {name: value for name, value in values.items() if isinstance(value, int | str | tuple)}
 
 
-def _place(declared: str, path: Path) -> FileLine:
-    file, _, line = declared.rpartition(":")
-    return FileLine(file, int(line)) if line.isdecimal() else FileLine(str(path), 1)
+def _place(site: Site, path: Path) -> FileLine:
+    return FileLine(site.file or str(path), site.line or 1)

@@ -61,7 +61,7 @@ def _head(imported: L5xImport, program: Path) -> Iterator[str]:
 def _stubs(imported: L5xImport) -> Iterator[str]:
     """Yield a table of stubs for what is not here."""
     report = imported.report
-    tagless = [each for each in report.refused if "there is no tag" in each.reason]
+    tagless = [each for each in report.refused if each.tag]
     called = dict.fromkeys(_instruction(each) for each in report.refused)
     missing = [name for name in called if name and name not in BY_NAME]
     routines = dict.fromkeys(each.routine for each in report.objects if each.routine)

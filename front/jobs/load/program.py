@@ -22,6 +22,7 @@ from types import FunctionType, ModuleType
 from typing import TYPE_CHECKING, Any
 
 from ...io_images.input_files import read_input
+from ...io_images.site import Site, SiteError
 from ...io_images.text_limits import LIMITS, TextKind, shortened
 from ...ladder.build.bound_axes import Axes
 from ...ladder.build.runnable import REFUSALS_SHOWN, LadderLogic
@@ -104,7 +105,7 @@ class LoadedProgram:
         return hashlib.sha256(self.data).hexdigest()
 
 
-class ProgramError(ValueError):
+class ProgramError(SiteError):
     """A program that can't be loaded; the message names file, line and what is allowed."""
 
 
@@ -258,7 +259,7 @@ def _made(path: Path, program: Callable[..., Any]) -> Callable[..., Any]:
     try:
         return as_logic(program)
     except Exception as error:
-        raise ProgramError(_while_loading(path, error)) from error
+        raise _while_loading(path, error) from error
 
 
 def _other_name(path: Path, module: ModuleType) -> str:
@@ -339,7 +340,7 @@ def _whole(
         shown = [str(each) for each in refused[:REFUSALS_SHOWN]] or [f"{path}: there is no program in it"]
         more = len(refused) - REFUSALS_SHOWN
         shown += [f"and {more} more: scanrack l5x {path} lists all"] * (more > 0)
-        raise ProgramError("\n".join(shown))
+        raise ProgramError("\n".join(shown), *(Site(file=each.file, line=each.line) for each in refused))
     program.refused = [each.place for each in sorted(refused, key=lambda each: each.line)]
     notices = (report.warning,) if report.lost else ()
     return LoadedProgram(path, program.name, program, data, notices, modules)
@@ -386,7 +387,8 @@ def _execute(path: Path, data: bytes) -> ModuleType:
         code = compile(data, str(path), "exec")
     except (SyntaxError, ValueError) as error:  # null bytes are the one or the other, by Python version
         line, text = getattr(error, "lineno", None) or 1, getattr(error, "msg", error)
-        raise ProgramError(f"{path}:{line}: the program has a syntax error: {text}") from None
+        site = Site(file=str(path), line=line)
+        raise ProgramError.at(site, f"the program has a syntax error: {text}") from None
     module = ModuleType(f"scanrack_program_{path.stem}")
     module.__file__ = str(path)
     module.__spec__ = find_beside(path, ModuleSpec(module.__name__, None, origin=str(path)))
@@ -396,16 +398,17 @@ def _execute(path: Path, data: bytes) -> ModuleType:
     except KeyboardInterrupt:
         raise
     except BaseException as error:
-        raise ProgramError(_while_loading(path, error)) from error
+        raise _while_loading(path, error) from error
     return module
 
 
-def _while_loading(path: Path, error: BaseException) -> str:
+def _while_loading(path: Path, error: BaseException) -> ProgramError:
     """Say what went wrong, at the innermost line of the program's own file."""
     steps = traceback.extract_tb(error.__traceback__)
     lines = [step.lineno for step in steps if step.filename == str(path)]
     what = f"{type(error).__name__}: {shortened(str(error))}{shadowed(path, error)}"
-    return f"{path}:{lines[-1] if lines else 1}: the program can't be loaded: {what}"
+    site = Site(file=str(path), line=lines[-1] if lines else 1)
+    return ProgramError.at(site, f"the program can't be loaded: {what}")
 
 
 def _pick(path: Path, module: ModuleType, name: str) -> Callable[..., Any]:

@@ -31,7 +31,7 @@ def sequences_in(logic: ScanLogic) -> tuple[Sequence, ...]:
 def declared_axes(logic: ScanLogic) -> dict[int, str]:
     """Return the slots of the axes that a program declares, each with the line that does."""
     parts = parts_of(logic) if isinstance(logic, Logic) else ()
-    return {each.slot: each.declared for each in parts if isinstance(each, Axis3601)}
+    return {each.slot: each.declared.spot for each in parts if isinstance(each, Axis3601)}
 
 
 def standing(sequence: Sequence, scan: int) -> Step:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -20,6 +20,7 @@ from ..record.tag_names import named_values, namespace_of
 from .again import Again, Load, TracedChange, Watched, fresh, run_again
 from .past import ALL_BITS, Past, SlotPast
 from .source.conditions import source_line
+from .source.lines import Line
 from .source.named import Names
 from .telling import told, told_sender
 from .waits import waits
@@ -35,14 +36,16 @@ class Why:
         row: row of the scan in question.
         spec: the rack; None if a trace does not say what made it.
         load: how the Python program is loaded again; None for one that has no lines.
-        by_rung: of a ladder program at that scan: says why a tag has its value, see `Debugger.why`.
+        by_rung: of a ladder program at that scan: the last change of a tag, see `Debugger.cause`.
+        lines: the lines of the program that answers have named.
     """
 
     recording: Recording
     row: int
     spec: RackSpec | None
     load: Load | None
-    by_rung: Callable[[str], str] | None = None
+    by_rung: Callable[[str], tuple[int, str] | None] | None = None
+    lines: list[Line] = field(default_factory=list)
 
     @cached_property
     def past(self) -> Past:
@@ -167,9 +170,9 @@ class Why:
         """Return which rung changed a word last, after a colon; a full stop if that is not known."""
         if self.by_rung is None:
             return "."
-        answer = self.by_rung(f"Local:{self._slot_at(at)}:O.Data[{at % IMAGE_BYTES // 2}]")
-        head, _, rung = answer.partition(": ")
-        return f": {rung}" if head.endswith(f"since {self.past.when(row)}") else "."
+        change = self.by_rung(f"Local:{self._slot_at(at)}:O.Data[{at % IMAGE_BYTES // 2}]")
+        known = change is not None and change[0] == self.recording.numbers[row]
+        return f": {change[1]}" if change is not None and known else "."
 
     def _slot_at(self, at: int) -> int:
         """Return the slot of a place among all output images."""
@@ -179,11 +182,13 @@ class Why:
         """Yield sentences about the last of some changes in a scan; the words are those of `slot`."""
         sent = [each for each in made[-1].senders if each.slot == slot] if made else []
         if sent:
+            self.lines.append(sent[0].line)
             yield from told_sender(said, sent[0])
         elif not made or not made[-1].line.number:
             yield f"{said}: {NO_LINE}"
         else:
             slots = self.recording.slots
+            self.lines.append(made[-1].line)
             yield from told(said, made[-1], slots, lambda slot: self.past.words(slot, "in", row))
 
     def _departed(self, again: Again) -> str:

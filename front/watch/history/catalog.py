@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -21,15 +20,13 @@ from ...ladder.model.resolver import Resolver
 from ...ladder.model.tags import Tag, program_of, scoped
 from ...ladder.model.tree import Address, Routine, Rung
 from ...ladder.run.view import Tags
+from ...runtime.loop.faults import Fault
 from .shadow import Truths
 
 Json = dict[str, Any]
 
 MOST_HITS = 200
 """Hits that a search lists."""
-
-_SITE = re.compile(r"program (\S+), routine (\S+), (?:rung|line) (\d+)")
-"""A site as `ladder.errors.Site` prints it."""
 
 COLUMNS = range(40, 161)
 """Widths of a rung that a page may ask for."""
@@ -233,19 +230,11 @@ class Catalog:
                     hits.append({"text": told, "rung": f"{routine.name}.{number}", "tag": None})
         return hits[:MOST_HITS]
 
-    def place_of_fault(self, text: str) -> str | None:
-        """Return the rung or line that a major fault names, such as Main.3; None if it names none.
-
-        Args:
-            text: of the fault, which has a `ladder.errors.Site` in it.
-        """
-        found = _SITE.search(text)
-        if found is None:
-            return None
-        program, routine, number = found.groups()
-        names = {each.name for each in self._program.routines}
-        full = next((each for each in (routine, scoped(program, routine)) if each in names), None)
-        return None if full is None else f"{full}.{number}"
+    def place_of_fault(self, fault: Fault) -> str | None:
+        """Return the rung or line in which a major fault happened, such as Main.3; None if unknown."""
+        routine, rung = fault.site.routine, fault.site.rung
+        known = any(each.name == routine for each in self._program.routines)
+        return f"{routine}.{rung}" if known and rung is not None else None
 
     def has(self, name: str) -> bool:
         """Tell whether there is such a tag."""
@@ -300,13 +289,9 @@ class PythonSource:
         """Return the file as the one routine that `hello` lists."""
         return [{"name": self._name, "kind": "python", "comment": "", "lines": len(self._lines)}]
 
-    def place_of_fault(self, text: str) -> str | None:
-        """Return the line that a fault names, such as line.py.62; None if it is in another file.
-
-        Args:
-            text: of the fault, which ends with `[file:line]`.
-        """
-        file, _, line = text.rpartition("[")[2].rstrip("]").rpartition(":")
+    def place_of_fault(self, fault: Fault) -> str | None:
+        """Return the line of a fault, such as line.py.62; None if it is in another file."""
+        file, _, line = fault.where.rpartition(":")
         return f"{self._name}.{line}" if Path(file).name == self._name else None
 
     def show(self, names: tuple[str, ...]) -> tuple[PageRoutine, Json]:

@@ -14,6 +14,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from operator import itemgetter
 from typing import Any, Protocol
 
+from ...io_images.site import Site
 from ...runtime.loop.faults import Cause, Fault
 from ...traces.format.topics import TOPICS
 from ...traces.read.reader import TraceEvent
@@ -49,7 +50,7 @@ class States(Protocol):
     def rules_at(self, scan: int | None) -> list[Json]:
         """Return the rule that last set each bit, up to a scan."""
 
-    def faults_at(self, scan: int | None) -> list[str]:
+    def faults_at(self, scan: int | None) -> list[Fault]:
         """Return what had stopped the CPU by the end of a scan."""
 
     def up_to(self, scan: int, most: int) -> list[Json]:
@@ -117,7 +118,8 @@ class EventLog:
         if topic == FAULTS:
             cause = next((each for each in Cause if each.value == event.get("cause")), Cause.PROGRAM)
             where, text = str(event.get("where", "")), str(event.get("text", ""))
-            self._faults.append(Fault(scan, event["t"], cause, where, text))
+            site = Site(routine=event.get("routine", ""), rung=event.get("rung"))
+            self._faults.append(Fault(scan, event["t"], cause, where, text, site))
         self._events.append(
             {
                 "scan": scan,
@@ -166,10 +168,10 @@ class EventLog:
         before = min(scan, self._events[0]["scan"] - 1) if self._events else scan
         return [*self.earlier.up_to(before, most - len(own)), *own]
 
-    def faults_at(self, scan: int | None) -> list[str]:
+    def faults_at(self, scan: int | None) -> list[Fault]:
         """Return what had stopped the CPU by the end of a scan; None = the latest."""
         earlier = [] if self.earlier is None or self._faults else self.earlier.faults_at(scan)
-        return earlier + [str(each) for each in self._faults if scan is None or each.scan <= scan]
+        return earlier + [each for each in self._faults if scan is None or each.scan <= scan]
 
     def forces_at(self, scan: int | None) -> Json:
         """Return the forces in effect in a scan; None = the latest."""

@@ -14,6 +14,7 @@ from typing import Any
 from ...jobs.record.links import INDICATORS, LinkChange, link_changes
 from ...jobs.record.repeating import RecordedOrder, orders_of
 from ...jobs.replay.replaying import is_edit
+from ...runtime.loop.faults import Fault
 from ...traces.format.topics import ORDERS
 from ...traces.read.reader import Trace, TraceEvent
 from .event_log import FIRST, FORCES, LAST_SCAN, EventLog
@@ -93,7 +94,7 @@ class RecordedEvents:
         """Return the rule that last set each bit, up to a scan, as far as that is known."""
         return self._stood(scan)[1]
 
-    def faults_at(self, scan: int | None) -> list[str]:
+    def faults_at(self, scan: int | None) -> list[Fault]:
         """Return what had stopped the CPU by the end of a scan, as far as that is known."""
         logs = self._back_from(LAST_SCAN if scan is None else scan)
         return [each for log in logs for each in log.faults_at(scan)]

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from ...ladder import LadderLogic
+from ...runtime.loop.faults import Fault
 from ...runtime.loop.scan import ScanLogic
 from .catalog import Catalog, PythonSource
 from .event_log import LAST_SCAN
@@ -96,10 +97,10 @@ class Stretch:
         routines = [] if self.source is None else self.source.routines()
         return {"routines": routines, "tags": tags, "lacks": self._lacks}
 
-    def place_of_fault(self, text: str) -> str | None:
-        """Return the rung or line that a fault names, such as Main.3 or line.py.62; None if it names none."""
+    def place_of_fault(self, fault: Fault) -> str | None:
+        """Return the rung or line of a fault, such as Main.3 or line.py.62; None if unknown."""
         known = self.catalog or self.source
-        return None if known is None else known.place_of_fault(text)
+        return None if known is None else known.place_of_fault(fault)
 
 
 class Stretches:

@@ -257,7 +257,9 @@ class Monitor(ABC):
     def _faults(self, past: int | None) -> list[Json]:
         """Return what had stopped the CPU by a scan, and the rung or line in which it did."""
         program = self.subject.programs.at(past)
-        return [{"text": text, "at": program.place_of_fault(text)} for text in self.states.faults_at(past)]
+        return [
+            {"text": str(each), "at": program.place_of_fault(each)} for each in self.states.faults_at(past)
+        ]
 
     def _program(self, page: Page, scan: int) -> Json:
         """Return power and tags of what a page shows."""

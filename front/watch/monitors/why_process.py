@@ -1,7 +1,7 @@
 """Why a value of a Python program is what it is, in a process of its own, since the program runs again.
 
-`main` prints one line of JSON: `{"text", "scan"}` or `{"refused"}`. The recording may still grow: its latest
-scans come on the standard input, as pickled columns.
+`main` prints one line of JSON: `{"text", "scan", "lines"}` or `{"refused"}`. The recording may still
+grow: its latest scans come on the standard input, as pickled columns.
 """
 
 from __future__ import annotations
@@ -38,7 +38,8 @@ def answer(path: str, what: str, scan: str, more: Columns) -> dict[str, Any]:
             asked = why_of_trace(trace, Path(folder), what, ScanChoice(at=scan), trust=True, more=more)
     except (ValueError, TraceError, NotReachedError, UntrustedError) as error:
         return {"refused": str(error)}
-    return {"text": "\n".join([asked.text, *asked.notes]), "scan": asked.scan}
+    lines = [{"file": Path(each.file).name, "line": each.number} for each in asked.lines if each.number]
+    return {"text": "\n".join([asked.text, *asked.notes]), "scan": asked.scan, "lines": lines}
 
 
 def main(path: str, what: str, scan: str) -> None:

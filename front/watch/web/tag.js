@@ -108,16 +108,15 @@ async function why() {
   clearTimeout(late);
   if (tag !== selected.tag) return;
   if (!said) return answer.replaceChildren();
-  const lines = linesIn(said.text);
+  const lines = linesOf(said);
   const when = el("button", { type: "button", class: "plain", title: "Look at this scan", click: () => lookAt(said.scan) }, `In scan ${count(said.scan)}:`);
   answer.replaceChildren(when, el("p", {}, said.text), lines.length ? el("div", { class: "line" }, ...lines.map(toLine)) : "");
 }
 
-// The lines of the program in Python that an answer names, such as line.py:62.
-function linesIn(text) {
+// The lines of the program in Python that an answer names.
+function linesOf({ lines = [] }) {
   const names = (run.hello.routines ?? []).filter(each => each.kind === "python").map(each => each.name);
-  const found = [...text.matchAll(/([^\s\/]+):(\d+)/g)].filter(([, file]) => names.includes(file));
-  return [...new Set(found.map(([, file, line]) => `${file}.${line}`))];
+  return lines.filter(({ file }) => names.includes(file)).map(({ file, line }) => `${file}.${line}`);
 }
 
 const toLine = place => {

@@ -16,7 +16,8 @@ from __future__ import annotations
 import datetime
 from typing import Any
 
-from ...model.errors import LadderFault, Site
+from ....io_images.site import Site
+from ...model.errors import LadderFault
 from .status import MINOR, STATUS, Status
 
 MODE, CLOCK, ERROR, CALENDAR = 1, 4, 6, 37

@@ -23,7 +23,7 @@ from ....io_images.amci3601.parameters import SPEED_MAX, require
 from ....io_images.amci3601.status import StatusView
 from ....io_images.amci3601.words import may_be_stepper
 from ....io_images.image import Image
-from ..sequences.parts import Clock, Device, Slots, Turn, words_of
+from ..sequences.parts import Clock, DeclarationError, Device, Slots, Turn, words_of
 from .blending import BlendProgramming
 from .command import Command, Outcome
 from .drive import Drive
@@ -370,7 +370,7 @@ class Axis3601(Device):
         self._words, self.status = slot.inputs.words, StatusView(slot.inputs)
 
     def _refuse(self, why: str) -> NoReturn:
-        raise ValueError(f"{self.declared}: {self.name}: {why}")
+        raise DeclarationError.at(self.declared, f"{self.name}: {why}")
 
     @override
     def reset_part(self) -> None:
@@ -386,7 +386,7 @@ class Axis3601(Device):
 
     def _new_drive(self, slot_ms: int = 0) -> Drive:
         trip_ns = max(self.round_trip_ms, slot_ms) * 1_000_000
-        owner = f"{self.name or 'the axis'} of slot {self.slot} [{self.declared}]"
+        owner = f"{self.name or 'the axis'} of slot {self.slot} [{self.declared.spot}]"
         return Drive(trip_ns, owner, parameters_first=self.parameters_first)
 
     def _move(

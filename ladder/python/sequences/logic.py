@@ -23,12 +23,14 @@ from __future__ import annotations
 
 import copy
 from contextlib import ExitStack
+from itertools import chain
 from typing import Any, Self, TypeVar
 
+from ....io_images.site import sites_of
 from .coroutine import Sequence
 from .declaring import SequenceMethod, check_class, declarations
 from .mistakes import check_statements
-from .parts import Clock, Device, LogicScan, Part, Slots, Turn
+from .parts import Clock, DeclarationError, Device, LogicScan, Part, Slots, Turn
 from .signals import Place, Signal, place_of
 
 Field = bool | int | float | str
@@ -107,15 +109,17 @@ class Logic:
         Raises:
             ValueError: a slot, word, bit or name that is not there, or two owners of one; all at once.
         """
-        problems = _undeclared(self)
+        errors: list[ValueError] = _undeclared(self)
         for part in self._logic_parts:
             try:
                 part.attach(slots, self._logic_clock)
-            except ValueError as problem:
-                problems.append(str(problem))
-        problems += _shared(self._logic_parts)
-        if problems:
-            raise ValueError("\n".join(problems))
+            except ValueError as error:
+                errors.append(error)
+        errors += _shared(self._logic_parts)
+        if errors:
+            refused = DeclarationError("\n".join(map(str, errors)), *chain(*map(sites_of, errors)))
+            refused.errors = tuple(errors)
+            raise refused
         self._logic_slots = slots
         self._places = {
             each.name: place_of(each, slots) for each in self._logic_parts if isinstance(each, Signal)
@@ -151,29 +155,35 @@ def _declare(logic: Logic) -> None:
     logic._logic_parts, logic._logic_sequences = tuple(parts), tuple(sequences)
 
 
-def _undeclared(logic: Logic) -> list[str]:
-    """Return a message per part that an instance creates itself."""
+def _undeclared(logic: Logic) -> list[ValueError]:
+    """Return an error per part that an instance creates itself."""
     return [
-        f"{each.declared}: {name} is made by an instance: declare it in the body of {type(logic).__name__}"
+        DeclarationError.at(
+            each.declared, f"{name} is made by an instance: declare it in the body of {type(logic).__name__}"
+        )
         for name, each in vars(logic).items()
         if isinstance(each, Part) and not each.loose and each not in logic._logic_parts
     ]
 
 
-def _shared(parts: tuple[Part, ...]) -> list[str]:
+def _shared(parts: tuple[Part, ...]) -> list[ValueError]:
+    """Return an error for each two parts that would write the same place."""
     owners: list[tuple[Part, tuple[int, int, int]]] = []
-    messages = []
+    errors: list[ValueError] = []
     for part in parts:
         place = part.owns()
         if place is None:
             continue
-        messages += [
-            f"{part.declared}: {part.name} writes what {other.name} owns, slot {place[0]} [{other.declared}]"
+        errors += [
+            DeclarationError.at(
+                part.declared,
+                f"{part.name} writes what {other.name} owns, slot {place[0]} [{other.declared.spot}]",
+            )
             for other, taken in owners
             if _overlap(place, taken)
         ]
         owners.append((part, place))
-    return messages
+    return errors
 
 
 def _overlap(one: tuple[int, int, int], other: tuple[int, int, int]) -> bool:

@@ -13,6 +13,7 @@ from typing import Protocol
 
 from ....io_images.image import Image
 from ....io_images.module_words import PLAIN_WORDS, ModuleWords
+from ....io_images.site import Site, SiteError
 
 _OURS = f"{Path(__file__).parents[2]}/"
 
@@ -65,12 +66,22 @@ class Clock:
         self.now_ns = 0
 
 
+class DeclarationError(SiteError):
+    """Parts that a class declares and a rack does not have, or that two own.
+
+    Attributes:
+        errors: one for each of them.
+    """
+
+    errors: tuple[ValueError, ...] = ()
+
+
 class Part:
     """Something that a class of logic declares.
 
     Attributes:
         name: the name it is declared under.
-        declared: file and line of its declaration.
+        declared: where.
         loose: whether an instance may make it in its `__init__`, since it needs nothing of the rack.
     """
 
@@ -78,7 +89,7 @@ class Part:
     loose = False
 
     def __init__(self) -> None:
-        self.declared = place_of_caller()
+        self.declared = site_of_caller()
 
     def __set_name__(self, owner: type, name: str) -> None:
         self.name = name
@@ -118,9 +129,9 @@ def words_of(slots: Slots) -> dict[int, ModuleWords]:
     return {number: getattr(slot, "words", PLAIN_WORDS) for number, slot in slots.items()}
 
 
-def place_of_caller() -> str:
+def site_of_caller() -> Site:
     """Return file and line of the innermost code on the stack that is not in this room."""
     frame = sys._getframe(1)
     while frame.f_code.co_filename.startswith(_OURS) and frame.f_back is not None:
         frame = frame.f_back
-    return f"{frame.f_code.co_filename}:{frame.f_lineno}"
+    return Site(file=frame.f_code.co_filename, line=frame.f_lineno)

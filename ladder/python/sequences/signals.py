@@ -23,7 +23,7 @@ from ....io_images.addresses import Address
 from ....io_images.amci3601.bits import LIVE_BITS
 from ....io_images.amci3601.words import is_stepper
 from ....io_images.image import WORD_MAX, WORD_MIN
-from .parts import Clock, Level, Part, Slots, words_of
+from .parts import Clock, DeclarationError, Level, Part, Slots, words_of
 from .places import find_bit, find_word
 from .waits import Edge, Wait, until
 
@@ -69,7 +69,7 @@ class Signal(Part):
         try:
             return self.search(self.address, self.image, words_of(slots))
         except ValueError as error:
-            raise ValueError(f"{self.declared}: {self.name}: {error}") from None
+            raise DeclarationError.at(self.declared, f"{self.name}: {error}") from None
 
 
 class Input(Signal, Level):

@@ -20,6 +20,7 @@ from typing import Any
 from lxml import etree
 
 from ....io_images.input_files import open_input
+from ....io_images.site import Site
 from ....ladder.model.errors import LadderError
 from .records import (
     AddOnRecord,
@@ -66,8 +67,8 @@ class L5xError(LadderError):
     """An L5X that can't be used; the message has file and line."""
 
     def __init__(self, file: str, line: int, text: str) -> None:
-        self.file, self.line = file, line
-        super().__init__(f"{file}:{line}: {text}" if line else f"{file}: {text}")
+        site = Site(file=file, line=line)
+        super().__init__(f"{site.spot}: {text}", site)
 
 
 def read_document(path: Path) -> L5xDocument:

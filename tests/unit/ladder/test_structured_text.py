@@ -230,7 +230,7 @@ def test_statements_know_their_lines():
 def test_refusals_name_line_and_column(text, line, column, expected):
     with pytest.raises(RungTextError) as refused:
         parse_statements(text)
-    assert (refused.value.line, refused.value.column) == (line, column)
+    assert (refused.value.site.line, refused.value.site.column) == (line, column)
     assert expected in refused.value.expected
 
 

@@ -1,6 +1,7 @@
 """The events of a session: what is kept, and what stood in a scan."""
 
 import pytest
+from scanrack.runtime.loop.faults import Cause, Fault
 from scanrack.watch.history.catalog import PythonSource
 from scanrack.watch.history.event_log import FIRST, KEPT, STATES, EventLog
 
@@ -37,12 +38,14 @@ def test_a_fault_is_known_from_its_scan_on():
     log = EventLog()
     log.take(event(7, "/faults", cause="program", where="line.py:62", text="ValueError: no"))
     assert log.faults_at(6) == []
-    assert log.faults_at(7) == ["scan 7 (t = 0.00000007 s): the program raised ValueError: no [line.py:62]"]
+    assert list(map(str, log.faults_at(7))) == [
+        "scan 7 (t = 0.00000007 s): the program raised ValueError: no [line.py:62]"
+    ]
 
 
 @pytest.mark.parametrize(("file", "at"), [("/tmp/x/line.py", "line.py.62"), ("/tmp/x/other.py", None)])
 def test_the_line_of_a_fault_is_in_the_program_that_is_shown(tmp_path, file, at):
-    fault = f"scan 7 (t = 1 s): the program raised IndexError: [1, 2] [{file}:62]"
+    fault = Fault(7, 1_000_000_000, Cause.PROGRAM, f"{file}:62", "IndexError: [1, 2]")
     assert PythonSource(tmp_path / "line.py").place_of_fault(fault) == at
 
 

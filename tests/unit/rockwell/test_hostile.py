@@ -57,7 +57,7 @@ def test_the_line_is_named():
     text = machine("NOP();").replace("</Programs>", "</Program>")
     with pytest.raises(L5xError) as caught:
         parse_document(text.encode(), "machine.L5X")
-    assert caught.value.line == 1 + text[: text.index("</Program>\n<Tasks>")].count("\n")
+    assert caught.value.site.line == 1 + text[: text.index("</Program>\n<Tasks>")].count("\n")
 
 
 def test_missing_file(tmp_path):

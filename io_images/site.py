@@ -1,0 +1,95 @@
+"""A place in what users write, as errors, faults and refusals carry it: text is for people only."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Self
+
+
+@dataclass(frozen=True, slots=True)
+class Site:
+    r"""A place in a program or a file; what is not known is empty or None.
+
+    Attributes:
+        routine: full name of the routine: `Main`, in a controller `\Program.Main`.
+        rung: number of the rung in it, from 0; in structured text of the line, from 1.
+        instruction: the instruction as text, in structured text the statement.
+        unit: "rung" or "line", which `rung` counts.
+        line: line in the file, from 1.
+        column: column in that line, from 1.
+    """
+
+    program: str = ""
+    routine: str = ""
+    rung: int | None = None
+    instruction: str = ""
+    unit: str = "rung"
+    file: str = ""
+    line: int | None = None
+    column: int | None = None
+    task: str = ""
+    tag: str = ""
+
+    @property
+    def place(self) -> str:
+        """Its place in the routine: `rung 3`, `line 12`."""
+        return f"{self.unit} {self.rung}"
+
+    @property
+    def call(self) -> str:
+        """What it is without its program."""
+        routine = self.routine.removeprefix(f"\\{self.program}.")
+        return f"routine {routine}, {self.place}, {self.instruction}"
+
+    @property
+    def where(self) -> str:
+        """File, line, routine and rung, as far as they are known."""
+        rung = "" if self.rung is None else f", {self.place}"
+        routine = f"routine {self.routine}{rung}" if self.routine else ""
+        return ": ".join(filter(None, (self.spot if self.file else "", routine)))
+
+    @property
+    def spot(self) -> str:
+        """File and line: `line.rung:12`, without a file `line 12`."""
+        if self.file:
+            return f"{self.file}:{self.line}" if self.line else self.file
+        return f"line {self.line}"
+
+    def __str__(self) -> str:
+        return f"program {self.program}, {self.call}"
+
+
+NOWHERE = Site()
+
+
+class SiteError(ValueError):
+    """Something that a user has written can't be used.
+
+    Attributes:
+        reason: what is wrong, without its place.
+        sites: the place of each mistake, the first one first.
+    """
+
+    def __init__(self, text: str, *sites: Site) -> None:
+        super().__init__(text)
+        self.reason, self.sites = text, sites
+
+    @classmethod
+    def at(cls, site: Site, reason: str) -> Self:
+        """Return the error whose text is file and line of a place, and what is wrong there."""
+        error = cls(f"{site.spot}: {reason}", site)
+        error.reason = reason
+        return error
+
+    @property
+    def site(self) -> Site:
+        """The place of the first mistake."""
+        return self.sites[0] if self.sites else NOWHERE
+
+
+def sites_of(error: BaseException | None) -> Iterator[Site]:
+    """Yield the places that an error carries, then those that its causes carry."""
+    while error is not None:
+        yield from getattr(error, "sites", None) or filter(None, [getattr(error, "site", None)])
+        error = error.__cause__
