@@ -90,7 +90,7 @@ def _told(lowered: LoweredProgram, tag: str, where: Place | Group, change: Chang
     return f"{name} is {shown(after)} since {when}: {cause(lowered, change)}"
 
 
-def cause(lowered: Lowered, change: Change) -> str:
+def cause(lowered: LoweredProgram, change: Change) -> str:
     """Say which rung or statement made a change, and what was false there."""
     if change.site is None:
         return "it was set from outside of the rungs."
