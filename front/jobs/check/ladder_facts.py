@@ -89,7 +89,7 @@ class _Reader:
             searches=[*self._searches(writes), *self._block_searches()],
             repeated=[
                 Remark(
-                    Place(each.site.file or str(self.path), each.site.line or 1),
+                    FileLine(each.site.file or str(self.path), each.site.line or 1),
                     f"{each.text}; {each.remedy}",
                 )
                 for each in self.program.warnings
