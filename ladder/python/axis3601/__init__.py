@@ -1,12 +1,12 @@
-"""The axis of a 3601 in Python: the function blocks of `ladder/blocks/axis3601.rung`, word for word.
+"""The axis of a 3601 in Python: counterpart of the function blocks in `ladder/blocks/axis3601.rung`.
 
-| file | does |
+| file | content |
 |---|---|
-| `kinds` | one row for each command: in which states it is allowed, what ends it, how it yields |
-| `errors` | ErrorID, and what is raised |
-| `link`, `evidence` | the link to the module; whether it has taken a command |
+| `kinds` | one row per command: allowed states, condition of its end, how it yields |
+| `errors` | ErrorID and the exceptions |
+| `link`, `evidence` | the link to the module; whether it has accepted a command |
 | `command` | one command and its outcome |
-| `stop`, `motions`, `blending` | commands with something of their own |
+| `stop`, `motions`, `blending` | special commands |
 | `probe` | the touch probe |
 | `drive` | the handshake: eight words in, eight words out |
 | `axis` | `Axis3601` |

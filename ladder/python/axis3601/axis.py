@@ -2,9 +2,8 @@
 
     await self.axis.move_to(4000, speed=5000, acceleration=10, deceleration=10)
 
-Calling a method requests the command, as a rising Execute does; its words leave at the end of this scan, or
-once the command under way has ended. Awaiting it waits for its end. A newer command takes the axis, and the
-older one is aborted in that scan.
+Calling a method requests the command, like a rising Execute. Its words leave at the end of this scan, or once
+the current command has ended. Awaiting it waits for its end. A newer command aborts the older one in that scan.
 """
 
 from __future__ import annotations
@@ -47,7 +46,7 @@ from .probe import CaptureWait
 from .stop import Stop
 
 LEAST_ROUND_TRIP_MS = 10
-"""Default: the round trip of an exchange at the ends of the scan."""
+"""Default round trip: exchange at the ends of the scan."""
 
 _MOVING = (StatusMsw.MOVING_CW | StatusMsw.MOVING_CCW).value
 
@@ -60,17 +59,15 @@ class Axis3601(Device):
     """An axis: the only writer of its module's eight output words.
 
     Attributes:
-        slot: number of the slot.
-        configuration: what `configure` sends.
-        status: the status bits and values of the present scan, such as `axis.status.IN_ESTOP`.
+        status: status bits and values of the current scan, such as `axis.status.IN_ESTOP`.
 
     Args:
         slot: number of the slot.
-        configuration: what `configure` sends.
-        round_trip_ms: how long to wait for the module's answer at least, ms, 10 or more. The rack knows how
-            long its backplane and its adapters take; the longer of the two counts.
+        configuration: sent by `configure`.
+        round_trip_ms: minimum wait for the module's answer, ms, 10 or more. The rack knows the delay of its
+            backplane and adapters; the longer of the two counts.
         parameters_first: send the parameters of each command one round trip before its command bit, so that
-            an update that comes in two parts can't be another command. Each command begins later by that.
+            an update in two parts can't be another command. Each command begins later by that.
 
     Raises:
         ValueError: the slot is not a whole number from 1, or the round trip is not a whole number from 0.
@@ -101,28 +98,28 @@ class Axis3601(Device):
 
     @property
     def state(self) -> State:
-        """The state of the axis, by PLCopen's names."""
+        """The PLCopen state of the axis."""
         return self._drive.state
 
     @property
     def commanded(self) -> Command | None:
-        """The newest command, over or not; None before the first one."""
+        """The newest command, ended or not; None before the first one."""
         return self._drive.newest
 
     @property
     def moving(self) -> bool:
-        """Whether the module says that it moves."""
+        """Whether the module reports motion."""
         word: int = self._words[0]
         return word & _MOVING != 0 and word >= 0
 
     @property
     def phase(self) -> int:
-        """Output word 1 as it is sent: it changes while a blend is programmed."""
+        """Output word 1 as sent: it changes while a blend is programmed."""
         return self._drive.out[1]
 
     @property
     def trip_ns(self) -> int:
-        """How long it waits for an answer of the module, ns."""
+        """Time that it waits for an answer of the module, ns."""
         return self._drive.trip_ns
 
     @property
@@ -138,9 +135,9 @@ class Axis3601(Device):
     # -- commands
 
     def configure(self) -> Command:
-        """Configure the module, and bring it to command mode [Configure3601].
+        """Configure the module and bring it to command mode [Configure3601].
 
-        The position is not valid then: `home` or `set_position`.
+        The position is then invalid: `home` or `set_position`.
         """
         return self._ask(Command(self.name, CONFIGURE, "configure()"), self.configuration.to_image)
 
@@ -156,11 +153,11 @@ class Axis3601(Device):
         """Search for home, where the position becomes 0; done at home [MC_Home].
 
         Args:
-            direction: which way to look first.
+            direction: first direction of the search.
             speed: 1 to 1,000,000 steps/s.
             acceleration: 1 to 2000 steps/ms/s.
             deceleration: 1 to 2000 steps/ms/s.
-            proximity: asked in each scan for the backplane proximity bit, for configurations with it.
+            proximity: returns the backplane proximity bit in each scan, for configurations with it.
         """
         command = Homing(self.name, f"home({_name_of(direction)})", proximity)
         return self._ask(command, lambda: FindHome(direction, speed, acceleration, deceleration).to_image())
@@ -177,11 +174,10 @@ class Axis3601(Device):
         """Move to a position; done there [MC_MoveAbsolute].
 
         Args:
-            position: -8,388,608 to 8,388,607 steps; the present one has to be valid.
+            position: -8,388,608 to 8,388,607 steps; the current one has to be valid.
             speed: 1 to 1,000,000 steps/s.
             acceleration: 1 to 2000 steps/ms/s.
             deceleration: 1 to 2000 steps/ms/s.
-            shape: how the speed changes.
         """
         move = self._move(MoveKind.ABSOLUTE, position, speed, acceleration, deceleration, shape)
         return self._ask(Command(self.name, ABSOLUTE, f"move_to({position})"), move)
@@ -202,7 +198,6 @@ class Axis3601(Device):
             speed: 1 to 1,000,000 steps/s.
             acceleration: 1 to 2000 steps/ms/s.
             deceleration: 1 to 2000 steps/ms/s.
-            shape: how the speed changes.
         """
         move = self._move(MoveKind.RELATIVE, distance, speed, acceleration, deceleration, shape)
         return self._ask(Command(self.name, RELATIVE, f"move_by({distance})"), move)
@@ -230,7 +225,7 @@ class Axis3601(Device):
         register: int | None = None,
         shape: Acceleration = CONSTANT,
     ) -> Velocity | Registration:
-        """Run at a speed [MC_MoveVelocity], or until the external input and a distance further.
+        """Run at a speed [MC_MoveVelocity], with `register` until that distance after the external input.
 
         Without `register` it ends with another command, such as `halt`. With it [MoveRegistration3601,
         firmware 3.1] it is done at rest.
@@ -240,7 +235,6 @@ class Axis3601(Device):
             acceleration: 0 to 2000 steps/ms/s.
             deceleration: 0 to 2000 steps/ms/s.
             register: 1 to 8,388,607 steps from the input on.
-            shape: how the speed changes.
         """
 
         def manual() -> Image:
@@ -260,7 +254,7 @@ class Axis3601(Device):
         """Store the distance before which a registration input is ignored [StoreMinimum3601, firmware 3.1].
 
         Args:
-            distance: 0 to 8,388,607 steps; 0 turns it off.
+            distance: 0 to 8,388,607 steps; 0 disables it.
         """
         command = Command(self.name, MINIMUM, f"store_minimum({distance})")
         return self._ask(command, lambda: StoreMinimumRegistration(distance).to_image())
@@ -284,7 +278,7 @@ class Axis3601(Device):
         return self._ask(Gear(self.name, f"gear({numerator}, {denominator})", self._drive), follower)
 
     def gear_out(self) -> Command:
-        """Let go of the encoder, and come to rest [MC_GearOut]; refused unless the axis follows."""
+        """Release the encoder and come to rest [MC_GearOut]; refused unless the axis follows it."""
         return self._ask(Command(self.name, GEAR_OUT, "gear_out()"), Image)
 
     def program_blend(
@@ -300,8 +294,8 @@ class Axis3601(Device):
         Args:
             segments: 2 to 16 of them.
             final_deceleration: 1 to 2000 steps/ms/s, from the last segment's speed on.
-            shapes: how the speed changes in each segment; constant acceleration if left out.
-            final_shape: how it changes at the end.
+            shapes: acceleration type of each segment; constant by default.
+            final_shape: acceleration type at the end.
         """
         path = tuple(segments)
         command = BlendProgramming(self.name, f"program_blend({len(path)} segments)")
@@ -314,20 +308,16 @@ class Axis3601(Device):
         return self._ask(command, blocks)
 
     def run_blend(self, direction: Direction) -> Command:
-        """Run the blend profile that has been programmed; done at its end [RunBlend3601].
-
-        Args:
-            direction: which way the whole profile goes.
-        """
+        """Run the programmed blend profile in a direction; done at its end [RunBlend3601]."""
         command = Command(self.name, RUN_BLEND, f"run_blend({_name_of(direction)})")
         return self._ask(command, lambda: RunBlend(direction).to_image())
 
     def halt(self) -> Command:
-        """Bring the axis to rest; another motion may take over meanwhile [MC_Halt]."""
+        """Stop the axis with its ramp; another motion may take over meanwhile [MC_Halt]."""
         return self._ask(Command(self.name, HALT, "halt()"), Image)
 
     def stop(self) -> Stop:
-        """Bring the axis to rest; in a `with` no other command gets the axis [MC_Stop]."""
+        """Stop the axis with its ramp; in a `with` all other commands are refused [MC_Stop]."""
         stop = self._ask(Stop(self.name), Image)
         if stop.busy:
             self._drive.keep(stop)
@@ -338,16 +328,12 @@ class Axis3601(Device):
         return self._ask(Command(self.name, RESET, "reset()"), lambda: ResetErrors().to_image())
 
     def set_position(self, position: int) -> Command:
-        """Make the present position `position`, and valid [MC_SetPosition].
-
-        Args:
-            position: -8,388,608 to 8,388,607 steps.
-        """
+        """Set the current position, -8,388,608 to 8,388,607 steps; it becomes valid [MC_SetPosition]."""
         command = Command(self.name, PRESET, f"set_position({position})")
         return self._ask(command, lambda: PresetPosition(position).to_image())
 
     def captured(self) -> CaptureWait:
-        """The next edge of the capture input; the value is the position there [MC_TouchProbe].
+        """The next edge of the capture input; its value is the position there [MC_TouchProbe].
 
         It does not take the axis. The value is in steps, or in encoder counts if an encoder is configured.
         """

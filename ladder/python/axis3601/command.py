@@ -15,13 +15,13 @@ from .link import LinkedWait
 
 
 class Handshake(Protocol):
-    """The words of a command in force, as `Drive` has them.
+    """The words of the current command in a `Drive`.
 
     Attributes:
         out: the eight words that are sent.
         lsw: status word 1.
-        trip_ns: how long words take to cross the backplane both ways.
-        parameters_first: whether the command bit is sent once the parameters have crossed.
+        trip_ns: time for words to cross the backplane both ways.
+        parameters_first: whether the command bit follows the parameters a round trip later.
     """
 
     out: array[int]
@@ -31,7 +31,7 @@ class Handshake(Protocol):
 
     @property
     def under_way(self) -> bool:
-        """Whether the words of a command are in force at the module."""
+        """Whether the module executes the words of a command."""
 
 
 class Outcome(Enum):
@@ -47,25 +47,23 @@ class Command(LinkedWait[None]):
     """A requested command: await its end, or read its outcome.
 
     Attributes:
-        kind: what it is.
-        words: the eight words that start it; empty for one that was refused for its parameters.
+        words: the eight words that start it; empty if its parameters were refused.
         outcome: whether it waits, runs, is done, aborted or failed.
         error_id: the ErrorID of the function block; 0 without an error.
         detail: more about the error.
 
     Args:
         axis: name of the axis.
-        kind: what it is.
         text: the call, as in "move_to(4000)".
     """
 
     __slots__ = ("_axis", "_is_active", "detail", "error_id", "kind", "outcome", "text", "words")
 
     attended = False
-    """Whether it acts in each scan while it is under way."""
+    """Whether `attend` is called in each scan."""
 
     handshake_over = True
-    """Whether a handshake with the module over several scans is complete."""
+    """Whether a handshake over several scans is complete."""
 
     def __init__(self, axis: str, kind: CommandKind, text: str) -> None:
         super().__init__()
@@ -80,17 +78,17 @@ class Command(LinkedWait[None]):
 
     @property
     def busy(self) -> bool:
-        """Whether it is requested and not over."""
+        """Whether it has not ended."""
         return self.outcome is Outcome.BUSY
 
     @property
     def active(self) -> bool:
-        """Whether its words have been sent, and it is not over."""
+        """Whether its words have been sent and it has not ended."""
         return self._is_active and self.outcome is Outcome.BUSY
 
     @property
     def done(self) -> bool:
-        """Whether it ended well."""
+        """Whether it succeeded."""
         return self.outcome is Outcome.DONE
 
     @property
@@ -109,12 +107,7 @@ class Command(LinkedWait[None]):
 
     @override
     def result(self) -> None:
-        """Return nothing if it is done.
-
-        Raises:
-            AxisError: it failed, or was refused.
-            CommandAborted: another command has taken the axis.
-        """
+        """Return None when it is done; an AxisError if it failed, CommandAborted if another took the axis."""
         if self.outcome is Outcome.ERROR:
             raise AxisError(f"{self!r}: {reasons(self.error_id, self.detail)}", self.error_id)
         if self.outcome is Outcome.ABORTED:
@@ -128,17 +121,17 @@ class Command(LinkedWait[None]):
     # -- what the drive does
 
     def take(self, image: Image) -> None:
-        """Take the words of an image as those that start it."""
+        """Set the words that start it."""
         self.words = array("h", image.words)
 
     def attend(self, drive: Handshake, now_ns: int) -> None:
-        """Act in a scan while it is under way."""
+        """Act in a scan of its execution."""
 
     def activate(self, now_ns: int) -> None:
-        """Its words are sent, in this scan."""
+        """Note that its words are sent in this scan."""
         self._is_active = True
 
     def end(self, outcome: Outcome, error_id: int = 0, detail: str = "") -> None:
-        """It is over, unless it was before."""
+        """End it, unless it has ended."""
         if self.outcome is Outcome.BUSY:
             self.outcome, self.error_id, self.detail = outcome, ErrorId(error_id), detail

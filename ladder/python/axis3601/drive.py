@@ -1,6 +1,6 @@
-"""The drive: the only writer of a module's eight output words, one command after the other.
+"""The drive: it alone writes a module's eight output words, one command after the other.
 
-    step          words                                   goes on
+    step          words                                   ends
     REST          zeros                                   with the next command
     PARAMETERS    the command without its command bits    when they have crossed the backplane (option)
     SENT          the command                             when the module moves, or has had time to answer
@@ -11,7 +11,7 @@
     ZEROS         zeros, so that the next command is      when they have crossed the backplane
                   a transition from 0 to 1
 
-A step is settled when it has lasted for the round trip and two scans, with a good link: words have crossed
+A step has settled after the round trip and two scans with a good link: words have crossed
 the backplane both ways. The steps are those of the add-on instruction Amci3601 in
 `ladder/blocks/axis3601.rung`.
 
@@ -80,22 +80,20 @@ class Drive:
     """Sends commands to a module and judges its answers.
 
     Attributes:
-        step: the step of the handshake.
-        kind: the latest command that was sent.
+        kind: of the latest command sent.
         out: the eight words that are sent.
-        running: the command that the words are of; None at rest.
-        pending: the command that is to be sent next.
+        running: the command of the words; None at rest.
+        pending: the next command.
         newest: the newest command of all.
-        error_stop: a command has failed, and nothing has reset it.
-        msw: status word 0 as it was judged.
-        lsw: status word 1 likewise.
-        link: the link to the module.
+        error_stop: whether a command has failed since the last reset.
+        msw: judged status word 0.
+        lsw: judged status word 1.
 
     Args:
-        trip_ns: how long words take to cross the backplane both ways.
+        trip_ns: time for words to cross the backplane both ways.
         owner: the name of the axis, for messages.
-        parameters_first: send the command bit once the parameters have crossed.
-        late: judge the inputs after the logic, as rungs do; to compare with these.
+        parameters_first: send the command bit a round trip after the parameters.
+        late: judge the inputs after the logic, as rungs do, for comparisons with them.
     """
 
     def __init__(
@@ -108,14 +106,14 @@ class Drive:
         self.attach(Image(), Image(), Clock(), Link())
 
     def attach(self, inputs: Image, outputs: Image, clock: Clock, link: Link) -> None:
-        """Take the images of a slot and its link, and reset."""
+        """Attach to the images of a slot and its link, and reset."""
         self._clock, self.link = clock, link
         self.inputs, self._in = inputs, inputs.words
         self._words, self._raw = outputs.words, outputs.raw
         self.reset()
 
     def reset(self) -> None:
-        """Reset: at rest, nothing requested."""
+        """Reset to rest without a command."""
         self._sent = self._raw.tobytes()
         self.step, self.kind = _REST, RESET
         self.out = array("h", ZEROS)
@@ -136,7 +134,7 @@ class Drive:
 
     @property
     def state(self) -> State:
-        """The state of the axis."""
+        """The PLCopen state of the axis."""
         if self.msw < 0 or self.msw & _ALIVE != _MODULE_OK:
             return State.DISABLED
         if self.error_stop:
@@ -153,12 +151,12 @@ class Drive:
 
     @property
     def locked(self) -> bool:
-        """Whether a `stop` keeps the axis."""
+        """Whether a `stop` holds the axis."""
         return self._locked if self.late else any(each.keeps for each in self._stops)
 
     @property
     def moving(self) -> bool:
-        """Whether the module says that it moves."""
+        """Whether the module reports motion."""
         return self.msw >= 0 and self.msw & _MOVING != 0
 
     @property
@@ -168,16 +166,16 @@ class Drive:
 
     @property
     def under_way(self) -> bool:
-        """Whether the words of a command are in force at the module."""
+        """Whether the module executes the words of a command."""
         return self.step == _UNDER_WAY
 
     def runs_evenly(self, since_ns: int) -> bool:
-        """Return whether the axis moves without a ramp, long enough after an instant to have begun one."""
+        """Whether the axis moves without a ramp, at least a round trip after `since_ns`."""
         late_enough = self._clock.now_ns - since_ns >= self.trip_ns
         return late_enough and self.under_way and self.moving and not self.msw & _RAMPS
 
     def ask(self, command: Command) -> None:
-        """Take the newest command; the one before is aborted."""
+        """Request a command; the previous one is aborted."""
         if self.newest is not None:
             self.newest.end(Outcome.ABORTED)
         self.newest = self.pending = command
@@ -185,24 +183,20 @@ class Drive:
         self._quiet = False
 
     def keep(self, stop: Stop) -> None:
-        """Let a `stop` keep the axis."""
+        """Add a `stop` that holds the axis."""
         self._stops = [each for each in self._stops if each.keeps or each.busy]
         self._stops.append(stop)
 
     # -- what the scan does
 
     def judge(self, now_ns: int) -> None:
-        """Read the inputs, before the logic."""
+        """Judge the inputs, before the logic."""
         if self.late or (not self.link.look(now_ns) and self._quiet and self._in[0] == self.msw):
             return
         self._judge(now_ns)
 
     def send(self, now_ns: int) -> None:
-        """Write the words, after the logic.
-
-        Raises:
-            RuntimeError: another writer has changed them.
-        """
+        """Write the words, after the logic; a RuntimeError if another writer has changed them."""
         if self._raw.tobytes() != self._sent:
             self._refuse_other_writer()
         if self._quiet:

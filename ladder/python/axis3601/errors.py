@@ -1,4 +1,4 @@
-"""Exceptions that an await raises when its command fails or is aborted."""
+"""Exceptions of an await whose command fails or is aborted."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from enum import IntFlag
 
 
 class ErrorId(IntFlag):
-    """ErrorID of the function blocks; bits, since the module may report several at once."""
+    """ErrorID of the function blocks; bits, as the module may report several at once."""
 
     COMMAND_ERROR = 1
     INVALID_PROFILE = 2
@@ -34,11 +34,11 @@ WORDS = {
     ErrorId.LINK_LOST: "the link was lost",
     ErrorId.NOT_DONE: "the axis is at rest and the command is not done",
 }
-"""What each bit says."""
+"""Meaning of each bit."""
 
 
 def reasons(error_id: int, detail: str = "") -> str:
-    """Return the meaning of an ErrorID, and its number.
+    """Return the meaning of an ErrorID with its number.
 
     >>> reasons(3)
     'the module reports COMMAND_ERROR, the module reports INVALID_PROFILE [ErrorID 3]'
@@ -50,11 +50,7 @@ def reasons(error_id: int, detail: str = "") -> str:
 
 
 class AxisError(Exception):
-    """A command failed, or was refused.
-
-    Attributes:
-        id: the ErrorID of the function block, bits of `ErrorId`.
-    """
+    """A command failed or was refused; `id` is its ErrorID, bits of `ErrorId`."""
 
     def __init__(self, text: str, error_id: int) -> None:
         super().__init__(text)

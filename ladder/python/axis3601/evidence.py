@@ -1,7 +1,7 @@
-"""Whether the module has taken a command, and whether the command can still end.
+"""Whether the module has accepted a command, and whether the command can still end.
 
-Completion bits of the command before say nothing of one that did not arrive. It has been taken if the axis
-moves, if such a bit is gone, or if the axis is where the command leads. A command that neither moves nor ends
+Completion bits of the previous command prove nothing about one that did not arrive. A command was accepted if
+the axis moves, if such a bit is gone, or if the axis is at its target. A command that neither moves nor ends
 for two round trips has not begun, or has ended otherwise.
 """
 
@@ -13,7 +13,7 @@ from ....io_images.amci3601.bits import StatusLsw, StatusMsw
 from .kinds import ABSOLUTE, GEAR, HOME, PRESET, RELATIVE, RUN_BLEND, CommandKind
 
 HOME_REST_NS = 3_000_000_000
-"""How long a search for home may rest: two seconds on an end limit [3601 manual, chapter 4, Find Home]."""
+"""Maximum rest in a search for home: two seconds on an end limit [3601 manual, chapter 4, Find Home]."""
 
 _INVALID = StatusMsw.POSITION_INVALID.value
 _STOPPED = StatusMsw.STOPPED.value
@@ -27,20 +27,20 @@ _COMPLETION = {
     RUN_BLEND: _COMPLETE,
     HOME: StatusMsw.AT_HOME.value,
 }
-"""The completion bit that goes off when the module takes a command."""
+"""The completion bit that goes off when the module accepts a command."""
 
 
 class Evidence:
-    """What speaks for a command that was sent.
+    """The evidence for a command that was sent.
 
     Attributes:
-        taken: the module has taken the command.
-        was_valid: the position was valid when the command was sent.
-        broken: the link has been lost since then, and no motion was seen with a good link since.
+        taken: whether the module has accepted the command.
+        was_valid: whether the position was valid when the command was sent.
+        broken: whether the link was lost since then, without motion on a good link afterwards.
 
     Args:
         inputs: input words of the module.
-        limit_ns: how long an axis may rest under a command.
+        limit_ns: maximum rest of an axis under a command.
     """
 
     def __init__(self, inputs: memoryview, limit_ns: int) -> None:
@@ -51,7 +51,7 @@ class Evidence:
         self._rests_since_ns: int | None = None
 
     def begin(self) -> None:
-        """Take note of the status in whose scan a command is sent."""
+        """Store the status in whose scan a command is sent."""
         words = self._in
         self.taken = self.broken = False
         self.was_valid = not words[0] & _INVALID
@@ -59,7 +59,7 @@ class Evidence:
             self._from = (words[2], words[3])
 
     def look(self, kind: CommandKind, out: Sequence[int], *, moving: bool, down: bool) -> None:
-        """Take the status of a scan in which the words of the command are in force."""
+        """Add the status of a scan in which the command's words are in force."""
         self.broken = self.broken or down
         if moving and not down:
             self.broken = False
@@ -77,11 +77,11 @@ class Evidence:
         return kind in (ABSOLUTE, HOME) and self.reached(out)
 
     def reached(self, out: Sequence[int]) -> bool:
-        """Return whether the position is that of output words 2 and 3."""
+        """Whether the position is that of output words 2 and 3."""
         return self._in[2] == out[2] and self._in[3] == out[3]
 
     def proves(self, kind: CommandKind, out: Sequence[int]) -> bool:
-        """Return whether the status at rest can be the end of this command."""
+        """Whether the status at rest can be the end of this command."""
         invalid = self._in[0] & _INVALID != 0
         if kind is PRESET:
             return self.reached(out) and not invalid
@@ -90,13 +90,11 @@ class Evidence:
         return self.taken or kind not in _COMPLETION
 
     def rests_too_long(self, kind: CommandKind, phase: int, now_ns: int, *, idle: bool) -> bool:
-        """Return whether the axis has neither moved nor gone on for too long.
+        """Whether the axis has neither moved nor progressed for too long.
 
         Args:
-            kind: the command.
-            phase: output word 1: that of a blend that is programmed.
-            now_ns: virtual time.
-            idle: the axis does not move, the link is good, and a command is in force.
+            phase: output word 1: that of a blend in programming.
+            idle: whether the axis is at rest with a good link and a command in force.
         """
         waits = idle and self._in[0] & _MODULE_OK and phase == self._phase
         self._phase = phase

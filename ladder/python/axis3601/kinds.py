@@ -1,6 +1,6 @@
-"""The kinds of commands: in which states each is allowed, what ends it, how it yields. One row each.
+"""The kinds of commands: allowed states, condition of the end, how it yields. One row each.
 
-The rows are those of the function blocks in `ladder/blocks/axis3601.rung`, and behave alike.
+The rows and their behaviour are those of the function blocks in `ladder/blocks/axis3601.rung`.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from ....io_images.amci3601.bits import CommandMsw, StatusMsw
 
 
 class State(IntEnum):
-    """The state of an axis, by PLCopen's names and with the numbers of the rung library."""
+    """The PLCopen state of an axis, with the numbers of the rung library."""
 
     DISABLED = 0  # not configured, or the module is lost
     STANDSTILL = 1
@@ -25,13 +25,13 @@ class State(IntEnum):
 
 
 class Yielding(Enum):
-    """How a command under way yields to a newer one; the words that are written."""
+    """How a command yields to a newer one, with the words to write."""
 
     WAIT = "wait"
     """It ends soon: the newer one waits."""
     HOLD = (CommandMsw.HOLD_MOVE.value, 0, 0, 0, 0, 0, 0, 0)
     STOP = (CommandMsw.IMMEDIATE_STOP.value, 0, 0, 0, 0, 0, 0, 0)
-    """Without a ramp, for what can't be held; the position becomes invalid."""
+    """Stop without a ramp, if it can't be held; the position becomes invalid."""
     NOTHING = (0, 0, 0, 0, 0, 0, 0, 0)
     RELEASE = "release"
     """Its command bits go off; the deceleration stays."""
@@ -43,14 +43,13 @@ class CommandKind:
 
     Attributes:
         name: the method of the axis.
-        block: the function block it is equal to.
-        allowed: the states in which it may be requested.
-        state: the state of the axis while it is under way.
-        done: status bits of word 0, one of which has to be set at rest for it to be done; 0 = rest is
-            enough, None = it does not end by itself, or not at rest.
-        way: how it makes room for a newer one.
-        alone: its command word is zeroed once it is under way; the module goes on by itself.
-        keeps_out: whether a `stop` that keeps the axis refuses it.
+        block: its function block.
+        allowed: states in which it may be requested.
+        state: of the axis during it.
+        done: status bits of word 0, one of which marks success at rest; 0 = rest suffices, None = it does
+            not end by itself, or not at rest.
+        alone: whether its command word is zeroed once it runs; the module continues by itself.
+        keeps_out: whether a `stop` that holds the axis refuses it.
         ends_at_rest: whether it is a motion whose end is rest, without a bit of its own.
     """
 

@@ -1,4 +1,4 @@
-"""The link to a module: whether its images are exchanged, and since when they are not."""
+"""The link to a module: whether its images are exchanged, and the times of changes."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ T_co = TypeVar("T_co", covariant=True)
 
 
 class Link:
-    """The link to a module, as its connection fault shows it [`I.Fault` of a CompactLogix].
+    """The link to a module, from its connection fault [`I.Fault` of a CompactLogix].
 
     Attributes:
         down: whether the PLC does not reach the module.
-        changes: how often it has been lost or has come back.
-        lost_ns: when it was lost last, ns.
-        back_ns: when it came back last, ns.
+        changes: number of losses and returns.
+        lost_ns: time of the last loss, ns.
+        back_ns: time of the last return, ns.
 
     Args:
         number: of the slot.
@@ -34,7 +34,7 @@ class Link:
         self._slot = slot
 
     def look(self, now_ns: int) -> bool:
-        """Read the connection fault; return whether the link has been lost or has come back."""
+        """Read the connection fault; return whether it has changed."""
         down = getattr(self._slot, "fault", 0) != 0
         if down is self.down:
             return False
@@ -47,13 +47,13 @@ class Link:
         return True
 
     def __str__(self) -> str:
-        """Return when it was lost last, in words."""
+        """Describe the last loss."""
         lost = f"the link to slot {self.number} was lost at {_seconds(self.lost_ns)}"
         return lost if self.down else f"{lost} and came back at {_seconds(self.back_ns)}"
 
 
 class LinkedWait(Wait[T_co], Generic[T_co]):
-    """A wait for a module: it says so while its link is lost."""
+    """A wait for a module; its text shows a lost link."""
 
     __slots__ = ("_link",)
 
@@ -61,13 +61,13 @@ class LinkedWait(Wait[T_co], Generic[T_co]):
         self.follow(Link())
 
     def follow(self, link: Link) -> None:
-        """Say of this link when it is lost."""
+        """Set the link."""
         self._link = link
 
     @property
     @override
     def moved(self) -> int:
-        """How often the link was lost or came back: the wait reads otherwise each time."""
+        """Number of losses and returns of the link: its text changes with each."""
         return self._link.changes
 
     def __repr__(self) -> str:
@@ -76,7 +76,7 @@ class LinkedWait(Wait[T_co], Generic[T_co]):
 
     @property
     def call(self) -> str:
-        """The call that made it."""
+        """The call that made it, as text."""
         raise NotImplementedError(f"{type(self).__name__} has no call")
 
 

@@ -1,4 +1,4 @@
-"""Commands that run on at a speed, or act in each scan: velocity, registration, gear, home."""
+"""Commands that continue at a speed, or act in each scan: velocity, registration, gear, home."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _FOLLOWING = StatusLsw.ENC_FOLLOWER.value
 
 
 class Velocity(Command):
-    """A run at a speed; it ends with another command, and its await raises `CommandAborted` then."""
+    """A run at a speed, ended by another command; its await then raises `CommandAborted`."""
 
     __slots__ = ("_drive", "_since_ns")
 
@@ -40,7 +40,7 @@ class Velocity(Command):
 
 
 class Registration(Command):
-    """A run at a speed, and a distance further once the external input or `register` comes; then at rest."""
+    """A run at a speed, then a distance from the external input or `register`, to rest."""
 
     __slots__ = ("_registered",)
 
@@ -51,7 +51,7 @@ class Registration(Command):
         self._registered = False
 
     def register(self) -> None:
-        """Do what the external input does."""
+        """Act as the external input."""
         self._registered = True
 
     @override
@@ -61,7 +61,7 @@ class Registration(Command):
 
 
 class Gear(Command):
-    """The axis follows the encoder until another command; then its await raises `CommandAborted`."""
+    """The axis follows the encoder until another command; its await then raises `CommandAborted`."""
 
     __slots__ = ("_drive",)
 
@@ -71,12 +71,12 @@ class Gear(Command):
 
     @property
     def in_gear(self) -> bool:
-        """Whether the module follows."""
+        """Whether the axis follows."""
         return self.active and self._drive.lsw & _FOLLOWING != 0
 
 
 class Homing(Command):
-    """A search for home. With a backplane proximity, that bit follows the program's in each scan."""
+    """A search for home. A backplane proximity bit follows the program's in each scan."""
 
     __slots__ = ("_proximity", "attended")
 

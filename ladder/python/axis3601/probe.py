@@ -1,4 +1,4 @@
-"""MC_TouchProbe: the position at which the capture input came on."""
+"""MC_TouchProbe: the position at the capture input's edge."""
 
 from __future__ import annotations
 
@@ -16,15 +16,7 @@ _CAPTURE = StatusLsw.IN_CAPTURE.value
 
 
 class CaptureWait(LinkedWait[int]):
-    """A rising capture input; one shorter than a scan shows in the captured value alone.
-
-    Args:
-        axis: name of the axis.
-        words: input words of the module.
-        status: a view of them.
-        state: returns the state of the axis.
-        link: to the module.
-    """
+    """A rising capture input; one shorter than a scan shows in the captured value only."""
 
     __slots__ = ("_axis", "_before", "_last", "_state", "_status", "_words")
 

@@ -1,4 +1,4 @@
-"""MC_Stop: brings the axis to rest, and keeps it there for the length of a `with`."""
+"""MC_Stop: stop the axis, and hold it for the length of a `with`."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .kinds import STOP
 
 
 class Stop(Command):
-    """A stop. In a `with` it refuses all other commands until the end of the block.
+    """A stop; in a `with` it refuses all other commands until the end of the block.
 
     with self.axis.stop() as stop:
         await stop
@@ -25,7 +25,7 @@ class Stop(Command):
 
     @property
     def keeps(self) -> bool:
-        """Whether it keeps the axis: it is under way, or inside of its `with`."""
+        """Whether it holds the axis: it is running, or inside of its `with`."""
         return self.outcome is Outcome.BUSY or (self._held and self.outcome is not Outcome.ERROR)
 
     def __enter__(self) -> Self:

@@ -1,14 +1,14 @@
 """Logic in plain Python, exact to the scan: sequences that wait for edges, times and motion.
 
-| file | does |
+| file | content |
 |---|---|
 | `durations` | times from text |
-| `waits` | what a sequence awaits: conditions, times, edges |
+| `waits` | awaitable conditions, times, edges |
 | `coroutine` | one sequence: a coroutine and its wait |
 | `branches` | several waits as one |
-| `parts`, `places`, `signals` | what a class declares; where it is; bits and words of the images |
+| `parts`, `places`, `signals` | declared parts; their places; bits and words of the images |
 | `blocks`, `locks` | timers, edges, counters; locks between sequences |
-| `declaring`, `mistakes`, `logic` | what a class may declare; statements that have no effect; the class |
+| `declaring`, `mistakes`, `logic` | checks of declarations; statements without effect; the class |
 
 There is no event loop, no thread and no clock: the scan asks each wait, and resumes a sequence when its
 wait holds.

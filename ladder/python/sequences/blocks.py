@@ -9,16 +9,16 @@
 
 | object | IEC | true |
 |---|---|---|
-| `OnDelay("2 s")` | TON | once its input has been true for so long |
-| `OffDelay("2 s")` | TOF | while its input is true, and for so long after |
-| `Pulse("2 s")` | TP | for so long from a rise of its input on, whatever that does |
+| `OnDelay("2 s")` | TON | once its input has been true for that time |
+| `OffDelay("2 s")` | TOF | while its input is true, and for that time after |
+| `Pulse("2 s")` | TP | for that time from a rise of its input |
 | `Rise()` | R_TRIG | for one call, when its input rises |
 | `Fall()` | F_TRIG | for one call, when its input falls |
-| `Counter(5)` | CTU | once its input has risen so often |
-| `DownCounter(5)` | CTD | once its input has risen so often since it was loaded |
+| `Counter(5)` | CTU | once its input has risen 5 times |
+| `DownCounter(5)` | CTD | once its input has risen 5 times since it was loaded |
 
 Calling it returns the result, which stays until the next call: `if self.warning:`. Each first scan (power-up,
-program mode left) finds it as new. As IEC says, `Rise`, `Counter` and `DownCounter` take an input that is
+program mode left) resets it. As IEC says, `Rise`, `Counter` and `DownCounter` take an input that is
 true at their first call for a rise; ONS, CTU and CTD of a ladder do not.
 """
 
@@ -31,11 +31,11 @@ from .durations import duration_ns
 from .parts import Clock, Level, Slots
 
 LEAST, MOST = -(2**31), 2**31 - 1
-"""The range of a counter: that of a DINT."""
+"""The range of a counter, that of a DINT."""
 
 
 class Block(Level):
-    """An object that is called once in each scan, and true or false until the next call."""
+    """An object called once per scan, true or false until the next call."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -50,7 +50,7 @@ class Block(Level):
 
 
 class EdgeBlock(Block):
-    """A block that knows its input at the call before."""
+    """A block that stores the input of the previous call."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -71,7 +71,7 @@ class Timer(Block):
     """A timer.
 
     Attributes:
-        preset_ns: its time; a change counts from the next call on.
+        preset_ns: its time; a change takes effect with the next call.
 
     Args:
         time: a number and its unit, such as "500 ms".
@@ -89,7 +89,7 @@ class Timer(Block):
 
     @property
     def elapsed_ns(self) -> int:
-        """The time it has run for at its last call, up to its preset [ET]."""
+        """Elapsed time at its last call, up to its preset [ET]."""
         return self._elapsed_ns
 
     @override
@@ -115,10 +115,10 @@ class Timer(Block):
 
 
 class OnDelay(Timer):
-    """True once its input has been true for a time without a break [TON]."""
+    """True once its input has been true for a time without interruption [TON]."""
 
     def __call__(self, on: object) -> bool:
-        """Take the input of this scan; return the result."""
+        """Evaluate this scan's input."""
         if on:
             self._result = self._run()
         else:
@@ -131,7 +131,7 @@ class OffDelay(Timer):
     """True while its input is true, and for a time after [TOF]."""
 
     def __call__(self, on: object) -> bool:
-        """Take the input of this scan; return the result."""
+        """Evaluate this scan's input."""
         if on:
             self._stop()
             self._result = True
@@ -141,10 +141,10 @@ class OffDelay(Timer):
 
 
 class Pulse(Timer, EdgeBlock):
-    """True for a time from a rise of its input on; a rise meanwhile begins nothing new [TP]."""
+    """True for a time from a rise of its input; further rises meanwhile are ignored [TP]."""
 
     def __call__(self, on: object) -> bool:
-        """Take the input of this scan; return the result."""
+        """Evaluate this scan's input."""
         rises = self._rises(on)
         if rises and not self._result:
             self._stop()
@@ -159,7 +159,7 @@ class Rise(EdgeBlock):
     """True for one call when its input rises [R_TRIG]."""
 
     def __call__(self, on: object) -> bool:
-        """Take the input of this scan; return the result."""
+        """Evaluate this scan's input."""
         self._result = self._rises(on)
         return self._result
 
@@ -168,7 +168,7 @@ class Fall(EdgeBlock):
     """True for one call when its input falls [F_TRIG]."""
 
     def __call__(self, on: object) -> bool:
-        """Take the input of this scan; return the result."""
+        """Evaluate this scan's input."""
         self._result, self._before = self._before and not on, bool(on)
         return self._result
 
@@ -177,14 +177,11 @@ class AnyCounter(EdgeBlock):
     """A counter.
 
     Attributes:
-        preset: how often its input has to rise.
+        preset: number of rises, -2,147,483,648 to 2,147,483,647.
         value: the count [CV].
 
-    Args:
-        preset: -2,147,483,648 to 2,147,483,647.
-
     Raises:
-        ValueError: it is out of range.
+        ValueError: the preset is out of range.
     """
 
     def __init__(self, preset: int) -> None:
@@ -203,12 +200,7 @@ class Counter(AnyCounter):
     """Counts the rises of its input; true from its preset on [CTU]."""
 
     def __call__(self, on: object, *, reset: object = False) -> bool:
-        """Take the inputs of this scan; return the result.
-
-        Args:
-            on: what is counted.
-            reset: the count becomes 0; a rise in the same scan is not counted.
-        """
+        """Evaluate this scan's input; `reset` clears the count and ignores a rise in the same scan."""
         rises = self._rises(on)
         if reset:
             self.value = 0
@@ -219,15 +211,10 @@ class Counter(AnyCounter):
 
 
 class DownCounter(AnyCounter):
-    """Counts the rises of its input down from its preset; true from 0 on [CTD]. It begins at 0: load it."""
+    """Counts the rises of its input down from its preset; true from 0 on [CTD]. It starts at 0: load it."""
 
     def __call__(self, on: object, *, load: object = False) -> bool:
-        """Take the inputs of this scan; return the result.
-
-        Args:
-            on: what is counted.
-            load: the count becomes the preset; a rise in the same scan is not counted.
-        """
+        """Evaluate this scan's input; `load` sets the preset and ignores a rise in the same scan."""
         rises = self._rises(on)
         if load:
             self.value = self.preset

@@ -1,11 +1,11 @@
-"""Waits that hold other waits, and coroutines as branches: `all_of`, `first_of`, `within`.
+"""Waits that contain other waits, and coroutines as branches: `all_of`, `first_of`, `within`.
 
     all_of(a, b)       all over; a tuple of their values. The first error ends it
     first_of(a, b)     one over; the value is the argument that was. Order decides within a scan
     within("5 s", a)   the value of a, or WaitTimeout
 
-A branch is a sequence inside of a wait: it takes its turns there. A branch that loses gets `Abort`, and the
-wait holds once it is gone. A command that loses goes on moving, as a PLCopen block whose Execute falls.
+A branch is a sequence inside of a wait, which steps it. A branch that loses gets `Abort`, and the
+wait holds once it has ended. A command that loses goes on moving, as a PLCopen block whose Execute falls.
 """
 
 from __future__ import annotations
@@ -34,11 +34,7 @@ class WaitTimeout(Exception):  # noqa: N818 - the trade says timeout
 
 
 class BranchWait(Wait[T], Generic[T]):
-    """A coroutine as a wait.
-
-    Args:
-        work: the coroutine, which has not begun.
-    """
+    """A coroutine, not started yet, as a wait."""
 
     __slots__ = ("_error", "_sequence")
 
@@ -98,11 +94,7 @@ def _as_wait(work: Wait[Any] | Coroutine[Any, Any, Any], what: str) -> Wait[Any]
 
 
 class Several(Wait[T], Generic[T]):
-    """Several waits as one. It is decided first; then it holds once those that lose are gone.
-
-    Attributes:
-        waits: all of them, in order.
-    """
+    """Several waits as one. It is decided first, and holds once the losers have ended."""
 
     __slots__ = ("_decided", "_error", "_left", "_moved", "waits")
 
@@ -138,19 +130,11 @@ class Several(Wait[T], Generic[T]):
         return self._decided and self.give_up(now_ns)
 
     def decide(self, now_ns: int) -> bool:
-        """Poll what is left; return whether it is decided.
-
-        Raises:
-            Exception: one of them failed.
-        """
+        """Poll the remaining waits; return whether it is decided. The error of a failed wait is raised."""
         raise NotImplementedError
 
     def over(self, wait: Wait[Any], now_ns: int) -> bool:
-        """Poll one of them; it is no longer left if it holds or fails.
-
-        Raises:
-            Exception: it failed.
-        """
+        """Poll a wait, which no longer remains if it holds or fails. Its error is raised."""
         try:
             holds = wait.poll(now_ns)
         except Exception:
@@ -161,7 +145,7 @@ class Several(Wait[T], Generic[T]):
         return holds
 
     def value(self) -> T:
-        """Return what the `await` returns."""
+        """Return the result of the `await`."""
         raise NotImplementedError
 
     @override
@@ -235,7 +219,7 @@ class First(Several[Any]):
 
 
 class Within(Several[T], Generic[T]):
-    """A wait that has to hold in time."""
+    """A wait with a timeout."""
 
     __slots__ = ("_over_ns", "length_ns", "time")
 
@@ -275,7 +259,7 @@ def all_of(first: Work[T], second: Work[T2], third: Work[T3], /) -> Wait[tuple[T
 @overload
 def all_of(*work: Work[T]) -> Wait[tuple[T, ...]]: ...
 def all_of(*work: Any) -> Wait[Any]:
-    """Wait until all are over; the value is a tuple of theirs, in order.
+    """Wait until all have ended; the value is a tuple of theirs, in order.
 
     Args:
         work: waits, commands, and calls of async functions, which become branches.
@@ -287,15 +271,15 @@ def all_of(*work: Any) -> Wait[Any]:
 
 
 def first_of(*work: AnyWork) -> Wait[AnyWork]:
-    """Wait until one is over; the value is that argument. The other branches are aborted.
+    """Wait until one has ended; the value is that argument. The other branches are aborted.
 
-    Commands go on moving. Where several are over in one scan, the first in order counts.
+    Commands continue. If several end in one scan, the first in order counts.
 
     Args:
         work: waits, commands, and calls of async functions, which become branches.
 
     Raises:
-        Exception: at the await, the error of the first that is over.
+        Exception: at the await, the error of the first to end.
     """
     return First(work)
 
@@ -308,6 +292,6 @@ def within(time: str, work: Work[T]) -> Wait[T]:
         work: a wait, a command, or the call of an async function, which becomes a branch.
 
     Raises:
-        WaitTimeout: at the await, it did not hold in time. A branch is aborted; a command goes on moving.
+        WaitTimeout: at the await, it did not hold in time. A branch is aborted; a command continues.
     """
     return Within(time, work)

@@ -5,8 +5,8 @@
     its wait does not hold  stays
     its wait holds, fails   goes on to its next wait, which begins in this scan
 
-`abort` and `restart` are orders for the next turn. A `finally` may await; ending takes scans then, and
-`restart` begins again in the scan in which it is over. A sequence that is still there after a second Abort
+`abort` and `restart` are orders for the next turn. A `finally` may await; ending then takes scans, and
+`restart` begins again in the scan of its end. A sequence that continues after a second Abort
 swallows it, and faults the CPU.
 """
 
@@ -30,15 +30,13 @@ class Sequence:
     """One coroutine and its wait; `logic.cycle` is one.
 
     Attributes:
-        name: the name of its method.
         starts: whether it begins in the first scan, or waits for `restart`.
-        since_ns: virtual time at which its present wait began; of its end once it is over.
-        value: what its coroutine returned.
+        since_ns: virtual time at which its current wait began, or of its end.
+        value: the return value of its coroutine.
 
     Args:
         name: the name of its method.
         make: makes its coroutine.
-        starts: whether it begins in the first scan.
     """
 
     def __init__(
@@ -60,29 +58,29 @@ class Sequence:
     # -- for the logic
 
     def abort(self) -> None:
-        """End it: it gets `Abort` at its await, at its next turn. Its commands go on moving."""
+        """End it: `Abort` is raised at its await, in its next turn. Its commands continue."""
         self._ordered, self._again = True, False
 
     def restart(self) -> None:
-        """End it if it is under way, and begin it again."""
+        """End it if it is running, and begin it again."""
         self._ordered = self._again = True
 
     @property
     def over(self) -> bool:
-        """Whether it has ended, or has not begun."""
+        """Whether it is not running."""
         return self._wait is None
 
     # -- for observers; reading changes nothing
 
     @property
     def resumed(self) -> int:
-        """How often it, or a branch of it, has begun or gone on; it differs after a scan in which one did."""
+        """Number of starts and resumptions of it or its branches."""
         wait = self._wait
         return self._resumed if wait is None else self._resumed + wait.moved
 
     @property
     def frame(self) -> FrameType | None:
-        """The innermost frame of the user's code that waits; None if it is over."""
+        """The innermost waiting frame of the user's code, None if it is not running."""
         work: Any = self._work
         found = None
         while (frame := getattr(work, "cr_frame", None)) is not None:
@@ -93,7 +91,7 @@ class Sequence:
 
     @property
     def line(self) -> int | None:
-        """The line it waits at; None if it is over."""
+        """The line of its wait, None if it is not running."""
         frame = self.frame
         return None if frame is None else frame.f_lineno
 
@@ -105,7 +103,7 @@ class Sequence:
 
     @property
     def waits_for(self) -> str:
-        """What it waits for, in words; empty if it is over. The text is made when asked."""
+        """Its wait as text, made on demand; "" if it is not running."""
         return "" if self._wait is None else repr(self._wait)
 
     def __str__(self) -> str:
@@ -123,11 +121,7 @@ class Sequence:
         self._go_on(now_ns, None)
 
     def step(self, now_ns: int) -> None:
-        """Take this scan's turn.
-
-        Raises:
-            Exception: what escapes the sequence.
-        """
+        """Take this scan's turn; an exception of the sequence is raised."""
         if self._ordered or self._giving_up:
             self._obey(now_ns)
             return
@@ -145,11 +139,7 @@ class Sequence:
             self._begin_if_wanted(now_ns)
 
     def close(self) -> None:
-        """End it without a scan: `finally` runs, a further await in it is dropped.
-
-        Raises:
-            Exception: what its `finally` raises.
-        """
+        """End it outside of scans: `finally` runs without further awaits; its exception is raised."""
         work, self._work = self._work, None
         wait, self._wait = self._wait, None
         self._ordered = self._again = self._giving_up = self._aborted = False
@@ -230,10 +220,10 @@ class Sequence:
 
 
 NO_LOOP = 'a sequence waits for a time with `await dwell("2 s")`, for a condition with `await until(...)`'
-"""What helps who awaits something of asyncio."""
+"""Remedy for an await of asyncio's objects."""
 
 _OVER = object()
-"""The coroutine has come to its end."""
+"""Marks the end of the coroutine."""
 
 
 def _close(work: Coroutine[Any, Any, object]) -> None:

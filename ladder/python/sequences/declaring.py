@@ -1,4 +1,4 @@
-"""What a class of logic declares: its sequences and parts, and what it may not declare."""
+"""Declarations of a logic class: its sequences and parts, and their checks."""
 
 from __future__ import annotations
 
@@ -15,16 +15,11 @@ Method = Callable[[Any], Coroutine[Any, Any, object]]
 EVERY_SCAN = "every_scan"
 
 SHARED = (list, dict, set, bytearray)
-"""Types of which all instances of a class would share a value."""
+"""Types whose value all instances of a class would share."""
 
 
 class SequenceMethod:
-    """A method that is a sequence; an instance of the class has a `Sequence` of its name.
-
-    Attributes:
-        function: the method.
-        starts: whether it begins in the first scan.
-    """
+    """A method that is a sequence; each instance of the class has a `Sequence` of its name."""
 
     def __init__(self, function: Method, starts: bool) -> None:
         _check_method(function)
@@ -47,11 +42,7 @@ def sequence(*, start: bool = True) -> Callable[[Method], SequenceMethod]: ...
 def sequence(function: Method | None = None, *, start: bool = True) -> Any:
     """Make a sequence of an `async def` method.
 
-    It begins in the first scan; `@sequence(start=False)` waits for its `restart`.
-
-    Args:
-        function: the method.
-        start: whether it begins in the first scan.
+    It begins in the first scan, with `start=False` at its `restart`.
 
     Raises:
         TypeError: it is not `async def`, has a `yield`, or takes arguments.
@@ -78,11 +69,7 @@ def where_is(function: Any) -> str:
 
 
 def check_class(cls: type) -> None:
-    """Refuse what a class of logic must not have in its body.
-
-    Raises:
-        TypeError: something that instances would share, or an `every_scan` that can't be called.
-    """
+    """Refuse, with a TypeError, shared values and an invalid `every_scan` in a logic class."""
     for name, each in vars(cls).items():
         if isinstance(each, SHARED) and not name.startswith("__"):
             what = type(each).__name__

@@ -1,4 +1,4 @@
-"""Times as people write them, in nanoseconds."""
+"""Times as text, in nanoseconds."""
 
 from __future__ import annotations
 
@@ -10,13 +10,10 @@ _TIME = re.compile(rf"(\d+)(?:\.(\d+))? ?({'|'.join(UNITS_NS)})")
 
 
 def duration_ns(text: str) -> int:
-    """Return a time in whole nanoseconds.
+    """Return a time in whole nanoseconds from a number and its unit.
 
     >>> duration_ns("2 s"), duration_ns("1.5ms"), duration_ns("250 ns")
     (2000000000, 1500000, 250)
-
-    Args:
-        text: a number and its unit.
 
     Raises:
         ValueError: no number, no unit, or a part of a nanosecond.

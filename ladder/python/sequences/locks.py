@@ -1,4 +1,4 @@
-"""A lock: a resource that one of several sequences has at a time."""
+"""A lock: one of several sequences has a resource at a time."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from .waits import until
 
 
 class Lock(Part):
-    """One owner at a time, in order of asking.
+    """One owner at a time, in order of requests.
 
     async with self.zone:
         await self.axis.move_to(4000, ...)
 
-    A lock that is free is taken in the same scan. Whatever ends the block, `Abort` too, releases it.
+    A free lock is taken in the same scan. The end of the block releases it, also after `Abort`.
     """
 
     loose = True

@@ -4,9 +4,9 @@
 
 Order is that of definition, base classes first. An instance is the logic of a CPU. Before its first scan it
 is attached to the slots; on each first scan (power-up, or program mode left) its sequences are closed, its
-parts are as new, and sequences begin again. Its own fields stay.
+parts are reset, and sequences begin again. Its own fields keep their values.
 
-Observers read, in any scan, without a cost to scans that wait:
+Observers can read, in any scan:
 
     for each in sequences_of(logic):    # `Sequence`, in order; always the same objects
         each.resumed                    # differs when it, or a branch of it, went on in this scan
@@ -34,7 +34,7 @@ from .parts import Clock, DeclarationError, Device, LogicScan, Part, Slots, Turn
 from .signals import Place, Signal, place_of
 
 Field = bool | int | float | str
-"""What a field must be to be recorded."""
+"""Types of recorded fields."""
 
 
 class Logic:
@@ -58,7 +58,7 @@ class Logic:
         check_statements(cls)
 
     def __new__(cls, *args: Any, **options: Any) -> Self:
-        """Make an instance with parts and sequences of its own, whatever its `__init__` does."""
+        """Make an instance with its own parts and sequences, independent of its `__init__`."""
         logic = super().__new__(cls)
         logic._logic_made = (args, options)
         logic._logic_clock = Clock()
@@ -69,7 +69,7 @@ class Logic:
         return logic
 
     def every_scan(self) -> None:
-        """What is done in every scan, before the sequences."""
+        """Act in every scan, before the sequences."""
 
     def __call__(self, scan: LogicScan) -> None:
         """Do one scan."""
@@ -107,7 +107,7 @@ class Logic:
         """Attach the parts to the slots of a rack; the CPU does that before its first scan.
 
         Raises:
-            ValueError: a slot, word, bit or name that is not there, or two owners of one; all at once.
+            ValueError: all unknown slots, words, bits and names, and places with two owners.
         """
         errors: list[ValueError] = _undeclared(self)
         for part in self._logic_parts:
@@ -129,11 +129,7 @@ class Logic:
         self._logic_after = tuple(after for _, after in turns)
 
     def __close_logic__(self) -> None:
-        """Close all sequences; the CPU does that when it closes. Nothing of it reaches a module.
-
-        Raises:
-            Exception: what the `finally` of a sequence raised; the others are closed.
-        """
+        """Close all sequences, as the CPU's end does. An exception of a `finally` is raised after all."""
         with ExitStack() as stack:
             for each in reversed(self._logic_sequences):
                 stack.callback(each.close)
@@ -205,8 +201,8 @@ def parts_of(logic: Logic) -> tuple[Part, ...]:
 def fields_of(logic: Logic) -> dict[str, Field]:
     """Return the fields of an instance that are flags, numbers or texts, by name.
 
-    Those of the class body come first, in order of definition, base classes first; then those that the
-    instance has made. Names that begin with an underscore are left out, as are parts and sequences.
+    Fields of the class bodies precede those of the instance, in order of definition, base classes first.
+    Names with an underscore, parts and sequences are omitted.
     """
     bodies = [name for kind in reversed(type(logic).__mro__) for name in vars(kind)]
     names = dict.fromkeys([*bodies, *vars(logic)])
@@ -225,6 +221,6 @@ SomeLogic = TypeVar("SomeLogic", bound=Logic)
 
 
 def fresh(logic: SomeLogic) -> SomeLogic:
-    """Return a new instance, made with the same arguments: as after power-up."""
+    """Return a new instance made with the same arguments, as after power-up."""
     args, options = logic._logic_made
     return type(logic)(*args, **options)

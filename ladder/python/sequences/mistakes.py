@@ -1,4 +1,4 @@
-"""Statements without effect and fields without declaration, found in the source of a class when it is made.
+"""Checks of a class's source: statements without effect, and undeclared fields.
 
     dwell("2 s")            a wait that is never awaited: it does nothing
     self.start.rises        likewise
@@ -8,8 +8,8 @@
     self.start = True       would hide an input, an axis or a sequence
     self.lmp = True         a field that the class does not declare
 
-A command has an effect without `await`: `self.axis.halt()` is carried out. A wait that is kept and read is no
-mistake: it may be awaited later, or only in some case.
+A command has an effect without `await`: `self.axis.halt()` is executed. A wait that is stored and read may be
+awaited later and is accepted.
 """
 
 from __future__ import annotations
@@ -30,18 +30,18 @@ from .signals import Input
 from .waits import Wait
 
 WAITS = ("all_of", "first_of", "within")
-"""Functions whose call is a wait, beside the classes of waits."""
+"""Functions that return waits, beside the classes of waits."""
 
 OF_INPUTS = ("falls", "off", "on", "rises")
 """Attributes of an input that are waits."""
 
 PROBE = "captured"
-"""The method of an axis that is a wait, and no command."""
+"""The method of an axis that returns a wait, not a command."""
 
 _OURS = "scanrack."
 
 SETTING_UP = ("__init__", "__post_init__")
-"""Methods that declare a field by assigning it, as the body of the class does."""
+"""Methods whose assignments declare fields."""
 
 
 class _File(NamedTuple):
@@ -52,11 +52,7 @@ class _File(NamedTuple):
 
 
 def check_statements(cls: type) -> None:
-    """Refuse statements without effect, and fields that are not declared, in the methods of a class.
-
-    Raises:
-        TypeError: there is one; its file and line.
-    """
+    """Raise a TypeError for a statement without effect or an undeclared field in a class's methods."""
     fields = _fields(cls)
     for function in _functions(cls):
         body = _body_of(function)

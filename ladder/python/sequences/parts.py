@@ -1,7 +1,7 @@
-"""Parts: what a class of logic declares, and each instance has for itself.
+"""Parts: declared in a logic class, copied for each instance.
 
-A part in the class body is a description. Each instance of the class has its own copy, attached to the
-slots of a rack before the first scan, and as new on each first scan.
+A part in the class body is a description. Each instance of the class has its own copy, attached to the slots
+of a rack before the first scan, and reset on each first scan.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from ....io_images.site import Site, SiteError
 _OURS = f"{Path(__file__).parents[2]}/"
 
 Turn = Callable[[int], None]
-"""What a device does in each scan; called with the virtual time, ns."""
+"""A device's action in each scan, called with the virtual time, ns."""
 
 
 class Slot(Protocol):
@@ -50,15 +50,11 @@ class LogicScan(Protocol):
 
     @property
     def first(self) -> bool:
-        """Whether the logic is called for the first time since power-up or program mode."""
+        """Whether this is the first scan since power-up or program mode."""
 
 
 class Clock:
-    """The virtual time of the present scan.
-
-    Attributes:
-        now_ns: ns since power-up.
-    """
+    """The virtual time of the current scan, ns since power-up."""
 
     __slots__ = ("now_ns",)
 
@@ -77,12 +73,11 @@ class DeclarationError(SiteError):
 
 
 class Part:
-    """Something that a class of logic declares.
+    """A declared part of a logic class.
 
     Attributes:
-        name: the name it is declared under.
         declared: where.
-        loose: whether an instance may make it in its `__init__`, since it needs nothing of the rack.
+        loose: whether an `__init__` may make it, as it needs nothing of the rack.
     """
 
     name = ""
@@ -95,42 +90,38 @@ class Part:
         self.name = name
 
     def attach(self, slots: Slots, clock: Clock) -> None:
-        """Become a part of an instance that runs on these slots.
-
-        Raises:
-            ValueError: there is no such slot, word, bit or name.
-        """
+        """Attach to the slots; a ValueError for an unknown slot, word, bit or name."""
 
     def reset_part(self) -> None:
-        """Reset: the first scan since power-up or program mode."""
+        """Reset, in the first scan since power-up or program mode."""
 
     def owns(self) -> tuple[int, int, int] | None:
-        """Return the place that this part alone writes: slot, word, mask; word -1 is the whole slot."""
+        """Return the place that only this part writes: slot, word, mask; word -1 is the whole slot."""
         return None
 
 
 class Level(Part):
-    """A part that is true or false by itself."""
+    """A part with a truth value."""
 
     def __bool__(self) -> bool:
         raise NotImplementedError(f"{type(self).__name__} has no __bool__")
 
 
 class Device(Part):
-    """A part with turns of its own in each scan: before the logic, and after it."""
+    """A part with actions before and after the logic of each scan."""
 
     def turns(self) -> tuple[Turn, Turn]:
-        """Return what it does before the logic, and what it does after it."""
+        """Return its actions before and after the logic."""
         raise NotImplementedError
 
 
 def words_of(slots: Slots) -> dict[int, ModuleWords]:
-    """Return the names of the words of each slot's module."""
+    """Return the word names of each slot's module."""
     return {number: getattr(slot, "words", PLAIN_WORDS) for number, slot in slots.items()}
 
 
 def site_of_caller() -> Site:
-    """Return file and line of the innermost code on the stack that is not in this room."""
+    """Return file and line of the innermost code outside of this package on the stack."""
     frame = sys._getframe(1)
     while frame.f_code.co_filename.startswith(_OURS) and frame.f_back is not None:
         frame = frame.f_back

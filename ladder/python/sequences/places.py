@@ -1,4 +1,4 @@
-"""Where an input or output is: by an address, or by the bare name that one slot of the rack has."""
+"""The place of an input or output, from an address or a bare name that is unique in the rack."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from ....io_images.addresses import Address, allowed, parse_address
 from ....io_images.module_words import ModuleWords
 
 Rack = Mapping[int, ModuleWords]
-"""Names of the words of the module in each slot."""
+"""Word names of the module in each slot."""
 
 KINDS = {"I": "input", "O": "output"}
 """Name of an image in messages."""
@@ -18,7 +18,7 @@ _BARE_NAME = re.compile(r"[A-Za-z_]\w*")
 
 
 def find_bit(text: str, image: str, rack: Rack) -> Address:
-    """Return where a bit is.
+    """Find a bit.
 
     >>> from scanrack.io_images.amci3601.words import WORDS_3601
     >>> str(find_bit("IN_HOME", "I", {1: WORDS_3601}))
@@ -27,10 +27,9 @@ def find_bit(text: str, image: str, rack: Rack) -> Address:
     Args:
         text: an address, see `scanrack.io_images.addresses`, or the bare name of a bit.
         image: "I" or "O".
-        rack: the modules.
 
     Raises:
-        ValueError: it is not there, in the other image, a word, or no terminal of a card.
+        ValueError: it is unknown, in the other image, a word, or no terminal of a card.
     """
     at = _find(text, image, rack, _bits(image, rack))
     if at.bit is None:
@@ -43,11 +42,7 @@ def find_bit(text: str, image: str, rack: Rack) -> Address:
 
 
 def find_word(text: str, image: str, rack: Rack) -> Address:
-    """Return where a word is, see `find_bit`.
-
-    Raises:
-        ValueError: it is not there, in the other image, or a bit.
-    """
+    """Find a word, see `find_bit`; a ValueError if it is unknown, in the other image, or a bit."""
     at = _find(text, image, rack, _words(image, rack))
     if at.bit is not None:
         raise ValueError(f"{text!r} is a bit: declare it as {KINDS[image].capitalize()}")

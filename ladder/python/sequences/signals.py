@@ -2,7 +2,7 @@
 
     start = Input("Local:2:I.Data.0")         a terminal of a card; I:2.0/0 and Data[0].0 are the same
     estop = Input("slot1.status.IN_ESTOP")    a bit by its meaning
-    ready = Input("ready")                    a terminal that the rack file names, of the slot that has it
+    ready = Input("ready")                    a terminal by its name in the rack file
     level = InputWord("Local:3:I.Ch0Data")    a word, signed
     lamp: Output = Output("Local:2:O.Data.0")
 
@@ -45,11 +45,10 @@ class Signal(Part):
     """A place in an image.
 
     Attributes:
-        address: as it was declared.
-        at: where that is, once the logic is attached to a rack.
+        at: the place, once the logic is attached to a rack.
 
     Args:
-        address: see `scanrack.io_images.addresses`; or the bare name of a bit or word that one slot has.
+        address: see `scanrack.io_images.addresses`; or the bare name of a bit or word in one slot.
     """
 
     image = "I"
@@ -61,11 +60,7 @@ class Signal(Part):
         self.at: Address | None = None
 
     def find(self, slots: Slots) -> Address:
-        """Return where it is in a rack.
-
-        Raises:
-            ValueError: it is not there, is in the other image, or is a word in place of a bit.
-        """
+        """Return its place in a rack; a ValueError if it is unknown, in the other image, or a word."""
         try:
             return self.search(self.address, self.image, words_of(slots))
         except ValueError as error:
@@ -73,11 +68,7 @@ class Signal(Part):
 
 
 class Input(Signal, Level):
-    """A bit of an input image, true or false in the present scan.
-
-    Attributes:
-        read: returns it as a bool; the quick way.
-    """
+    """A bit of an input image, true or false in the current scan; `read` returns it as a bool, fast."""
 
     def __init__(self, address: str) -> None:
         super().__init__(address)
@@ -100,12 +91,12 @@ class Input(Signal, Level):
 
     @property
     def rises(self) -> Wait[None]:
-        """The next change from off to on, after the scan of the await."""
+        """The next change to on, after the scan of the await."""
         return Edge(self.read, True, f"{self.name} rises")
 
     @property
     def falls(self) -> Wait[None]:
-        """The next change from on to off, after the scan of the await."""
+        """The next change to off, after the scan of the await."""
         return Edge(self.read, False, f"{self.name} falls")
 
     @property
@@ -177,13 +168,13 @@ class OutputWord(InputWord):
 
 
 _LEVELS = (bool, int, Level)
-"""What an output may be given; a text would be true whatever it says."""
+"""Values accepted by an output; any text would be true."""
 
 
 class Output(Signal):
     """A bit of an output image: `self.lamp = True` writes it, `self.lamp` is a `bool`.
 
-    Declare it with its type, `lamp: Output = Output(...)`, so that pyright knows what may be written.
+    Declare it with its type, `lamp: Output = Output(...)`, for pyright.
     """
 
     image = "O"
@@ -217,7 +208,7 @@ class Output(Signal):
 
 
 Place = tuple[memoryview, int, int]
-"""Words of an image, number of the word, mask of the bit."""
+"""Words of an image, index of the word, mask of the bit."""
 
 
 def _place(part: Signal, logic: Any) -> Place:
@@ -230,7 +221,7 @@ def _place(part: Signal, logic: Any) -> Place:
 
 
 def place_of(part: Signal, slots: Slots) -> Place:
-    """Return where the value of an attached signal is."""
+    """Return the place of an attached signal."""
     at = part.at
     assert at is not None, "it is attached"
     slot = slots[at.slot]

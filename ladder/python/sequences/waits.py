@@ -1,7 +1,7 @@
-"""Waits: what a sequence awaits.
+"""Waits: conditions, times and edges that a sequence awaits.
 
     scan        n          n+1         n+2
-    sequence    await w    -           goes on
+    sequence    await w    -           continues
     the wait    begin      poll: no    poll: yes, result
 
 A wait takes one scan at least, even one that holds already. Times are virtual and in integer ns.
@@ -21,84 +21,72 @@ from .durations import duration_ns
 T_co = TypeVar("T_co", covariant=True)
 
 Condition = Callable[[], object]
-"""A question that is asked in every scan; its answer counts as true or false."""
+"""A function called in every scan, for its truth."""
 
 
 class SequenceTurn(threading.local):
-    """Whether a sequence takes its turn, in this thread.
+    """Whether a sequence takes its turn, per thread.
 
     Python may close a coroutine at any time, the innermost first. Nothing would resume an await in its
     `finally` then, so that await ends at once.
 
     Attributes:
-        now: whether one does.
-        dropped: how many awaits were ended so since the last turn.
+        now: whether a sequence takes its turn.
+        dropped: awaits ended this way since the last turn.
     """
 
     now = False
     dropped = 0
 
     def drop(self) -> None:
-        """End an await outside of a turn; a loop that swallows that gets to wait after all.
-
-        Raises:
-            GeneratorExit: the coroutine is closed.
-        """
+        """End an await outside of a turn with GeneratorExit; a loop that catches it waits after all."""
         self.dropped += 1
         if self.dropped <= DROPS:
             raise GeneratorExit
 
 
 stepping = SequenceTurn()
-"""Of the thread that asks."""
+"""Of the current thread."""
 
 
 DROPS = 100
-"""How many awaits end at once outside of a turn; a coroutine that makes more swallows its end."""
+"""Awaits ended per close; a coroutine with more of them swallows its end."""
 
 
 class Wait(Generic[T_co]):
-    """Something to await. Subclass it, with `poll` at least, for a wait of your own.
+    """An awaitable. Subclass it, with `poll` at least, for waits of your own.
 
-    Its `repr` is what `show`, the chart and the debugger say of a sequence that waits for it.
+    `show`, the chart and the debugger show its `repr`.
     """
 
     __slots__ = ("__weakref__",)
 
     @property
     def moved(self) -> int:
-        """How often a branch inside of it has gone on since it began."""
+        """Number of resumptions of branches inside of it."""
         return 0
 
     def begin(self, now_ns: int) -> None:
         """Begin to wait, in the scan of the await."""
 
     def poll(self, now_ns: int) -> bool:
-        """Return whether it holds; asked once in every later scan.
-
-        Raises:
-            Exception: the wait has failed; the sequence gets it at its await.
-        """
+        """Return whether it holds, once per later scan; its exception is raised at the await."""
         raise NotImplementedError(f"{type(self).__name__} has no poll")
 
     def result(self) -> T_co:
-        """Return what the `await` returns, once it holds.
-
-        Raises:
-            Exception: what the `await` raises.
-        """
+        """Return the value of the `await`, or raise its exception."""
         return None  # type: ignore[return-value]  # a wait without a value is a Wait[None]
 
     def give_up(self, now_ns: int) -> bool:
-        """Stop waiting; return whether it is gone. A branch may need further scans for its `finally`."""
+        """Stop waiting; return whether it has ended. A branch may need further scans for its `finally`."""
         return True
 
     def gone(self, now_ns: int) -> bool:
-        """Take the next scan of giving up; return whether it is gone."""
+        """Continue giving up in the next scan; return whether it has ended."""
         return True
 
     def drop(self) -> None:
-        """End at once, without a scan; what is inside is closed."""
+        """End at once, without a scan, and close everything inside."""
 
     def __await__(self) -> Generator[Wait[Any], None, T_co]:
         if not stepping.now:
@@ -111,11 +99,7 @@ class Wait(Generic[T_co]):
 
 
 def check_condition(condition: object, what: str) -> None:
-    """Refuse what can't be asked in every scan.
-
-    Raises:
-        TypeError: it is not a function.
-    """
+    """Raise a TypeError unless `condition` is a function."""
     if not callable(condition):
         raise TypeError(f"{what}({condition!r}) is not allowed: write {what}(lambda: ...), a function")
     if inspect.iscoroutinefunction(condition):
@@ -124,11 +108,7 @@ def check_condition(condition: object, what: str) -> None:
 
 
 def holds(condition: Condition) -> bool:
-    """Ask a condition.
-
-    Raises:
-        TypeError: it answers with a coroutine, which would count as true.
-    """
+    """Evaluate a condition; a TypeError for a coroutine, which would count as true."""
     answer = condition()
     if inspect.iscoroutine(answer):
         answer.close()  # lest Python warns that nobody awaits it
@@ -141,7 +121,7 @@ def _never_answers(name: str) -> str:
 
 
 def text_of(condition: Condition) -> str:
-    """Return what a condition is called: the name of its function, or of the input that it is.
+    """Return the name of a condition: of its function or its input.
 
     >>> text_of(lambda: True), text_of(str.isdigit)
     ('a condition', 'isdigit')
@@ -155,7 +135,7 @@ class until(Wait[None]):  # noqa: N801 - it reads as a word of the language
 
     Args:
         condition: a function without arguments.
-        text: what it is called in charts and messages.
+        text: its name in charts and messages.
     """
 
     __slots__ = ("condition", "text")
@@ -174,14 +154,7 @@ class until(Wait[None]):  # noqa: N801 - it reads as a word of the language
 
 
 class dwell(Wait[None]):  # noqa: N801
-    """A time, from the scan of the await on; it holds in the first scan at or after its end.
-
-    Args:
-        time: a number and its unit, such as "2 s".
-
-    Raises:
-        ValueError: it is not a time.
-    """
+    """A time from the scan of the await, such as "2 s", up to the first scan at or after its end."""
 
     __slots__ = ("_over_ns", "length_ns", "time")
 
@@ -203,14 +176,12 @@ class dwell(Wait[None]):  # noqa: N801
 
 
 class steady(Wait[None]):  # noqa: N801
-    """A condition that is true for a time without a break.
-
-    The time runs from the first scan after the await in which the condition is true.
+    """A condition that is true for a time without interruption, from the first scan after the await.
 
     Args:
         condition: a function without arguments.
         time: a number and its unit, such as "1 s".
-        text: what it is called in charts and messages.
+        text: its name in charts and messages.
 
     Raises:
         ValueError: it is not a time.
@@ -244,12 +215,12 @@ class steady(Wait[None]):  # noqa: N801
 
 
 class Edge(Wait[None]):
-    """A signal that changes to a level after the scan of the await.
+    """A change of a signal to a level after the scan of the await.
 
     Args:
         read: returns the signal's level.
-        to: the level that it changes to.
-        text: what it is called.
+        to: the level after the change.
+        text: its name.
     """
 
     __slots__ = ("_before", "_read", "_to", "text")
