@@ -2,8 +2,9 @@
 
     await self.axis.move_to(4000, speed=5000, acceleration=10, deceleration=10)
 
-Calling a method requests the command, like a rising Execute. Its words leave at the end of this scan, or once
-the current command has ended. Awaiting it waits for its end. A newer command aborts the older one in that scan.
+Calling a method requests the command, like a rising Execute. Its words leave at the end of this scan, or
+once the current command has ended. Awaiting it waits for its end. A newer command aborts the older one in
+that scan.
 """
 
 from __future__ import annotations
