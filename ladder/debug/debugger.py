@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,16 +20,14 @@ from ..state.memory import Value, checked
 from .crossref import CrossReference
 from .forces import Forces
 from .inquiry import Inquiry
-from .journal import MOST, Entry, Journal, Write
+from .journal import MOST, Journal
+from .replay import Replayer, ScanInputs, Truths, Write, input_leaves
 from .values import with_values
 from .watched import Change, shown
 from .watching import WatchedEngine
 
 Condition = Callable[["Debugger"], Any] | str
 """A condition of a run: a function of the debugger, or the address of a bit."""
-
-Truths = Mapping[LineKey, tuple[bool, ...]]
-"""Power after each instruction, by routine and rung number."""
 
 PICTURED = 100
 """Scans that note the power of all rungs after a query: a second of most programs."""
@@ -85,7 +83,7 @@ class Debugger:
         self.on_edit: Callable[[Edit], object] = lambda _edit: None
         self.on_outside: Callable[[], object] = lambda: None
         self._remembered = remembered
-        self.latest: Entry | None = None
+        self.latest: ScanInputs | None = None
         self.news = 0
         self._on_rungs: dict[LineKey, bool] = {}
         self._on_tags: dict[str, Any] = {}
@@ -100,7 +98,9 @@ class Debugger:
         """Attach to a program; snapshots begin with its next scan."""
         self.program, self._engine = program, engine
         self.interpreted = bool(program.functions)
-        self._journal = Journal(engine.lowered, program.scanner, engine.variants, max(1, self._remembered))
+        self._journal = Journal(max(1, self._remembered))
+        self._replayer: Replayer | None = None
+        self._images = input_leaves(engine.memory)
         self._outside: list[Write] = []
         engine.memory.outside = self._outside
         engine.memory.on_outside = lambda: self.on_outside()
@@ -204,7 +204,8 @@ class Debugger:
         writes = tuple(self._outside)
         forces, keeps = engine.memory.forces, bool(self._remembered or self._on_rungs)
         self.news += 1
-        self.latest = self._journal.entry(engine.memory, now_ns, first=first, writes=writes, forces=forces)
+        images = tuple(bytes(engine.memory.cells[leaf.ident].cell_contents) for leaf in self._images)
+        self.latest = ScanInputs(now_ns, first, images, writes, forces)
         if keeps:
             self._journal.note(self.latest)
         engine.memory.outside = None
@@ -397,15 +398,27 @@ class Debugger:
             if self._engine.watching or self._engine.notes_all:
                 self._truths = self._noted_truths()
             else:
-                self._truths = self._journal.again(self.scans - 1, noted=True).truths
+                self._past.again(self.scans - 1, noted=True)
+                self._truths = self._past.truths
             self._truths_of = self.scans
         return self._truths
 
     def _noted_truths(self) -> Truths:
         """Return the noted truths of the latest scan, without a rung that faulted in the compiled program."""
         engine = self._engine
-        again = engine.broken_off and not engine.watching
-        return self._journal.again(self.scans - 1).truths if again else engine.truths
+        if not engine.broken_off or engine.watching:
+            return engine.truths
+        self._past.again(self.scans - 1)
+        return self._past.truths
+
+    @property
+    def _past(self) -> Replayer:
+        """Runs scans again, on a memory of its own."""
+        if self._replayer is None:
+            engine = WatchedEngine(self._engine.lowered, self.program.scanner)
+            engine.variants = self._engine.variants
+            self._replayer = Replayer(engine, self._journal)
+        return self._replayer
 
     def picture(self, routine: str, rungs: Sequence[int] | None = None, width: int = 96) -> str:
         """Return a routine in box characters; wires with power in the latest scan are heavy."""
@@ -448,7 +461,7 @@ class Debugger:
 
     @property
     def _inquiry(self) -> Inquiry:
-        return Inquiry(self._engine, self._journal, self._forces, self.cross_reference)
+        return Inquiry(self._engine, self._past, self._journal.latest, self._forces, self.cross_reference)
 
     def _routine(self, name: str) -> Routine:
         for each in self.program.routines:

@@ -2,36 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container
-from typing import Any, Protocol
+from collections.abc import Container
 
 from ..model.operands import Place
 from ..model.resolver import Resolver
 from .crossref import CrossReference
+from .replay import Replayer
 from .watched import Change, shown
 from .watching import WatchedEngine
 from .why import bits_of, cause, changes_of, is_counted, state_of, telling, told, untouched
-
-
-class Past(Protocol):
-    """Scans that can be run again."""
-
-    def again(self, scan: int) -> WatchedEngine:
-        """Run again up to a scan, watch that one, and return the engine after it."""
-        ...
-
-    def last_change(self, read: Callable[[WatchedEngine], Any]) -> int | None:
-        """Return the last scan that changed a value, None without one."""
-        ...
 
 
 class Inquiry:
     """Answers queries about a program, from its engine, past scans, forces and cross reference."""
 
     def __init__(
-        self, engine: WatchedEngine, past: Past, forced: Container[str], cross_reference: CrossReference
+        self,
+        engine: WatchedEngine,
+        past: Replayer,
+        latest: int,
+        forced: Container[str],
+        cross_reference: CrossReference,
     ) -> None:
-        self._engine, self._past, self._forced = engine, past, forced
+        self._engine, self._past, self._latest, self._forced = engine, past, latest, forced
         self._cross_reference = cross_reference
         self._resolver = Resolver(engine.lowered.layout)
 
@@ -44,9 +37,9 @@ class Inquiry:
         where = self._resolver.named(tag)
         scan = None
         if is_counted(where):  # ACC changes in most scans, and says less than the bits
-            scan = self._past.last_change(lambda engine: bits_of(engine.tags[tag]))
+            scan = self._past.last_change(lambda engine: bits_of(engine.tags[tag]), self._latest)
         if scan is None:
-            scan = self._past.last_change(lambda engine: engine.tags[tag])
+            scan = self._past.last_change(lambda engine: engine.tags[tag], self._latest)
         if scan is None:
             return None
         return telling(changes_of(self._past.again(scan).history, where), where)

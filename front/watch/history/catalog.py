@@ -11,6 +11,7 @@ from typing import Any
 
 from ...ladder import LadderLogic
 from ...ladder.debug.crossref import CrossReference
+from ...ladder.debug.replay import Truths
 from ...ladder.debug.tag_values import TEXT, tag_values
 from ...ladder.debug.watching import WatchedEngine
 from ...ladder.draw import captions_of, live_rung, power
@@ -21,7 +22,6 @@ from ...ladder.model.tags import Tag, program_of, scoped
 from ...ladder.model.tree import Address, Routine, Rung
 from ...ladder.run.view import Tags
 from ...runtime.loop.faults import Fault
-from .shadow import Truths
 
 Json = dict[str, Any]
 

@@ -17,11 +17,11 @@ from ...ladder.model.errors import LadderFault
 from ...runtime.live import orders
 from ...runtime.live.orders import ALL, Order
 from ...runtime.live.ring import Rows
-from ...runtime.loop.phases import IDLE_PHASES
 from ...runtime.loop.rack import SLOT_BYTES, Card, Rack
-from ...runtime.loop.scan import MODE_MASK, CpuMode, Scan, ScanFlag
+from ...runtime.loop.scan import Scan
 from .event_log import LAST_SCAN
 from .recorded_events import RecordedEvents
+from .shadow import Row, scans_in
 from .stretch import Stretch
 from .watched_program import Inputs, Values, inputs_of, values_of
 
@@ -85,14 +85,11 @@ class Indexer:
         """
         kept = self._kept
         self._read(self.next, int(rows["scan"][-1]))
-        numbers, flags, times = (rows[name].tolist() for name in ("scan", "flags", "now_ns"))
-        memory = rows["words"].tobytes()
-        size = len(self._rack.memory)
-        for place, (scan, flag, now_ns) in enumerate(zip(numbers, flags, times, strict=True)):
-            self._before(scan)
-            if "logic" not in IDLE_PHASES[CpuMode(flag & MODE_MASK)]:
-                self._run(scan, flag, now_ns, memory[place * size : place * size + size])
-            self.next = scan + 1
+        for row in scans_in(rows):
+            self._before(row.scan)
+            if row.memory is not None:
+                self._run(row, row.memory)
+            self.next = row.scan + 1
         return self._kept > kept
 
     def _read(self, first: int, last: int) -> None:
@@ -131,12 +128,12 @@ class Indexer:
         except ValueError:
             pass  # an image; forces of images are in the recorded images
 
-    def _run(self, scan: int, flags: int, now_ns: int, memory: bytes) -> None:
+    def _run(self, row: Row, memory: bytes) -> None:
         own = self._rack.memory
         for at in range(IMAGE_BYTES, len(own), SLOT_BYTES):
             own[at : at + IMAGE_BYTES] = memory[at : at + IMAGE_BYTES]
         view = self._view
-        view.number, view.now_ns, view.first = scan, now_ns, bool(flags & ScanFlag.FIRST_SCAN)
+        view.number, view.now_ns, view.first = row.scan, row.now_ns, row.first
         try:
             self._debugger(view)
         except LadderFault:
@@ -144,4 +141,4 @@ class Indexer:
         entry, forces = self._debugger.latest, self._debugger.engine.memory.forces
         if forces is not self._forces or (entry is not None and entry.writes):
             self._forces = forces
-            self._keep(inputs_of(self._debugger, scan))
+            self._keep(inputs_of(self._debugger, row.scan))

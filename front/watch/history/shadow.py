@@ -11,18 +11,17 @@ from __future__ import annotations
 
 import pickle
 from bisect import bisect_left, bisect_right
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import suppress
-from typing import Any
+from collections.abc import Iterator, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
+from typing_extensions import override
 
 from ...io_images.image import IMAGE_BYTES
 from ...ladder import LadderLogic
-from ...ladder.compiler.observed import LineKey
-from ...ladder.debug.journal import restore
+from ...ladder.debug.forces import Forces
+from ...ladder.debug.replay import Replayer, ScanInputs, Truths, restore
 from ...ladder.debug.watching import WatchedEngine
-from ...ladder.model.errors import LadderFault
 from ...runtime.live.ring import Rows
 from ...runtime.loop.phases import IDLE_PHASES
 from ...runtime.loop.rack import SLOT_BYTES
@@ -44,8 +43,6 @@ MOST_REPEATED = 2 * THINNED
 
 CHAPTERS = 15
 """Stretches of scans that are searched for a change: half a minute at 2 ms."""
-
-Truths = Mapping[LineKey, tuple[bool, ...]]
 
 
 class SnapshotStore:
@@ -96,13 +93,74 @@ class SnapshotStore:
         truths: Truths | None = pickle.loads(self._values[place])[1]
         return truths or {}
 
-    def forces(self, scan: int) -> Mapping[tuple[str, int], tuple[int | None, Any]]:
+    def forces(self, scan: int) -> Forces:
         """Return what was forced before a scan."""
         place = bisect_left(self._forced, scan) - 1
         return self.inputs[self._forced[place]].forces if place >= 0 else {}
 
 
-class Shadow:
+class Row(NamedTuple):
+    """A scan of a session."""
+
+    scan: int
+    now_ns: int
+    first: bool
+    """Whether it begins with prescan."""
+    memory: bytes | None
+    """Of the rack; None = the logic did not run."""
+
+
+class SessionScans:
+    """Snapshots and inputs of a program, from the rows of a session; see `ladder.debug.replay.Source`."""
+
+    def __init__(
+        self, program: LadderLogic, slots: list[int], timeline: Timeline, kept: SnapshotStore
+    ) -> None:
+        self._timeline, self._kept = timeline, kept
+        self._is_impure = bool(program.functions)
+        layout = program.build().layout
+        places = {number: place * SLOT_BYTES + IMAGE_BYTES for place, number in enumerate(slots)}
+        starts = [places[int(leaf.slot or 0)] for leaf in layout.images if not leaf.output]
+        self._images = [slice(at, at + IMAGE_BYTES) for at in starts]
+        self._leaves = {leaf.ident: leaf for leaf in layout.leaves.values()}
+
+    def snapshots(self, scan: int) -> Iterator[int]:
+        """Yield the scans with values, back from a scan; none if scans can't be repeated."""
+        place = None if self._is_impure else self._kept.place(scan)
+        return iter(()) if place is None else (self._kept.scans[at] for at in range(place, -1, -1))
+
+    def snapshot(self, scan: int) -> tuple[dict[str, Any], Forces]:
+        """Return the values before a scan, and what was forced."""
+        place = self._kept.place(scan)
+        assert place is not None
+        return self._kept.values(place), self._kept.forces(scan)
+
+    def inputs(self, first: int, last: int) -> tuple[int, Iterator[ScanInputs]]:
+        """Return how many rows there are from the first scan on without a gap, and what went into them."""
+        rows = self._timeline.between(first, last)
+        if not len(rows) or rows[0]["scan"] != first:
+            return 0, iter(())
+        gaps = np.flatnonzero(np.diff(rows["scan"]) != 1)
+        rows = rows[: int(gaps[0]) + 1] if len(gaps) else rows
+        return len(rows), map(self._inputs, scans_in(rows))
+
+    def _inputs(self, row: Row) -> ScanInputs:
+        known, memory = self._kept.inputs.get(row.scan), row.memory
+        images: Sequence[bytes] | None = None
+        if memory is not None:
+            images = None if known is None else known.images
+            images = images or [memory[each] for each in self._images]
+        if known is None:
+            return ScanInputs(row.now_ns, row.first, images)
+        writes = tuple(
+            (self._leaves[ident], index, value)
+            for ident, index, value in known.writes
+            if ident in self._leaves  # not so of a program that was edited since
+        )
+        return ScanInputs(row.now_ns, row.first, images, writes, known.forces)
+
+
+class Shadow(Replayer):
     """A ladder program that repeats scans of a session.
 
     Args:
@@ -112,180 +170,20 @@ class Shadow:
         kept: the values.
 
     Attributes:
-        engine: the engine after scan `at`.
-        at: the last scan that was repeated; None before the first.
-        truths: power of that scan, by routine in capitals and rung.
         is_impure: there are routines in Python, so that no scan can be repeated.
     """
 
     def __init__(
         self, program: LadderLogic, slots: list[int], timeline: Timeline, kept: SnapshotStore
     ) -> None:
-        self.program = program
-        self.engine = WatchedEngine(program.build(), program.scanner)
-        self.at: int | None = None
-        self.truths: Truths = {}
+        engine = WatchedEngine(program.build(), program.scanner)
+        super().__init__(engine, SessionScans(program, slots, timeline, kept), MOST_REPEATED, CHAPTERS)
         self.is_impure = bool(program.functions)
-        self._timeline = timeline
         self._kept = kept
-        places = {number: place * SLOT_BYTES + IMAGE_BYTES for place, number in enumerate(slots)}
-        self._images = [
-            (places[int(leaf.slot or 0)], self.engine.memory.cells[leaf.ident].cell_contents.cast("B"))
-            for leaf in self.engine.lowered.layout.images
-            if not leaf.output
-        ]
-        self._leaves = {leaf.ident: leaf for leaf in self.engine.lowered.layout.leaves.values()}
 
+    @override
     def show(self, scan: int) -> bool:
-        """Repeat a scan, so that engine and truths are those after it; return whether that was possible."""
-        if self.is_impure:
-            return self._show_values(scan)
-        start = self._start(scan)
-        if start is None:
-            return False
-        rows = self._timeline.between(start, scan)
-        if len(rows) != scan - start + 1:
-            self.at = None
-            return False
-        if len(rows):
-            self._repeat(rows)
-        self.at = scan
-        return True
-
-    def walk(self, first: int, last: int) -> Iterator[int]:
-        """Repeat scans in turn; after each yield its time, ns, while the engine is at its end.
-
-        It ends before the first scan that can't be repeated.
-        """
-        start = self._start(first)
-        rows = self._timeline.between(first if start is None else start, last)
-        if start is None or not len(rows) or rows[0]["scan"] != start:
-            self.at = None
-            return
-        self.engine.watching = False
-        self.engine.note(())
-        gaps = np.flatnonzero(np.diff(rows["scan"]) != 1)
-        for each in _scans_in(rows[: int(gaps[0]) + 1] if len(gaps) else rows):
-            self._do(*each)
-            self.at = each[0]
-            if each[0] >= first:
-                yield each[2]
-
-    # --- looking back: see `ladder.debug.inquiry.Past`
-
-    def again(self, scan: int) -> WatchedEngine:
-        """Repeat a scan, watched; return the engine after it.
-
-        Raises:
-            ValueError: it can't be repeated.
-        """
-        self.at = None  # from values before it
-        start = self._start(scan)
-        rows = self._timeline.between(scan if start is None else start, scan)
-        if start is None or len(rows) != scan - start + 1:
-            raise ValueError(f"scan {scan} can't be repeated any more")
-        self._repeat(rows, watched=True)
-        self.at = scan
-        return self.engine
-
-    def last_change(self, read: Callable[[WatchedEngine], Any]) -> int | None:
-        """Return the last scan, up to the one shown, that changed a value."""
-        end = self.at
-        if end is None or self.is_impure:
-            return None
-        try:
-            for start, last in self._chapters(end):
-                found = self._change_in(start, last, read)
-                if found is not None:
-                    return found
-            return None
-        finally:
-            self.show(end)
-
-    def _chapters(self, end: int) -> Iterator[tuple[int, int]]:
-        """Yield the latest stretches of scans that begin with values, the last one first."""
-        place = self._kept.place(end)
-        for _ in range(CHAPTERS):
-            if place is None or place < 0:
-                return
-            start = self._kept.scans[place]
-            if start <= end:
-                yield start, end
-            end = start - 1
-            place -= 1
-
-    def _change_in(self, start: int, last: int, read: Callable[[WatchedEngine], Any]) -> int | None:
-        """Return the last change of a value in a stretch of scans."""
-        rows = self._timeline.between(start, last)
-        place = self._kept.place(start)
-        if len(rows) != last - start + 1 or place is None:
-            return None
-        self._restore(place)
-        found, before = None, read(self.engine)
-        for each in _scans_in(rows):
-            self._do(*each)
-            value = read(self.engine)
-            if value != before:
-                found, before = each[0], value
-        return found
-
-    def _start(self, scan: int) -> int | None:
-        """Return the first scan to repeat, and set the engine to it; None without values near it."""
-        place, at = self._kept.place(scan), self.at
-        begins = None if place is None else self._kept.scans[place]
-        if at is not None and at <= scan <= at + MOST_REPEATED and (begins is None or begins <= at + 1):
-            return at + 1
-        if place is None or begins is None or begins < scan - MOST_REPEATED:
-            return None
-        self._restore(place)
-        return begins
-
-    def _restore(self, place: int) -> None:
-        engine, scan = self.engine, self._kept.scans[place]
-        engine.hold({})
-        engine.note(())
-        restore(engine.memory, self._kept.values(place))
-        engine.scans = scan
-        engine.hold(self._kept.forces(scan))
-        self.at = scan - 1
-
-    def _repeat(self, rows: Rows, *, watched: bool = False) -> None:
-        """Repeat scans, the last one with power, or watched."""
-        engine = self.engine
-        engine.watching = False
-        engine.note(())
-        *before, last = _scans_in(rows)
-        for each in before:
-            self._do(*each)
-        if watched:
-            engine.watching = True
-        else:
-            engine.note_all()
-        if self._do(*last):
-            self.truths = engine.truths
-        engine.watching = False
-
-    def _do(self, scan: int, flags: int, now_ns: int, memory: bytes) -> bool:
-        """Repeat one scan; return whether logic ran in it."""
-        engine = self.engine
-        known = self._kept.inputs.get(scan)
-        if known is not None:
-            engine.hold(known.forces)
-            engine.outside = tuple(
-                (self._leaves[ident], index, value)
-                for ident, index, value in known.writes
-                if ident in self._leaves  # not so of a program that was edited since
-            )
-        if "logic" in IDLE_PHASES[CpuMode(flags & MODE_MASK)]:
-            return False
-        for number, (at, cell) in enumerate(self._images):
-            if known is not None and known.images is not None:
-                cell[:] = known.images[number]
-            else:
-                cell[:] = memory[at : at + len(cell)]
-        with suppress(LadderFault):  # it has stopped that scan then, too
-            engine.do(now_ns, first=bool(flags & ScanFlag.FIRST_SCAN))
-        return True
+        return self._show_values(scan) if self.is_impure else super().show(scan)
 
     def _show_values(self, scan: int) -> bool:
         """Show values and power of a program with routines in Python, not repeated: the nearest ones."""
@@ -298,9 +196,11 @@ class Shadow:
         return True
 
 
-def _scans_in(rows: Rows) -> Iterator[tuple[int, int, int, bytes]]:
-    """Yield the number, flags, time and memory of each row."""
+def scans_in(rows: Rows) -> Iterator[Row]:
+    """Yield the scans of rows."""
     memory, size = rows["words"].tobytes(), rows.dtype["words"].itemsize
     columns = (rows[name].tolist() for name in ("scan", "flags", "now_ns"))
     for place, (scan, flags, now_ns) in enumerate(zip(*columns, strict=True)):
-        yield scan, flags, now_ns, memory[place * size : place * size + size]
+        idle = "logic" in IDLE_PHASES[CpuMode(flags & MODE_MASK)]
+        own = None if idle else memory[place * size : place * size + size]
+        yield Row(scan, now_ns, bool(flags & ScanFlag.FIRST_SCAN), own)

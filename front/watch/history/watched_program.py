@@ -9,13 +9,14 @@ Everything else that goes into a scan is in the ring: images, times and flags.
 from __future__ import annotations
 
 import pickle
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from ...ladder.compiler.observed import LineKey
 from ...ladder.debug import Debugger
-from ...ladder.debug.journal import Entry, snapshot
+from ...ladder.debug.forces import Forces
+from ...ladder.debug.replay import ScanInputs, snapshot
 from ...runtime.live.ring import Records
 from ...runtime.loop.pace import wall_ns
 
@@ -32,7 +33,7 @@ class Values:
 
     Attributes:
         scan: number of the scan.
-        values: by identifier of the variable, see `ladder.debug.journal`.
+        values: by identifier of the variable, see `ladder.debug.replay`.
         program: number of edits before it.
         truths: power of the scan before, of a program with routines in Python, which is always interpreted.
     """
@@ -57,8 +58,8 @@ class Inputs:
 
     scan: int
     writes: tuple[tuple[str, int, Any], ...]
-    forces: Mapping[tuple[str, int], tuple[int | None, Any]]
-    images: tuple[bytes, ...] | None
+    forces: Forces
+    images: Sequence[bytes] | None
     program: int
 
 
@@ -72,7 +73,7 @@ class LadderNotes:
 
     def __init__(self, debugger: Debugger, records: Records) -> None:
         self._debugger, self._records = debugger, records
-        self._entry: Entry | None = None
+        self._entry: ScanInputs | None = None
         self._forces: object = None
         self._due_ns, self._news = 0, -1
 

@@ -155,7 +155,7 @@ def why(monitor: Monitor, page: Page, said: Said) -> Json | None:
         raise ValueError(f"scan {scan} can't be repeated yet: ask again in a moment")
     forced = monitor.states.forces_at(page.past)
     try:
-        text = Inquiry(shadow.engine, shadow, forced, program.catalog.cross_reference).why(tag)
+        text = Inquiry(shadow.engine, shadow, scan, forced, program.catalog.cross_reference).why(tag)
     finally:
         shadow.show(scan)
     return {"text": text, "scan": scan}

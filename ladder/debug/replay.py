@@ -1,0 +1,252 @@
+"""Runs scans of a program again, on a memory of its own.
+
+A program is deterministic: its memory, the input images and the time make the next memory. So it runs
+compiled, and a question about a scan is answered by running that scan again from a snapshot before it:
+
+    snapshot      inputs inputs inputs ...      snapshot      inputs ...
+    scan 512      512    513    514             scan 576      576
+
+Snapshots and inputs come from a `Source`: the journal of a debugger, or the rows of a session.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from itertools import islice
+from typing import Any, NamedTuple, Protocol
+
+from ..compiler.observed import LineKey
+from ..model.errors import LadderFault
+from ..model.tags import Leaf
+from ..state.memory import Memory, Value
+from .forces import Forces
+from .watching import WatchedEngine
+
+NO_FORCES: Forces = {}
+
+Write = tuple[Leaf, int, Value]
+"""A value that was set from outside of the program."""
+
+Truths = Mapping[LineKey, tuple[bool, ...]]
+"""Power behind each instruction, by routine in capitals and number of the rung."""
+
+
+class ScanInputs(NamedTuple):
+    """What goes into a scan from outside.
+
+    Attributes:
+        now_ns: its virtual time.
+        first: whether it begins with prescan.
+        images: the input images that the program uses, in the order of the layout; None = it does not run.
+        writes: values set from outside since the scan before.
+        forces: forced values; None = as before, and nothing was set from outside.
+    """
+
+    now_ns: int
+    first: bool
+    images: Sequence[bytes] | None
+    writes: tuple[Write, ...] = ()
+    forces: Forces | None = None
+
+
+class Source(Protocol):
+    """Where snapshots and inputs of a program are kept."""
+
+    def snapshots(self, scan: int) -> Iterator[int]:
+        """Yield the scans before which there is a snapshot, back from a scan."""
+        ...
+
+    def snapshot(self, scan: int) -> tuple[Mapping[str, Any], Forces]:
+        """Return the values before a scan, by identifier, and what was forced."""
+        ...
+
+    def inputs(self, first: int, last: int) -> tuple[int, Iterator[ScanInputs]]:
+        """Return how many scans are known from the first one on without a gap, and their inputs."""
+        ...
+
+
+class Replayer:
+    """Runs scans again.
+
+    Args:
+        engine: runs the program; its memory is used for nothing else.
+        source: what went into the program.
+        most: scans that are run at once to get to one.
+        stretches: latest snapshots from which a change is searched.
+
+    Attributes:
+        engine: the engine after scan `at`.
+        at: the scan that was run last; None before the first.
+        truths: the power of the scan that was asked for last.
+    """
+
+    def __init__(
+        self, engine: WatchedEngine, source: Source, most: int = 1 << 62, stretches: int | None = None
+    ) -> None:
+        self.engine = engine
+        self.at: int | None = None
+        self.truths: Truths = {}
+        self._source, self._most, self._stretches = source, most, stretches
+        self._images = [
+            engine.memory.cells[leaf.ident].cell_contents.cast("B") for leaf in input_leaves(engine.memory)
+        ]
+
+    def show(self, scan: int) -> bool:
+        """Run to a scan and note its power; return whether that was possible."""
+        return self._run_to(scan, watched=False)
+
+    def again(self, scan: int, *, noted: bool = False) -> WatchedEngine:
+        """Run to a scan from a snapshot, watch that one, and return the engine after it.
+
+        Args:
+            scan: the scan.
+            noted: note its power in the compiled program, which is faster and tells nothing else; a scan with
+                a fault is watched all the same.
+
+        Raises:
+            ValueError: it can't be repeated.
+        """
+        self.at = None
+        if not self._run_to(scan, watched=not noted):
+            raise ValueError(f"scan {scan} can't be repeated any more")
+        return self.again(scan) if noted and self.engine.broken_off else self.engine
+
+    def walk(self, first: int, last: int) -> Iterator[int]:
+        """Run scans in turn; after each yield its time, ns, while the engine is at its end.
+
+        It ends before the first scan that can't be repeated.
+        """
+        start = self._start(first)
+        count, known = (0, iter(())) if start is None else self._source.inputs(start, last)
+        if start is None or not count:
+            self.at = None
+            return
+        self._observe_nothing()
+        for self.at, inputs in enumerate(known, start):
+            self._do(inputs)
+            if self.at >= first:
+                yield inputs.now_ns
+
+    def last_change(self, read: Callable[[WatchedEngine], Any], end: int) -> int | None:
+        """Return the last scan that changed a value, up to one; None without one.
+
+        Args:
+            read: reads the value.
+            end: the last scan that counts.
+        """
+        for start in islice(self._source.snapshots(end), self._stretches):
+            if start <= end:
+                found = self._change_in(start, end, read)
+                if found is not None:
+                    return found
+                end = start - 1
+        return None
+
+    def _change_in(self, start: int, last: int, read: Callable[[WatchedEngine], Any]) -> int | None:
+        count, known = self._source.inputs(start, last)
+        if count != last - start + 1:
+            return None
+        self._restore(start)
+        found, before = None, read(self.engine)
+        for self.at, inputs in enumerate(known, start):
+            self._do(inputs)
+            value = read(self.engine)
+            if value != before:
+                found, before = self.at, value
+        return found
+
+    def _run_to(self, scan: int, *, watched: bool) -> bool:
+        start = self._start(scan)
+        if start is None:
+            return False
+        count, known = self._source.inputs(start, scan)
+        if count != scan - start + 1:
+            self.at = None
+            return False
+        if count:
+            self._observe_nothing()
+            for inputs in islice(known, count - 1):
+                self._do(inputs)
+            self._do_last(next(known), watched=watched)
+        self.at = scan
+        return True
+
+    def _do_last(self, inputs: ScanInputs, *, watched: bool) -> None:
+        engine = self.engine
+        if watched:
+            engine.watching = True
+        else:
+            engine.note_all()
+        if self._do(inputs):
+            self.truths = engine.truths
+        engine.watching = False
+
+    def _start(self, scan: int) -> int | None:
+        """Return the first scan to run, and set the engine to it; None without a snapshot near it."""
+        begins, at = next(self._source.snapshots(scan), None), self.at
+        if at is not None and at <= scan <= at + self._most and (begins is None or begins <= at + 1):
+            return at + 1
+        if begins is None or begins < scan - self._most:
+            return None
+        self._restore(begins)
+        return begins
+
+    def _restore(self, scan: int) -> None:
+        engine = self.engine
+        values, forces = self._source.snapshot(scan)
+        engine.hold(NO_FORCES)
+        self._observe_nothing()
+        restore(engine.memory, values)
+        engine.scans = scan
+        engine.hold(forces)
+        self.at = scan - 1
+
+    def _observe_nothing(self) -> None:
+        self.engine.watching = False
+        self.engine.note(())
+
+    def _do(self, inputs: ScanInputs) -> bool:
+        """Run one scan; return whether the logic ran in it."""
+        engine = self.engine
+        if inputs.forces is not None:
+            engine.hold(inputs.forces)
+            engine.outside = inputs.writes
+        if inputs.images is None:
+            return False
+        for cell, image in zip(self._images, inputs.images, strict=True):
+            cell[:] = image
+        with suppress(LadderFault):  # it has stopped that scan then, too
+            engine.do(inputs.now_ns, first=inputs.first)
+        return True
+
+
+def input_leaves(memory: Memory) -> list[Leaf]:
+    """Return the input images that a program uses, in the order of the layout."""
+    return [leaf for leaf in memory.layout.images if not leaf.output]
+
+
+def snapshot(memory: Memory) -> dict[str, Any]:
+    """Return all values of a memory, by identifier of the variable."""
+    images = {leaf.ident for leaf in memory.layout.images}
+    found: dict[str, Any] = {}
+    for ident, cell in memory.cells.items():
+        value = cell.cell_contents
+        if ident in images:
+            value = value.tolist()
+        found[ident] = list(value) if isinstance(value, list) else value
+    return found
+
+
+def restore(memory: Memory, values: Mapping[str, Any]) -> None:
+    """Set all values of a memory to those of a snapshot."""
+    for ident, cell in memory.cells.items():
+        value = values[ident]
+        if not isinstance(value, list):
+            cell.cell_contents = value
+            continue
+        if isinstance(cell.cell_contents, list):
+            cell.cell_contents[:] = value
+            continue
+        for index, word in enumerate(value):
+            cell.cell_contents[index] = word
