@@ -13,7 +13,7 @@
         return not now.slot[1].moving
 
 Random surroundings (`scenario`) are tried one after the other (`trial`), each with the logic
-and the rack is built again; what breaks an invariant is shrunk by Hypothesis (`search`).
+and the rack is built again; what breaks an invariant is made small by `shrink`.
 """
 
 from .laws.invariants import Invariant, InvariantError, always, load_invariants, never, within
