@@ -1,4 +1,4 @@
-"""Libraries that recording and reading do without: each belongs to an extra, named where it is missing."""
+"""Optional libraries of recording and reading: the error for a missing one names its extra."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ def need(module: str, extra: str) -> ModuleType:
     'json'
 
     Raises:
-        MissingExtraError: it is not installed; the message says what to install.
+        MissingExtraError: it is not installed; the message names the package to install.
     """
     try:
         return import_module(module)
     except ModuleNotFoundError as error:
         library = module.partition(".")[0]
         if error.name is None or error.name.partition(".")[0] != library:
-            raise  # the library is there, and misses something itself
+            raise  # the library is there, but lacks a module itself
         says = f"{library} is not installed: pip install 'scanrack[{extra}]'"
         raise MissingExtraError(says, name=library) from error

@@ -1,11 +1,11 @@
-"""Completes a trace that has no end, or a damaged one: whole records stay, indexes and end are rebuilt.
+"""Completes a trace without an end, or a damaged one: whole records stay, indexes and end are rebuilt.
 
     head | chunk | index | chunk | index | chu                      the process was killed here
     head | chunk | index | chunk | index | summary | footer         after repair
 
-Whole records are copied as they are, so a trace that has only lost its end is
-afterwards what it would have been. The repaired trace is written beside the
-original, put on the disk, and only then takes its place. The original is kept
+Whole records are copied unchanged, so that a trace that only lacks its end becomes
+identical to a complete recording. The repaired trace is written beside the
+original, flushed to the disk, and only then replaces it. The original is kept
 unless the repaired trace begins with all of it but a torn end.
 """
 
@@ -50,7 +50,7 @@ from .write.chunks import chunk_of
 from .write.line import PROFILE as LINE_PROFILE
 
 ORIGINAL_SUFFIX = ".orig"
-"""What is added to the name of the original, where it is kept; a number follows if that name is taken."""
+"""Suffix of a kept original; a number follows if that name exists."""
 
 
 @dataclass(slots=True)
@@ -58,10 +58,10 @@ class Repair:
     """The result of a repair.
 
     Attributes:
-        notes: what was wrong with the trace; nothing at all and it has been left as it is.
-        scans: how many scans it has, those that were left out not counted; None for the trace of a line.
-        messages: how many messages it has, scans among them.
-        original: where the original is kept; None if it is not, or still in its place.
+        notes: the defects of the trace; without any it has been left unchanged.
+        scans: their number, without those left out; None for the trace of a line.
+        messages: their number, including scans.
+        original: path of the kept original; None if it is not kept, or still in its place.
     """
 
     notes: list[str] = field(default_factory=list)
@@ -71,12 +71,12 @@ class Repair:
 
     @property
     def needed(self) -> bool:
-        """Whether there was anything to repair."""
+        """Whether there was a defect."""
         return bool(self.notes)
 
     @property
     def damaged(self) -> int:
-        """How many chunks or other records were left out because they can't be read."""
+        """Number of chunks or other records that were left out because they can't be read."""
         return sum(note.startswith(DAMAGED) for note in self.notes)
 
 
@@ -85,18 +85,18 @@ def repair(
 ) -> Repair:
     """Complete a trace.
 
-    The original is kept, with `.orig` at the end of its name, unless the repaired trace begins with
+    The original is kept, with the suffix `.orig`, unless the repaired trace begins with
     all of it but a chunk in which it was cut off.
 
     Args:
         path: the trace, of scans or of a serial line.
-        output: where the repaired trace is written; None to replace the trace.
+        output: path of the repaired trace; None to replace the trace.
         progress: called at each record with the number of bytes read so far.
 
     Raises:
-        TraceError: the file is not a trace, or not of a version that is known; see `open_trace`.
-        OwnedError: what is to be replaced is not a recording, or is being recorded.
-        OSError: the repaired trace can't be written. The original is as it was.
+        TraceError: the file is not a trace, or of an unknown version; see `open_trace`.
+        OwnedError: the replaced file is not a recording, or is being recorded.
+        OSError: the repaired trace can't be written. The original is unchanged.
     """
     path = Path(realpath(path))
     target = path if output is None else Path(output)
@@ -135,9 +135,9 @@ def _header(records: Records) -> Header:
 
 
 def _misfits(trace: Records, library: str, made: Path, path: Path) -> Iterator[str]:
-    """Yield what is wrong with a trace in which everything could be read.
+    """Yield the defects of a trace in which everything could be read.
 
-    Ours are compared with what they would be if written again; others are read by the stock reader.
+    Our own are compared with a rewritten version; others are read by the stock reader.
     """
     if library.startswith(LIBRARY):
         if made.stat().st_size != path.stat().st_size or not begin_alike(made, path, trace.size):
@@ -152,7 +152,7 @@ def _misfits(trace: Records, library: str, made: Path, path: Path) -> Iterator[s
 
 
 def _put_in_place(draft: Draft, path: Path, original: Path | None) -> None:
-    """Let the repaired trace take its place; keep the original under another name, if there is one for it."""
+    """Replace the trace by the repaired one; keep the original under another name, if there is one."""
     shutil.copymode(path, draft.place)
     if original is not None:
         _give_name(path, original)
@@ -165,7 +165,7 @@ def _put_in_place(draft: Draft, path: Path, original: Path | None) -> None:
 
 
 def _give_name(path: Path, other: Path) -> None:
-    """Give a file a second name; where the file system knows none, copy it."""
+    """Give a file a second name; copy it if the file system has no links."""
     try:
         os.link(path, other)
     except OSError:
@@ -174,7 +174,7 @@ def _give_name(path: Path, other: Path) -> None:
 
 
 def _free_name(path: Path) -> Path:
-    """Return a name for the original under which nothing is kept yet."""
+    """Return an unused name for the original."""
     names = (path.with_name(f"{path.name}{ORIGINAL_SUFFIX}{number or ''}") for number in count())
     return next(name for name in names if not name.exists())
 
@@ -184,7 +184,6 @@ class Rewriter:
 
     Args:
         result: its counts are kept.
-        progress: called with the number of bytes read so far.
 
     Attributes:
         library: the software that wrote the trace.
@@ -226,7 +225,7 @@ class Rewriter:
             yield span
 
     def _data_crc(self) -> int:
-        """Return the CRC to be written; note where the trace states another, though all could be read."""
+        """Return the CRC to write; note a different CRC in the trace, though all could be read."""
         told = data_crc(self._trace.file, self._trace.spans)
         if told == 0 and ends_whole(self._trace.file, self._trace.spans):
             return 0  # its writer states none
@@ -253,7 +252,7 @@ class Rewriter:
                 self._write(self._trace.raw(span))
 
     def _register(self) -> None:
-        """Write schemas and channels as the summary has them, once: a checksum guards those."""
+        """Write schemas and channels from the checksummed summary, once."""
         for record in self._guarded[self._registered :]:
             self._write(encoded(record))
             self._take(record)

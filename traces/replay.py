@@ -1,11 +1,11 @@
 """Replay: plays a recording to a module, a program or a whole rack, and compares the outcome.
 
-    recording ---> whatever answers ---> its images in each scan
-        |                                        |
-        +-------------- Follower ----------------+   stops at the first scan that differs
+    recording ---> receiver ---> its images in each scan
+        |                                |
+        +---------- Follower ------------+   stops at the first scan that differs
 
-The answering side knows nothing of traces: its owner runs it scan by scan, and a
-`Follower` listens to that run as a recorder would.
+The receiver knows nothing of traces: its owner runs it scan by scan, and a
+`Follower` listens to that run like a recorder.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ class Recording:
     """A trace in memory, packed, to be played.
 
     Attributes:
-        slots: what sat in the rack.
-        events: what is not an image, in order.
+        slots: the modules of the rack.
+        events: all messages but images, in order.
     """
 
     slots: tuple[SlotInfo, ...]
@@ -72,12 +72,12 @@ class Recording:
 
     @property
     def times(self) -> Sequence[int]:
-        """When they were, ns."""
+        """Virtual times of the scans, ns."""
         return self.scans.view(lambda columns: columns.time_ns.tolist())
 
     @property
     def flags(self) -> Sequence[int]:
-        """What the CPU was doing."""
+        """The CPU's flags in the scans."""
         return self.scans.view(lambda columns: columns.flags.tolist())
 
     @property
@@ -91,11 +91,11 @@ class Recording:
         return self.scans.view(lambda columns: [block[span] for block in memory_blocks(columns)])
 
     def place(self, slot: int) -> int:
-        """Return where a slot begins in the memory block, bytes; StopIteration for no such slot."""
+        """Return the offset of a slot in the memory block, bytes; StopIteration for no such slot."""
         return SLOT_BYTES * next(place for place, each in enumerate(self.slots) if each.number == slot)
 
     def span(self, image: Image) -> slice:
-        """Return where an image lies in the memory block, bytes."""
+        """Return the place of an image in the memory block, bytes."""
         first = self.place(image[0]) + (IMAGE_BYTES if image[1] == "in" else 0)
         return slice(first, first + IMAGE_BYTES)
 
@@ -104,12 +104,12 @@ class Follower:
     """Follows a replay and compares it with the recording; a listener of the scan loop.
 
     Args:
-        memory: the memory block of the side that answers, laid out as in the recording.
-        images: which images are compared.
+        memory: the memory block of the receiver, with the layout of the recording.
+        images: the images to compare.
 
     Attributes:
-        stop: called at the first scan that differs, if nothing may; with a tolerance the whole
-            recording is gone through, since what comes late may still come in time. None: go on.
+        stop: called at the first scan that differs, without a tolerance; a comparison with tolerance
+            reads the whole recording, since late changes may still be in time. None: continue.
         stopped: whether it has been called.
     """
 
@@ -153,7 +153,7 @@ class Follower:
 
     @property
     def scans(self) -> int:
-        """How many scans have been replayed."""
+        """Number of replayed scans."""
         return len(self._replayed)
 
     def comparison(self) -> Comparison:
@@ -184,7 +184,7 @@ class Follower:
 
 
 def _first_scans(chunks: Iterator[Columns], count: int) -> Iterator[Columns]:
-    """Yield so many scans of the first chunks."""
+    """Yield the first `count` scans of chunks."""
     for columns in chunks:
         yield columns.rows(0, count)
         count -= len(columns.scan)

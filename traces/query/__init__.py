@@ -1,4 +1,4 @@
-"""Asking a trace: in which scans something held, and how long it took. The language: docs/query.md."""
+"""Queries on a trace: the scans in which a condition held, and its duration. The language: docs/query.md."""
 
 from .answer import Answer, Occurrence
 from .ask import query

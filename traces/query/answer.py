@@ -1,4 +1,4 @@
-"""What a query found."""
+"""The result of a query."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ class Occurrence:
     """One occurrence.
 
     Attributes:
-        first: number of the scan in which it began.
+        first: number of its first scan.
         last: number of the last scan in which it held; of an answer, the scan of the answer.
         start_ns: virtual time of its first scan.
         end_ns: virtual time of the first scan in which it no longer held; of an answer, of the answer.
         open: it was not over in the last scan of the trace: it lasted at least this long.
-        shown: values in its first scan of the signals that were asked for, None where there is none.
+        shown: values of the requested signals in its first scan, or None.
     """
 
     first: int
@@ -28,18 +28,18 @@ class Occurrence:
 
     @property
     def duration_ns(self) -> int:
-        """How long it lasted, ns."""
+        """Its duration, ns."""
         return self.end_ns - self.start_ns
 
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """What a query found.
+    """The result of a query.
 
     Attributes:
-        aggregate: "count", "first", "last", "longest" or "shortest"; None if all were asked for.
-        count: how many occurrences there are, of which an aggregate gives one or none.
-        occurrences: those asked for, in the order in which they began.
+        aggregate: "count", "first", "last", "longest" or "shortest"; None for all occurrences.
+        count: number of occurrences, of which an aggregate returns one or none.
+        occurrences: those returned, in the order of their begins.
     """
 
     aggregate: str | None

@@ -1,4 +1,4 @@
-"""Runs a query on a trace: reads its columns, finds occurrences, and picks."""
+"""Runs a query on a trace: reads its columns, finds occurrences, and selects."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ Array = NDArray[Any]
 def query(
     trace: Trace, text: str, *, show: Sequence[str] = (), progress: Callable[[int], None] = lambda scans: None
 ) -> Answer:
-    """Ask a trace.
+    """Run a query on a trace.
 
-    Memory is taken for the columns that the query names only: per scan 16 bytes, 1 for a bit, at most
+    It takes memory only for the columns in the query: per scan 16 bytes, 1 for a bit, at most
     8 for a number.
 
     Args:
         text: the query, see docs/query.md.
-        show: further signals whose values are wanted at the beginning of each occurrence.
+        show: further signals, whose values at the begin of each occurrence are returned.
         progress: called at each block with the number of scans read so far.
 
     Raises:
-        QueryError: the query can't be understood.
-        UnknownSignalError: there is no signal that is to be shown.
+        QueryError: the query can't be parsed.
+        UnknownSignalError: an unknown signal in `show`.
     """
     catalog = Catalog.of(trace)
     asked = parse(text, catalog)

@@ -17,7 +17,7 @@ from .numbers import Numbers
 Array = NDArray[Any]
 Condition = NDArray[np.bool_]
 Column = Condition | Numbers
-"""What an expression has in every scan."""
+"""The value of an expression in every scan."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +80,7 @@ def compared(operator: Callable[[Any, Any], Any], left: Column, right: Column) -
 
 
 def held(condition: Condition, time_ns: NDArray[np.int64], least_ns: int) -> Condition:
-    """True where a condition has held without a break since `least_ns` ago or longer.
+    """True where a condition has held without interruption for `least_ns` or longer.
 
     >>> held(np.array([True, True, True, False, True]), np.array([0, 2, 4, 6, 8]), 4).tolist()
     [False, False, True, False, False]

@@ -17,7 +17,7 @@ from .columns import Scans
 
 
 class Type(Enum):
-    """What an expression's values are."""
+    """Type of an expression's values."""
 
     CONDITION = "a condition"
     NUMBER = "a number"
@@ -30,9 +30,8 @@ class Expression:
     """A part of a query.
 
     Attributes:
-        type: what its values are.
-        column: where it begins in the text, from 1.
-        text: what it begins with, for a message.
+        column: its place in the text, from 1.
+        text: its first token, for a message.
         evaluate: returns its values, one per scan: conditions, or `Numbers`.
         signals: the signals it reads.
     """
@@ -45,7 +44,7 @@ class Expression:
 
 
 class MeaningError(Exception):
-    """A query that is grammatical but has no meaning."""
+    """A grammatical query without a meaning."""
 
     def __init__(self, column: int, says: str) -> None:
         super().__init__(says)

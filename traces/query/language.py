@@ -44,12 +44,12 @@ from .patterns import Occurrences, Pattern, response, runs, silence
 
 
 class QueryError(ValueError):
-    """A query that can't be understood; the message names the column."""
+    """A query that can't be parsed; the message names the column."""
 
 
 @dataclass(frozen=True, slots=True)
 class Query:
-    """A query that has been understood.
+    """A parsed query.
 
     Attributes:
         aggregate: "count", "first", "last", "longest" or "shortest"; None for all occurrences.
@@ -62,7 +62,7 @@ class Query:
 
 
 def parse(text: str, catalog: Catalog) -> Query:
-    """Understand a query.
+    """Parse a query.
 
     Raises:
         QueryError: it is not a query, mixes types, or names an unknown signal.
@@ -146,7 +146,7 @@ def _two(
 
 
 def _is_text(coded: Expression, text: Expression, sign: Token) -> Expression:
-    """Compare a step or a text with what it may be."""
+    """Compare a step or a text with its possible values."""
     signal = coded.signals[0] if coded.type is Type.NUMBER and len(coded.signals) == 1 else None
     if signal is None or signal.kind is not SignalKind.CODE or sign not in ("==", "!="):
         raise MeaningError(column_of(sign), "a text is compared with a step or a text, with == or !=")

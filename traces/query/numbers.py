@@ -1,6 +1,6 @@
-"""Numbers of whole columns, exact as Python's: integers stay integers, whatever their width and sign.
+"""Numbers of whole columns, exact like Python's: integers stay integers, whatever their width and sign.
 
-    int64      integers that fit, as nearly all do
+    int64      integers that fit, almost all
     object     Python's integers, where a value or a result does not fit int64
     float64    numbers with fractions
 
@@ -23,7 +23,7 @@ Condition = NDArray[np.bool_]
 Operator = Callable[[Any, Any], Any]
 
 EXACT_MAX = 2**53
-"""Up to here every integer is a float64."""
+"""Every integer up to this one is a float64."""
 
 _LEAST, _MOST = -(2**63), 2**63 - 1
 
@@ -34,7 +34,7 @@ class Numbers:
 
     Attributes:
         values: int64, Python's integers (object) or float64.
-        none: where there is no number.
+        none: scans without a number.
     """
 
     values: Array
@@ -69,7 +69,7 @@ def numbers(values: Array) -> Numbers:
 
 
 def constant(value: int | float, count: int) -> Numbers:
-    """Return the same number for each of so many scans."""
+    """Return the same number for each of `count` scans."""
     if isinstance(value, float):
         return numbers(np.full(count, value))
     return numbers(np.full(count, value, np.int64 if _LEAST <= value <= _MOST else object))
@@ -113,12 +113,12 @@ def compared(operator: Operator, left: Numbers, right: Numbers) -> Condition:
 
 
 def negated(found: Numbers) -> Numbers:
-    """Return the numbers with the other sign."""
+    """Return the negated numbers."""
     return calculated(sub, constant(0, len(found)), found)
 
 
 def absolute(found: Numbers) -> Numbers:
-    """Return the numbers without their sign.
+    """Return the absolute values.
 
     >>> list(absolute(numbers(np.array([-(2**63), 3]))))
     [9223372036854775808, 3]
@@ -128,9 +128,9 @@ def absolute(found: Numbers) -> Numbers:
 
 
 def changed(found: Numbers) -> Condition:
-    """True where a number differs from the scan before; never in the first scan.
+    """True where a number differs from the previous scan; never in the first scan.
 
-    A number that appears or goes has changed; none after none has not.
+    A number that appears or disappears has changed; none after none has not.
 
     >>> changed(numbers(np.array([1.0, 1.0, np.nan, np.nan, 2.0]))).tolist()
     [False, False, True, False, True]
@@ -160,7 +160,7 @@ def _fits(operator: Operator, left: Array, right: Array) -> bool:
 
 
 def _exact_as_float(values: Array) -> bool:
-    """Return whether a comparison with floats may go by floats."""
+    """Return whether a comparison with floats may convert these values."""
     if values.dtype.kind == "f" or not len(values):
         return True
     return bool(values.min() >= -EXACT_MAX and values.max() <= EXACT_MAX)

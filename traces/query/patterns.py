@@ -1,13 +1,13 @@
-r"""Occurrences in a trace: how long a condition held, how long an answer took.
+r"""Occurrences in a trace: the duration of a condition, the delay of an answer.
 
-runs(A)             A   __/‾‾‾‾\____      from the scan in which A begins to hold
-|<---->|        to the first in which it no longer does
+    runs(A)             A   __/‾‾‾‾\____    from the scan in which A begins to hold
+                              |<-->|        to the first in which it no longer does
 
-response(A, B)      A   __/‾‾\______      from the scan in which A begins to hold
-B   _______/‾‾‾‾      to the first later scan in which B holds
-|<-->|
+    response(A, B)      A   __/‾‾\______    from the scan in which A begins to hold
+                        B   _______/‾‾‾‾    to the first later scan in which B holds
+                              |<-->|
 
-silence(A, B, 5 ms) the same, where B comes later than 5 ms, or never
+    silence(A, B, 5 ms) the same, where B comes later than 5 ms, or never
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class Occurrences:
         first: row of the first scan of each.
         last: row of the last scan of each.
         end: row of the scan whose time is the end of each.
-        open: whether each was not over yet in the last scan of the trace.
+        open: whether each lasted beyond the last scan of the trace.
     """
 
     first: Rows
@@ -79,7 +79,7 @@ def response(cause: Condition, effect: Condition, within_ns: int | None, scans: 
 def silence(cause: Condition, effect: Condition, within_ns: int, scans: Scans) -> Occurrences:
     """Find each beginning of a cause that no effect follows in time.
 
-    One whose time is not up yet when the trace ends is not judged.
+    A cause shortly before the end of the trace is left out if its time is not over.
     """
     found = _answers(cause, effect, scans)
     return found.some(np.flatnonzero(_lengths(found, scans) > within_ns))

@@ -24,7 +24,7 @@ from .stream import Block
 from .tags import constant, tag_signals
 
 FLAGS = Signal("cpu.flags", SignalKind.WORD, lambda block: block.flags)
-"""What the CPU was doing, as recorded; see the table of flags in docs/traces.md."""
+"""The CPU's flags as recorded; see the table of flags in docs/traces.md."""
 
 NO_TEXTS: Mapping[int, str] = MappingProxyType({})
 NO_STEPS: Steps = MappingProxyType({})
@@ -39,19 +39,17 @@ _VALUES: Mapping[str, Mapping[str, int]] = {
 
 
 class UnknownSignalError(ValueError):
-    """There is no signal of that name."""
+    """A name without a signal."""
 
 
 class Catalog(Mapping[str, Signal]):
     """The signals of a rack by name, in an order for people: per slot speed, values, bits, words.
 
-    A bit without a name of its own has one by number, `slot1.in.word3.12`; the catalog knows these,
+    A bit without a name of its own has one by number, `slot1.in.word3.12`; the catalog finds these,
     but does not list them.
 
     Args:
-        slots: the slots of the trace.
-        tags: its tags, None without any.
-        texts: what the codes of its texts stand for.
+        texts: meanings of the codes of its texts.
         sequences: the steps of its sequences.
     """
 
@@ -79,7 +77,7 @@ class Catalog(Mapping[str, Signal]):
         """Return a signal, by its name in the trace or in the program, or by the address of an image.
 
         Raises:
-            UnknownSignalError: there is none of that name, with the closest; or the name is that of several.
+            UnknownSignalError: an unknown name, with the closest one; or an ambiguous name.
         """
         try:
             found = self._found(name) or self._meant(name)
@@ -103,16 +101,15 @@ class Catalog(Mapping[str, Signal]):
 
     @property
     def tags(self) -> list[Signal]:
-        """The recorded tags, a signal for each value, and what each sequence waits for."""
+        """The recorded tags, a signal for each value, and the waits of each sequence."""
         return [signal for signal in self._signals.values() if signal.title]
 
     def matching(self, patterns: Sequence[str]) -> list[Signal]:
         """Return the signals that match any of some patterns, in the catalog's order.
 
         Args:
-            patterns: names, with `*` and `?` as in file names; of tags those of the program, too. None
-                at all for everything that has a meaning of its own: no words that are shown as bits and
-                values anyway.
+            patterns: names, with `*` and `?` as in file names; of tags those of the program, too. Empty for
+                everything but words that are shown as bits and values anyway.
 
         Raises:
             UnknownSignalError: a pattern matches nothing.
@@ -129,7 +126,7 @@ class Catalog(Mapping[str, Signal]):
         return [self[name] for name in sorted(names, key=lambda name: order.get(name, len(order)))]
 
     def tags_named(self, pattern: str) -> list[Signal]:
-        """Return the recorded tags that a pattern means.
+        """Return the recorded tags of a pattern.
 
         Raises:
             UnknownSignalError: several programs have a tag of that name.
@@ -149,7 +146,7 @@ class Catalog(Mapping[str, Signal]):
         return self._signals.get(name) or self._numbered_bit(name) or self._constant(name)
 
     def _meant(self, name: str) -> Signal | None:
-        """Return the signal that a person's name means: of a tag, a terminal, an image, or a part of it."""
+        """Return the signal of a person's name for a tag, a terminal, an image, or a part of it."""
         name = normal(name)
         whole = self._names(name)
         if whole is not None:
@@ -173,7 +170,7 @@ class Catalog(Mapping[str, Signal]):
         return Signal(name, SignalKind.BIT, partial(_bit_of, source, int(number)))
 
     def _unknown(self, name: str) -> str:
-        """Return that there is no signal of a name, with the closest ones."""
+        """Return the refusal of a name, with the closest ones."""
         parts = [signal.title for signal in self.tags_named(name)]
         if parts:
             some = [*parts[:3], *["..."] * (len(parts) > 3)]

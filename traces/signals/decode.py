@@ -30,7 +30,7 @@ def joined(msw: NDArray[np.int16], lsw: NDArray[np.int16]) -> NDArray[np.float64
 
 
 def in_command_mode(words: Words) -> NDArray[np.bool_]:
-    """Return in which scans an image is one of command mode: bit 15 of word 0 is clear."""
+    """Return the scans in which an image is in command mode: bit 15 of word 0 is clear."""
     result: NDArray[np.bool_] = words[:, 0] >= 0
     return result
 
@@ -43,31 +43,31 @@ def value(words: Words, msw: int) -> NDArray[np.float64]:
 
 
 def bit(column: NDArray[Any], mask: int) -> NDArray[np.bool_]:
-    """Return in which scans a bit of a word is set; `mask` is 1 to 8000h."""
+    """Return the scans in which a bit of a word is set; `mask` is 1 to 8000h."""
     result: NDArray[np.bool_] = (column.view(np.uint16) & np.uint16(mask)) != 0
     return result
 
 
 def status_bit(words: Words, word: int, mask: int) -> NDArray[np.bool_]:
-    """Return in which scans a status bit is set.
+    """Return the scans in which a status bit is set.
 
-    In configuration mode all but three bits mirror the configuration: none of these is set then.
+    In configuration mode all but three bits mirror the configuration: none of these counts as set then.
     """
     found = bit(np.ascontiguousarray(words[:, word]), mask)
     return found if not word and mask & LIVE_BITS else found & in_command_mode(words)
 
 
 def command_bit(words: Words, word: int, mask: int) -> NDArray[np.bool_]:
-    """Return in which scans a command bit is set; in configuration mode only MODE_CONFIG is one."""
+    """Return the scans in which a command bit is set; in configuration mode only MODE_CONFIG is one."""
     found = bit(np.ascontiguousarray(words[:, word]), mask)
     return found if not word and mask == CommandMsw.MODE_CONFIG.value else found & in_command_mode(words)
 
 
 def travel(words: Words) -> NDArray[np.float64]:
-    """Return how far the position words moved since the scan before, steps; 0 where that was not a motion.
+    """Return the motion of the position words since the previous scan, steps.
 
-    A preset, a homing that ends or a configuration sets the position without a step: what happens
-    while neither MOVING bit is set, or against its direction, is not travel.
+    A preset, the end of a homing or a configuration sets the position without a step: changes
+    while neither MOVING bit is set, or against its direction, count as 0.
 
     Args:
         words: an input image's eight words, a row per scan.

@@ -1,4 +1,4 @@
-"""The names that a person may write for a signal: those of the program, of the rack and of the trace."""
+"""Names of signals as people write them: from the program, the rack or the trace."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .sequences import FIELD as SEQUENCES
 from .signal import Signal
 
 RECORDED = f"{FIELD}.", f"{SEQUENCES}."
-"""What names of signals of the program begin with."""
+"""Prefixes of the program's signals."""
 
 DIRECTIONS = {"I": "in", "O": "out"}
 
@@ -37,17 +37,17 @@ class SignalNames:
         self._slots = slots
 
     def __call__(self, text: str) -> str | None:
-        """Return the signal that a name means; None if there is none.
+        """Return the signal of a name, or None.
 
         Raises:
-            AmbiguousNameError: it means several.
+            AmbiguousNameError: it has several.
         """
         scoped = in_scope(text, self._bases)
         key = key_of(scoped) or scoped.lower()
         return self._by_key.get(key) or self._by_part(key) or self._of_image(text)
 
     def scoped(self, pattern: str) -> str:
-        """Return a pattern with the program that it is meant of; see `in_scope`.
+        """Return a pattern with its program; see `in_scope`.
 
         Raises:
             AmbiguousNameError: several programs have a tag of that name.
@@ -56,7 +56,7 @@ class SignalNames:
 
     @cached_property
     def _bases(self) -> list[str]:
-        """The tags of which values are recorded."""
+        """The tags with recorded values."""
         return list(dict.fromkeys(base_of(signal.title) for signal in self._tags))
 
     @cached_property

@@ -1,4 +1,4 @@
-"""Where sequences wait, as signals: `sequences.cycle`, a code per line and wait; `sequences.cycle.line`."""
+"""Waits of sequences as signals: `sequences.cycle`, a code per line and wait; `sequences.cycle.line`."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .signal import Array, Signal, SignalKind
 from .stream import Block
 
 FIELD = "sequences"
-"""What names of these signals begin with."""
+"""Prefix of these signals."""
 
 LINE = "line"
 NOT_BEGUN = "not begun"
@@ -23,9 +23,10 @@ Steps = Mapping[str, Sequence[Step]]
 
 
 def sequence_signals(steps: Steps) -> Iterator[Signal]:
-    """Yield two signals for each sequence: what it waits for, and the number of the line.
+    """Yield two signals for each sequence: its wait, and the number of the line.
 
-    The first has a code for each line and wait, in the order in which they come first; code 0 is `NOT_BEGUN`.
+    The first has a code for each line and wait, in the order of their first appearance; code 0 is
+    `NOT_BEGUN`.
     """
     for name, own in steps.items():
         codes = {NOT_BEGUN: 0}
@@ -39,6 +40,6 @@ def sequence_signals(steps: Steps) -> Iterator[Signal]:
 
 
 def _values(scans: Array, values: Array, block: Block) -> Array:
-    """Return the value in force in each scan of a block; the first one before the first step."""
+    """Return the value in force in each scan of a block; before the first step that of the first one."""
     found: Array = values[np.searchsorted(scans, block.scan, side="right")]
     return found

@@ -16,7 +16,7 @@ Array = NDArray[Any]
 
 
 class SignalKind(Enum):
-    """What a signal's values are."""
+    """Kind of a signal's values."""
 
     BIT = "bit"
     """True or false; an array of bool."""
@@ -34,7 +34,7 @@ class SignalKind(Enum):
     """A whole number that stands for a name; an array of uint16."""
 
     MEASURED = "measured"
-    """A number that is worked out from several scans; an array of float64."""
+    """A number computed from several scans; an array of float64."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,9 +43,8 @@ class Signal:
 
     Attributes:
         name: its public name, such as "slot1.in.COMMAND_ERROR".
-        kind: what its values are.
         read: returns its values in a block, one per scan.
-        names: of kind CODE: what the codes stand for.
+        names: of kind CODE: meanings of the codes.
         bits: of kind NUMBER: the bits of an integer; 0 for a float.
         title: of a tag: its full name in the program, with the subscript of an element.
         signed: of an integer: whether it has a sign.
@@ -66,7 +65,7 @@ class Signal:
 
 
 def named(codes: Array, names: Mapping[int, str]) -> list[str]:
-    """Return what codes stand for; a code without a name stays a number.
+    """Return the names of codes; a code without a name stays a number.
 
     >>> named(np.array([1, 0, 7]), {0: "IDLE", 1: "FILL"})
     ['FILL', 'IDLE', '7']

@@ -1,7 +1,7 @@
-"""A trace as a stream of blocks of columns: memory stays flat however long the trace is.
+"""A trace as a stream of blocks of columns: the memory used does not depend on the trace's length.
 
-A block comes with some scans before and after it, so that a change since the
-scan before, or a mean over some scans, does not depend on where a block ends:
+A block has some additional scans before and after it, so that a change since the
+previous scan, or a mean over some scans, does not depend on the block's ends:
 
     wide    . . . . o o o o o o o o o o . . . .
     inner           |<- the block's ->|
@@ -22,7 +22,7 @@ from ..read.columns import ALL, Columns, Selection
 from ..read.reader import Trace
 
 SPEED_WINDOW_NS = 20_000_000
-"""Time over which a speed is the mean of; less and the whole steps of a position show as noise."""
+"""Time over which speeds are averaged; in less time the whole steps of a position appear as noise."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,19 +72,19 @@ class Block:
         return self.wide_image(slot, direction)[self.start : self.stop]
 
     def wide_image(self, slot: int, direction: str) -> NDArray[np.int16]:
-        """Return the same in every row of `wide`."""
+        """Return an image's eight words in every row of `wide`."""
         first = self.places[slot] + (WORDS if direction == "in" else 0)
         return self.wide.words[:, first : first + WORDS]
 
 
 class EmptySelectionError(ValueError):
-    """No scan of the trace is in the wanted range."""
+    """No scan of the trace is in the requested range."""
 
 
 def blocks(
     trace: Trace, selection: Selection = ALL, *, progress: Callable[[int], None] = lambda scans: None
 ) -> Iterator[Block]:
-    """Iterate over the wanted scans of a trace, block by block, in order.
+    """Iterate over the selected scans of a trace, block by block, in order.
 
     Args:
         progress: called at each block with the number of scans read so far.
@@ -109,12 +109,12 @@ def blocks(
 
 
 def count(trace: Trace, selection: Selection = ALL) -> int:
-    """Return with how many scans `blocks` calls its `progress` in the end, as far as the indexes show."""
+    """Return the final `progress` of `blocks`, by the indexes."""
     return scan_count(trace, selection, margin=half_window(trace))
 
 
 def _nothing(selection: Selection, ends: Columns) -> str:
-    """Say that no scan is wanted of those from the first to the last of `ends`."""
+    """Return the refusal of an empty selection; `ends` has the first and the last scan."""
     if not len(ends.scan):
         return "the trace has no scans"
     start, end = (f"{time_ns / 1e9:.10g}" for time_ns in ends.time_ns.tolist())
@@ -123,7 +123,7 @@ def _nothing(selection: Selection, ends: Columns) -> str:
 
 
 def half_window(trace: Trace) -> int:
-    """Return how many scans make half of `SPEED_WINDOW_NS`, 1 or more."""
+    """Return the number of scans in half of `SPEED_WINDOW_NS`, 1 or more."""
     period_ns = int(trace.head.metadata.get("scan_period_ns", 0)) or SPEED_WINDOW_NS
     return max(1, round(SPEED_WINDOW_NS / 2 / period_ns))
 

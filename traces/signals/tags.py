@@ -12,7 +12,7 @@ from .signal import Array, Signal, SignalKind
 from .stream import Block
 
 CODES = ("ENUM", "TEXT")
-"""Types whose values stand for names."""
+"""Types whose values are codes of names."""
 
 
 def tag_signals(plan: TagPlan, texts: Mapping[int, str]) -> Iterator[Signal]:
@@ -20,7 +20,7 @@ def tag_signals(plan: TagPlan, texts: Mapping[int, str]) -> Iterator[Signal]:
 
     Args:
         plan: the tags of the trace.
-        texts: what codes of texts stand for.
+        texts: meanings of the codes of texts.
     """
     for field in plan.fields:
         names = code_names(field, texts)
@@ -33,14 +33,14 @@ def tag_signals(plan: TagPlan, texts: Mapping[int, str]) -> Iterator[Signal]:
 
 
 def code_names(field: TagField, texts: Mapping[int, str]) -> Mapping[int, str]:
-    """Return what the codes of a field stand for."""
+    """Return the meanings of a field's codes."""
     if field.tag.type == "TEXT":
         return texts
     return dict(enumerate(field.constants))
 
 
 def constant(signal: Signal, name: str) -> Signal | None:
-    """Return the condition that a code stands for a name; None where no code does."""
+    """Return the condition that a code has a name; None without such a code."""
     codes = [code for code, known in signal.names.items() if known == name]
     if signal.kind is not SignalKind.CODE or not codes:
         return None

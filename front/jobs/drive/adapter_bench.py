@@ -14,14 +14,14 @@ Count = Annotated[int, Field(ge=1, le=1_000_000, strict=True)]
 
 
 class LinkFault(Strict):
-    """What happens to the next replies."""
+    """Faults of the next replies."""
 
     drop_next: Count | None = None
     corrupt_next: Count | None = None
 
 
 class AdapterRequest(Request):
-    """One request to an adapter; `wiring` is taken without effect: no controller counts its own steps."""
+    """One request to an adapter; `wiring` has no effect: no controller counts its own steps."""
 
     link: Literal["down", "up"] | LinkFault | None = None
     device: Literal["power_cycle"] | None = None
@@ -45,7 +45,7 @@ class AdapterBench(ImageBench):
         """Carry out one line.
 
         Raises:
-            RequestError: it can't be taken; nothing has changed.
+            RequestError: it is illegal; nothing has changed.
         """
         return self.answer(read(line, AdapterRequest, ADAPTER_TABLES))
 

@@ -60,10 +60,10 @@ class CardBench:
         self._inputs = self.module.update(0, self._outputs)
 
     def answer_line(self, line: str) -> dict[str, Any]:
-        """Carry out one line; the reply as drive prints it.
+        """Carry out one line; return the reply as drive prints it.
 
         Raises:
-            RequestError: a value that this bench can't take; nothing has changed but the bench renewed.
+            RequestError: an illegal value; nothing has changed, except that the bench may be a fresh one.
         """
         request = read(line, CardRequest, CARD_TABLES)
         if request.new is not None:
@@ -86,7 +86,7 @@ class CardBench:
             self.module.set_input(name, bool(levels[name]))
 
     def _run(self, scans: int) -> list[list[Any]]:
-        """Run exchange periods; return when the input image changed, and to what."""
+        """Run exchange periods; return the times and contents of changed input images."""
         changes: list[list[Any]] = []
         before = list(self._inputs)
         for step in range(max(scans, 1)):

@@ -53,10 +53,10 @@ class ImageBench:
         self._image = module.update(0, self._outputs)
 
     def answer(self, request: Request) -> dict[str, Any]:
-        """Carry out one request; the reply as drive prints it.
+        """Carry out one request; return the reply as drive prints it.
 
         Raises:
-            RequestError: a value that this bench can't take; nothing has changed.
+            RequestError: an illegal value; nothing has changed.
         """
         self._check(request)
         if request.new is not None:
@@ -153,7 +153,7 @@ class ImageBench:
         }
 
     def _rules(self) -> list[str]:
-        """Return the ids of the rules that set an error bit since they were last asked for."""
+        """Return the ids of the rules that set an error bit since the last call."""
         ids = [event.name for event in self.module.events if _sets_error(event)]
         self.module.events.clear()
         return ids
@@ -171,7 +171,7 @@ def time_ms(now_ns: int) -> int | float:
 
 
 def machine_of(options: ImageBenchOptions) -> MachineSpec:
-    """Return the machine that the options of a fresh bench describe."""
+    """Return the machine of a fresh bench."""
     return MachineSpec(
         switches=tuple(
             Switch(InputBit[name.upper()], ends[0], ends[1])
@@ -182,7 +182,7 @@ def machine_of(options: ImageBenchOptions) -> MachineSpec:
 
 
 def on_bench(record: ModuleRecord, options: ImageBenchOptions) -> Any:
-    """Make a simulated module for the options of a fresh bench."""
+    """Make a simulated module for a fresh bench."""
     return record.make(
         firmware=options.firmware,
         machine=machine_of(options),

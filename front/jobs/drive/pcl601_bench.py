@@ -54,7 +54,7 @@ PIN_FORMS = (
 
 
 def _contact(value: Any) -> Contact:
-    """Return the contact that a pin's value names.
+    """Return the contact of a pin's value.
 
     Raises:
         ValueError: it is not an address.
@@ -91,7 +91,7 @@ class Pcl601Env(Strict):
     @model_validator(mode="before")
     @classmethod
     def _last_of_input_1(cls, data: Any) -> Any:
-        """Of two keys that set input 1 the last one holds."""
+        """Keep the last of two keys that set input 1."""
         both = [key for key in data if key in ("in1", "in1_volts")] if isinstance(data, dict) else []
         return {key: data[key] for key in data if key not in both[:-1]} if both else data
 
@@ -102,7 +102,7 @@ class Pcl601Env(Strict):
 
 
 class Pcl601Target:
-    """A controller with its pins within reach.
+    """A controller with accessible pins.
 
     Raises:
         ValueError: a program that does not assemble.

@@ -33,10 +33,10 @@ FORMS = '"low", "high", {"high_when_pos_le": N, "else": "low"} and the same with
 
 
 def _level(value: Any) -> bool | SwitchPin:
-    """Return what a pin's value means.
+    """Return the level or switch of a pin's value.
 
     Raises:
-        ValueError: nothing.
+        ValueError: an illegal value.
     """
     if isinstance(value, str) and value in LEVELS:
         return LEVELS[value]
@@ -49,7 +49,7 @@ def _level(value: Any) -> bool | SwitchPin:
 
 
 class Pmc006Env(Strict):
-    """Levels of the pins from now on; None where the request does not give one."""
+    """Levels of the pins from now on; None leaves a pin unchanged."""
 
     ext1: Any = None
     ext2: Any = None
@@ -67,10 +67,10 @@ PINS = {"ext1": Pin.EXT1, "ext2": Pin.EXT2, "fset": Pin.FSET}
 
 
 class Pmc006Target:
-    """A controller with its pins within reach.
+    """A controller with accessible pins.
 
     Raises:
-        ValueError: a program that does not assemble, or no such address.
+        ValueError: a program that does not assemble, or an illegal address.
     """
 
     silence_ns = 300_000_000
@@ -96,7 +96,7 @@ class Pmc006Target:
         self.device.power_cycle()
 
     def reset(self, now_ns: int) -> None:
-        """There is no reset button."""
+        """Do nothing: there is no reset button."""
 
     def set_env(self, now_ns: int, env: Pmc006Env) -> None:
         """Set the levels of pins."""

@@ -1,6 +1,6 @@
-"""How `scanrack drive` reads requests: the keys of one for an image target, and the errors of all.
+"""Requests of `scanrack drive`: the keys of one for an image target, and the errors of all.
 
-Numbers are read as exact decimals, so that a time is the time that was written.
+Numbers are read as exact decimals, so that times are exact.
 """
 
 from __future__ import annotations
@@ -137,11 +137,11 @@ TABLES: Tables = {
     ("encoder",): Encoder,
     ("until",): Until,
 }
-"""What is allowed where in a request."""
+"""Allowed values by place in a request."""
 
 
 class RequestError(ValueError):
-    """A request that can't be taken; the text names the key, the value and what is allowed."""
+    """An illegal request; the text names the key, the value and the allowed values."""
 
 
 def parse(line: str) -> Request:
@@ -175,7 +175,7 @@ def _no_constant(name: str) -> Any:
 
 
 def _explain(fault: Any, tables: Tables) -> str:
-    """Say a validation fault in one line: key, value, what is allowed."""
+    """Return a validation error in one line: key, value, allowed values."""
     key = ".".join(str(part) for part in fault["loc"]) or "request"
     if fault["type"] == "extra_forbidden":
         table = tables.get(fault["loc"][:-1])

@@ -1,4 +1,4 @@
-"""What `scanrack drive` can put on the bench: every module of the registry, and the controllers."""
+"""The targets of `scanrack drive`: every module of the registry, and the controllers."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .pmc006_bench import pmc006_bench
 from .requests import parse
 
 Answer = Callable[[str], dict[str, Any]]
-"""Answers a line of a session; RequestError for one that can't be taken."""
+"""Answers a line of a session; RequestError for an illegal one."""
 
 
 def module_bench(record: ModuleRecord) -> Answer:
@@ -35,4 +35,4 @@ BENCHES: Mapping[str, Callable[[], Answer]] = {
     "pcl601": lambda: pcl601_bench().answer,
     "pmc006": lambda: pmc006_bench().answer,
 }
-"""What makes the bench of a target, by its name."""
+"""Makers of the targets' benches, by name."""

@@ -1,11 +1,11 @@
 """The bench for wire targets of `scanrack drive`: a controller, its serial line, its pins.
 
-A target (`WireTarget`) brings the controller, its signals and what may be set
-around it; the bench does what is common: the order of the keys, the bytes on
-the line at the line's speed, time, marks, replies. A target's file defines
+A target (`WireTarget`) has the controller, its signals and its environment; the bench has the
+common parts: the order of the keys, the bytes on the line at the line's speed, time, marks,
+replies. A target's file defines
 
     the options of `new` and the table of `env`     two `Strict` models
-    a function that makes a target of the options   ValueError where they can't be taken
+    a function that makes a target of the options   ValueError for illegal ones
 
 and puts `WireBench(make, New, env)` into the table of `drive`.
 """
@@ -37,17 +37,17 @@ class WireTarget(Protocol[Env_contra]):
     """
 
     silence_ns: int
-    """How long the bench waits for a reply, from the end of the last byte."""
+    """Longest wait for a reply, from the end of the last byte."""
 
     signals: Collection[str]
-    """What can be observed, marks left out."""
+    """Observable signals, without marks."""
 
     has_reset: bool
     """Whether there is a reset button."""
 
     @property
     def device(self) -> Device:
-        """What is on the line."""
+        """The device on the line."""
 
     @property
     def quiet_ns(self) -> int:
@@ -93,7 +93,7 @@ class WireRequest(Strict, Generic[New, Env]):
         return self
 
     def bytes_to_send(self) -> bytes | None:
-        """Return what is put on the line, None if nothing is.
+        """Return the bytes to send, or None.
 
         Raises:
             RequestError: not bytes.
@@ -119,9 +119,9 @@ class WireBench(Generic[New, Env]):
     """One controller on the bench, driven request by request.
 
     Args:
-        make: makes a target for the options of a fresh bench; ValueError where they can't be taken.
+        make: makes a target for the options of a fresh bench; ValueError for illegal ones.
         new: model of the options, all of which have defaults.
-        env: model of what may be set around the controller; every key defaults to None.
+        env: model of the controller's environment; every key defaults to None.
         inner: models of the objects within these two, by their place, to name their keys in errors.
     """
 
@@ -143,10 +143,10 @@ class WireBench(Generic[New, Env]):
         self._marks: dict[str, int] = {}
 
     def answer(self, line: str) -> dict[str, Any]:
-        """Carry out one line of requests; the reply as drive prints it.
+        """Carry out one line of requests; return the reply as drive prints it.
 
         Raises:
-            RequestError: it can't be taken; nothing has changed.
+            RequestError: it is illegal; nothing has changed.
         """
         request = read(line, self._model, self._tables)
         data = request.bytes_to_send()
@@ -184,7 +184,7 @@ class WireBench(Generic[New, Env]):
         return fresh
 
     def _touch(self, request: WireRequest[New, Env]) -> None:
-        """Apply changes by hand, before anything is sent."""
+        """Apply manual changes, before anything is sent."""
         now_ns = self.bus.now_ns
         self.bus.run_until(now_ns)
         if request.power_cycle:
@@ -198,7 +198,7 @@ class WireBench(Generic[New, Env]):
             self._marks[request.mark] = self.target.position
 
     def _exchange(self, data: bytes, gap_ns: int) -> bytes:
-        """Send bytes; run until the reply has arrived, or the silence has lasted."""
+        """Send bytes; run until the reply has arrived, or the silence limit is over."""
         bus, target = self.bus, self.target
         if bus.quiet_since_ns is not None:
             bus.run_until(max(bus.now_ns, bus.quiet_since_ns + target.quiet_ns))

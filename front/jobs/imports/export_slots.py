@@ -1,13 +1,13 @@
-"""Which module goes into which slot of a rack file for an export.
+"""Slots of a rack file for an export.
 
 | the export has | the rack file has |
 |---|---|
-| a 3601: by name, by its words, or because the user says so | `amci3601` |
+| a 3601: by name, by its words, or by the user's choice | `amci3601` |
 | a card that is simulated here | that card |
 | any other module | a comment: its tags are memory of the true size |
-| nothing that is simulated here | `amci3601` in the first free slot: a rack has one module at least |
+| no simulated module | `amci3601` in the first free slot: a rack needs one module |
 
-The export's tree wins: no other module gets the slot of one that it has.
+The export's tree has precedence: no other module gets an occupied slot.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ class ExportSlot:
     """A slot of an export.
 
     Attributes:
-        number: its number, from 1.
+        number: from 1.
         catalog: catalog number of its module.
         name: name of the module, "" without one.
-        tags: what its inputs and outputs are called, with their sizes.
-        module: what it is called in a rack file, None if it is not simulated.
-        why: why it is taken for that, "" if its catalog number says so.
+        tags: names and sizes of its inputs and outputs.
+        module: its name in a rack file, None if it is not simulated.
+        why: the reason for that choice, "" if its catalog number decides.
     """
 
     number: int
@@ -47,7 +47,7 @@ class ExportSlot:
 
 
 def simulated(catalog: str) -> str | None:
-    """Return the module of a rack file that a catalog number means, None if it is not simulated.
+    """Return the rack file's module of a catalog number, None if it is not simulated.
 
     >>> simulated("1769-IQ16/A"), simulated("1769-IF8")
     ('1769-IQ16', None)
@@ -57,10 +57,9 @@ def simulated(catalog: str) -> str | None:
 
 
 def with_steppers(slots: Iterable[ExportSlot], named: Collection[str]) -> list[ExportSlot]:
-    """Return the slots, those that the user names as 3601s.
+    """Return the slots, with the modules that the user names as 3601s.
 
     Args:
-        slots: the slots of the export.
         named: names of modules, or numbers of slots.
 
     Raises:
@@ -82,7 +81,7 @@ def with_steppers(slots: Iterable[ExportSlot], named: Collection[str]) -> list[E
 
 
 def slot_tables(slots: Sequence[ExportSlot]) -> Iterator[str]:
-    """Yield the slots of a rack file, and what was decided."""
+    """Yield the slots of a rack file, with the decisions as comments."""
     taken: set[int] = set()
     for slot in sorted(slots, key=lambda each: each.number):
         yield ""
@@ -111,7 +110,7 @@ def _table(slot: ExportSlot) -> Iterator[str]:
 
 
 def _wiring(module: str) -> Iterator[str]:
-    """Yield what a user fills in, as comments."""
+    """Yield comments for the user to complete."""
     if has(module, Trait.MACHINE):
         yield "# [slot.machine]"
         yield "# switches = ["
@@ -125,10 +124,9 @@ def _wiring(module: str) -> Iterator[str]:
 
 
 def differences(slots: Iterable[ExportSlot], rack: Iterable[tuple[int, str]]) -> Iterator[str]:
-    """Yield what of a rack differs from the export's tree.
+    """Yield the differences between a rack and the export's tree.
 
     Args:
-        slots: the slots of the export.
         rack: number and module of the slots of the rack.
     """
     there = {each.number: each for each in slots}
@@ -137,7 +135,7 @@ def differences(slots: Iterable[ExportSlot], rack: Iterable[tuple[int, str]]) ->
         if slot is None or slot.module == module or simulated(slot.catalog) == module:
             continue
         if slot.module is None and simulated(slot.catalog) is None and slot.catalog in ANY:
-            continue  # a generic profile: the user knows what it is
+            continue  # a generic profile: the user knows the module
         yield f"{slot} in the export, and {module} in the rack: its tags are those of the {module}"
 
 

@@ -1,7 +1,7 @@
-"""A rack file for an export: what `scanrack l5x machine.L5X --rack` prints; `export_slots` has its slots.
+"""A rack file for an export: the output of `scanrack l5x machine.L5X --rack`; `export_slots` has its slots.
 
-The file runs as it is printed: instructions without an implementation have a stub, with a comment that
-lists the alternatives, and what is refused all the same does nothing.
+The file runs as printed: instructions without an implementation have a stub, with a comment that
+lists the alternatives; other refused parts do nothing.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ def rack_of(imported: L5xImport, program: Path, steppers: Collection[str] = ()) 
 
     Args:
         imported: the export, imported for a trial.
-        program: its path, as the rack file is to name it.
+        program: its path in the rack file.
         steppers: modules that are 3601s, by name or slot.
 
     Raises:
@@ -59,7 +59,7 @@ def _head(imported: L5xImport, program: Path) -> Iterator[str]:
 
 
 def _stubs(imported: L5xImport) -> Iterator[str]:
-    """Yield a table of stubs for what is not here."""
+    """Yield a table of stubs for missing instructions."""
     report = imported.report
     tagless = [each for each in report.refused if each.tag]
     called = dict.fromkeys(_instruction(each) for each in report.refused)
@@ -85,7 +85,7 @@ def _stubs(imported: L5xImport) -> Iterator[str]:
 
 
 def _instruction(refused: Refusal) -> str:
-    """Return the instruction for which a rung is refused: the one at its column, "" if none is there."""
+    """Return the instruction at the refused column of a rung, "" without one."""
     found = _CALL.search(refused.text, refused.column - 1)
     return found[1].upper() if found else ""
 

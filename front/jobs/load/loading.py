@@ -39,16 +39,16 @@ RACK_FUNCTION = "rack"
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """What is to be run.
+    """A rack and its program, ready to run.
 
     Attributes:
         logic: the function that is called once per scan.
-        logic_name: where it is from, `file:function`.
+        logic_name: its origin, `file:function`.
         program: the file with the logic.
-        rack_file: the rack file; for a rack in Python it may be the program, too.
+        rack_file: for a rack in Python it may be the program, too.
         rack_name: the rack file's name, with the function of one in Python.
-        retained: the file of tags that the ladder program begins with; None without one.
-        notices: what the program and the rack have other than an export, a sentence for each.
+        retained: the file of the ladder program's initial tags; None without one.
+        notices: differences of program and rack from an export, a sentence for each.
     """
 
     spec: RackSpec
@@ -78,7 +78,7 @@ class Job:
 
     @property
     def folder(self) -> Path:
-        """Where the paths in the rack file start."""
+        """The base of the paths in the rack file."""
         return self.rack_file.parent
 
 
@@ -90,7 +90,7 @@ def load_job(rack: str, program: str | None = None) -> Job:
         program: another program in place of the rack's, `path[:function]` from the current folder.
 
     Raises:
-        ValueError: one of the files can't be used; file, line, key and what is allowed.
+        ValueError: an unusable file; with file, line, key and the allowed values.
     """
     if program is not None:
         spec, path = load_spec(rack)
@@ -125,7 +125,7 @@ RACK_FORMS = {".toml": Form.DATA, ".py": Form.PYTHON}
 
 
 def rack_form(path: PurePath) -> Form:
-    """Return what `load_spec` does with a rack file.
+    """Return how `load_spec` reads a rack file.
 
     Raises:
         RackFileError: this is not a rack file.
@@ -142,16 +142,15 @@ def _rack_path(rack: str) -> Path:
 
 
 def scans_to_run(spec: RackSpec, duration: str | None, scans: int | None, *, endless: bool) -> int | None:
-    """Return how many scans to run, None = until Ctrl-C.
+    """Return the number of scans to run, None = until Ctrl-C.
 
     Args:
-        spec: the rack; its `run_for_s` counts if neither `duration` nor `scans` is given.
+        spec: the rack; its `run_for_s` is used without `duration` and `scans`.
         duration: machine time with its unit, such as "10 s".
-        scans: number of scans.
-        endless: without any of them a run has no end; otherwise it takes `DEFAULT_RUN`.
+        endless: a run without any of them has no end; otherwise it takes `DEFAULT_RUN`.
 
     Raises:
-        ValueError: both are given, or one of them is not a time or not a number to run for.
+        ValueError: both are given, or one of them is illegal.
     """
     if scans is not None and duration is not None:
         raise ValueError("--scans and --for say the same thing: give one of them")
@@ -199,15 +198,14 @@ def _from_python(rack: str) -> Job:
 
 
 def _slots(spec: RackSpec) -> list[int]:
-    """Return the slots of a rack."""
     return [slot.number for slot in spec.slot]
 
 
 def _bind_axes(spec: RackSpec, program: LoadedProgram) -> None:
-    """Let axes of a ladder program be 3601s of the rack.
+    """Bind axes of a ladder program to 3601s of the rack.
 
     Raises:
-        LadderError: the program has no such axis, or asks it for what a 3601 can't do.
+        LadderError: an unknown axis, or one that needs a function that a 3601 lacks.
     """
     if not spec.axes:
         return
@@ -222,7 +220,7 @@ def _bind_axes(spec: RackSpec, program: LoadedProgram) -> None:
 
 
 def _round_trip_ms(spec: RackSpec) -> int:
-    """Return how long words take to cross the backplane both ways: two packets and a scan, 10 ms at least."""
+    """Return the time of words across the backplane both ways: two packets and a scan, 10 ms at least."""
     packets_ns = 2 * spec.rpi_ns if spec.controller == "compactlogix" else 0
     return max(10, -(-(packets_ns + spec.scan_ns) // 1_000_000))
 
@@ -235,7 +233,7 @@ def _stubs(spec: RackSpec, folder: Path, file: RackFile | None = None) -> Stubs:
         file: the rack file, if it is TOML.
 
     Raises:
-        RackFileError: one is not a stub, or its function can't be loaded.
+        RackFileError: an illegal stub, or a function that can't be loaded.
     """
     read: dict[str, Stub] = {}
     for name, text in spec.stubs.items():
@@ -295,7 +293,7 @@ def _job(spec: RackSpec, program: LoadedProgram, rack_file: Path, rack: str) -> 
 
 
 def _other_modules(spec: RackSpec, program: LoadedProgram) -> Iterator[str]:
-    """Yield where a rack has another module than the export that runs in it."""
+    """Yield the slots whose module differs from that of the export."""
     if not program.modules:
         return
     from ..imports.export_slots import differences  # with lxml: most programs are no exports

@@ -1,12 +1,12 @@
 """Finds modules beside the Python files that are executed, for these files only.
 
-    who imports                                  finds
+    importer                                     finds
     a program, a rack file, a stub, invariants   installed modules, then those in its own folder
     a module from such a folder                  installed modules, then those in the same folder
     Python, scanrack, the libraries              installed modules
 
-So a `json.py` beside a program never takes the place of Python's own, and only the program runs its helpers.
-The folder is in the spec of the importing module; `sys.path` stays as it is.
+A `json.py` beside a program therefore never replaces Python's own, and only the program runs its helpers.
+The folder is in the spec of the importing module; `sys.path` stays unchanged.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ class _Folder(str):
 
 
 class _Finder(MetaPathFinder):
-    """Looks in the folder of the module that imports."""
+    """Searches the folder of the importing module."""
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        """Return the spec of a module beside the one that imports it."""
+        """Return the spec of a module beside the importing one."""
         folder = None if path is not None else _folder_of(_importer(sys._getframe(1)))
         if folder is None:
             return None
@@ -46,11 +46,7 @@ _FINDER = _Finder()
 
 
 def find_beside(path: Path, spec: ModuleSpec) -> ModuleSpec:
-    """Let the module of an executed file find the modules beside that file.
-
-    Returns:
-        The spec, for `module.__spec__`.
-    """
+    """Return the spec for `module.__spec__` of an executed file, so that it finds the modules beside it."""
     if _FINDER not in sys.meta_path:
         sys.meta_path.append(_FINDER)
     spec.loader_state = _Folder(path.parent.resolve())
@@ -69,7 +65,7 @@ def shadowed(path: Path, error: BaseException) -> str:
 
 
 def _importer(frame: FrameType | None) -> Mapping[str, Any]:
-    """Return the globals of the code that imports, above the import system's own frames."""
+    """Return the globals of the importing code, above the import system's own frames."""
     while frame is not None:
         name = frame.f_globals.get("__name__")
         if name is not None and name.partition(".")[0] != "importlib":

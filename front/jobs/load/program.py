@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from ...rockwell.slc.records import SlotRecord
 
 DEFAULT_FUNCTION = "logic"
-"""The function that is called once per scan, if the address names no other."""
+"""The function that is called once per scan, unless the address names another."""
 
 SLC_SUFFIXES = (".SLC", ".slc")
 """Suffixes of the text of an SLC 500 or MicroLogix program."""
@@ -55,11 +55,11 @@ EXPORT_SUFFIXES = (*L5X_SUFFIXES, *SLC_SUFFIXES)
 """Suffixes of programs of which a part may be refused."""
 
 LADDER_NAME = "program"
-"""The ladder program that is run instead, if the file has no such function."""
+"""The ladder program that is run if the file has no such function."""
 
 
 class Form(StrEnum):
-    """What is done with a file."""
+    """Use of a file."""
 
     PYTHON = "python"
     """It is executed."""
@@ -75,7 +75,7 @@ FORMS = {
     STEPS_SUFFIX: Form.DATA,
     **dict.fromkeys(EXPORT_SUFFIXES, Form.DATA),
 }
-"""By the suffix of a program. `load_program` refuses any other, so nothing else is ever executed."""
+"""By the suffix of a program. `load_program` refuses any other, so that nothing else is executed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +83,7 @@ class LoadedProgram:
     """A function from a file.
 
     Attributes:
-        notices: what is different from an export: a sentence for each.
+        notices: differences from an export, a sentence for each.
         modules: records of the modules of an export.
     """
 
@@ -106,11 +106,11 @@ class LoadedProgram:
 
 
 class ProgramError(SiteError):
-    """A program that can't be loaded; the message names file, line and what is allowed."""
+    """A program that can't be loaded; the message names file, line and the allowed values."""
 
 
 class MissingNameError(ProgramError):
-    """A file without the name that is loaded from it."""
+    """A file without the requested name."""
 
 
 def split_address(address: str, default: str = DEFAULT_FUNCTION) -> tuple[str, str]:
@@ -124,7 +124,7 @@ def split_address(address: str, default: str = DEFAULT_FUNCTION) -> tuple[str, s
 
 
 def program_form(path: PurePath) -> Form:
-    """Return what `load_program` does with a file.
+    """Return how `load_program` reads a file.
 
     Raises:
         ProgramError: it is not a program.
@@ -146,9 +146,9 @@ def load_program(
 
     Args:
         address: `path[:function]`, the path relative to `folder`.
-        folder: where a relative path starts.
+        folder: base of a relative path.
         stubs: replacements of instructions of a ladder program, see `load_stubs`.
-        slots: slots of the rack, whose images an SLC program has; None if there is no rack.
+        slots: slots of the rack, for the images of an SLC program; None without a rack.
 
     Raises:
         ProgramError: no such file or function, a syntax error, an error while the file runs, or
@@ -170,12 +170,12 @@ def load_stubs(texts: Mapping[str, str], folder: Path | str, *, missing_tags: bo
 
     Args:
         texts: by instruction or message tag: see `stubs`; `path:function` of a Python function.
-        folder: where a relative path starts.
+        folder: base of a relative path.
         missing_tags: see `Stubs`.
 
     Raises:
         ProgramError: a function can't be loaded.
-        LadderError: it is not a stub.
+        LadderError: an illegal stub.
     """
     read: dict[str, Stub] = {}
     for name, text in texts.items():
@@ -223,11 +223,11 @@ def load_function(
 
     Args:
         address: `path[:function]`.
-        folder: where a relative path starts.
+        folder: base of a relative path.
         default: name of the function, if the address names none.
-        arguments: what it is called with, by position.
+        arguments: positional arguments of its calls.
         stubs: of a ladder program, see `load_program`.
-        loosely: the call may have further arguments.
+        loosely: calls may have further arguments.
 
     Raises:
         ProgramError: see `load_program`.
@@ -247,7 +247,7 @@ def load_function(
 
 
 def as_logic(program: Callable[..., Any]) -> Callable[..., Any]:
-    """Return what a scan loop calls: an instance of a class of `Logic`, anything else as it is.
+    """Return an instance of a class of `Logic`, anything else unchanged.
 
     Raises:
         TypeError: the class takes arguments.
@@ -263,7 +263,7 @@ def _made(path: Path, program: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def _other_name(path: Path, module: ModuleType) -> str:
-    """Return the name of what is run in a file without the default function.
+    """Return the name of the program in a file without the default function.
 
     Raises:
         ProgramError: there are several classes of `Logic`.
@@ -298,7 +298,7 @@ def _load_rungs(path: Path, stubs: Stubs) -> LoadedProgram:
 
 
 def _load_l5x(path: Path, stubs: Stubs, slots: Collection[int] | None) -> LoadedProgram:
-    """Load an exported controller; one of which a part is refused does not run."""
+    """Load an exported controller; refuse to run one with a refused part."""
     from ...rockwell.l5x import import_l5x  # lxml takes time to import, and most programs are no L5X
 
     data = _read(path, TextKind.EXPORT)
@@ -310,7 +310,7 @@ def _load_l5x(path: Path, stubs: Stubs, slots: Collection[int] | None) -> Loaded
 
 
 def _load_slc(path: Path, stubs: Stubs, slots: Collection[int] | None) -> LoadedProgram:
-    """Load an export of RSLogix 500; one of which a rung is refused does not run."""
+    """Load an export of RSLogix 500; refuse to run one with a refused rung."""
     from ...rockwell.slc import import_slc  # most programs are no SLC
 
     data = _read(path, TextKind.EXPORT)
@@ -330,10 +330,10 @@ def _whole(
     modules: tuple[ModuleRecord | SlotRecord, ...],
     stubs: Stubs,
 ) -> LoadedProgram:
-    """Return what was imported.
+    """Return an imported program.
 
     Raises:
-        ProgramError: a part of it was refused, and the stubs do not leave it out.
+        ProgramError: a part of it was refused, and the stubs do not replace it.
     """
     refused = [*report.refused, *report.objects]
     if program is None or (refused and not stubs.refused):
@@ -357,7 +357,7 @@ def _load_steps(path: Path) -> LoadedProgram:
 
 
 def _build(path: Path, program: LadderLogic, stubs: Stubs = NO_STUBS) -> None:
-    """Find the mistakes of a ladder program before it runs."""
+    """Report the mistakes of a ladder program before it runs."""
     try:
         program.take_stubs(stubs)
         program.build()
@@ -385,7 +385,7 @@ def _execute(path: Path, data: bytes) -> ModuleType:
     """Run the file as a module of its own."""
     try:
         code = compile(data, str(path), "exec")
-    except (SyntaxError, ValueError) as error:  # null bytes are the one or the other, by Python version
+    except (SyntaxError, ValueError) as error:  # null bytes are one or the other, by Python version
         line, text = getattr(error, "lineno", None) or 1, getattr(error, "msg", error)
         site = Site(file=str(path), line=line)
         raise ProgramError.at(site, f"the program has a syntax error: {text}") from None
@@ -403,7 +403,7 @@ def _execute(path: Path, data: bytes) -> ModuleType:
 
 
 def _while_loading(path: Path, error: BaseException) -> ProgramError:
-    """Say what went wrong, at the innermost line of the program's own file."""
+    """Return the error message, at the innermost line of the program's own file."""
     steps = traceback.extract_tb(error.__traceback__)
     lines = [step.lineno for step in steps if step.filename == str(path)]
     what = f"{type(error).__name__}: {shortened(str(error))}{shadowed(path, error)}"
@@ -437,7 +437,7 @@ def _check_signature(
         raise ProgramError(f"{where}: {name} must be a plain function {wanted}, without async and yield")
     try:
         signature = inspect.signature(function)
-    except ValueError:  # a callable of C code tells nothing of its arguments
+    except ValueError:  # a callable of C code has no signature
         return
     try:
         (signature.bind_partial if loosely else signature.bind)(*arguments)

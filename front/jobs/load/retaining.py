@@ -1,4 +1,4 @@
-"""A ladder program that begins with the tags that another run ended with.
+"""A ladder program that begins with the final tags of another run.
 
 Their file travels with the trace, so that a rerun begins with it, too.
 """
@@ -13,15 +13,12 @@ from .loading import Job
 
 
 def retaining(job: Job, data: bytes, name: str) -> tuple[Job, list[str]]:
-    """Let a job's ladder program begin with retained tags.
+    """Load retained tags into a job's ladder program; return the job, and a sentence for each tag left out.
 
     Args:
         job: its program has done no scan yet.
         data: contents of the file of tags.
-        name: what the file is called in messages.
-
-    Returns:
-        The job with the file, and what was not taken over, a sentence each.
+        name: the file's name in messages.
 
     Raises:
         ValueError: it is not a file of retained tags, or the program is a Python function.

@@ -1,1 +1,1 @@
-"""A run on record: words, tags, waits of sequences, orders and edits."""
+"""The recording of a run: words, tags, waits of sequences, orders and edits."""

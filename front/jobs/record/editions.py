@@ -1,4 +1,4 @@
-"""The programs of a session: the one that it begins with and those that edits made of it, as files.
+"""The programs of a session as files: the first one and the results of its edits.
 
     scan     0 ............ 4,010 ............ 9,200 ....
     number   0              1                  2
@@ -39,14 +39,14 @@ from .repeating import orders_of
 
 @dataclass(frozen=True, slots=True)
 class Edition:
-    """A program as it runs from some scan on: its files and where it begins in them.
+    """A program of a session: its files and its place in them.
 
     Attributes:
         rack: the rack file among the files, `path[:function]`.
         program: the program among them, `path[:function]`.
         files: by their names in a trace.
-        paths: where they are on the disk, by the same names; empty if they come from a trace.
-        retained: tags that it begins with, the contents of their file; None without one.
+        paths: on the disk, by the same names; empty for files from a trace.
+        retained: its initial tags, the contents of their file; None without one.
         place: folder of a copy of the files, for other processes; None without one.
     """
 
@@ -59,7 +59,7 @@ class Edition:
 
     @property
     def is_on_disk(self) -> bool:
-        """Whether the files on the disk still are the same."""
+        """Whether the files on the disk are unchanged."""
         return bool(self.paths) and all(
             path.is_file() and path.read_bytes() == self.files[name] for name, path in self.paths.items()
         )
@@ -77,11 +77,11 @@ def edition_of(job: Job) -> Edition:
 
 
 class Editions:
-    """The programs of a session by their numbers; 0 is the one that it begins with.
+    """The programs of a session by their numbers; 0 is the first.
 
     Args:
-        folder: copies are written there, for those that the disk has no longer.
-        rack: address of the rack file on the disk; None if all comes from a trace.
+        folder: for copies of files that have changed on the disk.
+        rack: address of the rack file on the disk; None if all files come from a trace.
         known: programs by number.
     """
 
@@ -97,26 +97,26 @@ class Editions:
         return self._known[number]
 
     def keep(self, number: int, edition: Edition, job: Job) -> None:
-        """Take a program that has been loaded; it takes the place of one with the same number."""
+        """Add a loaded program; it replaces one with the same number."""
         self._known[number], self._loaded[number] = edition, job
         self.follow(job)
 
     def follow(self, job: Job) -> None:
-        """Remember a loaded program: its modules are dropped when another one is loaded."""
+        """Note a loaded program: its modules are dropped when another one is loaded."""
         self._used |= folders_of(job)
 
     def up_to(self, number: int) -> Editions:
-        """Return the programs up to a number, none of them loaded yet: those of a branch."""
+        """Return the programs up to a number, none of them loaded yet, for a branch."""
         known = {each: edition for each, edition in self._known.items() if each <= number}
         branch = Editions(self._folder, self._rack, known)
         branch._used = set(self._used)
         return branch
 
     def job(self, number: int) -> Job:
-        """Return a program that runs from its beginning: the kept one, or one that is loaded again.
+        """Return a program in its initial state: the kept one, or a new load.
 
         Raises:
-            ValueError: there is no such program, or it can't be loaded.
+            ValueError: an unknown number, or a program that can't be loaded.
             OSError: its files can't be written.
         """
         loaded = self._loaded.pop(number, None)
@@ -138,7 +138,7 @@ class Editions:
         return job if edition.retained is None else retaining(job, edition.retained, RETAINED)[0]
 
     def of_a_session(self, begins: Edition) -> Editions:
-        """Return the programs of a session that begins with one of its own; there is a copy of each.
+        """Return the programs of a new session, with a copy of each.
 
         Raises:
             OSError: a copy can't be written.
@@ -165,7 +165,7 @@ class Editions:
         return place.resolve()
 
     def attachments(self, number: int) -> list[Attachment]:
-        """Return the files of an edit as a trace brings them, in the order of their names."""
+        """Return the files of an edit as a trace's attachments, sorted by name."""
         files, start = self._known[number].files, folder_of_edit(number)
         return [attachment(f"{start}{name}", files[name]) for name in sorted(files)]
 
@@ -193,17 +193,17 @@ def _edit_behind(trace: Trace, number: int, offset: int) -> GivenOrder | None:
 def editions_of(
     trace: Trace, given: Iterable[GivenOrder], job: Job, folder: Path, *, trust: bool
 ) -> Editions:
-    """Return the edits of a recorded session, as far as they may be used.
+    """Return the programs of a recorded session that may be used.
 
     Args:
         given: its orders.
-        job: the program that it begins with.
-        folder: copies of the files are written there.
-        trust: run Python that came with the trace, see `trust`.
+        job: its first program.
+        folder: for copies of the files.
+        trust: run Python of the trace, see `trust`.
 
     Raises:
         UntrustedError: Python of the trace would be run.
-        ValueError: the trace does not bring the files of an edit, or they can't be used.
+        ValueError: files of an edit are missing, or can't be used.
     """
     files = attached_files(trace)
     rack = trace.head.metadata.get("rack_file", "")
@@ -227,7 +227,7 @@ def _recorded(files: Mapping[str, bytes], number: int, rack: str, program: str, 
 
 
 def forget(folders: Iterable[Path]) -> None:
-    """Drop the modules of programs that ran before.
+    """Drop the modules of earlier programs.
 
     Args:
         folders: absolute paths without symbolic links.

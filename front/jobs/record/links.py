@@ -1,4 +1,4 @@
-"""When the link to a module was lost: its Module light is off on the record [chapter 1, Front Panel]."""
+"""Times at which the link to a module was lost: its Module light is off [chapter 1, Front Panel]."""
 
 from __future__ import annotations
 
@@ -14,11 +14,10 @@ INDICATORS = "/indicators"
 
 @dataclass(frozen=True, slots=True)
 class LinkChange:
-    """A link that is lost, or that is good again.
+    """A link that is lost or restored.
 
     Attributes:
-        scan: number of the scan that sees it first.
-        now_ns: its time, ns.
+        scan: number of the first scan that sees it.
         good: the PLC reaches the module from then on.
     """
 

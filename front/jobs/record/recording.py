@@ -1,4 +1,4 @@
-"""The recorder of a run: with its files, and with all that decides the outcome."""
+"""The recorder of a run: with its files, and with everything that decides the outcome."""
 
 from __future__ import annotations
 
@@ -30,28 +30,27 @@ def recorder_for(
     keep: int | None = None,
     warn: Callable[[str], None] = lambda _cost: None,
 ) -> ScanRecorder:
-    """Return the recorder of a run; `sequence_watch` tells it of the program's sequences.
+    """Return the recorder of a run; `sequence_watch` reports the program's sequences to it.
 
     Args:
-        trace: where the recording goes.
-        logic: what runs in place of the job's logic: a debugger of it.
+        logic: replaces the job's logic, such as a debugger of it.
         orders: whether the rack can be operated while it runs.
-        sequences: whether there may be sequences though the program has none: an edit may bring some.
+        sequences: whether an edit may add sequences to a program without any.
         metadata: further entries of the metadata record.
-        keep: how many earlier recordings are kept; None = as the rack file says.
-        warn: takes a warning about tags that cost much.
+        keep: number of earlier recordings to keep; None = the rack file's.
+        warn: receives a warning about expensive tags.
 
     Raises:
-        OwnedError: it would replace what somebody owns.
+        OwnedError: it would replace an owned file.
         OSError: the trace can't be written.
-        ValueError: a tag that is to be recorded can't be.
+        ValueError: a tag that can't be recorded.
     """
     check_recording(job, trace, keep=keep)
     spec = job.spec
     running = logic or job.logic
     tags = None
     if spec.tags:
-        from .tag_source import tags_of  # which knows the debugger; a run without tags does not wait for it
+        from .tag_source import tags_of  # it imports the debugger; a run without tags does not wait for it
 
         tags = tags_of(running, spec.tags, rack.memory)
         if tags.plan.cost is not None:

@@ -12,7 +12,7 @@ from ...traces.format.topics import ORDERS
 from ...traces.read.reader import Trace, TraceEvent
 
 RecordedOrder = GivenOrder
-"""An order as a recording has it."""
+"""An order in a recording."""
 
 
 def is_session(trace: Trace) -> bool:
@@ -42,7 +42,7 @@ class OrderRepeater:
     """Gives recorded orders again; the last listener of the scan loop.
 
     Args:
-        hands: carries out orders on it.
+        hands: carries them out.
         orders: in the order of their scans.
 
     Attributes:

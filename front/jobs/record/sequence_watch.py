@@ -1,10 +1,10 @@
-"""The waits of sequences for a recorder, a journal or a message: where, for what, since when.
+"""The waits of sequences for a recorder, a journal or a message: line, condition, begin.
 
-    scan     602                          603 to 1,402   1,403
-    cycle    goes on, waits at line 14    waits          goes on, waits at line 15
-    written  /sequences                   nothing        /sequences
+    scan     602                       603 to 1,402   1,403
+    cycle    waits at line 14          waits          waits at line 15
+    written  /sequences                nothing        /sequences
 
-Looking at a waiting sequence costs one comparison; the text is made when it has gone on.
+A waiting sequence costs one comparison per scan; the text is made only after a step.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ from .wrapped import unwrapped
 
 
 def sequences_in(logic: ScanLogic) -> tuple[Sequence, ...]:
-    """Return the sequences of a program, in order of definition; none if its class is not a `ScanLogic`."""
+    """Return the sequences of a program, in order of definition; none if its class is no `Logic`."""
     inside = unwrapped(logic)
     return sequences_of(inside) if isinstance(inside, Logic) else ()
 
 
 def declared_axes(logic: ScanLogic) -> dict[int, str]:
-    """Return the slots of the axes that a program declares, each with the line that does."""
+    """Return the slots of the axes that a program declares, each with the line of the declaration."""
     parts = parts_of(logic) if isinstance(logic, Logic) else ()
     return {each.slot: each.declared.spot for each in parts if isinstance(each, Axis3601)}
 
@@ -52,9 +52,9 @@ def watching(listener: ScanListener, logic: ScanLogic) -> ScanListener:
 
 
 class WatchesSequences:
-    """Reports to a listener, before a scan, the sequences that have gone on in it.
+    """Reports to a listener, before a scan, the sequences that have made a step in it.
 
-    A sequence that goes on in every scan and waits for the same at the same line is reported once.
+    A sequence that steps in every scan and waits for the same condition at the same line is reported once.
     """
 
     def __init__(self, listener: ScanListener, sequences: tuple[Sequence, ...]) -> None:
@@ -62,7 +62,7 @@ class WatchesSequences:
         self.watch(sequences)
 
     def watch(self, sequences: tuple[Sequence, ...]) -> None:
-        """Watch others from now on: the program has been edited."""
+        """Watch the sequences of an edited program from now on."""
         self._watched = [_SequenceState(each) for each in sequences]
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
@@ -70,7 +70,7 @@ class WatchesSequences:
         self._listener.event(scan, now_ns, topic, fields)
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
-        """Report sequences that have gone on, and pass on the scan."""
+        """Report sequences that have made a step, and pass on the scan."""
         for each in self._watched:
             resumed = each.sequence.resumed
             if resumed != each.resumed:
@@ -86,7 +86,7 @@ class WatchesSequences:
 
 
 class _SequenceState:
-    """A sequence and its wait in the scan before."""
+    """A sequence and its wait in the previous scan."""
 
     def __init__(self, sequence: Sequence) -> None:
         self.sequence = sequence
@@ -95,7 +95,7 @@ class _SequenceState:
         self._stood: tuple[str, int, str] | None = None
 
     def step(self, scan: int) -> Step | None:
-        """Return its new wait; None if it still waits as a scan ago."""
+        """Return its new wait; None if the wait is unchanged."""
         step = standing(self.sequence, scan)
         stands = step.file, step.line, step.wait
         stays = stands == self._stood and scan == self._scan + 1

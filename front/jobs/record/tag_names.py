@@ -1,6 +1,6 @@
-"""Names of a Python program that are recorded: attributes of the objects in its module, fields of its class.
+"""Recorded names of a Python program: attributes of the objects in its module, fields of its class.
 
-Every scan looks up `line.step` in the module, so an object that is replaced is found. Types come from
+Every scan looks up `line.step` in the module, so that a replaced object is found. Types come from
 annotations, else from first values.
 """
 
@@ -21,10 +21,10 @@ from ...ladder.python.sequences import Logic
 from ...runtime.loop.scan import ScanLogic
 
 DEPTH = 4
-"""How deep objects in objects are looked for."""
+"""Largest depth of nested objects."""
 
 PLAIN_TYPES: Mapping[type, str] = {bool: "BOOL", int: "LINT", float: "LREAL", str: TEXT}
-"""How values of Python are recorded."""
+"""Recorded types of Python's values."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,10 +62,10 @@ def namespace_of(logic: ScanLogic) -> dict[str, Any]:
 
 
 def named_values(namespace: Mapping[str, Any], patterns: Sequence[str]) -> list[NamedValue]:
-    """Return what patterns mean in a module, each value once, in the order of the patterns.
+    """Return the values that patterns match in a module, each once, in the order of the patterns.
 
     Raises:
-        ValueError: a pattern matches nothing, or means something that can't be recorded.
+        ValueError: a pattern matches nothing, or a value that can't be recorded.
     """
     known = list(_all_values(namespace))
     found: dict[str, NamedValue] = {}
@@ -77,7 +77,7 @@ def named_values(namespace: Mapping[str, Any], patterns: Sequence[str]) -> list[
 
 
 def _at_address(namespace: Mapping[str, Any], known: Sequence[NamedValue], text: str) -> NamedValue:
-    """Return the value that an expression of names and subscripts means."""
+    """Return the value of an expression of names and subscripts."""
     if _is_address(text):
         try:
             value = eval(text, dict(namespace))
@@ -96,7 +96,7 @@ def _at_address(namespace: Mapping[str, Any], known: Sequence[NamedValue], text:
 
 
 def _is_address(text: str) -> bool:
-    """Return whether a text is made of names, attributes and constant subscripts."""
+    """Return whether a text consists of names, attributes and constant subscripts."""
     try:
         node = ast.parse(text, mode="eval").body
     except (SyntaxError, ValueError):
@@ -118,7 +118,7 @@ def _all_values(namespace: Mapping[str, Any]) -> Iterator[NamedValue]:
 
 
 def _fields(name: str, logic: Logic) -> Iterator[NamedValue]:
-    """Yield the fields of a class of logic: those of its body, and those that the instance has made."""
+    """Yield the fields of a class of logic: those of its body, and those of the instance."""
     hints = _hints(logic)
     bodies = [vars(kind) for kind in reversed(type(logic).__mro__) if kind is not Logic]
     fields = {each: value for body in bodies for each, value in body.items() if not hasattr(value, "__get__")}

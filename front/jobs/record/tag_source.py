@@ -4,7 +4,7 @@
         return pack(images(), Fill_ACC, Run, *Recipe)
 
 Variables of a ladder program are the cells of its memory; names of a Python program are looked up in its
-module. So neither the compiler nor the program knows that tags are recorded.
+module. Neither the compiler nor the program knows that tags are recorded.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ Pending = list[tuple[str, Mapping[str, str | int]]]
 
 @dataclass(frozen=True, slots=True)
 class RecordedTag:
-    """A tag and what reads it.
+    """A tag and the expression that reads it.
 
     Attributes:
-        source: the expression; of a TEXT the arguments of what finds its code.
+        source: the expression; of a TEXT the arguments of the function that returns its code.
         codes: of an ENUM: its codes by value of the member.
     """
 
@@ -43,10 +43,10 @@ class RecordedTag:
 
 
 class TextCodes:
-    """Numbers the texts of a run in the order in which they appear first.
+    """Numbers the texts of a run in the order of their first appearance.
 
     Attributes:
-        pending: the same.
+        pending: messages of the last scan.
     """
 
     def __init__(self, pending: Pending) -> None:
@@ -55,7 +55,7 @@ class TextCodes:
         self._full = False
 
     def code(self, name: str, text: str) -> int:
-        """Return the code of a text that a tag has changed to, and report the change."""
+        """Return the code of a tag's new text, and report the change."""
         known = self._codes.get(text)
         if known is None:
             if len(self._codes) >= LAST_CODE:
@@ -103,11 +103,11 @@ class ProgramTags:
     """The tags of a program, for a recorder; see `traces.tagplan.TagSource`.
 
     Args:
-        recorded: the tags and what reads them.
+        recorded: the tags and their expressions.
         cells: variables of a ladder program.
         namespace: names of a Python program's module.
         memory: the rack's memory block.
-        texts: numbers the texts; those of the run begin here if left out.
+        texts: numbers the texts; by default from 0.
 
     Attributes:
         pending: messages of the last scan.
@@ -166,7 +166,7 @@ class ProgramTags:
 class WatchedTags:
     """The tags of a program under a debugger, which may be edited while it runs.
 
-    A tag that an edit has dropped, or whose type it has changed, is 0 from then on.
+    A tag whose type an edit has changed, or that it has dropped, is 0 from then on.
 
     Args:
         patterns: see `ladder.tag_values`.
@@ -196,7 +196,7 @@ class WatchedTags:
 
 
 def _after_edit(engine: Engine, tag: Tag) -> RecordedTag:
-    """Return what reads a tag in an edited program."""
+    """Return a tag's expression in an edited program."""
     try:
         found = [each for each in _of_ladder(engine, [tag.name]) if each.tag == tag]
     except LadderError:
@@ -213,14 +213,14 @@ def _of_ladder(engine: Engine, patterns: Sequence[str]) -> list[RecordedTag]:
 
 
 def tags_of(logic: ScanLogic, patterns: Sequence[str], memory: bytearray) -> ProgramTags | WatchedTags:
-    """Return the tags of a program that patterns name.
+    """Return the tags of a program that match patterns.
 
     Args:
         patterns: see `ladder.tag_values` and `tag_names`.
         memory: the rack's memory block.
 
     Raises:
-        ValueError: a pattern matches nothing, or the tags are more than a scan may have.
+        ValueError: a pattern matches nothing, or the tags exceed the limit of a scan.
     """
     if isinstance(logic, Debugger):
         return WatchedTags(logic, patterns, memory)

@@ -19,18 +19,18 @@ class LogicWrapper:
         return self._logic(scan)
 
     def __attach_logic__(self, slots: Mapping[int, Slot]) -> None:
-        """Attach the logic inside, if it asks for that."""
+        """Attach the inner logic, if it needs that."""
         if isinstance(self._logic, AttachedLogic):
             self._logic.__attach_logic__(slots)
 
     def __close_logic__(self) -> None:
-        """Close the logic inside, if it asks for that."""
+        """Close the inner logic, if it needs that."""
         if isinstance(self._logic, AttachedLogic):
             self._logic.__close_logic__()
 
 
 def unwrapped(logic: ScanLogic) -> ScanLogic:
-    """Return the logic inside of all that is around it."""
+    """Return the innermost logic."""
     while isinstance(logic, LogicWrapper):
         logic = logic._logic
     return logic

@@ -1,9 +1,10 @@
-"""The levels of a 3601's inputs, from the status bits of a recording: all that real hardware records of them.
+"""The levels of a 3601's inputs, from the recorded status bits, the only source on real hardware.
 
-configuration, word 1     which level is active       [chapter 3]
-input word 1, bits 0-5    which inputs are active     [chapter 6]
-scan       n-1        n
-bit         0         1        the level changed between the two scans: half-way, for want of better
+    configuration, word 1     which level is active       [chapter 3]
+    input word 1, bits 0-5    which inputs are active     [chapter 6]
+
+    scan       n-1        n
+    bit         0         1        the level changed between the two scans: assumed half-way
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from ..run.playback import Stimulus
 def recorded_levels(recording: Recording) -> Iterator[Stimulus]:
     """Yield the level of every input at the beginning, and whenever it changed, in order of time.
 
-    An input that is not used shows no level: it is taken as it is shown, not active.
+    An unused input shows no level: it counts as not active.
     """
     for slot in recording.slots:
         if slot.is_stepper:
@@ -43,14 +44,11 @@ def _levels_of(recording: Recording, slot: int) -> Iterator[Stimulus]:
 
 
 def _shown(recording: Recording, place: int) -> Iterator[tuple[int, int]]:
-    """Yield the levels that a slot shows first, and those that it shows after every change.
+    """Yield the first levels of a slot, and those after every change: time, ns, and mask of energised inputs.
 
     Args:
-        recording: the recording, read chunk by chunk.
+        recording: read chunk by chunk.
         place: the first column of the slot's output words.
-
-    Yields:
-        When the levels came about, ns, and which inputs are energised.
     """
     outputs, inputs = slice(place, place + WORDS), slice(place + WORDS, place + 2 * WORDS)
     before, configured, last_ns = _NOTHING, _ALL_HIGH, recording.times[0]
@@ -74,11 +72,11 @@ _NOTHING = -1  # no levels
 
 
 def _active_high(outputs: NDArray[np.int16], before: np.uint16) -> NDArray[np.uint16]:
-    """Return for each scan which inputs are active when energised: as configured last.
+    """Return, for each scan, the inputs that are active when energised, by the latest configuration.
 
     Args:
         outputs: the slot's output image in each scan.
-        before: what was configured before them.
+        before: the earlier configuration.
     """
     configured = ~in_command_mode(outputs)
     last = np.maximum.accumulate(np.where(configured, np.arange(len(outputs)), -1))

@@ -25,7 +25,7 @@ from .tag_orders import TagOrders, first_few
 
 
 class Into(StrEnum):
-    """What a recording is played to."""
+    """The receiver of a recording."""
 
     MODULE = "module"
     PROGRAM = "program"
@@ -33,30 +33,29 @@ class Into(StrEnum):
 
 
 class Stimuli(StrEnum):
-    """What acts on the machine."""
+    """The stimuli of the machine."""
 
     MACHINE = "machine"
-    """The rack file's timeline and stations act again."""
+    """The rack file's timeline and stations."""
 
     RECORDED = "recorded"
     """The stimuli of the trace."""
 
     INPUTS = "inputs"
-    """The levels of the inputs as the recorded status bits show them; real hardware records no more."""
+    """The levels of the inputs in the recorded status bits, the only record of real hardware."""
 
 
 class Replay:
-    """A recording and what it is played to.
+    """A recording and its receiver.
 
     Args:
         spec: the rack; its modules answer to the recorded outputs.
         logic: answers to the recorded inputs.
-        into: which of them is real.
-        slots: the slots of which the images are compared.
+        into: the part that is real.
+        slots: the slots whose images are compared.
 
     Attributes:
-        rack: the rack in which it is played.
-        notes: what is to be known of it, in words.
+        notes: restrictions of the replay, in words.
     """
 
     def __init__(
@@ -79,7 +78,7 @@ class Replay:
     def run(self, allowed: Tolerance, *, to_the_end: bool, observed: Observer = unobserved) -> Follower:
         """Replay to the first difference, or to the end; return the follower with the comparison.
 
-        A program that raises or does not come back ends it, too, and is noted.
+        A program that raises or hangs ends it, too, with a note.
         """
         follower = Follower(self._recording, self.rack.memory, self._images, tolerance=allowed)
         logic = self._logic if self._orders is None else self._orders.program(self._logic)
@@ -100,7 +99,7 @@ class Replay:
 def recorded_rack(recording: Recording, spec: RackSpec) -> Rack:
     """Return a rack of modules that show the recorded inputs.
 
-    A trace keeps the names of words and bits, the rack file also how a card's data are addressed.
+    A trace has the names of words and bits, the rack file also the addresses of a card's data.
     """
     known = {slot.number: slot.words for slot in spec.slot}
     trips = {slot.number: round_trip_ms(spec, slot) for slot in spec.slot}
@@ -136,7 +135,7 @@ def edit_notes(events: Iterable[TraceEvent]) -> list[str]:
 
 
 def lost_edits(events: Iterable[TraceEvent]) -> list[int]:
-    """Return the scans from which on a program ran that the trace does not bring: edits at a bench."""
+    """Return the scans from which a program ran that the trace lacks: edits at a bench."""
     known = list(events)
     orders = [event for event in known if event.topic == ORDERS.name]
     brought = {event.scan for event in orders if event.fields.get("name") == "edit"}
@@ -152,7 +151,7 @@ def lost_notes(scans: Iterable[int]) -> list[str]:
 
 
 def is_edit(event: TraceEvent) -> bool:
-    """Return whether an event tells of an edit of the program."""
+    """Return whether an event reports an edit of the program."""
     return event.topic == "/events" and event.fields.get("kind") == "edit"
 
 
@@ -164,7 +163,7 @@ _FRESH = {
 
 
 def _assumptions(into: Into, score: Score) -> Iterator[str]:
-    """Yield what a replay assumes of a trace."""
+    """Yield the assumptions of a replay."""
     first = score.numbers[0]
     if first:
         yield f"the trace begins with scan {first:,}, in mid-life: {_FRESH[into]} then"
@@ -174,7 +173,7 @@ def _assumptions(into: Into, score: Score) -> Iterator[str]:
 
 
 def _gaps(numbers: Sequence[int]) -> Iterator[str]:
-    """Yield what a replay assumes of missing scans."""
+    """Yield the assumptions about missing scans."""
     for before, after in pairwise(numbers):
         if after != before + 1:
             missing = f"scans {before + 1} to {after - 1} are missing"
@@ -182,7 +181,7 @@ def _gaps(numbers: Sequence[int]) -> Iterator[str]:
 
 
 def _forces(recording: Recording) -> Mapping[int, Mapping[str, int]]:
-    """Return the forces by the scan from which they were in effect."""
+    """Return the forces, by the scan of their begin."""
     return {event.scan: image_forces(event) for event in recording.events if event.topic == "/forces"}
 
 
@@ -192,7 +191,7 @@ def image_forces(event: TraceEvent) -> dict[str, int]:
 
 
 def recorded_stimuli(recording: Recording) -> Iterator[Stimulus]:
-    """Yield what acted on the machines' inputs, as a trace has it; incidents come with the rack.
+    """Yield the recorded actions on the machines' inputs; incidents come with the rack.
 
     A card's input may have the name of a machine's one: cards have no machine.
     """
@@ -207,7 +206,7 @@ def recorded_stimuli(recording: Recording) -> Iterator[Stimulus]:
 
 
 def _slot_of(event: TraceEvent) -> int:
-    """Return the slot that a message belongs to; no slot if it does not say."""
+    """Return the slot of a message, or `NO_SLOT`."""
     slot = event.fields.get("slot")
     return slot if isinstance(slot, int) else NO_SLOT
 
@@ -241,7 +240,7 @@ def check_slots(recording: Recording, spec: RackSpec, only: int | None) -> list[
     """Return the slots whose images are compared.
 
     Raises:
-        ValueError: trace and rack have different slots, or the wanted one is not there.
+        ValueError: trace and rack have different slots, or lack the requested one.
     """
     recorded, given = (
         sorted(slot.number for slot in recording.slots),

@@ -1,7 +1,7 @@
 """Orders on the tags of a program in a recording, given again during its replay.
 
-/orders    of a session: what was written, forced and released, in its order
-/forces    of any other recording: the forced tags with their values; what was written is not recorded
+/orders    of a session: writes, forces and releases, in order
+/forces    of any other recording: the forced tags with their values; writes are not recorded
 """
 
 from __future__ import annotations
@@ -29,11 +29,7 @@ class TagOrders:
     """The orders on tags in a recording.
 
     Attributes:
-        notes: which of them can't be given again, in words; those that the program refuses come with the
-            run.
-
-    Args:
-        score: the scans of the recording.
+        notes: orders that can't be given again, in words.
 
     Raises:
         ValueError: an order of the recording can't be read.
@@ -53,14 +49,11 @@ class TagOrders:
         return Debugger(logic, remembered=0)
 
     def give(self, cpu: Cpu, rack: Rack, logic: ScanLogic) -> OrderRepeater:
-        """Carry out the orders while a CPU runs, before the same scans.
+        """Give the orders again before the same scans of a CPU; return the repeater, with its refusals.
 
         Args:
             cpu: runs the program, no scan yet.
             logic: the program of `program`.
-
-        Returns:
-            What carries them out; `refused` says what the program refused.
         """
         from ...ladder.debug import Debugger
 
@@ -94,7 +87,7 @@ def _forced(event: TraceEvent) -> Forced:
 
 
 def _unknown(score: Score, events: Sequence[TraceEvent]) -> Iterator[str]:
-    """Yield a note if tags were set to values that the recording does not have."""
+    """Yield a note if tags were set to values that are not recorded."""
     changes = {event.scan: bool(_forced(event)) for event in events if event.topic == "/forces"}
     forced = False
     scans = []
@@ -108,7 +101,7 @@ def _unknown(score: Score, events: Sequence[TraceEvent]) -> Iterator[str]:
 
 
 def first_few(sentences: Sequence[str]) -> list[str]:
-    """Return the first sentences, and how many there are if these are not all.
+    """Return the first sentences, and their total if some are left out.
 
     >>> first_few(["a", "b"])
     ['a', 'b']

@@ -1,1 +1,1 @@
-"""Files that travel with a trace, which of them may be used, and processes that use them."""
+"""Files that travel with a trace, permission to use them, and processes that use them."""

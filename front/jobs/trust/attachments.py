@@ -1,13 +1,13 @@
 """The files that travel with a trace: attach them to a recording, and extract them again.
 
 rack file and program      by the metadata's `rack_file` and `program_file`, path[:function]
-retained tags              by the metadata's `retained_file`: what a ladder program begins with
+retained tags              by the metadata's `retained_file`: initial tags of a ladder program
 stubs in Python            by the rack file's `[stubs]`
-what the program imports   Python files beside it, which stay beside it, by their path from there
+imports of the program     Python files beside it, by their relative paths
 words.json, tags.json      the maps of words and of recorded tags, which a run does not need
-edit-1/...                 rack file and program after an edit while they ran, see `editions`
+edit-1/...                 rack file and program after an edit during the run, see `editions`
 
-What of it may be used is decided in `trust`.
+`trust` decides which of them may be used.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from .trust import RunFiles, address_name, admitted
 
 PYTHON = ".py"
 RETAINED = "retained/tags.json"
-"""What the file of tags that a run begins with is called in a trace."""
+"""Name of the retained tags' file in a trace."""
 
 _NOT_OF_THE_RUN = ("words.json", "tags.json")
 
@@ -51,7 +51,7 @@ def program_name(job: Job) -> str:
 
 
 def made_by(job: Job) -> dict[str, str]:
-    """Return the metadata that name rack file, program and retained tags among the files."""
+    """Return the metadata with the names of rack file, program and retained tags."""
     name = program_name(job)
     if job.program.suffix == PYTHON:
         name = f"{name}:{job.logic_name.rpartition(':')[2]}"
@@ -66,14 +66,14 @@ def files_of(job: Job) -> dict[str, Path]:
 
 
 def files_beside(job: Job) -> dict[str, Path]:
-    """Return what a job needs beside rack file and program: modules, stubs, stored programs of units."""
+    """Return the other files of a job: modules, stubs, stored programs of units."""
     return {**_imported(job), **_stub_functions(job), **_unit_programs(job)}
 
 
 def _imported(job: Job) -> dict[str, Path]:
-    """Return the Python files beside rack file and program that have been imported, in order of their paths.
+    """Return the Python files beside rack file and program that have been imported, sorted by path.
 
-    What a program imports later, while it runs, is not known yet.
+    Later imports of a running program are not known yet.
     """
     stubs = [(job.folder / path, Path(path).as_posix()) for path in job.stub_files]
     roots = [(job.rack_file, job.rack_file.name), (job.program, program_name(job)), *stubs]
@@ -93,7 +93,7 @@ def _unit_programs(job: Job) -> dict[str, Path]:
 
 
 def _stub_functions(job: Job) -> dict[str, Path]:
-    """Return the Python files of stubs, each once; the program among them is attached as such."""
+    """Return the Python files of stubs, each once, without the program."""
     given = (job.rack_file.resolve(), job.program.resolve())
     paths = [Path(each) for each in job.stub_files]
     return {
@@ -102,7 +102,7 @@ def _stub_functions(job: Job) -> dict[str, Path]:
 
 
 def retained_tags(job: Job) -> list[Attachment]:
-    """Return the file of tags that a ladder program begins with, if there is one."""
+    """Return the file of the ladder program's initial tags, if there is one."""
     return [] if job.retained is None else [Attachment(RETAINED, job.retained, "application/json")]
 
 
@@ -119,7 +119,7 @@ def forget_imported(folder: Path) -> None:
 
 
 def _modules_of(folder: Path) -> Iterator[tuple[str, Path, Path]]:
-    """Yield the modules that have been imported from a folder: name, path from there, whole path."""
+    """Yield the imported modules of a folder: name, relative path, whole path."""
     inside = f"{folder}{os.sep}"
     for name, module in list(sys.modules.items()):
         file = getattr(module, "__file__", None) or ""
@@ -134,14 +134,14 @@ def job_of(trace: Trace, folder: Path, *, trust: bool, program: str | None = Non
     """Load the rack and the program that made a trace.
 
     Args:
-        folder: where its files are written.
-        trust: run Python that came with it; without, only what is the same as in the current folder.
-        program: a program of the user's in place of the trace's, `path[:function]`. A ladder program
-            begins with the trace's retained tags, as far as it has them.
+        folder: for the extracted files.
+        trust: run Python of the trace; otherwise only files that equal those of the current folder.
+        program: the user's program in place of the trace's, `path[:function]`. A ladder program
+            begins with those of the trace's retained tags that it has.
 
     Raises:
         UntrustedError: Python of the trace would be run.
-        ValueError: the trace does not say what it was made by, or one of the files can't be used.
+        ValueError: the trace does not name its files, or one of them can't be used.
     """
     rack = _recorded(trace, "rack_file")
     own = None if program is not None else own_program(rack, _recorded(trace, "program_file"))
@@ -161,7 +161,7 @@ def spec_of(trace: Trace, folder: Path, *, trust: bool) -> RackSpec:
 
 
 def _recorded(trace: Trace, key: str) -> str:
-    """Return what the metadata say of a file, `path[:function]`."""
+    """Return an entry of the metadata that names a file, `path[:function]`."""
     address = trace.head.metadata.get(key)
     if address is None:
         what = key.replace("_", " ")
@@ -170,7 +170,7 @@ def _recorded(trace: Trace, key: str) -> str:
 
 
 def own_program(rack: str, program: str) -> str | None:
-    """Return the address of a trace's program; None if its rack file, then in Python, is that, too."""
+    """Return the address of a trace's program; None if its rack file in Python is the same."""
     name = address_name(rack)
     same = name == address_name(program) and rack_form(PurePosixPath(name)) is Form.PYTHON
     return None if same else program
@@ -191,7 +191,7 @@ def load_files(folder: Path, rack: str, program: str) -> Job:
 
 
 def folder_of_edit(number: int) -> str:
-    """Return where in a trace the files of an edit are.
+    """Return the folder of an edit's files in a trace.
 
     >>> folder_of_edit(1)
     'edit-1/'
@@ -200,7 +200,7 @@ def folder_of_edit(number: int) -> str:
 
 
 def edit_number(name: str) -> int:
-    """Return the number of the edit that a file of a trace belongs to; 0 = none.
+    """Return the number of a file's edit; 0 = none.
 
     >>> edit_number("edit-1/feeder.rung"), edit_number("feeder.rung")
     (1, 0)
@@ -231,7 +231,7 @@ def _check_alone(folder: Path, files: Iterable[str]) -> None:
     """Drop compiled Python from a folder, and refuse one where Python would find other modules.
 
     Raises:
-        ValueError: such a module is there.
+        ValueError: such a module exists.
     """
     expected = {folder / name for name in files}
     for path in sorted(folder.rglob("*")):
@@ -245,5 +245,5 @@ def _check_alone(folder: Path, files: Iterable[str]) -> None:
 
 
 def _of_trace(spec: RackSpec) -> RackSpec:
-    """Return a rack without the path that its own recording would be written to."""
+    """Return a rack without the path of its own recording."""
     return spec.model_copy(update={"trace": None})

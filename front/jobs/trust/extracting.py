@@ -24,11 +24,11 @@ _BAD_NAMES = (
         "is a device on Windows",
     ),
 )
-"""What a name begins with, and why it is refused: on every system, so that a trace means the same on all."""
+"""Forbidden beginnings of names and the reasons: the same on all systems, as is the meaning of a trace."""
 
 
 def checked_name(name: str) -> str:
-    """Return the name of a file in a trace, if it names a file in the folder it is written to.
+    """Return the name of a file in a trace, if it names a file in the target folder.
 
     Args:
         name: path from that folder, parts separated by `/`.
@@ -43,7 +43,7 @@ def checked_name(name: str) -> str:
 
 
 def _objections(name: str) -> Iterator[str]:
-    """Yield why a name is refused."""
+    """Yield the objections to a name."""
     if not name.isprintable():
         yield "has characters that can't be printed"
     yield from (why for pattern, why in _BAD_NAMES[:2] if pattern.match(name))
@@ -52,7 +52,7 @@ def _objections(name: str) -> Iterator[str]:
 
 
 def check_names(names: Iterable[str]) -> None:
-    """Refuse names of files that can't be written out side by side.
+    """Refuse names of files that can't be written to one folder.
 
     Raises:
         ValueError: one leads elsewhere, or two are one file on a system that ignores case.
@@ -92,7 +92,7 @@ def extract(files: Mapping[str, bytes], folder: Path) -> list[Path]:
 
 
 def _check_free(target: Path, data: bytes, folder: Path) -> None:
-    """Refuse to write over another file, or through a symbolic link."""
+    """Refuse to overwrite another file, or to write through a symbolic link."""
     for place in (target, *target.parents):
         if place == folder:
             break

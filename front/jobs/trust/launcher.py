@@ -2,9 +2,9 @@
 
     python -P -c BOOT COUNT FOLDER... CHUNK_BYTES RECORDS MODULE:FUNCTION ARGUMENT...
 
-Python searches the current folder first for the modules of `python -c` and `python -m`, so a stranger's
-`json.py` there would run. With -P it does not. Before it imports anything, a helper takes the search path of
-this process; before it begins, the limits for reading traces.
+Python searches the current folder first for the modules of `python -c` and `python -m`, so that a stranger's
+`json.py` there would run. -P prevents that. A helper receives the search path of this process before it
+imports anything, and the limits for reading traces before it begins.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ BOOT = (
     "import sys; count = int(sys.argv[1]); sys.path[:] = sys.argv[2 : 2 + count]; "
     f"from {__name__} import begin; begin(sys.argv[2 + count :])"
 )
-"""What a helper runs first; `sys` is built in."""
+"""The first code of a helper; `sys` is built in."""
 
 
 def launch(
@@ -43,10 +43,10 @@ def launch(
     """Start a helper.
 
     Args:
-        main: the function that it calls, `module:function`, with its arguments as texts.
-        stdin: its standard input, as for `subprocess.Popen`; nothing by default.
-        stdout: its standard output; ours by default.
-        stderr: its standard error; ours by default.
+        main: the function to call, `module:function`, with its arguments as texts.
+        stdin: as for `subprocess.Popen`; nothing by default.
+        stdout: ours by default.
+        stderr: ours by default.
         environment: its environment variables; None = ours.
         pass_fds: file descriptors that it inherits.
         own_session: whether Ctrl-C of the terminal does not reach it.
@@ -69,7 +69,7 @@ def launch(
 
 
 def _flags() -> list[str]:
-    """Return Python's options: no current folder, and nothing that this process has been told to ignore."""
+    """Return Python's options: no current folder, and the warnings that this process ignores."""
     if sys.flags.isolated:
         return ["-I"]
     given = {"-E": sys.flags.ignore_environment, "-s": sys.flags.no_user_site}
@@ -77,11 +77,7 @@ def _flags() -> list[str]:
 
 
 def begin(words: list[str]) -> None:
-    """Put the limits in force and call the function: this is the helper.
-
-    Args:
-        words: see `BOOT`.
-    """
+    """Set the limits and call the function: the main function of a helper; for `words` see `BOOT`."""
     chunk_bytes, records, main, *arguments = words
     set_limits(Limits(int(chunk_bytes), int(records)))
     module, _, function = main.partition(":")

@@ -1,4 +1,4 @@
-"""The files of a job, which no output replaces, and where its recording goes."""
+"""The files of a job, which no output replaces, and the path of its recording."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .attachments import files_beside
 
 
 def line_path(trace: Path) -> Path:
-    """Return the file for the line beside a trace.
+    """Return the file of the line beside a trace.
 
     >>> line_path(Path("out/run.mcap")).name
     'run.line.mcap'
@@ -20,35 +20,30 @@ def line_path(trace: Path) -> Path:
 
 
 def in_use(job: Job) -> dict[Path, str]:
-    """Return the files that a job was loaded from, with what they are."""
+    """Return the files of a job, each with its role."""
     beside = dict.fromkeys(files_beside(job).values(), "a file that the program needs")
     return {**beside, job.program: "the program", job.rack_file: "the rack file"}
 
 
 def recording_of(job: Job, trace: Path) -> list[Path]:
-    """Return the files of a job's recording: its trace, and what the units beside the rack say."""
+    """Return the files of a job's recording: its trace, and that of the units beside the rack."""
     return [trace, line_path(trace)] if job.spec.unit else [trace]
 
 
 def keeping_of(job: Job, trace: Path, keep: int | None = None) -> RecordingKeeper | None:
-    """Return what keeps the recordings before a job's new one.
+    """Return the keeper of earlier recordings; None if none are kept.
 
     Args:
-        job: what is to be recorded.
-        keep: how many are kept; None = as the rack file says.
-
-    Returns:
-        None if none is kept.
+        keep: their number; None = the rack file's.
     """
     most = job.spec.keep_traces if keep is None else keep
     return RecordingKeeper(trace, most, recording_of(job, trace)[1:]) if most else None
 
 
 def check_recording(job: Job, trace: Path, used: Used = NOTHING, keep: int | None = None) -> None:
-    """Refuse a recording that would replace what somebody owns, or move what is in use.
+    """Refuse a recording that would replace an owned file, or move one in use.
 
     Args:
-        job: what is to be recorded.
         used: files in use beside those of the job.
         keep: see `keeping_of`.
 

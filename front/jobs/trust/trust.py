@@ -1,13 +1,13 @@
-"""Decides what of a trace may be read, and what may be run.
+"""Decides which files of a trace may be read, and which may be run.
 
-A file that came with a trace is judged by what will be done with it, not by what it is called.
+A file of a trace is judged by its use, not by its name.
 
     read      rack file in TOML, rungs, steps, stored program of a unit, retained tags: parsed as data
-    run       rack file, program or stub in Python: it may do anything that its user may
+    run       rack file, program or stub in Python: it has all rights of its user
     reached   everything else, once Python runs beside it: Python can import, load or open it
 
-What is read needs no trust. The rest needs --trust, unless the current folder has an equal file.
-Files without a use are not written out, so Python never searches a folder that holds them.
+Parsed files need no trust. The rest needs --trust, unless the current folder has an equal file.
+Files without a use are not written out, so that Python never searches a folder with them.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class UntrustedError(ValueError):
 
 
 class Use(StrEnum):
-    """What a run does with a file of a trace."""
+    """Use of a trace's file in a run."""
 
     READ = "read"
     RUN = "run"
@@ -38,11 +38,11 @@ class Use(StrEnum):
 
 
 class RunFiles(NamedTuple):
-    """Which files a run starts from, by name.
+    """The files that a run starts from, by name.
 
     Attributes:
-        program: the program; None if it is in the rack file, or not the trace's.
-        retained: the tags that the program begins with; None if it begins with its own.
+        program: None if it is in the rack file, or not the trace's.
+        retained: the initial tags of the program; None for its own.
     """
 
     rack: str
@@ -55,7 +55,7 @@ def admitted(files: Mapping[str, bytes], given: RunFiles, *, trust: bool) -> dic
 
     Args:
         files: all files of the trace, by name.
-        given: which of them the run starts from.
+        given: the files that the run starts from.
         trust: the reader lets Python of the trace run.
 
     Raises:
@@ -74,10 +74,10 @@ def admitted(files: Mapping[str, bytes], given: RunFiles, *, trust: bool) -> dic
 
 
 def uses_of(files: Mapping[str, bytes], given: RunFiles) -> dict[str, Use]:
-    """Return what a run does with which files of a trace.
+    """Return the uses of a trace's files in a run.
 
     Raises:
-        ValueError: rack file or program can't be one.
+        ValueError: an impossible rack file or program.
     """
     forms = {given.rack: rack_form(PurePosixPath(checked_name(given.rack)))}
     if given.program is not None:

@@ -1,15 +1,15 @@
-"""Why: which line of a Python program changed a value, after which inputs, and what the modules wait for.
+"""Why: the line of a Python program that changed a value, its inputs, and the waits of the modules.
 
-| file | does |
+| file | contents |
 |---|---|
-| `journal` | what a bench keeps of its scans |
-| `past` | a recording up to a scan: since when a bit has its value |
-| `waits` | what a 3601 waits for, read from its images |
-| `reads`, `lines`, `conditions` | of a traced scan: inputs read, lines that change something, around them |
+| `journal` | the scans of a bench |
+| `past` | a recording up to a scan: the age of a bit's value |
+| `waits` | the wait of a 3601, read from its images |
+| `reads`, `lines`, `conditions` | of a traced scan: inputs read, lines that change a value, their conditions
+|
 | `following`, `again` | runs the program again on the recorded inputs, and traces the scans in question |
 | `telling`, `answer` | sentences |
-| `senders`, `named` | of a class of `Logic`: what its axes send and for which line, its names |
-| `moment`, `of_trace` | the scan of a question; questions about a trace |
+| `senders`, `named` | of a class of `Logic`: commands of its axes and their lines, its names |
 
 In other scans nothing of this runs, except the journal of a bench. `fuzz` uses `lines`, too.
 """

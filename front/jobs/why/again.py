@@ -1,11 +1,11 @@
-"""A program runs again on recorded inputs, and the scans in question are traced.
+"""Runs a program again on recorded inputs, and traces the scans in question.
 
     recorded inputs ---> a fresh instance of the program ---> outputs, compared with the recorded ones
                                    |
                                    +--> in the scans in question: which line changed what, after which reads
 
-The program is loaded again, so the one on the bench is not disturbed. It answers as before if it depends on
-its inputs and its time alone; from the first scan in which it does not, its lines explain nothing.
+The program is loaded again, so that the one on the bench is not disturbed. It repeats the run if it depends
+only on its inputs and its time; from the first scan that differs, its lines explain nothing.
 """
 
 from __future__ import annotations
@@ -32,12 +32,12 @@ from .source.reads import Reads
 from .source.senders import Sender, senders
 
 LOOKED_AT = 20_000
-"""Lines of a scan whose names are looked up; a loop that runs longer is explained without values."""
+"""Largest number of lines of a scan whose names are looked up; longer loops are explained without values."""
 
 
 @dataclass(frozen=True, slots=True)
 class Load:
-    """How the program is loaded again.
+    """The means to load the program again.
 
     Attributes:
         program: its file; modules imported from its folder are imported again, too.
@@ -58,13 +58,13 @@ class TracedChange:
     """A change that a line made.
 
     Attributes:
-        line: the line; number 0 if no line of the user's program made it.
-        before: what is watched, before.
-        after: what is watched, after.
+        line: number 0 if no line of the user's program made it.
+        before: the watched value before.
+        after: the watched value after.
         stands: the conditions around the line.
-        values: values of the names in them and in the line, as the line began.
-        masks: what the program had read by then, see `Reads.masks`.
-        senders: if no line made it: what the axes of the program send.
+        values: values of the names in them and in the line, when the line began.
+        masks: the program's reads until then, see `Reads.masks`.
+        senders: if no line made it: the commands of the program's axes.
     """
 
     line: Line
@@ -93,7 +93,7 @@ class Again:
     value: Any = None
 
     def explains(self, row: int) -> bool:
-        """Return whether the program did as recorded, up to a scan and in it."""
+        """Return whether the program repeated the recording, up to a scan and in it."""
         return self.departs is None or row < self.departs
 
 
@@ -112,11 +112,10 @@ def run_again(
     """Run a program again on the inputs of a recording.
 
     Args:
-        recording: its inputs, and the outputs that are expected.
-        load: how the program is loaded.
+        recording: its inputs, and the expected outputs.
         rows: the scans to trace.
         last: row of the last scan to run.
-        watched: something else than outputs to watch.
+        watched: a value to watch in place of the outputs.
     """
     with fresh(load) as logic:
         read = None if watched is None else watched(logic)
@@ -130,7 +129,7 @@ def run_again(
 
 @contextmanager
 def fresh(load: Load) -> Iterator[ScanLogic]:
-    """Load a program again, and give it modules of its own; what it prints is dropped."""
+    """Load a program again, with modules of its own; drop its printed output."""
     before = dict(sys.modules)
     forget_imported(load.folder.resolve())
     try:
@@ -145,7 +144,7 @@ class _TracedLogic(LogicWrapper):
     """A logic that is traced in some scans.
 
     Attributes:
-        following: the run that it is a part of.
+        following: the run that it belongs to.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""The answers: why a bit, a word or a Python value is what it is, and what the rack waits for."""
+"""The answers: the cause of a bit, a word or a Python value, and the waits of the rack."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class Why:
         return Past(self.recording, self.row)
 
     def place(self, text: str) -> Address:
-        """Return the bit or word of an image that an address means.
+        """Return the bit or word of an image at an address.
 
         Raises:
             ValueError: it is not an address.
@@ -79,7 +79,7 @@ class Why:
         return True
 
     def first_on(self, text: str) -> int | None:
-        """Return the first row in which a bit or word of an image is not 0; None if there is none.
+        """Return the first row in which a bit or word of an image is not 0, or None.
 
         Raises:
             ValueError: the text is not an address.
@@ -90,10 +90,10 @@ class Why:
         return last.first_on(place.slot, _side(place), place.word, mask)
 
     def of(self, text: str) -> str:
-        """Say why a bit or word of an image, or a value of a Python program, has its value.
+        """Explain the value of a bit or word of an image, or of a Python program.
 
         Raises:
-            ValueError: there is nothing of that name.
+            ValueError: an unknown name.
         """
         if self.means_image(text) or self.load is None:
             return "\n".join(self._of_image(text, self.place(text)))
@@ -109,7 +109,7 @@ class Why:
         return "\n".join(self._of_value(text))
 
     def rack(self) -> str:
-        """Say what every module waits for, and which lines last changed its output words."""
+        """Return the waits of every module, and the lines that last changed its output words."""
         last = {slot.number: list(self._last_changes(slot)) for slot in self.recording.slots}
         rows = frozenset(row for changes in last.values() for row, _ in changes)
         again = self._again(rows, max(rows, default=0))
@@ -154,7 +154,7 @@ class Why:
         return run_again(self.recording, self.spec, self.load, rows, last, watched)
 
     def _by_line(self, said: str, row: int, again: Again | None, at: int, mask: int) -> Iterator[str]:
-        """Yield the line that changed a word, the one at a place among all output images."""
+        """Yield the line that changed a word; `at` is its place among all output images."""
         if self.recording.flags[row] & ScanFlag.FAULT:
             yield f"{said}: the CPU faulted, which zeroes all outputs"
             yield from self._on_record(0, row)
@@ -167,7 +167,7 @@ class Why:
             yield from self._told(said, made, row, self._slot_at(at))
 
     def _rung(self, at: int, row: int) -> str:
-        """Return which rung changed a word last, after a colon; a full stop if that is not known."""
+        """Return the rung that last changed a word, after a colon; a full stop if it is unknown."""
         if self.by_rung is None:
             return "."
         change = self.by_rung(f"Local:{self._slot_at(at)}:O.Data[{at % IMAGE_BYTES // 2}]")
@@ -179,7 +179,7 @@ class Why:
         return self.recording.slots[at // IMAGE_BYTES].number
 
     def _told(self, said: str, made: Sequence[TracedChange], row: int, slot: int = 0) -> Iterator[str]:
-        """Yield sentences about the last of some changes in a scan; the words are those of `slot`."""
+        """Yield sentences about the last of some changes in a scan, in the words of `slot`."""
         sent = [each for each in made[-1].senders if each.slot == slot] if made else []
         if sent:
             self.lines.append(sent[0].line)
@@ -199,13 +199,13 @@ class Why:
         )
 
     def _offset(self, slot: int) -> int:
-        """Return where a slot's output image begins among all output images, bytes."""
+        """Return the offset of a slot's output image among all output images, bytes."""
         return self.recording.place(slot) // 2
 
     # --- the rack
 
     def _of_slot(self, slot: SlotInfo) -> Iterator[str]:
-        """Yield what a module waits for."""
+        """Yield the wait of a module."""
         past = SlotPast(self.past, slot)
         if slot.is_stepper:
             said = waits(past)
@@ -234,7 +234,7 @@ class Why:
     # --- a sequence
 
     def _of_sequence(self, name: str, names: Names, load: Load) -> Iterator[str]:
-        """Yield where a sequence waits, and the present values that it waits for."""
+        """Yield the wait of a sequence, and the present values in its condition."""
         step = next((each for each in self.past.sequences if each.sequence == name), None)
         if step is None or not step.line:
             yield str(step) if step else f"{name} has not begun."
@@ -248,14 +248,14 @@ class Why:
                 yield f"  {next(self._of_axis(each, names))}"
 
     def _of_axis(self, name: str, names: Names) -> Iterator[str]:
-        """Yield what the module of an axis waits for."""
+        """Yield the wait of an axis's module."""
         slot = next(slot for slot in self.recording.slots if slot.number == names.axes[name])
         said = waits(SlotPast(self.past, slot))
         yield f"{name} (slot {slot.number}): {said[0]}"
         yield from (f"  {each}" for each in said[1:])
 
     def _level(self, name: str, place: Address) -> str:
-        """Return the value of a bit or word, and since when."""
+        """Return the value of a bit or word, and its age."""
         mask = ALL_BITS if place.bit is None else 1 << place.bit
         row = self.past.last_change(place.slot, _side(place), place.word, mask)
         return f"{name} is {self._value(place)} since {self.past.when(row or 0)}"
@@ -292,6 +292,6 @@ def _side(place: Address) -> str:
 
 
 def _differs(change: TracedChange, at: int, mask: int) -> bool:
-    """Return whether a change is one of these bits of the word at a place."""
+    """Return whether a change affects the masked bits of the word at a place."""
     before, after = (int.from_bytes(each[0][at : at + 2], "little") for each in (change.before, change.after))
     return bool((before ^ after) & mask)

@@ -22,13 +22,13 @@ class InputReplay:
     """A run of a program on the inputs of a recording; a listener of its own scan loop.
 
     Args:
-        recording: the inputs, and the outputs that are expected.
+        recording: the inputs, and the expected outputs.
         last: row of the last scan to run.
-        over: asked after each scan whether that was the last one.
+        over: called after each scan; returns whether it was the last one.
 
     Attributes:
         row: the present scan; after the run the next one.
-        departs: row of the first scan whose outputs are not the recorded ones; None if all are.
+        departs: row of the first scan with other outputs than recorded, or None.
         met: whether `over` has ended it.
     """
 
@@ -46,13 +46,10 @@ class InputReplay:
         self.met = False
 
     def play(self, logic: ScanLogic, orders: TagOrders | None = None) -> list[str]:
-        """Run a program; a fault ends the run, as it did when it was recorded.
+        """Run a program; a fault ends the run, as in the recording. Return the refused orders.
 
         Args:
-            orders: on its tags, which are given again.
-
-        Returns:
-            The orders that the program refused, a sentence each.
+            orders: on its tags, given again.
         """
         watchdog = None if self._watchdog_ended_it else Watchdog(0)
         score = score_of(self._recording)
@@ -65,7 +62,7 @@ class InputReplay:
 
     @property
     def _watchdog_ended_it(self) -> bool:
-        """Whether the watchdog ended the recorded run; any other may take longer when it is traced."""
+        """Whether the watchdog ended the recorded run; other runs may take longer when traced."""
         return any(each.fields.get("cause") == Cause.WATCHDOG.value for each in self._recording.events)
 
     def outputs(self) -> bytes:

@@ -38,7 +38,7 @@ class Journal:
         """Return all scans so far.
 
         Raises:
-            ValueError: there is none yet.
+            ValueError: there are none yet.
         """
         if not len(self._scans):
             raise ValueError("there is no scan yet that could be asked about: run some")

@@ -1,4 +1,4 @@
-"""The past of a rack, up to a scan: since when a bit has its value, and the events since."""
+"""The past of a rack, up to a scan: the age of a bit's value, and the events since."""
 
 from __future__ import annotations
 
@@ -23,11 +23,7 @@ ALL_BITS = 0xFFFF
 
 @dataclass(frozen=True)
 class Past:
-    """A recording, up to a scan.
-
-    Attributes:
-        row: row of the scan; later ones do not count.
-    """
+    """A recording up to the scan in `row`; later ones are ignored."""
 
     recording: Recording
     row: int
@@ -48,9 +44,9 @@ class Past:
         return tuple(data.tolist())
 
     def last_change(self, slot: int, image: str, word: int, mask: int = ALL_BITS) -> int | None:
-        """Return the row in which bits of a word last changed; None if they have not.
+        """Return the row in which bits of a word last changed, or None.
 
-        Before the first scan all words are 0, unless the recording begins in mid-life.
+        Before the first scan all words are 0, unless the recording begins in a running session.
         """
         rows = self.changes(slot, image, word, mask)
         return None if not rows else rows[-1]
@@ -90,7 +86,7 @@ class Past:
 
     @cached_property
     def events(self) -> Sequence[TraceEvent]:
-        """What has happened, in order."""
+        """The events, in order."""
         return [each for each in self.recording.events if each.scan <= self.scan]
 
     @cached_property
@@ -119,11 +115,7 @@ class Past:
 
 @dataclass(frozen=True)
 class SlotPast:
-    """The past of one module.
-
-    Attributes:
-        past: that of the rack.
-    """
+    """The past of one module."""
 
     past: Past
     slot: SlotInfo
@@ -139,7 +131,7 @@ class SlotPast:
         return self.past.words(self.slot.number, "in", self.past.row)
 
     def since(self, image: str, word: int, mask: int) -> str:
-        """Return since when bits have their values, as text: " since scan 7 (0.014 s)"; empty if always."""
+        """Return the age of bits' values as text: " since scan 7 (0.014 s)"; empty if always."""
         row = self.past.last_change(self.slot.number, image, word, mask)
         return "" if row is None else f" since {self.past.when(row)}"
 

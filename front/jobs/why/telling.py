@@ -37,10 +37,10 @@ def place_of(line: Line) -> str:
 
 
 def told(said: str, change: TracedChange, slots: Iterable[SlotInfo], inputs: Words) -> Iterator[str]:
-    """Yield what a line changed and under which conditions, the code first, then what it had read.
+    """Yield a line's change and its conditions, the code first, then its inputs.
 
     Args:
-        said: what has changed and when.
+        said: the change and its time.
         slots: the slots of the rack.
         inputs: the input images of the scan.
     """
@@ -57,7 +57,7 @@ def told(said: str, change: TracedChange, slots: Iterable[SlotInfo], inputs: Wor
 
 
 def told_sender(said: str, sender: Sender) -> Iterator[str]:
-    """Yield what an axis sends, and the line for which it does."""
+    """Yield the command of an axis, and the line that awaits it."""
     if sender.line.number:
         yield f"{said}: {place_of(sender.line)}{f', sent by {sender.text}' if sender.text else ''}"
         yield f"    {source_line(sender.line.file, sender.line.number)}"
@@ -74,7 +74,7 @@ def _values(values: Mapping[str, str], names: Iterable[str], known: set[str]) ->
 
 
 def read(masks: Mapping[tuple[int, int], int], slots: Iterable[SlotInfo], inputs: Words) -> str:
-    """Return what was read of the input images with its values; see `Reads.masks`."""
+    """Return the reads of the input images with their values; see `Reads.masks`."""
     parts = []
     for slot in slots:
         own = {word: mask for (number, word), mask in masks.items() if number == slot.number}
@@ -100,7 +100,7 @@ def _names(slot: SlotInfo, masks: Mapping[int, int], words: Sequence[int]) -> It
 def _bits(slot: SlotInfo, word: int, mask: int, value: int) -> Iterator[str]:
     named = {bit: name for name, bit in slot.words.bits("I", word)}
     for bit in range(16):
-        # MODE_CONFIG is read with every other bit of a 3601's status: it says what they mean
+        # MODE_CONFIG is read with every other bit of a 3601's status: it determines their meaning
         of_meaning = slot.is_stepper and (word, bit) == (0, 15) and not value >> 15 & 1
         if mask >> bit & 1 and not of_meaning:
             yield f"{named.get(bit, f'{slot.words.inputs[word]}.{bit}')} {value >> bit & 1}"

@@ -1,12 +1,12 @@
-"""What a module with the words of a 3601 waits for, read from its two images and their past.
+"""The wait of a module with the words of a 3601, read from its two images and their past.
 
     out of reach             for its link
-    in configuration mode    for a valid configuration, or for bit 15 of output word 0 to go back to 0
-    moving                   MOVE_COMPLETE not yet: which command, where it is, where it goes
-    a command bit is on      for it to go back to 0: a command is taken when its bit goes from 0 to 1
+    in configuration mode    for a valid configuration, or for bit 15 of output word 0 to return to 0
+    moving                   MOVE_COMPLETE not yet: command, position, target
+    a command bit is on      for it to return to 0: a command begins when its bit goes from 0 to 1
     idle                     for a command
 
-Error bits that are on follow, each with the rule that set it and what clears it.
+Error bits that are on follow, each with the rule that set it and the command that clears it.
 """
 
 from __future__ import annotations
@@ -51,11 +51,11 @@ CLEARED_BY = {
     StatusMsw.POSITION_INVALID: "a search for home or a preset clears it; it takes no absolute move before",
     StatusMsw.INPUT_ERROR: "the next move and RESET_ERRORS clear it [STS-M11, chapter 6]",
 }
-"""What clears an error bit; of all others it is RESET_ERRORS."""
+"""The commands that clear error bits; all others are cleared by RESET_ERRORS."""
 
 
 def waits(past: SlotPast) -> list[str]:
-    """Return what a module waits for, in sentences."""
+    """Return the waits of a module, in sentences."""
     state = next(said for each in STATES if (said := each(past)) is not None)
     return [state, *_errors(past)]
 
@@ -94,7 +94,7 @@ def _configuring(past: SlotPast) -> str | None:
 def _firmware(past: SlotPast) -> Firmware:
     try:
         return Firmware.parse(past.slot.firmware)
-    except ValueError:  # an adapter, or a file that does not say it
+    except ValueError:  # an adapter, or a file without it
         return KNOWN[-1]
 
 
@@ -118,7 +118,7 @@ def _moves(past: SlotPast) -> str | None:
 
 
 def _motion(past: SlotPast) -> str:
-    """Say which motion there is, where it is, and what ends it."""
+    """Return the present motion, its position, and its end."""
     status = past.inputs[0]
     way = "CW" if status & StatusMsw.MOVING_CW else "CCW"
     how = next((f", {name}" for bit, name in _RATES if status & bit), "")
@@ -147,7 +147,7 @@ def _started(past: SlotPast) -> int | None:
 
 
 def _end(past: SlotPast, bit: CommandMsw, row: int, words: Sequence[int]) -> str:
-    """Say what ends a motion."""
+    """Return the condition that ends a motion."""
     if bit & _MANUAL:
         return f"; it runs until {bit.name} goes back to 0"
     if bit & _HOME:
@@ -196,7 +196,7 @@ def _command_on(past: SlotPast) -> str | None:
 
 
 def _still_on(past: SlotPast) -> str:
-    """Say which command bits are still on, and their consequence."""
+    """Return the command bits that are still on, and their consequence."""
     on = past.out[0] & COMMANDS
     if not on:
         return ""
@@ -225,11 +225,11 @@ STATES: Sequence[Callable[[SlotPast], str | None]] = (
     _command_on,
     _idle,
 )
-"""What a module may be doing; the first one that applies."""
+"""States of a module; the first one that applies."""
 
 
 def _rest(past: SlotPast) -> str:
-    """Say where it rests, and how the motion before ended."""
+    """Return the position at rest, and the end of the previous motion."""
     ended = [bit for bit in StatusMsw if bit & COMPLETION_BITS & past.inputs[0]]
     at = f"at rest at {join_reported(past.inputs[2], past.inputs[3]):,}"
     if not ended:
@@ -245,7 +245,7 @@ def _errors(past: SlotPast) -> Iterator[str]:
     """Yield a sentence for every error bit that is on."""
     status = past.inputs[0]
     if status & _MODE:
-        return  # what the configuration breaks has been said, and the other bits mirror it
+        return  # the fault of the configuration has been reported, and the other bits mirror it
     for bit in StatusMsw:
         if bit & ERROR_BITS & status:
             yield f"{bit.name}{past.since('in', 0, bit.value)}: {_cause(past, bit)}; {_cure(bit)}"
@@ -256,7 +256,7 @@ def _cure(bit: StatusMsw) -> str:
 
 
 def _cause(past: SlotPast, bit: StatusMsw) -> str:
-    """Name the rule that set a bit; without a rule on record, where the manual lists what sets it."""
+    """Return the rule that set a bit; without a recorded rule, the section of the manual with its causes."""
     for each in reversed(past.past.rules(past.slot.number)):
         named = each.fields.get("bits")
         if isinstance(named, list) and bit.name in named:

@@ -1,8 +1,8 @@
 """A card in its slot: inputs follow their wiring at once, outputs follow the image.
 
-scan n         the program reads the inputs at the scan's instant
-the program writes the output words; lamps show them until the next ones
-program mode   outputs are off
+    scan n         the program reads the inputs at the scan's instant
+                   the program writes the output words; lamps show them until the next ones
+    program mode   outputs are off
 
 A cam is a function of another slot's machine at the instant of `update`. The exchange advances that slot
 first, so the order of the slots has no effect.

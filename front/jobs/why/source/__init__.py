@@ -1,1 +1,1 @@
-"""What the text of a Python program says about a value."""
+"""The text of a Python program as a source of explanations."""

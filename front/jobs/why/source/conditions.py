@@ -24,7 +24,7 @@ from ....runtime.loop.faults import is_the_users
 
 PLAIN = bool, int, float, str, type(None), Enum
 LONGEST = 60
-"""Characters of a value that are shown."""
+"""Most characters of a shown value."""
 
 
 Condition = tuple[str, tuple[str, ...]]
@@ -36,8 +36,8 @@ class Stands:
     """The conditions around a line.
 
     Attributes:
-        inside: the conditions around it, from the innermost outwards, as they are written.
-        names: names and attributes that those and the line mention, such as `line.step`.
+        inside: in their source text, from the innermost outwards.
+        names: names and attributes in them and in the line, such as `line.step`.
     """
 
     inside: tuple[Condition, ...]
@@ -84,7 +84,7 @@ def _holds(part: ast.ExceptHandler | ast.match_case, number: int) -> bool:
 
 
 def _condition(statement: ast.stmt, number: int, text: str) -> Condition | None:
-    """Return the condition under which a line in a statement runs, and what it names."""
+    """Return the condition under which a line in a statement runs, and its names."""
     if not isinstance(statement, ast.If | ast.While) or number < statement.body[0].lineno:
         return None
     body_ends = statement.body[-1].end_lineno or number

@@ -1,10 +1,10 @@
-"""The lines of the user's program that change something, found while they run.
+"""The lines of the user's program that change a watched value, found while they run.
 
-    line.py:37    out.load(OUT)        what is watched changes here
-    line.py:38    line.step = "back"   a later change counts; the same value once more does not
+    line.py:37    out.load(OUT)        the watched value changes here
+    line.py:38    line.step = "back"   a later change counts; an equal value does not
 
-Functions of the user's files are traced, and nothing else: a change in ours or in an installed package is
-that of the user's line that called it. Tracing is for one scan of a run that is made for the question.
+Only functions of the user's files are traced: a change in ours or in an installed package belongs to
+the user's line that called it. Tracing is for one scan of a run that is made for the question.
 """
 
 from __future__ import annotations
@@ -24,9 +24,8 @@ class Line:
     """A line of the user's program.
 
     Attributes:
-        file: path of the file.
-        number: number of the line, from 1.
-        function: name of the function that it is in.
+        number: from 1.
+        function: name of its function.
     """
 
     file: str
@@ -39,10 +38,10 @@ NOWHERE = Line("", 0, "")
 
 
 class Lines:
-    """Traces calls, and reports each change of what is watched with the line that made it.
+    """Traces calls, and reports each change of a watched value with its line.
 
     Args:
-        watched: returns what is watched; compared with `==`.
+        watched: returns the value; compared with `==`.
         changed: called with the line, the value before and the value after.
         begins: called with each line before it runs, and with its frame.
     """
@@ -64,7 +63,7 @@ class Lines:
         return self._at is not NOWHERE
 
     def call(self, function: Callable[..., None], *arguments: Any) -> None:
-        """Call a function, traced; what changes between two calls is not a line's."""
+        """Call a function, traced; changes between two calls belong to no line."""
         self._seen = self._watched()
         self._at = NOWHERE
         self._outermost = sys._getframe()
@@ -76,7 +75,7 @@ class Lines:
             self._look()
 
     def _look(self) -> None:
-        """Report the line that has run last if something has changed."""
+        """Report the previous line if the value has changed."""
         now = self._watched()
         if now != self._seen:
             before, self._seen = self._seen, now
@@ -99,7 +98,7 @@ class Lines:
         return self._line
 
     def _caller(self, frame: FrameType) -> Line:
-        """Return the user's line that called, directly or through code of others; below `call`."""
+        """Return the user's calling line, direct or through code of others; below `call`."""
         above = frame.f_back
         while above is not None and above is not self._outermost:
             if _is_of_a_file(above):
@@ -120,7 +119,7 @@ def _line_of(frame: FrameType) -> Line:
 
 @contextmanager
 def _traced_by(function: Any) -> Iterator[None]:
-    """Trace what is called, and give a debugger or a coverage tool its trace function back."""
+    """Trace calls, then restore the trace function of a debugger or a coverage tool."""
     before = sys.gettrace()
     sys.settrace(function)
     try:

@@ -1,4 +1,4 @@
-"""Names of a class of logic: inputs and outputs mean their addresses, a sequence means where it waits."""
+"""Names of a class of logic: addresses of inputs and outputs, waits of sequences."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ...load.bare_slots import bare_slots
 
 
 class Names:
-    """The names of a program; none of one that is not a class of `ScanLogic`.
+    """The names of a program; none if it is no class of `Logic`.
 
     Attributes:
         addresses: of inputs and outputs.
@@ -48,6 +48,6 @@ class Names:
         return self.own(text) in {**self.addresses, **self.axes, **dict.fromkeys(self.sequences)}
 
     def named_in(self, wait: str) -> Iterator[str]:
-        """Yield the names of inputs, outputs and axes in what a sequence waits for, each once."""
+        """Yield the names of inputs, outputs and axes in the condition of a wait, each once."""
         known = {**self.addresses, **self.axes}
         yield from (name for name in dict.fromkeys(re.findall(r"\w+", wait)) if name in known)

@@ -1,10 +1,10 @@
-"""What a program reads of its input images: whole words, or single bits of them.
+"""The program's reads of its input images: whole words, or single bits of them.
 
     status.MOVE_COMPLETE     words[0] & 8080h    two bits: that one, and the mode that gives it its meaning
     status.position          words[2], words[3]  whole words
     inputs.bit(0, 14)        words[0] >> 14 & 1  one bit
 
-The words of an image are replaced by watched ones, whose integers know which word they are from.
+The words of an image are replaced by watched ones, whose integers know their word.
 Reads through the 16 bytes (`raw`, `bytes(image)`) are not seen.
 """
 
@@ -22,10 +22,10 @@ _SIGN = 1 << 15
 
 @dataclass(slots=True)
 class Reads:
-    """What was read of the input images of a rack.
+    """The reads of a rack's input images.
 
     Attributes:
-        masks: slot and word -> the bits that were used, in the order of the first reads; 0 if the word was
+        masks: slot and word -> the used bits, in the order of the first reads; 0 if the word was
             only copied.
         on: whether reads are noted.
         counts: returns whether a read is the user's.
@@ -94,7 +94,7 @@ class WatchedWord(int):
     _shift: int
 
     def __new__(cls, value: int, note: Callable[[int], None], shift: int = 0) -> WatchedWord:
-        """Make one; `shift` is by how many bits it has been shifted to the right."""
+        """Make a word; `shift` is the number of bits by which it has been shifted to the right."""
         word = super().__new__(cls, value)
         word._plain, word._note, word._shift = value, note, shift
         return word
@@ -115,7 +115,7 @@ class WatchedWord(int):
         return self._compared(other, int.__ge__)
 
     def _compared(self, other: int, compare: Callable[[int, int], bool]) -> bool:
-        """Compare; with 0 the sign alone decides."""
+        """Compare; with 0 only the sign is used."""
         self._note(_SIGN if other == 0 and not self._shift else ALL_BITS)
         return compare(self._plain, other)
 

@@ -1,7 +1,8 @@
-"""What an axis of a program with sequences sends, and for which line.
+"""The commands that an axis of a program with sequences sends, and their lines.
 
-An axis writes the words of its module after the sequences, so no line of the program does. It sends them for
-its present command; the line is that of the sequence that awaits the command.
+An axis writes the words of its module after the sequences, so that no line of the program does. It sends
+them
+for its present command; the line is that of the sequence that awaits the command.
 """
 
 from __future__ import annotations
@@ -20,8 +21,8 @@ class Sender:
     """The axis, or the step of a list of steps, that writes the words of a slot.
 
     Attributes:
-        text: what it sends and for which command, in words; empty for a step.
-        line: where the command is awaited; `NOWHERE` if it is not.
+        text: the words and their command, in words; empty for a step.
+        line: the line that awaits the command, or `NOWHERE`.
     """
 
     slot: int
@@ -30,7 +31,7 @@ class Sender:
 
 
 def senders(logic: object, program: Path) -> list[Sender]:
-    """Return what writes words for a program, each with what it sends."""
+    """Return the writers of a program's words, each with its command."""
     if isinstance(logic, Steps):
         return [Sender(logic.slot, "", Line(str(program), logic.line, "a step"))]
     if not isinstance(logic, Logic):
