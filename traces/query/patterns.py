@@ -1,13 +1,13 @@
 r"""Occurrences in a trace: the duration of a condition, the delay of an answer.
 
-    runs(A)             A   __/‾‾‾‾\____    from the scan in which A begins to hold
-                              |<-->|        to the first in which it no longer does
+runs(A)             A   __/‾‾‾‾\____    from the scan in which A begins to hold
+                          |<-->|        to the first in which it no longer does
 
-    response(A, B)      A   __/‾‾\______    from the scan in which A begins to hold
-                        B   _______/‾‾‾‾    to the first later scan in which B holds
-                              |<-->|
+response(A, B)      A   __/‾‾\______    from the scan in which A begins to hold
+                    B   _______/‾‾‾‾    to the first later scan in which B holds
+                          |<-->|
 
-    silence(A, B, 5 ms) the same, where B comes later than 5 ms, or never
+silence(A, B, 5 ms) the same, where B comes later than 5 ms, or never
 """
 
 from __future__ import annotations

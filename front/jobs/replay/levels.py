@@ -1,10 +1,10 @@
 """The levels of a 3601's inputs, from the recorded status bits, the only source on real hardware.
 
-    configuration, word 1     which level is active       [chapter 3]
-    input word 1, bits 0-5    which inputs are active     [chapter 6]
+configuration, word 1     which level is active       [chapter 3]
+input word 1, bits 0-5    which inputs are active     [chapter 6]
 
-    scan       n-1        n
-    bit         0         1        the level changed between the two scans: assumed half-way
+scan       n-1        n
+bit         0         1        the level changed between the two scans: assumed half-way
 """
 
 from __future__ import annotations

@@ -7,7 +7,8 @@ external         input 3; also input 2 if it is active high and option registrat
 emergency stop   input 4; both hard limits through diodes
 capture          input 5, unless a limit uses it
 encoder          encoder
-                 input 2 also to output 7, unless registration is polled; by option proximity both soft limits to output 6
+
+Jumpers: output 7 to input 2, unless registration is polled; by option proximity output 6 to both soft limits.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 r"""Blend moves: the block handshake, the stored program, its run [chapter 5, Blend Move Programming].
 
-    LSW bit 8 PROGRAM   ____/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾\____
-    LSW bit 9 TRANSMIT  ______/‾‾‾‾\____/‾‾‾‾\____________
-    BLEND_ACK           _______/‾‾‾‾\____/‾‾‾‾\___________
-    words 2 to 7              | header  | segment 1 | ...  ^ stored, if every block was good
+LSW bit 8 PROGRAM   ____/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾\____
+LSW bit 9 TRANSMIT  ______/‾‾‾‾\____/‾‾‾‾\____________
+BLEND_ACK           _______/‾‾‾‾\____/‾‾‾‾\___________
+words 2 to 7              | header  | segment 1 | ...  ^ stored, if every block was good
 """
 
 from __future__ import annotations

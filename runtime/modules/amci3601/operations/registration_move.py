@@ -1,10 +1,10 @@
 """Registration moves: a manual move that ends an exact number of steps after its input [chapter 4].
 
-    steps made   0 ...... minimum distance ...................... end
-    input        ignored                  | its level counts
-    motion       up to speed, constant    | constant    | constant, down
-                                                        |<- target ---->|
-                                                        ^ bit released, or external input active
+steps made   0 ...... minimum distance ...................... end
+input        ignored                  | its level counts
+motion       up to speed, constant    | constant    | constant, down
+                                                    |<- target ---->|
+                                                    ^ bit released, or external input active
 """
 
 from __future__ import annotations
