@@ -9,6 +9,7 @@ from functools import partial
 from pathlib import Path
 
 import pytest
+from amounts import EXAMPLES
 from extras import skip_without_extras
 from hypothesis import HealthCheck, Phase, settings
 from hypothesis.internal.conjecture import providers
@@ -24,8 +25,8 @@ settings.register_profile(
     "ci",
     derandomize=True,
     deadline=None,
-    max_examples=60,
-    phases=set(Phase) - {Phase.target},  # with so few examples, variety is worth more than aim
+    max_examples=EXAMPLES,
+    phases=[Phase.explicit, Phase.generate, Phase.shrink],  # few examples: variety is worth more than aim
     suppress_health_check=[HealthCheck.too_slow],
 )
 settings.register_profile(

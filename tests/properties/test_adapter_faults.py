@@ -20,7 +20,7 @@ def faulty_move(at_ms: float, drop: int, corrupt: int) -> AdapterBench:
     return bench.run(1800)  # eight replies in a row take 1.5 s
 
 
-@settings(max_examples=amount(15), deadline=None)
+@settings(max_examples=amount(6), deadline=None)
 @given(st.integers(0, 600), st.integers(0, 4), st.integers(0, 4))
 def test_lost_and_damaged_replies_never_double_a_motion(at_ms, drop, corrupt):
     bench = faulty_move(at_ms, drop, corrupt)
@@ -34,7 +34,7 @@ def test_lost_and_damaged_replies_never_double_a_motion(at_ms, drop, corrupt):
         assert bench.bits == {"MODULE_OK", "MOVE_COMPLETE"}
 
 
-@settings(max_examples=amount(12), deadline=None)
+@settings(max_examples=amount(5), deadline=None)
 @given(st.integers(0, 600), st.integers(1, 1500))
 def test_a_line_that_is_down_for_a_while_ends_in_a_known_state(at_ms, down_ms):
     bench = AdapterBench(scan_ms=1).configured()
@@ -54,7 +54,7 @@ def test_a_line_that_is_down_for_a_while_ends_in_a_known_state(at_ms, down_ms):
         assert 0 <= bench.motor <= DISTANCE
 
 
-@settings(max_examples=amount(10), deadline=None)
+@settings(max_examples=amount(4), deadline=None)
 @given(st.integers(0, 600))
 def test_a_controller_that_loses_power_at_any_point_stands_still_and_says_so(at_ms):
     bench = AdapterBench(scan_ms=1).configured()
@@ -69,7 +69,7 @@ def test_a_controller_that_loses_power_at_any_point_stands_still_and_says_so(at_
     assert bench.bits == {"MODULE_OK", "CONFIG_ERROR", "POSITION_INVALID"}
 
 
-@settings(max_examples=amount(10), deadline=None)
+@settings(max_examples=amount(4), deadline=None)
 @given(st.lists(st.integers(1, 40), min_size=1, max_size=12))
 def test_advancing_once_or_in_pieces_gives_the_same_images(pieces):
     whole, parts = AdapterBench().configured(), AdapterBench().configured()

@@ -32,7 +32,7 @@ def give_words(bench: AdapterBench, words: tuple[tuple[int, ...], ...], each_ms:
         bench.give(*image, ms=each_ms)
 
 
-@settings(max_examples=amount(25), deadline=None)
+@settings(max_examples=amount(10), deadline=None)
 @given(
     controller=st.sampled_from(["PCL601", "PMC006"]),
     command=st.sampled_from(sorted(COMMANDS)),

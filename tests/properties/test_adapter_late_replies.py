@@ -24,7 +24,7 @@ def test_no_late_reply_counts_as_rest_where_one_did(controller, command, delays_
     assert list(lies(controller, command, delays_ms)) == []
 
 
-@settings(max_examples=amount(8), deadline=None)
+@settings(max_examples=amount(4), deadline=None)
 @given(
     controller=st.sampled_from(["PCL601", "PMC006"]),
     command=st.sampled_from(sorted(COMMANDS)),

@@ -15,7 +15,7 @@ import contextlib
 import pytest
 from coverage3601 import RuleCoverage
 from hunt3601 import CI_EXAMPLES, scripts_of
-from hypothesis import given, target
+from hypothesis import given, settings, target
 from lockstep3601 import GivenUp, Lockstep
 from stories3601 import THEMES, scripts
 
@@ -34,6 +34,7 @@ def coverage(request):
 
 @pytest.mark.parametrize("theme", THEMES)
 def test_module_and_oracle_show_the_same_bits(theme, coverage):
+    @settings(max_examples=max(CI_EXAMPLES, settings().max_examples))
     @given(script=scripts(theme))
     def lockstep(script):
         target(coverage.add(played(script)), label="rare rules")

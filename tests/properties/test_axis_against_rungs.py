@@ -28,7 +28,7 @@ def scripts(deeds):
 
 
 @pytest.mark.parametrize("rpi_ms", [None, 5])
-@settings(max_examples=amount(15))
+@settings(max_examples=amount(6))
 @given(script=scripts(with_blends))
 def test_late_judging_is_equal_in_every_image_and_result(rpi_ms, script):
     deeds = dict(legal([*READY, *script, ("found", 1)]))
@@ -39,7 +39,7 @@ def test_late_judging_is_equal_in_every_image_and_result(rpi_ms, script):
     assert {block: python.outcome(block) for block in rungs.results} == rungs.results
 
 
-@settings(max_examples=amount(15))
+@settings(max_examples=amount(6))
 @given(script=scripts(commands))
 def test_early_judging_is_equal_until_a_command_meets_another_state(script):
     deeds = dict(legal([*READY, *script]))

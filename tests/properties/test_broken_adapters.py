@@ -24,7 +24,7 @@ SEARCH = settings(
 
 
 @pytest.mark.parametrize("controller", BENCHES)
-@settings(max_examples=amount(12), deadline=None)
+@settings(max_examples=amount(6), deadline=None)
 @given(ordeal=ordeals())
 def test_a_sound_adapter_stands_every_ordeal(controller, ordeal):
     assert complaints(ordeal, BENCHES[controller]) == []

@@ -11,6 +11,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
+from amounts import amount
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from plain_compare import plainly
@@ -64,7 +65,7 @@ def in_parts(columns: Columns, size: int) -> Iterator[Columns]:
 SIZES = st.integers(0, 40)
 
 
-@settings(max_examples=300)
+@settings(max_examples=amount(80))
 @given(
     seed=st.integers(0, 2**32 - 1),
     scans=st.tuples(SIZES, SIZES),
@@ -102,7 +103,7 @@ def test_a_comparison_by_time_does_not_depend_on_its_blocks(
     assert found == plainly(SLOTS, one, other, tolerance, clock)
 
 
-@settings(max_examples=150)
+@settings(max_examples=amount(40))
 @given(
     seed=st.integers(0, 2**32 - 1),
     scans=SIZES,

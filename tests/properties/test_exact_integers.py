@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from amounts import amount
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from recorded_numbers import BITS, PERIOD_NS, ends, integers, record_numbers
@@ -134,7 +135,7 @@ def _as_real(value: float) -> float:
 
 
 @pytest.mark.parametrize("tolerant", [False, True])
-@settings(max_examples=12)
+@settings(max_examples=amount(6))
 @given(pairs=st.lists(twins(), min_size=8, max_size=8))
 def test_numbers_of_two_types_compare_as_pythons(
     pairs: list[tuple[tuple[str, list[float]], tuple[str, list[float]]]], *, tolerant: bool
@@ -173,7 +174,7 @@ def missing(values: list[float], others: list[float], scan: int, reach: int) -> 
     return not any(values[scan] == each or (math.isnan(values[scan]) and math.isnan(each)) for each in near)
 
 
-@settings(max_examples=12)
+@settings(max_examples=amount(6))
 @given(data=st.data())
 def test_exports_have_every_digit(data: st.DataObject) -> None:
     """Every type of integer is recorded, and a number that never changes."""

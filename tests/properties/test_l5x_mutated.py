@@ -149,7 +149,7 @@ def mutated(draw):
     return text
 
 
-@settings(max_examples=amount(100))
+@settings(max_examples=amount(40))
 @given(mutated())
 def test_mutated_exports(text):
     try:

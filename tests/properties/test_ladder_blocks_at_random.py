@@ -30,7 +30,7 @@ LONGEST = 3_000
 
 
 @pytest.mark.parametrize("rpi_ms", [None, 5])
-@settings(max_examples=amount(20))
+@settings(max_examples=amount(8))
 @given(steps=steps)
 def test_laws_of_the_outputs(rpi_ms, steps):
     """One of Busy and the results at most; Active within Busy; an ErrorID with Error; no refused command.

@@ -82,7 +82,7 @@ changes = st.dictionaries(st.sampled_from(("A", "B")), st.booleans())
 numbers = st.dictionaries(st.sampled_from(("N", "Own", "Index")), st.integers(-2, 60))
 scans = st.lists(st.tuples(st.sampled_from((0.7, 4, 10, 33)), changes, numbers), min_size=1, max_size=8)
 chosen = settings(
-    max_examples=amount(60),
+    max_examples=amount(25),
     deadline=None,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
 )
@@ -94,7 +94,7 @@ def test_both_back_ends_in_lockstep(text, moments):
     check_lockstep(text, moments)
 
 
-@settings(chosen, max_examples=amount(15))
+@settings(chosen, max_examples=amount(6))
 @given(controllers(), scans, st.data())
 def test_controllers_under_forces_and_breakpoints(text, moments, data):
     check_observed(text, moments, lambda choices: data.draw(st.sampled_from(choices)))

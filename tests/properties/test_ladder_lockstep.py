@@ -8,7 +8,7 @@ from scanrack.ladder.files.rungfile import parse_program, program_text
 
 
 @settings(
-    max_examples=amount(150),
+    max_examples=amount(60),
     deadline=None,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
 )
@@ -18,7 +18,7 @@ def test_both_back_ends_in_lockstep(text, scans):
 
 
 @settings(
-    max_examples=amount(50),
+    max_examples=amount(20),
     deadline=None,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
 )

@@ -8,7 +8,7 @@ from ladder_programs import programs, stimuli
 from structured_programs import structured
 
 chosen = settings(
-    max_examples=amount(12),
+    max_examples=amount(6),
     deadline=None,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
 )

@@ -11,13 +11,13 @@ from structured_programs import structured
 _SLOW = [HealthCheck.too_slow, HealthCheck.data_too_large]
 
 
-@settings(max_examples=amount(40), deadline=None, suppress_health_check=_SLOW)
+@settings(max_examples=amount(16), deadline=None, suppress_health_check=_SLOW)
 @given(structured(), stimuli())
 def test_both_back_ends_in_lockstep(text, scans):
     check_lockstep(text, scans)
 
 
-@settings(max_examples=amount(15), deadline=None, suppress_health_check=_SLOW)
+@settings(max_examples=amount(6), deadline=None, suppress_health_check=_SLOW)
 @given(structured())
 def test_structured_text_prints_as_it_reads(text):
     program = parse_program(text)
@@ -27,7 +27,7 @@ def test_structured_text_prints_as_it_reads(text):
     assert program_text(again) == printed
 
 
-@settings(max_examples=amount(15), deadline=None, suppress_health_check=_SLOW)
+@settings(max_examples=amount(6), deadline=None, suppress_health_check=_SLOW)
 @given(text=structured(), scans=stimuli(), watched=st.booleans())
 def test_a_debugged_program_does_what_the_compiled_one_does(text, scans, watched):
     check_debugged(text, scans, watched=watched)

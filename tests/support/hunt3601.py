@@ -11,7 +11,7 @@ from lockstep3601 import GivenUp, Lockstep
 from stories3601 import scripts
 
 CI_EXAMPLES = 60
-"""Scripts per theme in the CI profile, see tests/conftest.py."""
+"""Scripts per theme that the CI profile plays against the oracle."""
 
 
 class Hunt(NamedTuple):
