@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import settings
 
 EXAMPLES = 25
-"""Examples of a property test in the CI profile; a long run plays 120 times as many, see tests/conftest.py."""
+"""Examples of a property test in the CI profile; a long run plays 120 times as many (tests/conftest.py)."""
 
 
 def amount(examples: int) -> int:
