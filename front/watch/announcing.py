@@ -18,11 +18,7 @@ from .monitors.session_monitor import SessionProgram
 def programs_of(
     run: JobRun, editions: Editions, orders: Sequence[RecordedOrder]
 ) -> tuple[SessionProgram, ...]:
-    """Return the programs that a run has had so far.
-
-    Args:
-        orders: those that are given to it again.
-    """
+    """Return the programs that a run has had so far."""
     edits = [each.scan for each in orders if isinstance(each.order, Edit)][: run.program.edits]
     return tuple(_ran(editions[number], first) for number, first in enumerate((0, *edits)))
 
@@ -31,8 +27,6 @@ class Announcer:
     """Announces the programs of a run.
 
     Args:
-        orders: those that are given to it again.
-        tell: takes messages for the monitor.
         keeper: starts monitors, which begin with the latest announcement.
     """
 

@@ -37,11 +37,8 @@ class Editor:
     """Watches the files of a program, and passes on edited ones.
 
     Args:
-        job: what the session begins with.
-        rack: path of the rack file.
         editions: take the edited programs.
         hand_over: takes what gives the order of an edit, or None for a mistake, between two scans.
-        tell: takes messages for the monitor.
     """
 
     def __init__(

@@ -44,11 +44,7 @@ HEADERS = {
 
 
 class Answer(NamedTuple):
-    """An answer to a request for a file.
-
-    Attributes:
-        status: 200, 403, 404 or 421.
-    """
+    """An answer to a request for a file."""
 
     status: int
     headers: Mapping[str, str]
@@ -56,12 +52,7 @@ class Answer(NamedTuple):
 
 
 class Gate:
-    """Decides about requests, and serves the files.
-
-    Args:
-        host: what the server listens on.
-        key: of the session; the page gives it in its first message.
-    """
+    """Decides about requests, and serves the files."""
 
     def __init__(self, host: str, port: int, key: str) -> None:
         names = [host] if host not in _LOOPBACK else list(_LOOPBACK)
@@ -73,11 +64,7 @@ class Gate:
         self._files = {f"/{each.name}": each for each in files(__package__).joinpath("web").iterdir()}
 
     def answer(self, path: str, host: str | None, origin: str | None) -> Answer | None:
-        """Answer a request; None lets it become a socket.
-
-        Args:
-            path: what is asked for.
-        """
+        """Answer a request; None lets it become a socket."""
         if host is None or host.lower() not in self._hosts:
             return _refusal(421, "this server has another name")
         if origin is not None and origin.lower() not in self._origins:

@@ -45,9 +45,7 @@ class Keeper:
     """Keeps a monitor alive.
 
     Args:
-        setup: what the monitor starts with.
         listening: its socket, which outlives it.
-        say: takes a sentence for the user.
     """
 
     def __init__(

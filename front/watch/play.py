@@ -75,7 +75,6 @@ class Play:
     """The sessions of one command.
 
     Args:
-        listening: the socket of the page.
         folder: for recordings that are not kept, and copies of programs.
         stack: closes what outlives a session.
         key: that pages have to give, of a link that has been printed; None = a new one.

@@ -49,12 +49,7 @@ WRONG_KEY, FAILED, TOO_MANY = 1008, 1011, 1013
 
 
 class Server:
-    """Serves a monitor.
-
-    Args:
-        monitor: what pages look at.
-        pipe: ends when the scan process does; None without one.
-    """
+    """Serves a monitor."""
 
     def __init__(self, monitor: Monitor, gate: Gate, pipe: Connection | None = None) -> None:
         self._monitor, self._gate, self._pipe = monitor, gate, pipe

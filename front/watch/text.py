@@ -25,12 +25,7 @@ EVENTS = 8
 
 
 class TextView:
-    """Shows a session in the terminal; a listener of the scan loop that does not delay it.
-
-    Args:
-        session: has the pause and the speed.
-        pacer: counts the scans that begin late.
-    """
+    """Shows a session in the terminal; a listener of the scan loop that does not delay it."""
 
     def __init__(self, name: str, rack: Rack, session: Session, pacer: AdjustablePace) -> None:
         self._name, self._rack, self._session, self._pacer = name, rack, session, pacer

@@ -46,7 +46,6 @@ class Block(NamedTuple):
 
     Attributes:
         scans: for each the rack's memory before the logic, and whether the modules update their inputs.
-        length: how many scans.
     """
 
     scans: Iterable[tuple[bytes, bool]]
@@ -72,7 +71,6 @@ class Outlook:
         possible: whether all of them can; otherwise nothing is foreseen.
 
     Args:
-        rack: the rack.
         sent: the output images in force, in order of the slots.
     """
 

@@ -39,9 +39,7 @@ class Cpu:
     Use it as a context manager, or call `close` at the end: that closes the listeners.
 
     Attributes:
-        rack: the rack.
         forces: the forces; changes take effect with the next scan.
-        period_ns: time from scan to scan.
         pacer: what makes scans wait; its overruns count the late ones.
         fault: why the CPU stopped, or None.
 
@@ -146,11 +144,7 @@ class Cpu:
         self._listeners.add(listener)
 
     def announce(self, event: Event) -> None:
-        """Tell the listeners of an event of the program's own, with the next scan.
-
-        Args:
-            event: not earlier than the latest scan.
-        """
+        """Tell the listeners of an event of the program's own, with the next scan."""
         self._phases.announce(event)
         self._ask_for_attention()
 
@@ -159,9 +153,6 @@ class Cpu:
 
         The next scan shows it, in its flags and on /forces. The program keeps the forces; the CPU only
         tells of them.
-
-        Args:
-            forces: the forced tags and their values, all of them.
         """
         self._tags_set_before = self._next_scan
         if forces != self._tag_forces:

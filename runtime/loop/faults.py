@@ -67,11 +67,7 @@ _BLAME = {
 
 
 class CpuFault(Exception):  # noqa: N818 - what the trade calls it
-    """The CPU has faulted: outputs are zero, modules stopped, listeners closed.
-
-    Attributes:
-        fault: why.
-    """
+    """The CPU has faulted: outputs are zero, modules stopped, listeners closed."""
 
     def __init__(self, fault: Fault) -> None:
         super().__init__(str(fault))

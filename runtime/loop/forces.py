@@ -34,7 +34,6 @@ class Forces:
     """The forces of a rack, changed by address at any time, in effect from the next scan on.
 
     Args:
-        rack: the rack whose images are forced.
         on_change: called after every change; the scan loop then asks for `commit`.
     """
 

@@ -81,7 +81,6 @@ class Listeners:
 
         Args:
             scan: number of the scan in which it became known.
-            event: the event.
             origin: `slot`, the number of the module's slot.
         """
         own = {"kind": event.kind, "name": event.name, "text": event.text}

@@ -54,8 +54,6 @@ class ScanPhases:
     `prepare` lists them again whenever that changes, so that a scan without forces does not ask about forces.
 
     Attributes:
-        program: the logic.
-        view: the present scan, as the logic sees it.
         listeners: hear of every scan and event.
         housekeeping: the last phase.
         order: the phases that have something to do.
@@ -179,13 +177,7 @@ class ScanPhases:
         self.stop_modules()
 
     def prepare(self, mode: CpuMode, *, tags_set: bool, tags_forced: bool) -> None:
-        """List the phases that have something to do in the next scan, and the cause of an error in each.
-
-        Args:
-            mode: of the CPU.
-            tags_set: a tag was set from outside before the next scan.
-            tags_forced: tags of the program are forced.
-        """
+        """List the phases that have something to do in the next scan, and the cause of an error in each."""
         idle = IDLE_PHASES[mode]
         logic_runs = "logic" not in idle
         first = logic_runs and self.view.first

@@ -27,7 +27,6 @@ class Card:
 
     Attributes:
         slot: number of the slot it goes into, from 1 (0 is the controller's own place).
-        module: what sits there.
         catalog: what it is sold as, such as "amci3601"; for the record only.
         firmware: its firmware, such as "4.1"; for the record only.
         words: what its words and bits are called; names in addresses follow from it.

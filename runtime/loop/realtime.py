@@ -35,7 +35,6 @@ class Outcome:
     """What became of a request to the system.
 
     Attributes:
-        name: what was asked for.
         refusal: why the system refused it; empty = it was granted.
         advice: what to do about a refusal.
     """

@@ -27,12 +27,6 @@ _WHOLE = slice(None)
 class ScansAhead:
     """Runs scans, by their phases or by rows.
 
-    Args:
-        phases: the phases of a scan.
-        rack: the rack.
-        exchange: how images cross the backplane.
-        period_ns: time from scan to scan.
-
     Attributes:
         enabled: False = every scan by its phases, as in tests and where scans are not a period apart.
         stop_requested: no further scan is to be run.

@@ -106,7 +106,6 @@ def scenarios(
     """Return a strategy of scenarios for a rack.
 
     Args:
-        spec: the rack.
         scans: length of a run; things happen within it.
         kinds: what is random, as far as it is possible.
         base: a scenario that is varied: parts of it are kept, others come on top.

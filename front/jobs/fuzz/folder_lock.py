@@ -51,7 +51,6 @@ def write_text(path: Path, text: str, used: Used = NOTHING) -> Path:
 
     Args:
         path: the file, in the campaign's folder.
-        text: its contents.
         used: files that are not replaced.
 
     Raises:

@@ -48,11 +48,9 @@ class Setup:
     """What is fuzzed, in words that can be sent to a worker.
 
     Attributes:
-        rack: path of the rack file.
         invariants: files with invariants.
         checks: standard invariants by name.
         scans: how long a run is.
-        kinds: what is random.
         notes: folder for what Hypothesis keeps.
     """
 

@@ -31,7 +31,6 @@ class LearnedScenario(NamedTuple):
     Attributes:
         rack: path of a rack file without anything that happens by time.
         scenario: what happened by time.
-        scans: how long the recording is.
     """
 
     rack: Path

@@ -14,7 +14,6 @@ def report(found: Counterexample, chart: Sequence[str], again: Sequence[str], ch
     """Return the text of a failure's report.
 
     Args:
-        found: the failure.
         chart: where its picture is, as a whole and around the failure.
         again: commands that show it again, and what can't.
         check: the command that looks whether a changed program still breaks.

@@ -53,10 +53,7 @@ class BrokenInvariant:
     """An invariant that did not hold.
 
     Attributes:
-        invariant: its name.
         sentence: what should have held.
-        scan: number of the scan.
-        now_ns: its virtual time, ns since power-up.
         why: in which way it did not.
         shows: what each slot shows at the end of that scan, in words, and where the program's sequences wait.
         rules: sentences of the manual's rules that fired in that scan, and of an adapter's refusals,
@@ -91,7 +88,6 @@ class Verdict:
     """What a run came to.
 
     Attributes:
-        scans: number of scans run.
         rules: how often each rule of the manual fired, by id.
         broken: the first invariant that did not hold, or None.
         spent: what the time went to, ns.
@@ -141,8 +137,6 @@ class _InvariantWatch:
     """An invariant in one run.
 
     Attributes:
-        invariant: which.
-        watch: looks at every scan.
         broken: whether it was broken in the scan before: a failure counts once, until it holds again.
     """
 
@@ -158,7 +152,6 @@ class _Watcher(ScanListener):
     """A listener that looks at every scan and stops the CPU when an invariant is broken.
 
     Args:
-        asked: the invariants.
         known: keys of failures that are passed over: the run goes on past them.
         place: returns what a failure is known by where no rule has fired.
     """
@@ -278,9 +271,6 @@ class TrialBench:
     """What does not change from trial to trial.
 
     Attributes:
-        spec: the rack, as its file describes it.
-        fresh_logic: makes fresh logic.
-        invariants: what must hold.
         scans: how long a run is.
         tags_of: the tags of a logic by name.
     """
@@ -307,9 +297,7 @@ class TrialBench:
         """Run the program in a scenario until an invariant is broken or the time is over.
 
         Args:
-            scenario: what surrounds it.
             without: names of invariants that are not asked, and keys of failures that do not count.
-            listeners: makes further listeners for the rack, a recorder for one.
             aloud: show what the program prints.
 
         Raises:
@@ -328,9 +316,6 @@ class _Run:
     """One run: a new rack, a new logic, fresh watches.
 
     Args:
-        bench: what does not change.
-        scenario: what surrounds the program.
-        without: names of invariants that are not asked, and keys of failures that do not count.
         traced: find the lines that write outputs, which makes the program slower.
     """
 

@@ -35,8 +35,6 @@ class Counterexample:
     """A scenario in which an invariant is broken.
 
     Attributes:
-        scenario: the smallest that was found.
-        broken: what is broken.
         after: number of runs until it was first broken.
     """
 
@@ -51,8 +49,6 @@ class SearchReport:
 
     Attributes:
         runs: number of runs, those of shrinking included.
-        scans: scans in all of them.
-        rules: how often each rule of the manual fired.
         found: what was found, each invariant once.
         firsts: the scenario in which a rule fired first, by the rule's id.
         shrinking: how many of the runs were to shrink what was found.
@@ -118,13 +114,9 @@ def search(
     until the examples are used up. Failures of one invariant differ by their cause.
 
     Args:
-        bench: the program and what must hold.
-        strategy: the scenarios.
         examples: how many are tried in all, less those of shrinking.
         start: seed of the search; the same seed finds the same.
         known: names of invariants, and keys of failures, that are not looked for.
-        progress: called with the number of runs so far.
-        confirm: asked of every failure before it is reported.
 
     Raises:
         InvariantError: an invariant raised.
@@ -162,10 +154,8 @@ def undisturbed(
     """Run one scenario, before anything is random; return what is broken in it, each failure once.
 
     Args:
-        bench: the program and what must hold.
         scenario: an empty one, or what a recording shows.
         known: names of invariants that are not asked, and keys of failures that do not count.
-        confirm: asked of every failure before it is reported.
 
     Raises:
         InvariantError: an invariant raised.
@@ -205,11 +195,7 @@ def shrunk(
 
 
 class _Hunt:
-    """A search until something is broken.
-
-    Attributes:
-        used: number of examples used.
-    """
+    """A search until something is broken."""
 
     def __init__(
         self,
@@ -277,7 +263,6 @@ def unsteady(found: Counterexample, uses: str = "") -> str:
     """Return that a program does not do the same twice, and why.
 
     Args:
-        found: what it broke in one run only.
         uses: what it was seen to use, such as "the clock (line.py:12)"; empty if nothing was seen.
     """
     why = f"It uses {uses}." if uses else UNSEEN

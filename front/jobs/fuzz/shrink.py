@@ -49,8 +49,6 @@ def smallest(
     """Return the smallest scenario that breaks the same, and how it does.
 
     Args:
-        scenario: breaks something.
-        broken: what it breaks.
         breaks: runs a scenario; returns what it breaks if that is the same failure, else None.
         inputs: of each slot the inputs that may be pressed, the simplest first.
         scan_ns: time from scan to scan; times that are tried are multiples of it.
@@ -62,12 +60,7 @@ def smallest(
 
 
 class _Shrinker:
-    """A scenario on its way to the smallest one.
-
-    Attributes:
-        scenario: the smallest so far.
-        broken: what it breaks.
-    """
+    """A scenario on its way to the smallest one."""
 
     def __init__(
         self,

@@ -35,11 +35,7 @@ def declared_axes(logic: ScanLogic) -> dict[int, str]:
 
 
 def standing(sequence: Sequence, scan: int) -> Step:
-    """Return the present wait of a sequence.
-
-    Args:
-        scan: number of the present scan.
-    """
+    """Return the present wait of a sequence."""
     file = Path(sequence.file or "").name
     line = sequence.line or 0
     return Step(scan, sequence.since_ns, sequence.name, file, line, sequence.waits_for)

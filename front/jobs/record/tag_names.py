@@ -32,7 +32,6 @@ class NamedValue:
     """A value of a Python program.
 
     Attributes:
-        name: its name, such as `line.step`.
         type: BOOL, LINT, LREAL, ENUM or TEXT.
         source: the expression that reads it.
         members: of an ENUM: its members in order.

@@ -27,7 +27,6 @@ def build_rack(spec: RackSpec, ports: ExitStack | None = None, *, handled: bool 
     Chance in slot n is seeded with the rack's seed and n, so that slots do not repeat each other.
 
     Args:
-        spec: the specification.
         ports: closes the real ports that are opened; None = there must be none.
         handled: incidents may happen to every module while the rack runs, see `ExposedModule.happen`.
 
@@ -88,16 +87,7 @@ def build_cpu(
     pacer: Pacer | None = None,
     watchdog: Watchdog | None = None,
 ) -> Cpu:
-    """Make the CPU that runs `logic` on `rack` as `spec` says, its forces set.
-
-    Args:
-        spec: the specification.
-        logic: called once per scan.
-        rack: the rack of `build_rack`.
-        listeners: called with every scan and event.
-        pacer: makes scans wait for the wall clock; as fast as possible if left out.
-        watchdog: ends logic that does not come back; the rack's if left out.
-    """
+    """Make the CPU that runs `logic` on `rack` as `spec` says, its forces set."""
     cpu = Cpu(
         rack,
         logic,

@@ -34,9 +34,7 @@ class ProgramEdit:
     """An edit of the running program.
 
     Attributes:
-        number: of the edit, from 1.
         at_ns: time of the first scan after it.
-        name: of the program.
         text: a sentence about its tags.
         tags: the new ones, those of another type, and those that are gone.
     """
@@ -57,7 +55,6 @@ class RunProgram:
         on_edit: called with every edit.
 
     Args:
-        logic: the first program.
         handled: whether the rack can be operated.
         editions: brings the programs of edits; without them there can be none.
     """
@@ -141,12 +138,7 @@ def _debugger_of(logic: ScanLogic) -> Debugger | None:
 
 
 class RecordsEdits:
-    """A recorder that attaches the files of an edit ahead of its order; a listener of the scan loop.
-
-    Args:
-        recorder: the recorder.
-        editions: has the files.
-    """
+    """A recorder that attaches the files of an edit ahead of its order; a listener of the scan loop."""
 
     def __init__(self, recorder: ScanRecorder, editions: Editions) -> None:
         self._recorder, self._editions = recorder, editions

@@ -41,7 +41,6 @@ class Unheard:
 
     Attributes:
         scan: the scan in which they changed last.
-        words: which output words.
         bit: the name of the move's bit.
     """
 
@@ -59,11 +58,7 @@ class Unheard:
 
 
 class SlotHints:
-    """Watches one module.
-
-    Attributes:
-        unheard: parameters that no move has taken yet, or None.
-    """
+    """Watches one module."""
 
     def __init__(self, slot: Slot, wired: int, tell: Callable[[str], None]) -> None:
         self.number = slot.number
@@ -108,9 +103,7 @@ class Hints:
     """A listener that watches all modules with the words of a 3601.
 
     Args:
-        rack: the rack.
         spec: what its machines are wired to.
-        tell: takes a hint.
         places: by slot: the line of the program that declares the axis there, if one does.
     """
 

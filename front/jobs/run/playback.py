@@ -32,9 +32,7 @@ class Score:
     """What is repeated.
 
     Attributes:
-        numbers: of the scans.
         times: when they were, ns.
-        flags: what the CPU was doing.
         forces: number of a scan -> the forces in effect from it on, all of them, by address.
     """
 
@@ -52,15 +50,6 @@ class Playback(Cpu):
     """A CPU whose scans are those of a recording: their numbers, times, modes and forces.
 
     Call `play`; the listeners hear of every scan.
-
-    Args:
-        score: what is repeated, at least one scan.
-        rack: the rack, just powered up.
-        logic: called once per scan, in the modes in which logic runs.
-        period_ns: nominal time from scan to scan.
-        exchange: how images cross the backplane.
-        listeners: called with every scan and event.
-        watchdog: ends logic that does not come back.
     """
 
     def __init__(
@@ -183,8 +172,6 @@ class Stimulus:
     """A stimulus of a recording.
 
     Attributes:
-        at_ns: when it was.
-        slot: the slot of the module.
         input: the module's input.
         energised: its level from then on; None = as the machine's switch or station says.
     """
@@ -202,7 +189,6 @@ def stimulated(machine: MachineSpec, stimuli: Iterable[Stimulus], *, switches: b
     theirs and is let go is de-energised.
 
     Args:
-        machine: the machine.
         stimuli: those of its slot, in order of time.
         switches: whether the machine's switches act, too; if not, the stimuli give all levels.
     """

@@ -28,7 +28,6 @@ class RetainedMemory:
 
     Args:
         job: runs a ladder program.
-        path: its file.
         trace: the recording, None without one.
         keep: how many earlier recordings are kept, see `keeping_of`.
 

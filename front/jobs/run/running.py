@@ -80,10 +80,7 @@ class JobRun:
     """A job on a new rack, powered up and not yet scanned.
 
     Attributes:
-        rack: the rack.
-        cpu: the CPU that runs the program.
         repeated: gives the orders of a recorded session; None without them.
-        program: the program.
         hints: what the program may have meant otherwise.
         stubs: the stubs in use, see `Job.stubs`.
         steps: the waits of the program's sequences at the end of the run, a sentence each; none after a

@@ -33,7 +33,6 @@ class Why:
     """Answers about one scan of a rack.
 
     Args:
-        row: row of the scan in question.
         spec: the rack; None if a trace does not say what made it.
         load: how the Python program is loaded again; None for one that has no lines.
         by_rung: of a ladder program at that scan: the last change of a tag, see `Debugger.cause`.

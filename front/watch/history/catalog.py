@@ -37,7 +37,6 @@ class PageRoutine:
     """A routine that a page shows.
 
     Attributes:
-        name: its name.
         rungs: its rungs by number; none of structured text.
         lines: numbers of its lines of structured text.
         names: the tags that it shows.
@@ -64,11 +63,7 @@ NOTHING_SHOWN = PageRoutine("", {}, (), ())
 
 
 class Catalog:
-    """A ladder program as pages get it.
-
-    Args:
-        program: the program.
-    """
+    """A ladder program as pages get it."""
 
     def __init__(self, program: LadderLogic) -> None:
         self._program = program
@@ -272,11 +267,7 @@ def shown_value(value: object) -> Any:
 
 
 class PythonSource:
-    """The text of a program in Python as pages get it, as it was loaded.
-
-    Args:
-        file: its file.
-    """
+    """The text of a program in Python as pages get it, as it was loaded."""
 
     def __init__(self, file: Path) -> None:
         self._name = file.name
@@ -295,11 +286,7 @@ class PythonSource:
         return f"{self._name}.{line}" if Path(file).name == self._name else None
 
     def show(self, names: tuple[str, ...]) -> tuple[PageRoutine, Json]:
-        """Return what a page shows of it, and the answer with its text.
-
-        Args:
-            names: its values.
-        """
+        """Return what a page shows of it, and the answer with its text."""
         lines = [{"number": number, "text": text} for number, text in enumerate(self._lines, 1)]
         answer = {"routine": self._name, "file": self._name, "text": lines, "names": list(names)}
         return PageRoutine(self._name, {}, (), names), answer

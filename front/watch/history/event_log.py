@@ -60,9 +60,6 @@ class States(Protocol):
 class EventLog:
     """Events, in the order in which they became known.
 
-    Args:
-        kept: how many are kept at least.
-
     Attributes:
         begin: number of the first event that is kept.
         earlier: what stood before the first event; None if nothing did.

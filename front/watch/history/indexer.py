@@ -47,13 +47,7 @@ class Indexer:
 
     Args:
         programs: the program, and what edits made of it; they have no routines in Python.
-        slots: the words of the modules, in the order of the rack's memory.
-        period_ns: time from scan to scan.
-        recorded: what was recorded of a session beside its rows.
         keep: takes the values.
-
-    Attributes:
-        next: the scan that comes next.
     """
 
     def __init__(

@@ -100,14 +100,7 @@ def _counted(stretch: Sequence[bool]) -> Point:
 
 
 class ValueHistory:
-    """Values of a program in Python, by the scans at which they were looked at.
-
-    Args:
-        period_ns: time from scan to scan.
-
-    Attributes:
-        period_ns: the same.
-    """
+    """Values of a program in Python, by the scans at which they were looked at."""
 
     def __init__(self, period_ns: int) -> None:
         self.period_ns = period_ns
@@ -136,13 +129,7 @@ class ValueHistory:
 
 
 class TagLanes:
-    """Points of tags, of any scans.
-
-    Args:
-        timeline: the rows.
-        shadow: runs the scans of a ladder program again; None without one.
-        told: the values of a program in Python.
-    """
+    """Points of tags, of any scans."""
 
     def __init__(self, timeline: Timeline, shadow: Shadow | None, told: ValueHistory) -> None:
         self._timeline, self._shadow, self._told = timeline, shadow, told
@@ -153,10 +140,7 @@ class TagLanes:
         """Return a piece of the latest scans; of too many, that of the last ones.
 
         Args:
-            names: the tags.
             all_names: those of all pages, so that pages that show the same scans have them run once.
-            first: the first scan.
-            last: the last one.
         """
         if self._shadow is None or self._shadow.is_impure:
             return self._looked_at(names, first, last)

@@ -13,11 +13,7 @@ KEPT = 1 << 16
 
 
 class Recent:
-    """Rows in the order of their scans, the latest `KEPT` and up to as many more.
-
-    Args:
-        dtype: of the rows.
-    """
+    """Rows in the order of their scans, the latest `KEPT` and up to as many more."""
 
     def __init__(self, dtype: np.dtype[Any]) -> None:
         self.dtype = dtype

@@ -163,12 +163,6 @@ class SessionScans:
 class Shadow(Replayer):
     """A ladder program that repeats scans of a session.
 
-    Args:
-        program: the program.
-        slots: numbers of the slots, in the order of the rack's memory.
-        timeline: the rows.
-        kept: the values.
-
     Attributes:
         is_impure: there are routines in Python, so that no scan can be repeated.
     """

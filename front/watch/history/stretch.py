@@ -29,12 +29,9 @@ class Stretch:
 
     Args:
         number: number of edits before it.
-        first: its first scan.
         logic: the program; None if it is not known, or must not be run.
         file: of the program.
         lacks: why there is nothing to show of it; "" if there is.
-        slots: numbers of the slots, in the order of the rack's memory.
-        timeline: the rows.
         told: the values of a program in Python.
         kept: its values.
 
@@ -82,11 +79,7 @@ class Stretch:
         return Shadow(self.logic, self._slots, self._timeline, self.kept)
 
     def described(self, values: Mapping[str, object]) -> Json:
-        """Return routines and tags as a page gets them.
-
-        Args:
-            values: of a program in Python, as far as they are known.
-        """
+        """Return routines and tags as a page gets them."""
         if self.catalog is not None:
             return {"routines": self.catalog.routines(), "tags": self.catalog.tags(), "lacks": ""}
         kinds = {bool: "BOOL", int: "LINT", str: "TEXT"}
@@ -104,13 +97,7 @@ class Stretch:
 
 
 class Stretches:
-    """The programs of a session or a recording.
-
-    Args:
-        slots: numbers of the slots, in the order of the rack's memory.
-        timeline: the rows.
-        told: the values of a program in Python.
-    """
+    """The programs of a session or a recording."""
 
     def __init__(self, slots: list[int], timeline: Timeline, told: ValueHistory) -> None:
         self._slots, self._timeline, self._told = slots, timeline, told

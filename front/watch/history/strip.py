@@ -92,8 +92,6 @@ def piece_of(rows: Rows, before: Rows, signals: Signals, period_ns: int, most: i
     Args:
         rows: in order; there may be gaps.
         before: the row before them, or none: the first row then begins every signal.
-        signals: what to show.
-        period_ns: time from scan to scan.
         most: points of a position, if there are no gaps.
 
     Returns:

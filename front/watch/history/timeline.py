@@ -30,15 +30,7 @@ WINDOW = 8192
 
 
 class Timeline:
-    """Rows by scan.
-
-    Args:
-        recent: the latest rows; none for a recording.
-        path: of the trace, which may be growing; None without one.
-
-    Attributes:
-        path: the same, of the present session.
-    """
+    """Rows by scan."""
 
     def __init__(self, recent: Recent, path: Path | None) -> None:
         self.recent = recent

@@ -14,9 +14,6 @@ PER_SLOT = 3
 class MachineFigures:
     """Reads the machines of a rack; see `runtime.live.tap.Figures`.
 
-    Args:
-        rack: the rack.
-
     Attributes:
         slots: the slots with a machine that can be looked at, `PER_SLOT` numbers each.
     """

@@ -32,7 +32,6 @@ class Values:
     """The values of a program before a scan.
 
     Attributes:
-        scan: number of the scan.
         values: by identifier of the variable, see `ladder.debug.replay`.
         program: number of edits before it.
         truths: power of the scan before, of a program with routines in Python, which is always interpreted.
@@ -49,7 +48,6 @@ class Inputs:
     """Inputs of a scan beside its images and its time.
 
     Attributes:
-        scan: number of the scan.
         writes: values set from outside since the scan before: identifier, element, value.
         forces: what is forced from this scan on.
         images: the input images as the program read them; None = those of the rack.
@@ -64,12 +62,7 @@ class Inputs:
 
 
 class LadderNotes:
-    """Writes what a monitor needs of a ladder program; see `runtime.live.tap.Notes`.
-
-    Args:
-        debugger: runs the program.
-        records: where to.
-    """
+    """Writes what a monitor needs of a ladder program; see `runtime.live.tap.Notes`."""
 
     def __init__(self, debugger: Debugger, records: Records) -> None:
         self._debugger, self._records = debugger, records

@@ -32,7 +32,6 @@ class PythonNotes:
     Args:
         logic: returns the program; another one after an edit.
         patterns: the values that the rack file records; all if it names none.
-        tell: takes messages for the monitor.
     """
 
     def __init__(

@@ -38,7 +38,6 @@ class Elsewhere:
         """Ask why a recorded value of a Python program is what it is; the answer goes to the page.
 
         Args:
-            trace: path of the recording.
             more: the latest scans, which may not be written yet; it is about the last one.
         """
         scan = more.scan[-1]

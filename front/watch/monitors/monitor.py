@@ -49,7 +49,6 @@ class About:
 
     Attributes:
         path: of the rack file, or of the trace.
-        read_only: orders are refused.
         live: there are real ports.
         record: path of the recording that is kept; None without one.
         branches: whether a page may begin a branch.
@@ -67,10 +66,6 @@ class About:
 
 class Subject:
     """A rack and its program, as pages show them.
-
-    Args:
-        machines: the slots with figures in the rows.
-        trace: path of the recording; None without one.
 
     Attributes:
         programs: its programs by scan; one at least before a page comes.
@@ -129,11 +124,6 @@ class Subject:
 
 class Monitor(ABC):
     """What pages look at.
-
-    Args:
-        about: what it is about.
-        subject: the rack and its program.
-        states: what stood in a scan.
 
     Attributes:
         latest: the row of the latest scan; None before the first.

@@ -24,15 +24,12 @@ class Page:
 
     Attributes:
         program: the program that it has been told of; None before its first message.
-        shown: the routine that it shows.
         watched: tags that it wants beside those of the routine.
         lanes: tags in its timing strip.
         lanes_at: the scan that their lanes have come to; None before the first frame.
         past: the scan that it looks at; None = the latest.
-        row: the row of that scan, once it has been read.
         place: the place of the row in `Recent` that its strip has come to; None before the first frame.
         events: number of the next event for it; None before the first frame.
-        last: what it was sent last.
         outbox: messages that go before the next frame.
         due: set when there is something to send.
     """

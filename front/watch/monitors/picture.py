@@ -25,12 +25,7 @@ DEEP = ("words", "values", "machine", "power", "tags")
 
 @dataclass(frozen=True, slots=True)
 class Places:
-    """Where things are in a row.
-
-    Attributes:
-        slots: the words of the modules, in the order of the rack's memory.
-        machines: the slots with figures, in their order.
-    """
+    """Where things are in a row."""
 
     slots: Mapping[int, ModuleWords]
     machines: Sequence[int]

@@ -52,13 +52,9 @@ class Setup:
     """What the scan process gives a monitor.
 
     Attributes:
-        about: what pages get about the session.
-        key: that pages have to give.
         host: what the server listens on.
-        machines: the slots with figures in the ring's rows.
         trace: path of the recording, which may be a temporary one.
         programs: those that have run so far, the latest last.
-        started: how often a monitor was started before.
     """
 
     shape: RingShape
@@ -102,12 +98,7 @@ class Loader:
 
 
 class SessionMonitor(Monitor):
-    """What pages look at while a rack runs.
-
-    Args:
-        setup: what the scan process says.
-        pipe: orders go through it.
-    """
+    """What pages look at while a rack runs."""
 
     def __init__(self, setup: Setup, ring: Ring, pipe: Connection) -> None:
         self._loader = Loader(setup.about.path)

@@ -53,7 +53,6 @@ class TraceMonitor(Monitor):
     """What pages look at of a recording.
 
     Args:
-        about: what pages get about it.
         sources: its programs, in the order of their scans; one at least.
         first: the scan that pages begin with; None = the last one.
         branch: prepares a session that repeats the recording up to a scan, ValueError if that can't be.

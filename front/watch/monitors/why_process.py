@@ -30,7 +30,6 @@ def answer(path: str, what: str, scan: str, more: Columns) -> dict[str, Any]:
     """Return the answer to a question about a scan of a recording, or why there is none.
 
     Args:
-        scan: the number of the scan.
         more: the latest scans, which may not be written yet.
     """
     try:

@@ -27,7 +27,6 @@ class Task:
     Attributes:
         number: which one, from 0; its seed follows from it.
         examples: how many scenarios it tries.
-        known: names of invariants that it does not look for.
         base: a scenario that it varies.
     """
 
@@ -56,13 +55,9 @@ def campaign(
     """Run tasks until all are done, or until `go_on` returns False; the state holds the results.
 
     Args:
-        work: does a task.
         state: what is known; it is added to.
         executor: makes the executor, and again if its workers die.
-        examples: scenarios per task.
         tasks: how many tasks; None = until `go_on` says no.
-        jobs: how many at a time.
-        known: names of invariants that are not looked for.
         go_on: asked after every task.
         news: called after every task with its findings.
 

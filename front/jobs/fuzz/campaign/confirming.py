@@ -15,20 +15,12 @@ from .fresh import in_other_surroundings
 
 @dataclass(frozen=True, slots=True)
 class Confirmation:
-    """Asks another process whether a failure happens there, too.
-
-    Attributes:
-        setup: what is searched.
-    """
+    """Asks another process whether a failure happens there, too."""
 
     setup: Setup
 
     def __call__(self, found: Counterexample, without: Collection[str]) -> bool:
         """Return whether it does.
-
-        Args:
-            found: the failure.
-            without: names of invariants that are not asked, and keys of failures that do not count.
 
         Raises:
             UnsteadyError: it does not, which is the program's doing.

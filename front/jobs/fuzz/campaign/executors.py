@@ -151,9 +151,7 @@ def executor_of(jobs: int, dask: str | None, say: Say = lambda _text: None) -> C
     """Return what makes the executor: this process, a pool of processes, or a Dask cluster.
 
     Args:
-        jobs: how many tasks at a time.
         dask: address of the cluster's scheduler; None = there is no cluster.
-        say: called with what the user should know while the cluster is at work.
 
     Raises:
         ValueError: when the executor is made: the cluster's library is missing, or nothing answers.

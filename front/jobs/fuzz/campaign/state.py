@@ -34,10 +34,6 @@ class State:
 
     Attributes:
         rack: path of what is searched, as it was given; empty before the first run.
-        tasks: number of tasks done, all of those before included.
-        runs: number of runs.
-        scans: scans in all of them.
-        rules: how often each rule of the manual fired.
         corpus: by a rule's id, the scenario in which it fired first; by `RECORDING`, that of a recording;
             by a failure's key, one that broke something once and does not any more.
         found: of each failure the smallest scenario, by the failure's key.

@@ -48,9 +48,6 @@ class Apart:
 
     The worker of a cluster may do several tasks in threads of one process, which modules that a program
     imports, and the redirected output, do not survive.
-
-    Attributes:
-        work: does the task there.
     """
 
     work: Work

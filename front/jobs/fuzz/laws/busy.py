@@ -95,22 +95,13 @@ def _limit_ns(trip_ns: int, *, searches: bool) -> int:
 
 
 class Rests:
-    """Measures how long the axes of a program have rested under a command.
-
-    Args:
-        axes: a question for each.
-    """
+    """Measures how long the axes of a program have rested under a command."""
 
     def __init__(self, axes: Iterable[Question]) -> None:
         self._axes = [_Rest(each) for each in axes]
 
     def too_long(self, now_ns: int, *, linked: bool) -> str | None:
-        """Return the command that rests for too long, in words.
-
-        Args:
-            now_ns: virtual time of the scan.
-            linked: all links are good.
-        """
+        """Return the command that rests for too long, in words."""
         told = [each.too_long(now_ns, linked=linked) for each in self._axes]
         return next((each for each in told if each), None)
 

@@ -33,13 +33,7 @@ class InvariantError(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Invariant:
-    """A condition that must hold.
-
-    Attributes:
-        name: its short name.
-        sentence: what must hold, in words.
-        start: begins to watch a run.
-    """
+    """A condition that must hold."""
 
     name: str
     sentence: str

@@ -29,7 +29,6 @@ def within(limit: str, work: Any = None, *, after: Any = None, while_resting: bo
 
     Args:
         limit: machine time with its unit, such as "5 s".
-        work: what is awaited.
         after: what starts the clock of an invariant.
         while_resting: whether that clock runs in program mode, too.
 

@@ -136,13 +136,7 @@ class Moment:
         self.resting = False
 
     def move_on(self, scan: int, ns: int, flags: int) -> None:
-        """Show the end of another scan.
-
-        Args:
-            scan: its number.
-            ns: its virtual time, ns since power-up.
-            flags: its flags, see `ScanFlag`; the mode is among them.
-        """
+        """Show the end of another scan."""
         self.scan, self.ns = scan, ns
         if flags & MODE_MASK != self._mode:
             self._mode = flags & MODE_MASK

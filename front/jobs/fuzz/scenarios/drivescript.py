@@ -73,8 +73,6 @@ class DriveScript(ScanListener):
 
     Args:
         spec: the rack, without an `obstacle` for the slot.
-        slot: the slot's specification.
-        live: the slot itself.
     """
 
     def __init__(self, spec: RackSpec, slot: SlotSpec, live: Slot) -> None:

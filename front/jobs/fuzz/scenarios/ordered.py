@@ -18,14 +18,7 @@ from .scenario import Push, Scenario
 
 
 def with_orders(scenario: Scenario, given: Sequence[RecordedOrder], spec: RackSpec, end_ns: int) -> Scenario:
-    """Return a scenario with the orders of a session in it.
-
-    Args:
-        scenario: what acted on the inputs.
-        given: the orders.
-        spec: the rack.
-        end_ns: when the session ended.
-    """
+    """Return a scenario with the orders of a session in it."""
     incidents = [*scenario.incidents, *_incidents(given, spec), *_turns(given, spec, end_ns)]
     incidents.sort(key=lambda each: each.at_ns)
     pushes = (*scenario.pushes, *_pushes(given, spec, end_ns))

@@ -27,9 +27,6 @@ def rack_text(rack_file: Path, spec: RackSpec, scenario: Scenario, scans: int, f
 
     Args:
         rack_file: the rack file the scenario is laid over, TOML.
-        spec: what it says.
-        scenario: the scenario.
-        scans: how long the run is to be.
         folder: of the new file; the paths of the programs start there.
 
     Raises:
@@ -65,10 +62,6 @@ def rack_text(rack_file: Path, spec: RackSpec, scenario: Scenario, scans: int, f
 
 def bare_rack_text(rack_file: Path, program: str) -> str:
     """Return the text of a rack file in which nothing happens by time, and all controllers are simulated.
-
-    Args:
-        rack_file: the rack file, TOML.
-        program: the path of the program, from the new file's folder.
 
     Raises:
         OSError: the rack file can't be read.

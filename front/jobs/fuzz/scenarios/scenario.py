@@ -51,15 +51,7 @@ Versions = Annotated[tuple[tuple[int, str], ...], BeforeValidator(_versions), Pl
 
 @dataclass(frozen=True, slots=True)
 class Press:
-    """An input is held at a level for a time; on an input with a switch, the switch fails.
-
-    Attributes:
-        slot: of which module.
-        input: which.
-        energised: the level.
-        at_ns: from when on, ns since power-up.
-        for_ns: how long.
-    """
+    """An input is held at a level for a time; on an input with a switch, the switch fails."""
 
     __pydantic_config__ = NO_MORE_KEYS
 
@@ -72,14 +64,7 @@ class Press:
 
 @dataclass(frozen=True, slots=True)
 class Push:
-    """A contact of a card is operated for a time: a button, a selector switch.
-
-    Attributes:
-        slot: of which card.
-        input: which, as the rack file names it.
-        at_ns: from when on, ns since power-up.
-        for_ns: how long.
-    """
+    """A contact of a card is operated for a time: a button, a selector switch."""
 
     __pydantic_config__ = NO_MORE_KEYS
 
@@ -94,11 +79,7 @@ class Signal:
     """An analog input of a card has another value for a time.
 
     Attributes:
-        slot: of which card.
-        input: which, as the rack file names it.
         value: V or mA of a channel with a range, else the raw number.
-        at_ns: from when on, ns since power-up.
-        for_ns: how long.
     """
 
     __pydantic_config__ = NO_MORE_KEYS
@@ -112,12 +93,7 @@ class Signal:
 
 @dataclass(frozen=True, slots=True)
 class Shift:
-    """A machine whose switches are not where the drawing has them.
-
-    Attributes:
-        slot: of which module.
-        steps: by how much all of them are moved.
-    """
+    """A machine whose switches are not where the drawing has them."""
 
     __pydantic_config__ = NO_MORE_KEYS
 
@@ -130,9 +106,7 @@ class LostSteps:
     """Steps that a motor loses.
 
     Attributes:
-        slot: of which module.
         at: shaft position, steps.
-        steps: how many, 1 or more.
     """
 
     __pydantic_config__ = NO_MORE_KEYS
@@ -311,12 +285,7 @@ def one_at_a_time(rows: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
 def signal_entries(
     signals: Sequence[Signal], rows: Sequence[Mapping[str, Any]]
 ) -> list[dict[str, str | int | float]]:
-    """Return signals as rows of a card's timeline, each with the return to the value that it would have.
-
-    Args:
-        signals: the signals of one card.
-        rows: the timeline of its rack file.
-    """
+    """Return signals as rows of a card's timeline, each with the return to the value that it would have."""
     made: list[dict[str, str | int | float]] = []
     for each in signals:
         end_ms = (each.at_ns + each.for_ns) / 1e6
