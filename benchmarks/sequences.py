@@ -24,7 +24,7 @@ from math import inf
 from pathlib import Path
 from time import process_time
 
-from scanrack import Axis3601, Configuration, Cpu, Input, InputBit, Logic, Output, Rack, Scan, sequence
+from scanrack import Axis3601, Configuration, Cpu, Input, InputBit, Logic, LogicScan, Output, Rack, sequence
 from scanrack.io_images import Image
 from scanrack.io_images.amci3601.words import WORDS_3601
 from scanrack.jobs.load.program import load_program
@@ -100,16 +100,16 @@ class Side:
         commands: the output images with a command in word 0, each once in a row.
     """
 
-    def __init__(self, logic: Callable[[Scan], None]) -> None:
+    def __init__(self, logic: Callable[[LogicScan], None]) -> None:
         self.logic = logic
         machine = Machine(MachineSpec(switches=(Switch(InputBit.HOME, -1500, -1300),)))
         self.module = Amci3601("4.1", machine)
         self.rack = Rack([Card(1, self.module, "amci3601", "4.1", WORDS_3601), Card(2, Still())])
         self.commands: list[list[int]] = []
-        self.scan: Scan | None = None
+        self.scan: LogicScan | None = None
         self.cpu = Cpu(self.rack, self._keep, PERIOD_NS)
 
-    def _keep(self, scan: Scan) -> None:
+    def _keep(self, scan: LogicScan) -> None:
         self.scan = scan
         self.logic(scan)
 
@@ -137,7 +137,7 @@ class Side:
         return took
 
 
-def loop(scan: Scan) -> None:
+def loop(scan: LogicScan) -> None:
     """Do nothing: what the measurement itself costs."""
 
 

@@ -1,6 +1,6 @@
 """What must hold of the feeder, whatever happens around it: `scanrack fuzz feeder.toml -i must_hold.py`."""
 
-from scanrack import always, never, within
+from scanrack import always, eventually, never
 from scanrack.jobs.fuzz import Moment
 
 
@@ -16,7 +16,7 @@ def one_motion_command(now: Moment) -> object:
     return now.slot[1].motions <= 1
 
 
-@within("100 ms", after=lambda now: now.slot[1].status.IN_ESTOP)
+@eventually("100 ms", after=lambda now: now.slot[1].status.IN_ESTOP)
 def stands_still(now: Moment) -> object:
     """At most 100 ms from emergency stop to zero speed."""
     return not now.slot[1].moving

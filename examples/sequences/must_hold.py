@@ -1,6 +1,6 @@
 """What must hold of every program here, whatever happens: `scanrack fuzz stations.toml -i must_hold.py`."""
 
-from scanrack import always, never, within
+from scanrack import always, eventually, never
 from scanrack.jobs.fuzz import Moment
 
 
@@ -10,7 +10,7 @@ def one_motion_command(now: Moment) -> object:
     return all(slot.motions <= 1 for slot in now.slot.values())
 
 
-@within("100 ms", after=lambda now: now.slot[1].status.IN_ESTOP)
+@eventually("100 ms", after=lambda now: now.slot[1].status.IN_ESTOP)
 def stands_still(now: Moment) -> object:
     """At most 100 ms from emergency stop to zero speed."""
     return not now.slot[1].moving

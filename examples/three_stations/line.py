@@ -5,7 +5,7 @@ as in the tutorial. `logic` is called once per scan; what it has to remember
 between scans is in `line`.
 """
 
-from scanrack import Configuration, Idle, InputBit, Move, MoveKind, PresetPosition, Scan, StatusView
+from scanrack import Configuration, Idle, InputBit, LogicScan, Move, MoveKind, PresetPosition, StatusView
 
 STATIONS = (0, 4000, 8000)
 
@@ -27,7 +27,7 @@ class Line:
 line = Line()
 
 
-def logic(scan: Scan) -> None:
+def logic(scan: LogicScan) -> None:
     """Do one scan."""
     status = StatusView(scan.slot[1].inputs)
     outputs = scan.slot[1].outputs

@@ -25,7 +25,7 @@ pulse, pulse_before = program.declare("Pulse PulseBefore", BOOL)
 
 
 @program.routine
-def Main(rung: RungMaker) -> None:  # noqa: N802 - the name of a routine
+def Main(rung: RungMaker) -> None:
     """Stations are 4000 steps apart: 4 in the thousands of the target, word 2."""
     rung("S:FS", COP(configure, outputs, 8))
     rung(status.MODE_CONFIG, ~status.CONFIG_ERROR, FLL(0, outputs, 8))

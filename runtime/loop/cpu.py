@@ -21,10 +21,10 @@ from .listeners import Listeners, ScanListener
 from .pace import FreeRun, Pacer, Watchdog, WatchdogTimeout, stopping_on_interrupt
 from .phases import IDLE_PHASES, PHASES, Phase, ScanPhases
 from .rack import Rack
-from .scan import AttachedLogic, CpuMode, Scan, ScanFlag, ScanLogic, mode_name
+from .scan import AttachedLogic, CpuMode, LogicScan, ScanFlag, ScanLogic, mode_name
 from .scans_ahead import ScansAhead
 
-__all__ = ["PHASES", "Cpu", "CpuFault", "CpuMode", "Fault", "Scan", "ScanFlag", "ScanLogic"]
+__all__ = ["PHASES", "Cpu", "CpuFault", "CpuMode", "Fault", "LogicScan", "ScanFlag", "ScanLogic"]
 
 PERIOD_NS = 2_000_000
 """Default time from scan to scan."""
@@ -45,7 +45,7 @@ class Cpu:
 
     Args:
         rack: modules in their slots, just powered up.
-        logic: called once per scan with the `Scan`.
+        logic: called once per scan with the `LogicScan`.
         period_ns: time from scan to scan, at least 1 ns.
         exchange: how images cross the backplane; at the ends of the scan if left out.
         mode: the mode at power-up.

@@ -24,7 +24,7 @@ from .forces import Forces
 from .listeners import Listeners
 from .pace import Pacer, Watchdog
 from .rack import Rack
-from .scan import CpuMode, Scan, ScanFlag, ScanLogic
+from .scan import CpuMode, LogicScan, ScanFlag, ScanLogic
 
 PHASES = (
     "input_latch",
@@ -78,7 +78,7 @@ class ScanPhases:
         housekeeping: Phase,
     ) -> None:
         self.program = logic
-        self.view = Scan(rack.slots, period_ns)
+        self.view = LogicScan(rack.slots, period_ns)
         self.listeners = listeners
         self.housekeeping = housekeeping
         self.order: tuple[Phase, ...] = ()

@@ -31,7 +31,7 @@ class ScanFlag(IntFlag):
     RUN = 1 << 0
     TEST = 1 << 1
     FIRST_SCAN = 1 << 2
-    """First scan of the logic, see `Scan.first`."""
+    """First scan of the logic, see `LogicScan.first`."""
 
     INPUT_FORCES = 1 << 3
     OUTPUT_FORCES = 1 << 4
@@ -58,7 +58,7 @@ def mode_name(mode: CpuMode) -> str:
     return mode.name.lower().replace("_", " ")
 
 
-class Scan:
+class LogicScan:
     """What the logic gets: the scan it is called in, and the slots of the rack.
 
     Attributes:
@@ -84,7 +84,7 @@ class Scan:
         self.updated = True
 
 
-ScanLogic = Callable[[Scan], None]
+ScanLogic = Callable[[LogicScan], None]
 """A program: called once per scan, it reads input images and writes output images."""
 
 
@@ -92,7 +92,7 @@ ScanLogic = Callable[[Scan], None]
 class AttachedLogic(Protocol):
     """Logic that looks at the rack before its first scan, and has something to end."""
 
-    def __call__(self, scan: Scan) -> None:
+    def __call__(self, scan: LogicScan) -> None:
         """Do one scan."""
 
     def __attach_logic__(self, slots: Mapping[int, Slot]) -> None:

@@ -19,7 +19,7 @@ from scanrack.jobs.replay.replaying import Into, Replay
 from scanrack.jobs.run.build import build_cpu, build_rack
 from scanrack.runtime.config.rackspec import RackSpec, SlotSpec
 from scanrack.runtime.loop.cpu import Cpu
-from scanrack.runtime.loop.scan import CpuMode, Scan
+from scanrack.runtime.loop.scan import CpuMode, LogicScan
 from scanrack.traces.compare import EXACT
 from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.read.reader import open_trace
@@ -57,7 +57,7 @@ def logic_of(choices: list[int]):
     """Return logic that configures the module, and then writes what scan, an input bit and `first` choose."""
     choices = [1, 1, 0, *choices]
 
-    def logic(scan: Scan) -> None:
+    def logic(scan: LogicScan) -> None:
         bit = scan.slot[1].inputs[0] >> 12 & 1
         scan.slot[1].outputs.load(Image(WORDS[choices[(scan.number + bit + scan.first) // 3 % len(choices)]]))
 

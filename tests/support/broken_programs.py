@@ -21,7 +21,7 @@ from scanrack.io_images.amci3601 import (
     ResetErrors,
     StatusView,
 )
-from scanrack.jobs.fuzz import STANDARD, Invariant, TrialBench, never, search, within
+from scanrack.jobs.fuzz import STANDARD, Invariant, TrialBench, eventually, never, search
 from scanrack.jobs.fuzz.drawing import Kind, scenarios
 from scanrack.jobs.fuzz.run import NO_FAULT
 from scanrack.runtime.config.rackspec import RackSpec
@@ -124,13 +124,13 @@ def beyond_the_part(now):
     return now.slot[1].position > 501
 
 
-@within("60 ms", after=lambda now: now.slot[1].status.CONFIG_ERROR and now.slot[1].status.MODULE_OK)
+@eventually("60 ms", after=lambda now: now.slot[1].status.CONFIG_ERROR and now.slot[1].status.MODULE_OK)
 def configured(now):
     """A module without a configuration has one within 60 ms."""
     return not now.slot[1].status.CONFIG_ERROR
 
 
-@within("60 ms", after=lambda now: now.slot[1].status.COMMAND_ERROR or now.slot[1].status.INPUT_ERROR)
+@eventually("60 ms", after=lambda now: now.slot[1].status.COMMAND_ERROR or now.slot[1].status.INPUT_ERROR)
 def recovered(now):
     """An error is reset within 60 ms."""
     return not (now.slot[1].status.COMMAND_ERROR or now.slot[1].status.INPUT_ERROR)

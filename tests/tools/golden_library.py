@@ -17,11 +17,11 @@ from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from scanrack.commands.programs.run import run_job
-from scanrack.commands.programs.summary import RULES_OF_START
 from scanrack.commands.recordings.show import Contents, plain_lines, story
 from scanrack.io_images.amci3601 import StatusView, status_names
 from scanrack.io_images.image import UNSIGNED_MAX
 from scanrack.jobs.load.loading import load_job
+from scanrack.jobs.run.result import RULES_OF_START
 from scanrack.jobs.trust.extracting import attached_files
 from scanrack.jobs.trust.trust import stored_programs
 from scanrack.runtime.config.rackfile import load_rack_file

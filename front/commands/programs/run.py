@@ -14,6 +14,7 @@ import typer
 from ...jobs.load.loading import DEFAULT_RUN, Job, load_job, scans_to_run, with_tags
 from ...jobs.record.recording import NOTHING
 from ...jobs.run.build import check_ports
+from ...jobs.run.result import Tally, result_of
 from ...jobs.run.retained import RetainedMemory
 from ...jobs.run.running import JobRun, RunOptions
 from ...jobs.trust.owned import check_recording
@@ -25,7 +26,7 @@ from ...terminal.run_end import run_to_end
 from ...terminal.status import BAD_INPUT, CANNOT_WRITE, DONE, INTERRUPTED, NO, complain, reason
 from ...terminal.terminal import say
 from ...terminal.trace_options import ReplaceOption
-from .summary import Tally, summary, summary_row
+from .summary import summary, summary_row
 
 if TYPE_CHECKING:  # imported late: a run without a session does not need it
     from ...jobs.record.editions import Editions
@@ -99,9 +100,9 @@ def run_job(
         for each in () if run.repeated is None else run.repeated.refused:
             complain(each)
         took_ns = wall_ns() - start_ns
-        tally.end(run.rack)
+        result = result_of(run, tally, trace)
         if as_json:
-            say_json({"ended": ENDED[status], **summary_row(run, tally, took_ns, trace)})
+            say_json({"ended": ENDED[status], **summary_row(run, result, took_ns)})
         elif summarised and not quiet:
             say(_summary(run, tally, took_ns, pacer, trace))
         return status

@@ -2,88 +2,18 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from ...jobs.run.result import RunResult, Tally
+from ...jobs.run.running import JobRun
 from ...runtime.loop.events import JsonValue
 from ...runtime.loop.pace import LATE_FROM_NS, Pacer
-from ...runtime.loop.rack import Rack
-from ...traces.read.event_text import OF_ADAPTERS, describe, move_wording
-
-if TYPE_CHECKING:
-    from ...jobs.run.running import JobRun
+from ...traces.read.event_text import move_wording
 
 WIDTH = 14
 """Columns of the titles."""
-
-
-UNDER_WAY = "still under way at the end"
-
-RULES_OF_START = frozenset({"CER-01", "POS-01"})
-"""Rules that fire in every healthy start: nothing is configured, and no position is valid."""
-
-
-@dataclass(slots=True)
-class SeenError:
-    """A rule of the manual that set an error bit.
-
-    Attributes:
-        sentence: the rule, with its bits, its words and the first scan that shows it.
-        count: number of occurrences.
-    """
-
-    sentence: str
-    count: int = 0
-
-
-@dataclass(slots=True)
-class Tally:
-    """A listener that counts. Its size does not grow with the length of a run.
-
-    Attributes:
-        moves: number by (slot, kind, outcome).
-        errors: by (slot, rule), the first one first.
-        of_start: those of every start, see `RULES_OF_START`.
-    """
-
-    scans: int = 0
-    moves: Counter[tuple[JsonValue, JsonValue, JsonValue]] = field(default_factory=Counter)
-    errors: dict[tuple[JsonValue, JsonValue], SeenError] = field(default_factory=dict)
-    of_start: dict[tuple[JsonValue, JsonValue], SeenError] = field(default_factory=dict)
-
-    def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
-        """Count a move or an error."""
-        if topic != "/events":
-            return
-        if fields["kind"] == "move":
-            self.moves[fields["slot"], fields["name"], fields.get("outcome", "ended")] += 1
-        elif fields["kind"] in ("rule", *OF_ADAPTERS) and fields.get("bits"):
-            key = fields["slot"], fields["name"]
-            starts = fields["name"] in RULES_OF_START and key not in self.of_start
-            seen = self.of_start if starts else self.errors
-            seen.setdefault(key, SeenError(describe(topic, scan, fields))).count += 1
-
-    def end(self, rack: Rack) -> None:
-        """Count the moves in progress at the end of the run."""
-        for slot in rack.slots.values():
-            kind = getattr(slot.module, "under_way", None)
-            if kind is not None:
-                self.moves[slot.number, kind, UNDER_WAY] += 1
-
-    def scan(self, scan: int, now_ns: int, flags: int) -> None:
-        """Count a scan."""
-        self.scans += 1
-
-    def close(self) -> None:
-        """Do nothing: nothing is open."""
-
-    @property
-    def slots(self) -> int:
-        """Number of slots in the summary."""
-        return len({key[0] for key in (*self.moves, *self.errors, *self.of_start)})
 
 
 def seconds(time_ns: int) -> str:
@@ -127,36 +57,25 @@ def summary(
     return "\n".join(lines)
 
 
-def summary_row(run: JobRun, tally: Tally, took_ns: int, trace: Path | None) -> dict[str, object]:
+def summary_row(run: JobRun, result: RunResult, took_ns: int) -> dict[str, object]:
     """Return the summary for --json; times are in ns."""
     cpu = run.cpu
     fault = cpu.fault and {"scan": cpu.fault.scan, "now_ns": cpu.fault.now_ns, **cpu.fault.fields}
-    moves = [
-        {"slot": slot, "kind": kind, "outcome": outcome, "count": count}
-        for (slot, kind, outcome), count in tally.moves.items()
-    ]
     return {
-        "scans": tally.scans,
-        "time_ns": tally.scans * cpu.period_ns,
+        "scans": result.scans,
+        "time_ns": result.time_ns,
         "took_ns": took_ns,
         "overruns": cpu.pacer.overruns,
         "worst_late_ns": cpu.pacer.worst_late_ns,
         "fault": fault,
-        "moves": moves,
-        "errors": _rows(tally.errors),
-        "every_start": _rows(tally.of_start),
+        "moves": [asdict(each) for each in result.moves],
+        "errors": [asdict(each) for each in result.errors],
+        "every_start": [asdict(each) for each in result.every_start],
         "sequences": run.steps,
         "stubs": run.stubs,
-        "hints": run.hints.sentences(),
-        "trace": None if trace is None else str(trace),
+        "hints": result.hints,
+        "trace": None if result.trace is None else str(result.trace),
     }
-
-
-def _rows(seen: Mapping[tuple[JsonValue, JsonValue], SeenError]) -> list[dict[str, object]]:
-    return [
-        {"slot": slot, "rule": rule, "text": error.sentence, "count": error.count}
-        for (slot, rule), error in seen.items()
-    ]
 
 
 def _scans(scans: int, wall_ns: int) -> Iterator[str]:

@@ -1,13 +1,13 @@
 """Searches a user's logic for failures under random conditions.
 
-    from scanrack.jobs.fuzz import never, within
+    from scanrack.jobs.fuzz import never, eventually
 
     @never
     def command_error(now):
         "no COMMAND_ERROR ever"
         return now.slot[1].status.COMMAND_ERROR
 
-    @within("5 s", after=lambda now: now.slot[1].status.IN_ESTOP)
+    @eventually("5 s", after=lambda now: now.slot[1].status.IN_ESTOP)
     def stands_still(now):
         "at most 5 s from emergency stop to zero speed"
         return not now.slot[1].moving
@@ -16,7 +16,7 @@ Random surroundings (`scenario`) are tried one after the other (`trial`), each w
 and the rack is built again; what breaks an invariant is made small by `shrink`.
 """
 
-from .laws.invariants import Invariant, InvariantError, always, load_invariants, never, within
+from .laws.invariants import Invariant, InvariantError, always, eventually, load_invariants, never
 from .laws.scan_view import Moment, SlotMoment
 from .laws.standard import STANDARD
 from .run import BrokenInvariant, TrialBench, Verdict
@@ -38,9 +38,9 @@ __all__ = [
     "UnsteadyError",
     "Verdict",
     "always",
+    "eventually",
     "load_invariants",
     "never",
     "search",
     "undisturbed",
-    "within",
 ]

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import atexit
+import inspect
+import tempfile
 import traceback
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePath
+from typing import Any
 
 from pydantic import ValidationError
 
-from ...ladder import LadderLogic
+from ...ladder import LadderLogic, write_program
 from ...ladder.instructions.motion.axes import AxisSettings
 from ...ladder.model.errors import LadderError
 from ...ladder.model.stubs import Stub, Stubs
@@ -100,6 +104,46 @@ def load_job(rack: str, program: str | None = None) -> Job:
         return _job(spec, loaded, path, rack)
     path = _rack_path(rack)
     return _from_toml(path) if rack_form(path) is Form.DATA else _from_python(rack)
+
+
+def load_rack(rack: str | Path, program: Callable[..., Any] | str | Path | None = None) -> Job:
+    """Load a rack for `run`, `open_bench` and the like.
+
+    Args:
+        rack: path of a TOML file, or of a Python file (`path[:function]`).
+        program: runs in place of the rack's program: a `Controller`, a `Program`, a class of `Logic`, a
+            function of the scan, or the path of a file. A recording gets an object as the file that made it:
+            ladder logic as rung text, else the Python file of the function.
+
+    Raises:
+        ValueError: one of the files can't be used, or the program's file can't be found.
+    """
+    if program is None or isinstance(program, (str, Path)):
+        return load_job(str(rack), None if program is None else str(program))
+    spec, path = load_spec(str(rack))
+    logic = as_logic(program)
+    name = getattr(program, "name", None) or getattr(program, "__name__", type(program).__name__)
+    file = _rung_file(logic) if isinstance(logic, LadderLogic) else _source_file(program)
+    return _job(spec, _bound(spec, Program(file, name, logic, file.read_bytes()), path), path, str(rack))
+
+
+def _rung_file(logic: LadderLogic) -> Path:
+    """Write a program of this process as rung text; it stays as long as the process."""
+    folder = tempfile.TemporaryDirectory()
+    atexit.register(folder.cleanup)
+    file = Path(folder.name) / f"{logic.name}.rung"
+    write_program(logic, file)
+    return file
+
+
+def _source_file(program: Callable[..., Any]) -> Path:
+    made_by = program if inspect.isroutine(program) or isinstance(program, type) else type(program)
+    try:
+        return Path(inspect.getfile(made_by))
+    except (OSError, TypeError) as error:
+        raise ProgramError(
+            f"{program!r}: its file can't be found: no recording could be run again"
+        ) from error
 
 
 def with_tags(job: Job, patterns: Sequence[str]) -> Job:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from ...runtime.loop.rack import Slot
-from ...runtime.loop.scan import AttachedLogic, Scan, ScanLogic
+from ...runtime.loop.scan import AttachedLogic, LogicScan, ScanLogic
 
 
 class LogicWrapper:
@@ -14,7 +14,7 @@ class LogicWrapper:
     def __init__(self, logic: ScanLogic) -> None:
         self._logic = logic
 
-    def __call__(self, scan: Scan) -> object:
+    def __call__(self, scan: LogicScan) -> object:
         """Call the logic inside."""
         return self._logic(scan)
 

@@ -22,7 +22,7 @@ from ...runtime.loop.listeners import ScanListener
 from ...runtime.loop.pace import Watchdog
 from ...runtime.loop.phases import IDLE_PHASES
 from ...runtime.loop.rack import SLOT_BYTES, Rack
-from ...runtime.loop.scan import MODE_MASK, CpuMode, Scan, ScanFlag, ScanLogic
+from ...runtime.loop.scan import MODE_MASK, CpuMode, LogicScan, ScanFlag, ScanLogic
 from ...runtime.machine import MachineSpec, TimelineEntry
 from ..record.links import LinkChange
 
@@ -159,7 +159,7 @@ def recorded_outputs(score: Score, memory: Sequence[bytes]) -> ScanLogic:
     """Return logic that writes the output images of a recording, scan by scan."""
     written = (image for row, image in enumerate(memory) if "logic" not in IDLE_PHASES[score.mode(row)])
 
-    def logic(scan: Scan) -> None:
+    def logic(scan: LogicScan) -> None:
         image = next(written)
         for place, slot in enumerate(scan.slot.values()):
             slot.outputs.raw[:] = image[SLOT_BYTES * place : SLOT_BYTES * place + IMAGE_BYTES]

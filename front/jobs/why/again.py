@@ -21,7 +21,7 @@ from typing import Any
 
 from ...runtime.config.rackspec import RackSpec
 from ...runtime.loop.rack import Slot
-from ...runtime.loop.scan import Scan, ScanLogic
+from ...runtime.loop.scan import LogicScan, ScanLogic
 from ...traces.replay import Recording
 from ..record.wrapped import LogicWrapper
 from ..trust.attachments import forget_imported
@@ -160,7 +160,7 @@ class _TracedLogic(LogicWrapper):
         self.following: InputReplay
         self.found = Again(value=None if read is None else read())
 
-    def __call__(self, scan: Scan) -> None:
+    def __call__(self, scan: LogicScan) -> None:
         self._reads.watch(scan.slot)
         if self.following.row not in self._rows:
             self._logic(scan)

@@ -18,7 +18,7 @@ from ...runtime.live import orders
 from ...runtime.live.orders import ALL, Order
 from ...runtime.live.ring import Rows
 from ...runtime.loop.rack import SLOT_BYTES, Card, Rack
-from ...runtime.loop.scan import Scan
+from ...runtime.loop.scan import LogicScan
 from .event_log import LAST_SCAN
 from .recorded_events import RecordedEvents
 from .shadow import Row, scans_in
@@ -61,7 +61,7 @@ class Indexer:
         program, *self._edited = programs
         self._modules = {slot: RecordedInputs([], []) for slot in slots}
         self._rack = Rack(Card(slot, self._modules[slot], words=words) for slot, words in slots.items())
-        self._view = Scan(self._rack.slots, period_ns)
+        self._view = LogicScan(self._rack.slots, period_ns)
         self._debugger = Debugger(program, remembered=0)
         self._keep = keep
         self._words = slots

@@ -5,6 +5,7 @@ import inspect
 import subprocess
 import sys
 from importlib.metadata import version
+from pathlib import Path
 
 import pytest
 import scanrack
@@ -18,18 +19,16 @@ def test_every_name_is_there_and_is_shown():
         assert getattr(scanrack, name) is not None
 
 
-def test_an_editor_finds_the_names_where_they_are_found_when_running():
-    """The imports that type checkers read name the same modules as the table that runs."""
+def test_the_names_are_those_that_a_type_checker_imports_and_no_private_one():
     tree = ast.parse(inspect.getsource(scanrack))
     read = {
-        alias.name: node.module
+        alias.asname
         for node in ast.walk(tree)
         if isinstance(node, ast.ImportFrom) and node.level == 1
         for alias in node.names
     }
-    run = {name: module for module, names in scanrack._HOMES.items() for name in names}
-    assert read == {**run, "strategies": "io_images"}
-    assert set(scanrack.__all__) == {*read, "__version__"}
+    assert {*read, "__version__"} == set(scanrack.__all__) == set(dir(scanrack))
+    assert not any(str(name).startswith("_") for name in read)
 
 
 def test_importing_it_imports_nothing_else():
@@ -51,3 +50,35 @@ def test_the_version_is_that_of_the_distribution():
 def test_the_package_is_a_command():
     done = subprocess.run([sys.executable, "-m", "scanrack", "--version"], capture_output=True, text=True)
     assert (done.returncode, done.stdout) == (0, f"scanrack {scanrack.__version__}\n")
+
+
+def test_a_first_program_needs_the_front_door_only(tmp_path):
+    """A scan is 2 ms: 100 ms are 50 scans, the last one at 98 ms; the timer takes 20 ms."""
+    example = Path(__file__).parents[3] / "examples/first"
+    for name in ("first.py", "rack.toml"):
+        (tmp_path / name).write_text((example / name).read_text(encoding="utf-8"), encoding="utf-8")
+    done = subprocess.run([sys.executable, "first.py"], cwd=tmp_path, capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.splitlines() == [
+        "50 scans, 0 moves, the last scan at 98000000 ns",
+        "Late is True",
+        "CONFIG_ERROR at scan 0: the module has not been configured since it was powered up "
+        "[CER-01, chapter 6]",
+    ]
+
+
+def test_a_function_of_this_process_runs_in_place_of_a_racks_program(tmp_path):
+    def logic(scan: scanrack.LogicScan) -> None:
+        scan.slot[1].outputs[4] = 7
+
+    (tmp_path / "rack.toml").write_text('program = "none.rung"\n[[slot]]\nnumber = 1\nmodule = "amci3601"\n')
+    rack = scanrack.load_rack(tmp_path / "rack.toml", logic)
+    assert scanrack.run(rack, scans=3, trace=tmp_path / "t.mcap").scans == 3
+    with scanrack.open_trace(tmp_path / "t.mcap") as trace:
+        assert [scan.outputs(1)[4] for scan in trace.scans()] == [7] * 3
+        assert next(each.name for each in trace.attachments()).endswith("test_front_door.py")
+
+
+def test_a_rack_can_not_be_run_for_a_time_and_a_number_of_scans(tmp_path):
+    with pytest.raises(ValueError, match="give one of them"):
+        scanrack.run(Path(__file__).parents[3] / "examples/first/rack.toml", "1 s", scans=3)

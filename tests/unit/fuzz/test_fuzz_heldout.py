@@ -17,7 +17,7 @@ from scanrack.io_images.amci3601 import (
     ResetErrors,
     StatusView,
 )
-from scanrack.jobs.fuzz import STANDARD, Press, Scenario, TrialBench, never, search, undisturbed, within
+from scanrack.jobs.fuzz import STANDARD, Press, Scenario, TrialBench, eventually, never, search, undisturbed
 from scanrack.jobs.fuzz.drawing import Kind, possible_kinds, scenarios
 from scanrack.jobs.fuzz.scenarios.scenario import LostSteps, Shift
 from scanrack.runtime.config.rackspec import RackSpec
@@ -95,7 +95,7 @@ class HomesTwice(Careful):
             self.out[0] |= 0x0080
 
 
-@within("100 ms", after=lambda now: now.slot[1].status.IN_EXTERNAL and not now.slot[1].status.IN_CW_LIMIT)
+@eventually("100 ms", after=lambda now: now.slot[1].status.IN_EXTERNAL and not now.slot[1].status.IN_CW_LIMIT)
 def acts(now):
     """A press of the button is answered within 100 ms, or over."""
     at = now.slot[1].status

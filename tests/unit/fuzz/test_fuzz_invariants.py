@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 from scanrack.io_images import Image
 from scanrack.io_images.amci3601 import StatusView
-from scanrack.jobs.fuzz import InvariantError, always, load_invariants, never, within
+from scanrack.jobs.fuzz import InvariantError, always, eventually, load_invariants, never
 from scanrack.jobs.fuzz.laws.scan_view import Slots
 
 MS = 1_000_000
@@ -50,7 +50,7 @@ def test_the_docstring_is_the_sentence_and_the_name_stands_in_without_one():
 
 
 def test_within_starts_its_clock_once_and_stops_it_when_it_has_come_true():
-    stops = within("10 ms", after=going)(done)
+    stops = eventually("10 ms", after=going)(done)
     assert watched(stops, (0, "go"), (10, "go"), (12, "done"), (30, "")) == [None] * 4
     late = watched(stops, (0, "go"), (5, "go"), (10, ""), (12, ""))
     assert late[:3] == [None] * 3
@@ -58,7 +58,7 @@ def test_within_starts_its_clock_once_and_stops_it_when_it_has_come_true():
 
 
 def test_every_run_has_a_clock_of_its_own():
-    stops = within("10 ms", after=value)(lambda now: False)
+    stops = eventually("10 ms", after=value)(lambda now: False)
     first, second = stops.start(), stops.start()
     assert first(moment(0, True)) is None
     assert second(moment(50, True)) is None
@@ -85,7 +85,7 @@ def test_a_slot_that_is_not_there_is_told():
 
 def test_a_limit_needs_a_unit():
     with pytest.raises(ValueError, match="'5' is not a time"):
-        within("5", after=value)
+        eventually("5", after=value)
 
 
 def test_a_file_gives_its_invariants_in_order(tmp_path):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 from scanrack.io_images.amci3601 import Configuration, Direction, Idle, InputBit, Manual, StatusView
-from scanrack.jobs.fuzz import Scenario, TrialBench, always, never, within
+from scanrack.jobs.fuzz import Scenario, TrialBench, always, eventually, never
 from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.runtime.loop.incidents import FaultKind, Incident
 
@@ -47,17 +47,17 @@ def after_100_ms(now):
 
 def test_a_clock_pauses_while_the_logic_rests():
     """The program needs ten calls, of which the key in program takes away those between 100 and 300 ms."""
-    assert broken(within("50 ms", after=after_100_ms)(ends)) is None
+    assert broken(eventually("50 ms", after=after_100_ms)(ends)) is None
 
 
 def test_a_clock_may_run_on():
-    late = broken(within("50 ms", after=after_100_ms, while_resting=True)(ends))
+    late = broken(eventually("50 ms", after=after_100_ms, while_resting=True)(ends))
     assert late.now_ns == 152 * MS  # the first scan more than 50 ms after the one at 100 ms
 
 
 def test_a_clock_that_has_paused_runs_out_nevertheless():
     """From 100 to 102 ms and again from 302 ms on, less the 200 ms between: 20 ms are over at 322 ms."""
-    late = broken(within("15 ms", after=after_100_ms)(lambda _now: False))
+    late = broken(eventually("15 ms", after=after_100_ms)(lambda _now: False))
     assert 300 * MS < late.now_ns < 330 * MS
     assert "ms in program mode not counted" in late.why
 

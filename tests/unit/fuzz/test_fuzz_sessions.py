@@ -153,10 +153,10 @@ def test_two_files_with_an_invariant_of_one_name_are_refused(line, tmp_path):
 
 def test_an_invariant_that_was_never_put_to_the_test_is_told(line, tmp_path):
     text = (
-        "from scanrack.jobs.fuzz import within\n\n"
-        "@within('10 ms', after=lambda now: now.slot[1].status.IN_CAPTURE)\n"
+        "from scanrack.jobs.fuzz import eventually\n\n"
+        "@eventually('10 ms', after=lambda now: now.slot[1].status.IN_CAPTURE)\n"
         "def asks_for_capture(now):\n    return True\n\n"
-        "@within('10 ms', after=lambda now: now.slot[1].status.IN_ESTOP)\n"
+        "@eventually('10 ms', after=lambda now: now.slot[1].status.IN_ESTOP)\n"
         "def asks_for_estop(now):\n    return True\n"
     )
     (tmp_path / "must.py").write_text(text, encoding="utf-8")

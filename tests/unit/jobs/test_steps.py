@@ -11,7 +11,7 @@ from scanrack.io_images.image import Image
 from scanrack.jobs.load.program import ProgramError, load_program
 from scanrack.ladder.files.steps import parse_steps
 from scanrack.runtime.loop.rack import Card, Rack
-from scanrack.runtime.loop.scan import Scan
+from scanrack.runtime.loop.scan import LogicScan
 
 PERIOD_NS = 2_000_000
 STOPPED, MODE_CONFIG = 0x0008, -0x8000
@@ -27,7 +27,7 @@ class Shown:
 def scans(program: Any, status: list[int], slot: int = 1) -> list[list[int]]:
     """Return the output words of scans in which input word 0 is as given."""
     rack = Rack([Card(slot, Shown())])  # type: ignore[arg-type]
-    scan = Scan(rack.slots, PERIOD_NS)
+    scan = LogicScan(rack.slots, PERIOD_NS)
     sent = []
     for number, word in enumerate(status):
         scan.number, scan.now_ns, scan.first = number, number * PERIOD_NS, number == 0

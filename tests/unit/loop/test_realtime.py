@@ -15,7 +15,8 @@ from types import SimpleNamespace
 
 import pytest
 from scanrack.commands import build
-from scanrack.commands.programs.summary import Tally, summary
+from scanrack.commands.programs.summary import summary
+from scanrack.jobs.run.result import Tally
 from scanrack.runtime.loop import realtime
 from scanrack.runtime.loop.pace import FreeRun, RealTime
 from scanrack.runtime.loop.realtime import REQUESTS, Outcome, SystemRequest, frozen_collector, real_time

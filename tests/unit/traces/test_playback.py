@@ -10,7 +10,7 @@ from scanrack.jobs.replay.levels import recorded_levels
 from scanrack.jobs.run.build import build_playback, build_rack
 from scanrack.jobs.run.playback import RecordedInputs, Score, Stimulus, recorded_outputs, stimulated
 from scanrack.runtime.config.rackspec import RackSpec, SlotSpec
-from scanrack.runtime.loop.scan import Scan
+from scanrack.runtime.loop.scan import LogicScan
 from scanrack.runtime.machine import MachineSpec, Station, Switch, TimelineEntry
 from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.read import packed
@@ -48,7 +48,7 @@ def play(score: Score, memory: list[bytes]) -> tuple[Heard, list[bool]]:
     heard, firsts = Heard(rack.memory), []
     written = recorded_outputs(score, memory)
 
-    def logic(scan: Scan) -> None:
+    def logic(scan: LogicScan) -> None:
         firsts.append(scan.first)
         written(scan)
 

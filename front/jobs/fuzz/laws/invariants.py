@@ -50,7 +50,9 @@ def never(condition: Condition) -> Invariant:
     return _single(condition, wanted=False)
 
 
-def within(limit: str, *, after: Condition, while_resting: bool = False) -> Callable[[Condition], Invariant]:
+def eventually(
+    limit: str, *, after: Condition, while_resting: bool = False
+) -> Callable[[Condition], Invariant]:
     """Make an invariant of a condition that must come true in time.
 
     The clock starts in a scan in which `after` is true, if it does not run already, and stops in
@@ -72,13 +74,13 @@ def within(limit: str, *, after: Condition, while_resting: bool = False) -> Call
         return Invariant(
             _name(condition),
             _sentence(condition),
-            lambda: _Within(condition, after, limit_ns, while_resting=while_resting),
+            lambda: _Eventually(condition, after, limit_ns, while_resting=while_resting),
         )
 
     return make
 
 
-class _Within:
+class _Eventually:
     """Watches a run for a condition that must come true in time."""
 
     def __init__(self, condition: Condition, after: Condition, limit_ns: int, *, while_resting: bool) -> None:
@@ -193,6 +195,6 @@ def load_invariants(path: Path | str) -> list[Invariant]:
     found = [value for value in vars(module).values() if isinstance(value, Invariant)]
     if not found:
         raise InvariantError(
-            f"{path}: it defines no invariant; write functions under @always, @never, @within"
+            f"{path}: it defines no invariant; write functions under @always, @never, @eventually"
         )
     return found
