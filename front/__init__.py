@@ -13,6 +13,8 @@ These are the names that a program, a test or a notebook needs. Each is imported
 TYPE_CHECKING = False  # a type checker takes it for true
 
 if TYPE_CHECKING:  # the names of the front door: type checkers import these lines, `_homes` reads them
+    from typing import Any
+
     from .io_images import Image as Image
     from .io_images import strategies as strategies
     from .io_images.amci3601 import Acceleration as Acceleration
@@ -125,6 +127,7 @@ if TYPE_CHECKING:  # the names of the front door: type checkers import these lin
     from .traces.read.reader import open_trace as open_trace
 
     __version__: str
+    __loader__: Any
 
 
 def __getattr__(name: str) -> object:

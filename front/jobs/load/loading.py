@@ -13,7 +13,8 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from ...ladder import LadderLogic, write_program
+from ... import ladder
+from ...ladder import Controller, LadderLogic, write_program
 from ...ladder.instructions.motion.axes import AxisSettings
 from ...ladder.model.errors import LadderError
 from ...ladder.model.stubs import Stub, Stubs
@@ -122,12 +123,12 @@ def load_rack(rack: str | Path, program: Callable[..., Any] | str | Path | None 
         return load_job(str(rack), None if program is None else str(program))
     spec, path = load_spec(str(rack))
     logic = as_logic(program)
-    name = getattr(program, "name", None) or getattr(program, "__name__", type(program).__name__)
-    file = _rung_file(logic) if isinstance(logic, LadderLogic) else _source_file(program)
+    name = str(getattr(program, "name", None) or getattr(program, "__name__", type(program).__name__))
+    file = _rung_file(logic) if isinstance(logic, (ladder.Program, Controller)) else _source_file(program)
     return _job(spec, _bound(spec, Program(file, name, logic, file.read_bytes()), path), path, str(rack))
 
 
-def _rung_file(logic: LadderLogic) -> Path:
+def _rung_file(logic: ladder.Program | Controller) -> Path:
     """Write a program of this process as rung text; it stays as long as the process."""
     folder = tempfile.TemporaryDirectory()
     atexit.register(folder.cleanup)
