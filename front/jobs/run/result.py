@@ -13,7 +13,7 @@ from ...runtime.loop.rack import Rack
 from ...traces.read.event_text import OF_ADAPTERS, describe
 from ..load.loading import Job, load_rack, scans_to_run
 from .build import check_ports
-from .running import JobRun
+from .running import JobRun, RunOptions
 
 UNDER_WAY = "still under way at the end"
 
@@ -170,6 +170,6 @@ def run(
     count = scans_to_run(job.spec, duration, scans, endless=False)
     path, tally = None if trace is None else Path(trace), Tally()
     with ExitStack() as ports:
-        job_run = JobRun(job, ports, trace=path, listeners=[tally])
+        job_run = JobRun(job, ports, RunOptions(trace=path, listeners=[tally]))
         job_run.run(count)
     return result_of(job_run, tally, path)

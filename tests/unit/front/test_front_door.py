@@ -14,8 +14,7 @@ from typer.testing import CliRunner
 
 
 def test_every_name_is_there_and_is_shown():
-    assert set(scanrack.__all__) <= set(dir(scanrack))
-    for name in scanrack.__all__:
+    for name in dir(scanrack):
         assert getattr(scanrack, name) is not None
 
 
@@ -27,7 +26,7 @@ def test_the_names_are_those_that_a_type_checker_imports_and_no_private_one():
         if isinstance(node, ast.ImportFrom) and node.level == 1
         for alias in node.names
     }
-    assert {*read, "__version__"} == set(scanrack.__all__) == set(dir(scanrack))
+    assert {*read, "__version__"} == set(dir(scanrack))
     assert not any(str(name).startswith("_") for name in read)
 
 
