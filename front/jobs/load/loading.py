@@ -125,7 +125,9 @@ def load_rack(rack: str | Path, program: Callable[..., Any] | str | Path | None 
     logic = as_logic(program)
     name = str(getattr(program, "name", None) or getattr(program, "__name__", type(program).__name__))
     file = _rung_file(logic) if isinstance(logic, (ladder.Program, Controller)) else _source_file(program)
-    return _job(spec, _bound(spec, Program(file, name, logic, file.read_bytes()), path), path, str(rack))
+    return _job(
+        spec, _bound(spec, LoadedProgram(file, name, logic, file.read_bytes()), path), path, str(rack)
+    )
 
 
 def _rung_file(logic: ladder.Program | Controller) -> Path:
