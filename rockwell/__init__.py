@@ -1,4 +1,1 @@
-"""Rockwell's own files: controllers of Studio 5000 (L5X) and RSLogix 500 (SLC) to programs, and back.
-
-It knows the ladder and the images; how a rack is made of an export is `front/jobs/imports`.
-"""
+"""Import and export of Rockwell's files: Studio 5000 (L5X) and RSLogix 500 (SLC)."""

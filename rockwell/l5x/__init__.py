@@ -1,11 +1,11 @@
-r"""L5X: programs that Studio 5000 and RSLogix 5000 export, as they are.
+r"""L5X: program exports of Studio 5000 and RSLogix 5000.
 
     XML -> document -> datatypes, values -> scopes, modules, addons, routines, schedule -> Controller
                                                       \-> report: what is refused, and where
 
-| file | does |
+| file | content |
 |---|---|
-| `limits` | how much a document may have |
+| `limits` | limits of a document |
 | `records` | the parts of a document: plain records with their lines |
 | `document` | XML to records; refuses hostile input |
 | `report` | what was imported, declared, refused |
@@ -16,13 +16,13 @@ r"""L5X: programs that Studio 5000 and RSLogix 5000 export, as they are.
 | `presets` | PRE and ACC in rungs |
 | `scopes` | tags and aliases of the controller and of programs |
 | `modules` | modules to tags |
-| `uses` | what routines call, and the instructions in them |
-| `unknown` | types that the document names and does not define |
+| `uses` | calls and instructions of routines |
+| `unknown` | undefined types |
 | `mnemonics` | names of all instructions of Logix, known here or not |
 | `schedule` | tasks |
 | `assembly` | all of that to a `Controller` |
-| `completing` | what a partial export leaves out |
-| `building` | builds it, and refuses what can't be built rung by rung |
+| `completing` | declarations missing in a partial export |
+| `building` | builds it, refusing rung by rung |
 | `importer` | all of this for one document |
 | `comparing` | two versions, rung by rung |
 | `export` | a program or a routine back to an L5X |

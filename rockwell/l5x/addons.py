@@ -25,17 +25,12 @@ _WAYS = {"INPUT": ParameterMode.INPUT, "OUTPUT": ParameterMode.OUTPUT, "INOUT": 
 
 
 class AddOns:
-    """The add-on instructions of a document, made when one is asked for.
+    """The add-on instructions of a document, made on demand.
 
     Attributes:
         made: by name in capitals.
-        records: of two with one name the first, by name in capitals.
-        again: the other ones, which are refused.
-
-    Args:
-        records: their records.
-        types: the document's types.
-        report: collects what is refused.
+        records: by name in capitals, the first of each name.
+        again: further ones of the same names, which are refused.
     """
 
     def __init__(self, records: tuple[AddOnRecord, ...], types: Types, report: Report) -> None:
@@ -52,18 +47,11 @@ class AddOns:
         types.add_on = self.structure
 
     def structure(self, name: str) -> Structure | None:
-        """Return the type of an add-on's instances, None if there is no such add-on."""
+        """Return the type of an add-on's instances, None without such an add-on."""
         return self.shape(name).structure if name in self.records else None
 
     def shape(self, name: str) -> AddOn:
-        """Return an add-on with its parameters and without its logic.
-
-        Args:
-            name: in capitals.
-
-        Raises:
-            LadderError: it can't be used.
-        """
+        """Return an add-on, in capitals, with parameters but without logic, or raise a LadderError."""
         if name in self._wrong:
             raise LadderError(self._wrong[name])
         if name not in self._shapes:
@@ -83,7 +71,7 @@ class AddOns:
         return self._shapes[name]
 
     def specs(self) -> Mapping[str, Spec]:
-        """Return the shapes of all instructions, by name in capitals."""
+        """Return all instruction specs by name in capitals."""
         return {**BY_NAME, **{name: _spec_of(record) for name, record in self.records.items()}}
 
     def _parameters(self, record: AddOnRecord) -> Any:
@@ -116,7 +104,7 @@ class AddOns:
         )
 
     def read(self, reader: RoutineReader) -> None:
-        """Read the logic of all add-ons, before their types are known."""
+        """Read the logic of all add-ons before their types are known."""
         for name, record in self.records.items():
             inouts = {each.name.upper() for each in record.parameters if _way_of(each) is ParameterMode.INOUT}
             read = [(each.name, reader.routine(record.name, each, inouts)) for each in record.routines]
@@ -128,14 +116,14 @@ class AddOns:
                 reader.skipped(record.name, each, text, _RENAME)
 
     def routines(self) -> Iterator[tuple[str, Routine]]:
-        """Yield the routines that have been read, each with its add-on."""
+        """Yield the routines read so far, each with its add-on."""
         for name, routines in self._routines.items():
             yield from ((self.records[name].name, each) for each in routines)
 
     def make(self, reader: RoutineReader) -> Mapping[str, str]:
-        """Make the add-ons of what has been read; return those that can't be, with the reason.
+        """Make the add-ons; return the unusable ones with the reason.
 
-        An encoded one is refused, and made of its parameters alone: a call passes them.
+        An encoded one is refused, and made of its parameters only: a call copies them.
         """
         withheld: dict[str, str] = {}
         self._wrong.clear()  # types may have been defined since
@@ -186,7 +174,7 @@ class AddOns:
 
 
 def arguments_of(record: AddOnRecord) -> Iterator[TagRecord]:
-    """Yield the parameters that a call names behind its instance, in order."""
+    """Yield the parameters with an argument, in call order."""
     yield from (each for each in _own(record) if each.required or _way_of(each) is ParameterMode.INOUT)
 
 

@@ -1,4 +1,4 @@
-"""Parts of a document put together: a `Controller` that can be built, made again after each refusal."""
+"""Assembly of a document's parts to a `Controller`, repeated after each refusal."""
 
 from __future__ import annotations
 
@@ -26,33 +26,31 @@ from ...ladder.model.types import DINT, INT, DataType, Elementary, Structure, co
 from .report import Report
 
 CALLS = "scanrack_calls"
-"""Name of the routine that calls the routines of an export that has no main routine."""
+"""Name of a generated main routine that calls the routines of an export without one."""
 
 CLEARS = "scanrack_clears"
-"""Name of the fault routine of programs without one, in a trial that goes on after a fault."""
+"""Name of a generated fault routine, for a trial that continues after faults."""
 
 FAULT_RECORD = 11
 """Words of a MajorFaultRecord [1756-PM014]."""
 
 MADE = 256
-"""Elements of an array that is made for an InOut of any length."""
+"""Elements of a generated array for an InOut of any length."""
 
 MOST_MADE = 1_000_000
-"""Values of all tags that are made for add-on instructions."""
+"""Maximum values of all tags generated for add-on instructions."""
 
 _ZEROS, _INSTANCE, _ARGUMENT = "scanrack_zeros", "scanrack_instance", "scanrack_argument"
 
 
 @dataclass(slots=True)
 class ProgramPart:
-    """A program, ready to be put into a controller.
+    """A program, ready for a controller.
 
     Attributes:
         main: its main routine, None for the first.
-        fault: its fault routine.
-        declarations: its tags.
-        routines: its routines, by name in capitals.
-        functions: replacements of routines that are missing in the file or refused, by name in capitals.
+        routines: by name in capitals.
+        functions: replacements of missing or refused routines, by name in capitals.
     """
 
     name: str
@@ -81,14 +79,12 @@ class Parts:
     """A document's parts.
 
     Attributes:
-        name: the controller's name.
-        declarations: its tags.
         programs: by name in capitals.
-        tasks: its tasks; none for one that runs all programs.
+        tasks: none for one task with all programs.
         add_ons: by name in capitals.
         stubs: replacements of instructions, by name in capitals.
-        uncalled: add-ons that `harness_of` leaves out, in capitals.
-        cards: what sits in the slots of the rack: catalog numbers.
+        uncalled: add-ons that `harness_of` omits, in capitals.
+        cards: known catalog numbers by slot.
     """
 
     name: str
@@ -102,12 +98,7 @@ class Parts:
     _indexes: dict[str, tuple[int, dict[str, Declaration]]] = field(default_factory=dict)
 
     def assemble(self, report: Report, tasks: Sequence[Task] | None = None) -> Controller:
-        """Return a new controller of these parts; what it does not take is noted.
-
-        Args:
-            report: gets the notes.
-            tasks: other tasks than the document's.
-        """
+        """Return a new controller of these parts, with other tasks if given; note rejected declarations."""
         controller = Controller(self.name)
         controller.use(*self.add_ons.values())
         controller.take_stubs(Stubs(self.stubs, cards=self.cards))
@@ -124,25 +115,25 @@ class Parts:
         return controller
 
     def operands_of(self, name: str) -> tuple[tuple[DataType, tuple[int, ...]], ...]:
-        """Return type and dimensions of the operands of an add-on instruction; none for another one."""
+        """Return the operand types and dimensions of an add-on instruction; none for another one."""
         definition = self.add_ons.get(name.upper())
         return definition.operand_types if definition is not None else ()
 
     def with_fault_routines(self) -> Parts:
-        """Return the same, with a fault routine that clears the fault in every program without one."""
+        """Return the same parts, with a clearing fault routine in every program without one."""
         programs = {
             name: each if each.fault else each.with_fault_routine() for name, each in self.programs.items()
         }
         return replace(self, programs=programs, _indexes={})
 
     def known(self, program: str, address: Address) -> DataType | None:
-        """Return the type of a declared address in a program, None if it is not declared."""
+        """Return the type of an address in a program, None if it is undeclared."""
         address = self.without_aliases(program, address)
         tag = self.declaration(program, address.name)
         return _type_at(tag, address) if isinstance(tag, Tag) else None
 
     def declaration(self, program: str, name: str) -> Declaration | None:
-        r"""Return what a name means in a program; `\Main.Run` means the tag of program Main."""
+        r"""Return a declaration by its name in a program; `\Main.Run` names the tag of program Main."""
         scopes = [program, ""]
         if name.startswith("\\"):
             owner, _, name = name[1:].partition(".")
@@ -163,7 +154,7 @@ class Parts:
         return index
 
     def without_aliases(self, program: str, address: Address) -> Address:
-        """Return an address with its aliases followed, as far as they go."""
+        """Resolve the aliases in an address as far as possible."""
         for _ in range(20):
             declared = self.declaration(program, address.name)
             if not isinstance(declared, Alias):
@@ -200,7 +191,7 @@ def _type_at(tag: Tag, address: Address) -> DataType | None:
 
 
 def without(routine: Routine, *places: int) -> Routine:
-    """Return a routine with empty rungs at places; one of statements without statements."""
+    """Return a routine with empty rungs at `places`, or without statements."""
     if routine.statements is not None:
         return replace(routine, statements=())
     rungs = list(routine.rungs)
@@ -210,9 +201,9 @@ def without(routine: Routine, *places: int) -> Routine:
 
 
 def harness_of(parts: Parts) -> Parts:
-    """Return a controller that calls every add-on instruction once: one program each, of its name.
+    """Return a controller that calls every add-on instruction once, in a program of its name.
 
-    Those for whose InOuts there is no room are left out, and those that can't be called so.
+    Add-ons whose InOuts are too large, or that can't be called so, are omitted.
     """
     programs: dict[str, ProgramPart] = {}
     counts: dict[int, int] = {}
@@ -245,7 +236,7 @@ def _values(kind: DataType, counts: dict[int, int]) -> int:
 
 
 def call_of(routine: Routine) -> Rung:
-    """Return a rung that calls a routine, with zeros for what its SBR takes."""
+    """Return a rung that calls a routine, with zeros for the parameters of its SBR."""
     inputs = 0
     first = routine.rungs[0].series[:1] if routine.rungs else ()
     for each in first:
@@ -256,7 +247,7 @@ def call_of(routine: Routine) -> Rung:
 
 
 def does_nothing(name: str) -> Callable[..., Any]:
-    """Return a routine in Python that takes any inputs and does nothing."""
+    """Return a routine in Python that ignores its inputs."""
 
     def routine(_tags: object, *_inputs: object) -> None:
         """Do nothing."""
@@ -266,11 +257,11 @@ def does_nothing(name: str) -> Callable[..., Any]:
 
 
 def trial_tasks(parts: Parts, programs: Iterable[str]) -> list[Task]:
-    """Return a task that runs programs, and the tasks that EVENT may trigger, which run nothing then."""
+    """Return a task of these programs, and the tasks that EVENT may trigger, without programs."""
     events = (each for each in parts.tasks if each.kind is TaskKind.EVENT)
     return [*implicit_task(programs), *(replace(each, programs=()) for each in events)]
 
 
 def implicit_task(programs: Iterable[str]) -> list[Task]:
-    """Return a continuous task that runs programs."""
+    """Return a continuous task of these programs."""
     return [Task("Trial", TaskKind.CONTINUOUS, tuple(programs))]

@@ -1,4 +1,4 @@
-"""Builds a controller from parts, and refuses what can't be built rung by rung, until the rest can."""
+"""Builds a controller from parts, refusing rung by rung what can't be built."""
 
 from __future__ import annotations
 
@@ -16,27 +16,18 @@ from .report import Report
 from .routines import RoutineReader, line_of
 
 ROUNDS = 30
-"""Attempts to build what is left after refusals; each refuses at least one rung."""
+"""Attempts to build after refusals; each refuses at least one rung."""
 
 
 class Builder:
-    """Builds controllers from parts; the parts lose what is refused.
-
-    Args:
-        reader: knows the rungs of the document.
-        report: gets the refusals.
-    """
+    """Builds controllers from parts, and removes refused rungs from the parts."""
 
     def __init__(self, parts: Parts, reader: RoutineReader, report: Report) -> None:
         self._parts, self._reader, self._report = parts, reader, report
         self._emptied: dict[tuple[str, str], set[int]] = {}
 
     def build(self, of: Callable[[Parts], Parts] = lambda parts: parts) -> Controller | None:
-        """Return a controller that is built, None if nothing can be.
-
-        Args:
-            of: makes what is built of the parts.
-        """
+        """Return a controller of the parts as `of` selects them, None if nothing can be built."""
         for _ in range(ROUNDS):
             parts = of(self._parts)
             controller = parts.assemble(self._report)
@@ -75,7 +66,7 @@ class Builder:
         return True
 
     def empty(self) -> None:
-        """Take the rungs that were refused out of their routines, all at once."""
+        """Empty all refused rungs at once."""
         for (owner, routine), numbers in self._emptied.items():
             found = self._routine(owner, routine)
             if found is not None and numbers:
@@ -91,15 +82,9 @@ class Builder:
         remedy: str,
         site: Site = NOWHERE,
     ) -> bool:
-        """Refuse a rung, or a routine of structured text; whether there was something to refuse.
+        """Refuse a rung of a program or add-on, or a text routine; return whether there was one.
 
-        A rung stays in its routine until `empty`.
-
-        Args:
-            owner: the program, or the add-on instruction.
-            number: the rung or line.
-            text: what is wrong.
-            remedy: what helps.
+        The rung stays in its routine until `empty`.
         """
         found = self._routine(owner, routine)
         record = self._reader.record(owner, routine)

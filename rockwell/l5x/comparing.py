@@ -1,9 +1,9 @@
-"""Two versions of an export compared: rung by rung, tag by tag.
+"""Comparison of two versions of an export: rung by rung, tag by tag.
 
     rungs, structured text    aligned as a text comparison aligns lines; a changed rung shows both texts
     tags, types, add-ons, modules, tasks, programs    by name; what is different is listed by field
 
-Neither needs to run: what this room refuses is compared as well.
+Neither needs to run: refused parts are compared as well.
 """
 
 from __future__ import annotations
@@ -23,15 +23,15 @@ ADDED, REMOVED, CHANGED = "added", "removed", "changed"
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """One difference between two versions.
+    """A difference between two versions.
 
     Attributes:
         kind: "added", "removed" or "changed".
         what: "rung", "comment", "line", "routine", "tag", "data type", "add-on", "program", "module", "task".
         where: program or add-on, routine, and name or number.
-        line: its line in the new file; in the old one of what was removed.
-        before: what it was, "" for what was added.
-        after: what it is, "" for what was removed.
+        line: its line in the new file, for removals in the old one.
+        before: the old text, "" for additions.
+        after: the new text, "" for removals.
     """
 
     kind: str
@@ -53,7 +53,7 @@ class Difference:
 
 
 def differences(old: L5xDocument, new: L5xDocument) -> list[Difference]:
-    """Return what differs between two documents, neither of them released yet."""
+    """Return the differences between two unreleased documents."""
     return [
         *_named("data type", "", old.data_types, new.data_types, _type_text),
         *_named("module", "", old.modules, new.modules, _module_text),

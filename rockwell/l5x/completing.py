@@ -1,4 +1,4 @@
-"""Declares tags, routines, labels and tasks that rungs name and the file lacks; the report lists them."""
+"""Declares tags, routines, labels and tasks that rungs name and the file lacks, and reports them."""
 
 from __future__ import annotations
 
@@ -24,11 +24,8 @@ class Completion:
     """Completes parts.
 
     Args:
-        parts: what is completed.
-        reader: knows the rungs of the document.
-        report: lists what is declared.
-        slots: slots of the rack, to whose images modules are bound; None without a rack.
-        all_of_it: whether any tag may be missing; else it is the tags of modules.
+        slots: slots of the rack with bound modules; None without a rack.
+        all_of_it: whether any tag may be missing, or only tags of modules.
     """
 
     def __init__(
@@ -102,7 +99,7 @@ class Completion:
         return part.declarations
 
     def routines(self) -> None:
-        """Give programs of a partial export a main routine, and the routines that they call."""
+        """Add missing main routines and called routines to programs of a partial export."""
         for part in self._parts.programs.values():
             for routine in part.routines.values():
                 part.routines[routine.name.upper()] = self._with_labels(part, routine)
@@ -124,7 +121,7 @@ class Completion:
         return replace(routine, rungs=routine.rungs + rungs) if rungs else routine
 
     def tasks(self) -> None:
-        """Declare the event tasks that a partial export triggers; without tasks all programs run in one."""
+        """Declare missing event tasks; without any task, one for all programs."""
         routines = [each for part in self._parts.programs.values() for each in part.routines.values()]
         events = {name.upper(): name for name in triggered_tasks(routines)}
         known = {each.name.upper() for each in self._parts.tasks}

@@ -1,7 +1,7 @@
 """A program or a routine as an L5X for partial import into Studio 5000.
 
-What is exported is the target; tags, data types and add-on instructions that it may name are context. Rungs
-print as exports print them. Importing the file again gives the same tree.
+The exported object is the target; tags, data types and add-on instructions are its context. Importing the file
+again gives the same tree.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from ...ladder.model.tree import Routine
 from ...ladder.model.types import DataType, Elementary, Member, Structure
 
 REVISION = "32.02"
-"""The software revision that is written; later ones import it."""
+"""Software revision of the written file; later ones import it."""
 
 _USAGES = {ParameterMode.INPUT: "Input", ParameterMode.OUTPUT: "Output", ParameterMode.INOUT: "InOut"}
 _CONTEXT = {"Use": "Context"}
@@ -33,11 +33,10 @@ def export_l5x(logic: Program | Controller, name: str) -> bytes:
     """Return a program, or a routine of one, as an L5X.
 
     Args:
-        logic: a controller, or a program by itself.
         name: `Main` for a program, `Main.Sequence` for a routine; case does not matter.
 
     Raises:
-        LadderError: there is no such program or routine, or something in it has no form in an L5X.
+        LadderError: there is no such program or routine, or a part of it has no form in an L5X.
     """
     owner, _, wanted = name.partition(".")
     program = _found("program", owner, logic.programs if isinstance(logic, Controller) else [logic])

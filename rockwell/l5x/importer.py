@@ -1,4 +1,4 @@
-"""An L5X to a controller that can run, and the report of its import."""
+"""Import of an L5X as a runnable controller, with a report."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from .xml.limits import check_limits
 from .xml.records import L5xDocument, ProgramRecord
 
 TRIAL_STUB = "done after 20 ms"
-"""How messages end in a trial."""
+"""Result of messages in a trial."""
 
 
 @dataclass(slots=True)
@@ -40,10 +40,9 @@ class L5xImport:
     """The result of an import.
 
     Attributes:
-        report: what was imported and refused.
-        controller: what runs; None if nothing can be built, or there are no programs.
-        parts: what it is made of; refused rungs are empty.
-        reader: knows the document's rungs.
+        controller: None if nothing can be built, or without programs.
+        parts: its parts, with refused rungs empty.
+        reader: has the document's rungs.
     """
 
     document: L5xDocument
@@ -63,10 +62,9 @@ def import_l5x(
     """Import an L5X.
 
     Args:
-        path: the file.
-        stubs: replacements of instructions, and of refused routines, by name.
-        slots: slots of the rack, to whose images the tags of their modules are bound; None without a rack.
-        trial: also check add-on instructions that nothing calls, and let messages end.
+        stubs: replacements of instructions and of refused routines, by name.
+        slots: slots of the rack, to which module tags are bound; None without a rack.
+        trial: also check uncalled add-on instructions, and complete messages.
 
     Raises:
         L5xError: the file can't be used at all.
@@ -78,12 +76,7 @@ def import_l5x(
 
 
 class Importer:
-    """Imports one document.
-
-    Args:
-        stubs: see `import_l5x`.
-        slots: see `import_l5x`.
-    """
+    """Imports one document, see `import_l5x`."""
 
     def __init__(
         self, document: L5xDocument, stubs: Stubs = NO_STUBS, slots: Collection[int] | None = None

@@ -1,6 +1,6 @@
-"""Names of the instructions of Logix controllers, known here or not.
+"""Names of all instructions of Logix controllers, implemented here or not.
 
-In a partial export a name that is none of them is an add-on instruction whose definition was not exported.
+In a partial export any other name is an add-on instruction without its definition.
 """
 
 from __future__ import annotations

@@ -1,11 +1,11 @@
-"""Modules of a document to tags: `Local:1:I`, `Rack:3:O`, `Drive:I1`, `Local:2:C`.
+"""Tags of a document's modules: `Local:1:I`, `Rack:3:O`, `Drive:I1`, `Local:2:C`.
 
-A module in a chassis goes by the chassis and its slot, one on a network by its name. The values in the
-document show the members of a tag. A module of a rack connection has aliases to parts of its adapter's tags.
+The prefix is chassis and slot, or the name of a module on a network. The values in the document show the
+members of a tag. A module of a rack connection has aliases to parts of its adapter's tags.
 
-`Local:1:I` and `Local:1:O` of a slot that the rack has are the images of that slot, under the names of the
-generic profile (`Data[0]`), of the 3601's own (`Data0`, `ModuleOK`) and of cards. All other tags of modules
-are memory that nothing is connected to; tests, the debugger and plants may set them.
+`Local:1:I` and `Local:1:O` of a slot in the rack are the images of that slot, under the names of the generic
+profile (`Data[0]`), of the 3601's own (`Data0`, `ModuleOK`) and of cards. All other tags of modules are
+unconnected memory; tests, the debugger and plants may set them.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ from .values.values import initial_of
 from .xml.records import L5xDocument, ModuleRecord, ModuleTagRecord, number_of
 
 NETWORKS = ("ETHERNET", "CONTROLNET", "DEVICENET", "RHINOBP", "SERCOS", "USB", "RIO", "DH")
-"""Types of ports whose addresses are not slots."""
+"""Types of ports with addresses other than slots."""
 
 _PARTS = ("Data", "Slot")
-"""Arrays in the tag of an adapter that have one element per slot."""
+"""Arrays with one element per slot in the tag of an adapter."""
 
 
 def prefix_of(module: ModuleRecord) -> str:
-    """Return what the names of a module's tags begin with: `Local:1`, `Rack:3` or `Drive`."""
+    """Return the prefix of a module's tags: `Local:1`, `Rack:3` or `Drive`."""
     on_network = any(module.bus.upper().startswith(each) for each in NETWORKS)
     return (
         module.name
@@ -46,7 +46,7 @@ _LOCAL = re.compile(r"Local:(\d+)", re.IGNORECASE)
 
 
 def is_bound(name: str, slots: Collection[int] | None) -> bool:
-    """Return whether a module's tag is an image of a slot that the rack has.
+    """Whether a module's tag is an image of a slot in the rack.
 
     >>> is_bound("Local:1:I", {1, 2}), is_bound("Local:1:C", {1, 2}), is_bound("Local:3:O", {1, 2})
     (True, False, False)
@@ -55,7 +55,7 @@ def is_bound(name: str, slots: Collection[int] | None) -> bool:
 
 
 def slot_of(module: ModuleRecord) -> int | None:
-    """Return the slot of a module in the controller's own chassis, None for any other."""
+    """Return the slot of a module in the controller's own chassis, else None."""
     local = _LOCAL.fullmatch(prefix_of(module))
     return int(local[1]) if local and int(local[1]) > 0 else None
 
@@ -67,8 +67,8 @@ def module_tags(
 
     Args:
         types: gets the types of the tags.
-        report: gets a note for each module that has no slot in the rack, if there is a rack.
-        slots: the slots that the rack has, whose images are no memory; None if there is no rack.
+        report: gets a note for each module without a slot in the rack.
+        slots: slots of the rack, whose images are not memory; None without a rack.
     """
     found: dict[str, Declaration] = {}
     aliases: list[tuple[ModuleRecord, ModuleTagRecord]] = []
@@ -95,12 +95,7 @@ def module_tags(
 def module_objects(
     document: L5xDocument, types: Types, declared: Collection[Declaration]
 ) -> Iterator[Declaration]:
-    """Yield a tag for each module that add-on instructions can take by name.
-
-    Args:
-        types: its types; they have `MODULE` if something takes a module.
-        declared: the tags of the controller and of its programs, which keep their names.
-    """
+    """Yield a tag for each module that an add-on may take by name, unless the name is declared."""
     try:
         kind = types.find(MODULE)
     except LadderError:

@@ -1,12 +1,12 @@
-"""Presets in the rungs of a document: `TON(Delay,5000,0)` has PRE and ACC of the time of the export.
+"""Presets in the rungs of a document: `TON(Delay,5000,0)` has PRE and ACC from the time of the export.
 
 The data of the tags have the same values. A preset becomes `?` where it can't be an initial value:
 
-| where | why |
+| case | reason |
 |---|---|
-| an element with a computed subscript, `Delays[Step]` | it is another one in every scan |
-| an InOut of an add-on instruction | every call passes another tag |
-| a structure that has another preset in an earlier rung | it starts with one value |
+| an element with a computed subscript, `Delays[Step]` | it varies from scan to scan |
+| an InOut of an add-on instruction | it varies from call to call |
+| a structure with another preset in an earlier rung | it has one initial value |
 """
 
 from __future__ import annotations
@@ -30,23 +30,14 @@ from ...ladder.model.tree import (
 
 
 class Presets:
-    """The presets of the rungs of one program or add-on instruction.
-
-    Args:
-        inouts: names in capitals of the InOuts of an add-on instruction.
-    """
+    """The presets in one program or add-on instruction; `inouts` are in capitals."""
 
     def __init__(self, inouts: Collection[str] = ()) -> None:
         self._inouts = inouts
         self._first: dict[tuple[str, str], Operand] = {}
 
     def settled(self, rung: Rung, specs: Mapping[str, Spec]) -> Rung:
-        """Return a rung whose presets are initial values or `?`.
-
-        Args:
-            rung: the rung as the document has it.
-            specs: the shapes of all instructions, by name in capitals.
-        """
+        """Return a document's rung with presets that are initial values, or `?`."""
         if any(self._differs(each, specs.get(each.name.upper())) for each in instructions_of(rung.series)):
             return Rung(self._series(rung.series, specs), rung.comment, rung.origin)
         return rung

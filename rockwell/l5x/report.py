@@ -1,7 +1,7 @@
 """The report of an import: every rung is imported, or refused with place, reason and remedy.
 
-`imported + len(refused) == rungs` holds always. What is not a rung (a routine of function blocks, an encoded
-add-on, a line of structured text) is refused as an object.
+`imported + len(refused) == rungs` always holds. Other parts (a routine of function blocks, an encoded add-on, a
+line of structured text) are refused as objects.
 """
 
 from __future__ import annotations
@@ -13,23 +13,20 @@ from typing import Any
 _COUNTED = ("total", "imported", "refused", "ran")
 
 LOST_SHOWN = 8
-"""Names that the warning of a run lists."""
+"""Names listed in the warning of a run."""
 
 
 @dataclass(frozen=True, slots=True)
 class Refusal:
-    """A rung, or an object, that is not imported.
+    """A rung or object that is not imported.
 
     Attributes:
-        line: its line there.
-        program: the program, or the add-on instruction.
-        routine: the routine, "" for an object outside of routines.
+        program: the program or add-on instruction.
+        routine: "" for an object outside of routines.
         rung: the number of the rung, None for an object.
-        column: where in the rung's text, from 1.
+        column: in the rung's text, from 1.
         text: the rung.
-        reason: what is wrong.
-        remedy: what helps.
-        tag: the tag that is missing, "" if that is not the reason.
+        reason: the error.
     """
 
     file: str
@@ -45,7 +42,7 @@ class Refusal:
 
     @property
     def place(self) -> str:
-        """Where it is in the program, as `Main.Feed rung 3`."""
+        """Its place in the program, as `Main.Feed rung 3`."""
         rung = "" if self.rung is None else f" rung {self.rung}"
         return ".".join(filter(None, (self.program, self.routine))) + rung
 
@@ -62,13 +59,12 @@ class Refusal:
 
 @dataclass(slots=True)
 class Note:
-    """Something that a reader should know, and that prevents nothing from running.
+    """A remark that prevents nothing from running.
 
     Attributes:
-        line: its line in the file, 0 without one.
-        name: what it is about.
-        text: what there is to say.
-        times: how often it applies to that name.
+        line: in the file, 0 if unknown.
+        name: its subject.
+        times: number of occurrences for that name.
     """
 
     line: int
@@ -86,11 +82,10 @@ class StructuredRoutine:
     """Structured text of one routine.
 
     Attributes:
-        owner: the program, or the add-on instruction.
-        name: the routine.
-        statements: statements in it, those in blocks included.
-        refused: those that are not imported.
-        ran: whether those that are imported ran in the trial.
+        owner: the program or add-on instruction.
+        statements: their number, nested ones included.
+        refused: number of refused statements.
+        ran: whether the imported ones ran in the trial.
     """
 
     owner: str
@@ -106,7 +101,7 @@ class StructuredRoutine:
         return self.refused >= self.statements and bool(self.refused)
 
     def counts(self) -> Iterator[tuple[str, int, int]]:
-        """Yield routines, lines and statements: how many there are, and how many are refused."""
+        """Yield routines, lines and statements: total and refused."""
         whole = self.is_refused
         yield "routines", 1, int(whole)
         yield "lines", self.lines, self.lines if whole else min(self.refused, self.lines)
@@ -115,20 +110,18 @@ class StructuredRoutine:
 
 @dataclass(slots=True)
 class Report:
-    """The result of an import.
+    """The report of an import.
 
     Attributes:
         revision: software revision of the export.
-        target: what was exported.
+        target: the exported object.
         controller: its name.
-        rungs: rungs in the file.
-        ran: imported rungs in programs that did the trial's scans on both back ends without a difference.
-        refused: rungs that are not imported.
-        objects: other things that are not imported.
-        declared: tags that the file leaves out and that are declared from their use, with their types.
-        notes: what else a reader should know.
-        lost: what starts with another value than in the file, or is not declared; each has a note.
-        stubs: instructions that a stub replaces, with the stub.
+        rungs: number of rungs in the file.
+        ran: imported rungs in programs that did all trial scans without a difference between the back ends.
+        objects: refused objects other than rungs.
+        declared: undeclared tags, with types inferred from their use.
+        lost: tags with another initial value than in the file, or undeclared; each has a note.
+        stubs: stubbed instructions, with the stub.
         faults: major faults and differences in the trial, by program.
         texts: routines of structured text.
     """
@@ -160,7 +153,7 @@ class Report:
         return not (self.refused or self.objects)
 
     def structured(self) -> dict[str, dict[str, int]]:
-        """Count routines, lines and statements of structured text: in all, imported, refused, ran."""
+        """Count routines, lines and statements of structured text: total, imported, refused, ran."""
         counted = {name: dict.fromkeys(_COUNTED, 0) for name in ("routines", "lines", "statements")}
         for each in self.texts:
             for name, total, refused in each.counts():
@@ -170,7 +163,7 @@ class Report:
         return counted
 
     def note(self, name: str, text: str, line: int = 0) -> None:
-        """Add a note; one that is there already is counted."""
+        """Add a note, or count a repeated one."""
         note = self._noted.get((name, text))
         if note is not None:
             note.times += 1
@@ -179,14 +172,14 @@ class Report:
         self.notes.append(note)
 
     def lose(self, name: str, text: str, line: int = 0) -> None:
-        """Add a note on something that does not start with the value that it has in the file."""
+        """Add a note on a lost initial value."""
         self.note(name, text, line)
         if name not in self.lost:
             self.lost.append(name)
 
     @property
     def warning(self) -> str:
-        """What a run says of values that are lost, in one line; "" if none is."""
+        """One-line warning of lost values, "" without any."""
         if not self.lost:
             return ""
         shown = ", ".join(self.lost[:LOST_SHOWN])
@@ -194,7 +187,7 @@ class Report:
         return f"{self.file}: values of the export are lost: {shown}{more}; scanrack l5x {self.file} says why"
 
     def as_json(self) -> dict[str, Any]:
-        """Return it for `--json`."""
+        """Return the data for `--json`."""
         return {
             "file": self.file,
             "revision": self.revision,

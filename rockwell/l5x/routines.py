@@ -1,6 +1,6 @@
-"""Rungs and structured text of a document; what can't be read is refused and leaves an empty rung.
+"""Rungs and structured text of a document; a refused rung becomes an empty one.
 
-The number of a rung in the tree is its place in the document, so that a later refusal finds its text.
+The number of a rung in the tree is its index in the document, so that a later refusal finds its text.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from .xml.limits import MOST_IN_RUNG, instructions_in
 from .xml.records import EncodedRecord, L5xDocument, L5xRungRecord, RoutineRecord
 
 DIAGRAMS = {"FBD": "a function block diagram", "SFC": "a sequential function chart"}
-"""Kinds of routines that do not run here."""
+"""Kinds of routines that can't run here."""
 
 _ANOTHER_LANGUAGE = "write the routine as ladder or structured text, or stub it"
 UNKNOWN = "stub the instruction, or take it out"
-"""The remedy for an unknown instruction."""
+"""Remedy for an unknown instruction."""
 
 _PENDING = "accept or cancel the edits, then export again"
 
@@ -42,11 +42,11 @@ _INVOKED = re.compile(r"(?:\A|;|:(?!=)|\b(?:THEN|ELSE|DO|REPEAT)\b)\s*([A-Za-z_]
 """A call at the beginning of a statement."""
 
 _STATEMENTS = frozenset({"IF", "ELSIF", "WHILE", "UNTIL", "CASE"})
-"""Keywords of statements that an expression in parentheses may follow."""
+"""Keywords that may precede an expression in parentheses."""
 
 
 def instruction_names(document: L5xDocument) -> list[str]:
-    """Return the names of the instructions that a document calls, each once."""
+    """Return the names of the called instructions, each once."""
     routines = [each for program in document.programs for each in program.routines]
     routines += [each for add_on in document.add_ons for each in add_on.routines]
     found: dict[str, None] = {}
@@ -67,7 +67,7 @@ def _column(text: str, site: Site) -> int:
 
 
 def line_of(record: RoutineRecord, number: int) -> int:
-    """Return the line in the file of a line of structured text; of an empty routine its own."""
+    """Return the file's line for a line of structured text; for an empty routine its own."""
     numbers = _lines_of(record)[1] or [record.line]
     return numbers[min(max(number - 1, 0), len(numbers) - 1)]
 
@@ -86,14 +86,11 @@ def _lines_of(record: RoutineRecord) -> tuple[list[str], list[int]]:
 
 
 class RoutineReader:
-    """Reads routines and keeps account of rungs.
+    """Reads routines and counts rungs.
 
     Attributes:
-        specs: the shapes of all instructions, by name in capitals.
-        stubbed: names in capitals of instructions and routines that a stub replaces.
-
-    Args:
-        report: counts rungs and collects what is refused.
+        specs: all instruction specs, by name in capitals.
+        stubbed: stubbed instructions and routines, in capitals.
     """
 
     def __init__(self, report: Report) -> None:
@@ -106,13 +103,7 @@ class RoutineReader:
         self.stubbed: frozenset[str] = frozenset()
 
     def routine(self, owner: str, record: RoutineRecord, inouts: Collection[str] = ()) -> Routine | None:
-        """Read a routine; None if it is refused as a whole.
-
-        Args:
-            owner: the program, or the add-on instruction.
-            record: the routine.
-            inouts: names in capitals of the InOuts of the add-on instruction.
-        """
+        """Read a routine of a program or add-on, whose InOuts are in capitals; None if it is refused."""
         self._presets.setdefault(owner.upper(), Presets(inouts))
         self._records[owner.upper(), record.name.upper()] = record
         self._report.rungs += len(record.rungs)
@@ -125,7 +116,7 @@ class RoutineReader:
         return Routine(record.name, rungs, record.comment)
 
     def skipped(self, owner: str, record: RoutineRecord, reason: str, remedy: str) -> None:
-        """Refuse all rungs of a routine that is not read; there may be another one of its name."""
+        """Refuse all rungs of an unread routine, whose name another one may have."""
         self._report.rungs += len(record.rungs)
         for rung in record.rungs:
             self._report.refused.append(
@@ -139,7 +130,7 @@ class RoutineReader:
             self.refuse_object(owner, record.name, reason, record.line, remedy)
 
     def encoded(self, owner: str, record: EncodedRecord) -> None:
-        """Refuse a routine whose source is not in the file."""
+        """Refuse a routine without source in the file."""
         text = "its source is encoded, so that it is not in the file"
         self.refuse_object(owner, record.name, text, record.line, "export it without source protection")
 
@@ -204,14 +195,11 @@ class RoutineReader:
     def refuse(
         self, owner: str, routine: str, place: int, reason: str, remedy: str, site: Site = NOWHERE
     ) -> None:
-        """Refuse a rung by its place; once.
+        """Refuse a rung by its index, once.
 
         Args:
-            owner: the program, or the add-on instruction.
-            place: place of the rung.
-            reason: what is wrong.
-            remedy: what helps.
-            site: the instruction or column in the rung, and the tag that is missing.
+            reason: may begin with the instruction.
+            column: from 1; 0 for that of the instruction.
         """
         key = (owner.upper(), routine.upper(), place)
         if key in self._refused:
@@ -228,7 +216,7 @@ class RoutineReader:
     def refuse_object(
         self, owner: str, routine: str, reason: str, line: int, remedy: str = _ANOTHER_LANGUAGE
     ) -> None:
-        """Refuse a routine, or something else that is not a rung, unless a stub replaces it."""
+        """Refuse a routine or another object, unless it is stubbed."""
         counted = self._texts.get((owner.upper(), routine.upper()))
         if counted is not None:
             counted.refused = counted.statements
@@ -240,7 +228,7 @@ class RoutineReader:
         )
 
     def refuse_statement(self, owner: str, routine: str, number: int, reason: str, remedy: str) -> None:
-        """Refuse a statement by its line in a routine whose other statements are imported."""
+        """Refuse a statement by its line; the others of its routine stay."""
         record, counted = self.record(owner, routine), self._texts.get((owner.upper(), routine.upper()))
         if record is None or counted is None:
             return
@@ -249,7 +237,7 @@ class RoutineReader:
         counted.refused = min(before + 1, counted.statements)
 
     def refuse_routine(self, owner: str, routine: str, reason: str, remedy: str) -> bool:
-        """Refuse all of a routine; return whether there was something to refuse."""
+        """Refuse a whole routine; return whether there was something to refuse."""
         record = self.record(owner, routine)
         if record is None:
             return False
@@ -260,7 +248,7 @@ class RoutineReader:
         return True
 
     def ran(self, owner: str, routine: str) -> None:
-        """Note that structured text ran."""
+        """Mark structured text as run."""
         counted = self._texts.get((owner.upper(), routine.upper()))
         if counted is not None:
             counted.ran = True
@@ -274,7 +262,7 @@ class RoutineReader:
         return (owner.upper(), routine.upper(), place) in self._refused
 
     def accepted(self, owner: str, routine: str) -> int:
-        """Return how many rungs of a routine are imported."""
+        """Return the number of imported rungs of a routine."""
         record = self.record(owner, routine)
         count = len(record.rungs) if record else 0
         return sum(not self.is_refused(owner, routine, place) for place in range(count))

@@ -12,12 +12,7 @@ from .xml.records import L5xDocument, TaskRecord, number_of
 
 
 def tasks_of(document: L5xDocument, programs: Iterable[str], report: Report) -> list[Task]:
-    """Return the tasks that run something.
-
-    Args:
-        programs: names of the programs that there are.
-        report: gets what is left out.
-    """
+    """Return the tasks with existing programs; report what is omitted."""
     left = {name.upper(): name for name in programs}
     off = {each.name.upper() for each in document.programs if each.disabled}
     found: list[Task] = []

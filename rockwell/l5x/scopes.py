@@ -24,14 +24,7 @@ _FILLED = {
 def scope_of(
     records: Iterable[TagRecord], types: Types, report: Report, owner: str = ""
 ) -> list[Declaration]:
-    """Return the declarations of the tags of the controller or of a program.
-
-    Args:
-        records: the tags.
-        types: the document's types.
-        report: gets what can't be declared.
-        owner: the program, "" for the controller.
-    """
+    """Return the declarations of a program's tags, or the controller's with owner ""; report invalid tags."""
     declarations: list[Declaration] = []
     for record in records:
         if record.kind.upper() in _FILLED:
@@ -51,11 +44,11 @@ def scope_of(
 
 
 def type_of(record: TagRecord, types: Types) -> DataType:
-    """Return the type of a tag: of its name, else as its values show it.
+    """Return the type of a tag: by name, else as its values show it.
 
     Raises:
         UnknownTypeError: neither the file nor its values show it.
-        LadderError: it can't be used.
+        LadderError: the type is unusable.
     """
     try:
         return types.find(record.type)
@@ -79,11 +72,7 @@ def _shown(record: TagRecord) -> Iterator[Data]:
 
 
 def tag_of(record: TagRecord, kind: DataType, types: Types, report: Report, owner: str = "") -> Tag:
-    """Return a tag with its initial value.
-
-    Raises:
-        LadderError: its dimensions are not allowed.
-    """
+    """Return a tag with its initial value, or raise a LadderError for its dimensions."""
     if record.wrong_dims:
         raise LadderError(f"{record.wrong_dims!r} are no dimensions")
     if len(record.dims) > MAX_DIMENSIONS or min(record.dims, default=1) < 1:
@@ -101,14 +90,11 @@ def read_initial(
     name: str,
     what: str = "it starts with zeros",
 ) -> Any:
-    """Return what a tag or a parameter starts with; what can't be read is noted.
+    """Return the initial value of a tag or parameter; note an unreadable one.
 
     Args:
-        kind: its type.
-        types: the document's types.
-        report: gets the note.
-        name: what the note calls it.
-        what: what a value does that can't be read.
+        name: its name in the note.
+        what: consequence of an unreadable value, for the note.
     """
     said: list[str] = []
     try:

@@ -1,11 +1,11 @@
-"""A trial: an imported controller runs in the interpreter and compiled, scan by scan, from the same memory.
+"""A trial: an imported controller runs in both back ends, scan by scan, from the same memory.
 
 A rung counts as run if its program did all scans and both back ends had the same values in all variables
 and the same fault after each of them. Refused rungs are empty in it. A major fault that both report ends the
 scan and not the trial; the watchdog ends the trial, since such a program does no second scan. Programs that
 no task runs, and add-on instructions, run in controllers of their own.
 
-The interpreter counts rungs and statements, since loops and nested calls can make a scan endless. Too many
+The interpreter counts rungs and statements, as loops and nested calls can make a scan endless. Too many
 end the trial: a count, not a clock, so that a report can be repeated.
 """
 
@@ -29,14 +29,14 @@ SCANS = 100
 """Scans of a trial."""
 
 MOST_IN_SCAN = 1_000_000
-"""Rungs and statements in one scan: more than a controller does within its watchdog of 500 ms."""
+"""Rungs and statements per scan: more than a controller does within its watchdog of 500 ms."""
 
 MOST_IN_ALL = 4_000_000
-"""The same in all scans of a trial: more than twice what a controller of 15,000 rungs does in 100 scans."""
+"""Rungs and statements in a trial: twice those of a controller of 15,000 rungs in 100 scans."""
 
 
 def run_trial(imported: L5xImport, scans: int = SCANS) -> None:
-    """Run what was imported; count in its report the rungs that ran, and note faults and differences."""
+    """Run an import; report executed rungs, faults and differences."""
     parts, report, work = imported.parts, imported.report, Work(scans)
     if imported.controller is not None:
         tasks = parts.tasks or implicit_task([each.name for each in parts.programs.values()])
@@ -52,11 +52,11 @@ def run_trial(imported: L5xImport, scans: int = SCANS) -> None:
 
 
 class Work:
-    """What a trial may do.
+    """The budget of a trial.
 
     Attributes:
-        scans: scans of each controller.
-        left: rungs and statements in all of them that may still run.
+        scans: per controller.
+        left: remaining rungs and statements of all controllers.
     """
 
     def __init__(self, scans: int = SCANS) -> None:
@@ -64,11 +64,7 @@ class Work:
         self.left = MOST_IN_ALL
 
     def scan(self, interpreted: Engine) -> LadderFault | None:
-        """Run a scan in the interpreter; return its fault.
-
-        Raises:
-            OutOfLinesError: too many rungs and statements.
-        """
+        """Run a scan in the interpreter; return its fault. OutOfLinesError: the budget is exhausted."""
         if self.left <= 0:
             raise OutOfLinesError(f"more than {MOST_IN_ALL:,} rungs and statements have run")
         interpreter = interpreted.interpreter
@@ -141,12 +137,12 @@ def _count(imported: L5xImport, names: Iterable[str]) -> None:
 
 
 class Outcome:
-    """What a trial showed.
+    """The outcome of a trial.
 
     Attributes:
         scans: whether all scans were done.
         fault: the first major fault, "" without one.
-        program: the program in which that was.
+        program: its program.
         difference: the first difference, "" without one.
     """
 
@@ -157,7 +153,7 @@ class Outcome:
 
 
 def lockstep(controller: LadderLogic, work: Work) -> Outcome:
-    """Run a controller or a program on both back ends and compare after each scan."""
+    """Run a controller or program on both back ends; compare after each scan."""
     outcome = Outcome()
     compiled, interpreted = controller.compile(), controller.interpret()
     for number in range(work.scans):

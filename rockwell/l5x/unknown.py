@@ -1,11 +1,11 @@
-"""Types that a document names and does not define: of modules, or left out of a partial export.
+"""Undefined types: of modules, or missing in a partial export.
 
-Their members are those that the rungs name, of the types that their uses ask for, see `inferred`. An axis has
-hundreds of members, others in each kind and revision: those that the rungs name beyond `AXIS_TYPES` are
-added to its type in the same way.
+Their members are those that rungs name, with types inferred from their uses, see `inferred`. An axis has
+hundreds of members, varying by kind and revision: members in use beyond `AXIS_TYPES` are added to its type in
+the same way.
 
-A call hands over what an InOut is: after `Guard(G1,Door:I,Door:I.Ch0)` Door:I is of the type of the first
-InOut, and has a member Ch0 of the type of the second.
+A call shows the type of its arguments: after `Guard(G1,Door:I,Door:I.Ch0)` Door:I has the type of the first
+InOut, and a member Ch0 of the type of the second.
 """
 
 from __future__ import annotations
@@ -42,14 +42,14 @@ Owned = Iterable[tuple[str, Routine]]
 """Routines, each with its program or add-on."""
 
 Handed = tuple[str, Address, TagRecord]
-"""What a call passes: the program or add-on that it is in, the argument, the InOut."""
+"""An argument: the program or add-on of the call, the address, the InOut."""
 
 _DEEPEST = 64
-"""Types that wait for one another."""
+"""Maximum depth of types that depend on each other."""
 
 
 class UnknownTypes:
-    """Finds and guesses the types that a document does not define."""
+    """Finds and infers the undefined types of a document."""
 
     def __init__(self, document: L5xDocument, types: Types) -> None:
         self._types = types
@@ -69,7 +69,7 @@ class UnknownTypes:
         self._with_axes = frozenset(self._naming_axis_members(document))
 
     def __bool__(self) -> bool:
-        """Whether there is something to define."""
+        """Whether any type is undefined."""
         return bool(self.names or self._with_axes)
 
     def _missing(self, document: L5xDocument) -> Iterator[tuple[str, str]]:
@@ -122,7 +122,7 @@ class UnknownTypes:
         return True
 
     def define(self, routines: Owned, specs: Mapping[str, Spec]) -> Mapping[str, DataType]:
-        """Define them as the routines use them; return them by name, axes with the added members only."""
+        """Define them from their use; return them by name, axes with the added members only."""
         owned = list(routines)
         handed = [each for owner, routine in owned for each in self._handed(owner, routine)]
         self._passed = {

@@ -1,4 +1,4 @@
-"""What routines call, and the instructions in them."""
+"""Calls in routines, and their instructions."""
 
 from __future__ import annotations
 
@@ -9,22 +9,22 @@ from ...ladder.model.tree import Address, Instruction, Routine, instructions_of
 
 
 def called_routines(routines: Iterable[Routine]) -> Iterator[str]:
-    """Yield the names of the routines that are called, as they are written."""
+    """Yield the called routines, as written."""
     return _named_first(routines, "JSR", "FOR")
 
 
 def triggered_tasks(routines: Iterable[Routine]) -> Iterator[str]:
-    """Yield the names of the tasks that EVENT triggers, as they are written."""
+    """Yield the tasks that EVENT triggers, as written."""
     return _named_first(routines, "EVENT")
 
 
 def jumps(routines: Iterable[Routine]) -> Iterator[str]:
-    """Yield the labels to which routines jump, as they are written."""
+    """Yield the targets of jumps, as written."""
     return _named_first(routines, "JMP")
 
 
 def labels(routines: Iterable[Routine]) -> Iterator[str]:
-    """Yield the labels of routines, as they are written."""
+    """Yield the labels of routines, as written."""
     return _named_first(routines, "LBL")
 
 
@@ -44,7 +44,7 @@ def all_instructions(routines: Iterable[Routine]) -> Iterator[Instruction]:
 
 
 def numbered_instructions(routine: Routine) -> Iterator[tuple[int, Instruction]]:
-    """Yield the instructions of a routine, each with its rung or line."""
+    """Yield the instructions of a routine with their rung or line numbers."""
     for number, rung in enumerate(routine.rungs):
         yield from ((number, each) for each in instructions_of(rung.series))
     for statement in statements_in(routine.statements or ()):

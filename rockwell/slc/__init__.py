@@ -1,13 +1,13 @@
-"""RSLogix 500 exports: the text of an SLC 500 or MicroLogix program to a program that runs, and back.
+"""RSLogix 500 exports: the text of an SLC 500 or MicroLogix program, read and written.
 
     SOR BST XIC I:1.0/3 NXB XIC B3/17 BND TON T4:0 0.01 500 0 EOR
 
-| file | does |
+| file | content |
 |---|---|
 | `records` | slots, ladder files with rungs, data files |
 | `lines`, `document` | lines, words and comments; lines to records |
 | `addresses` | `N7:0`, `B3/17`, `N7:[N7:1]`, `#N7:0`, `T4:0/DN` to addresses of the tree, and back |
-| `datavalues` | values as they are printed |
+| `datavalues` | printed values |
 | `datafiles` | data files to tags with their values |
 | `rungs` | mnemonics and operands of a rung to the tree, and back |
 | `importer` | a document to a program, and the report of its import |

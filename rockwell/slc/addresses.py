@@ -1,4 +1,4 @@
-"""Addresses of data files to those of the tree, and back [1747-RM001, "Addressing"].
+"""Addresses of data files in both notations [1747-RM001, "Addressing"].
 
 | export | means |
 |---|---|
@@ -6,7 +6,7 @@
 | `B3/17` | bit 17 of the file: bit 1 of word 1 |
 | `I:1.2/3`, `I:1/19` | slot 1, word 2, bit 3; bit 19 of the slot: word 1, bit 3 |
 | `T4:0.ACC`, `T4:0/DN` | a member of timer 0 |
-| `N7:[N7:1]`, `B3:0/[N7:2]` | the word, the bit that another word names |
+| `N7:[N7:1]`, `B3:0/[N7:2]` | word or bit number in another word |
 | `#N7:0` | in a file instruction the file from there on; elsewhere the word S:24 further on |
 """
 
@@ -30,7 +30,7 @@ from ...ladder.model.tree import (
 )
 
 BITS = 16
-"""Bits of a word."""
+"""Bits per word."""
 
 _INDIRECT = r"\[[^\[\]]+\]"
 _ADDRESS = re.compile(
@@ -45,22 +45,22 @@ STRUCTURED = {
     "C": {15: "CU", 14: "CD", 13: "DN", 12: "OV", 11: "UN", 10: "UA"},
     "R": {15: "EN", 14: "EU", 13: "DN", 12: "EM", 11: "ER", 10: "UL", 9: "IN", 8: "FD"},
 }
-"""Files whose elements are three words, and the names of the bits of the first."""
+"""Files with elements of three words, and the bit names of the first word."""
 
 WORDS = {"T": ("PRE", "ACC"), "C": ("PRE", "ACC"), "R": ("LEN", "POS")}
-"""Words 1 and 2 of their elements."""
+"""Names of words 1 and 2 of their elements."""
 
 IMAGES = ("I", "O")
 INDEX = Address("S", (WordStep(24, ":"),))
-"""S:24, which an indexed address is offset by."""
+"""S:24, the offset of indexed addresses."""
 
 
 class AddressTextError(LadderError):
-    """Text that is not an address of a data file."""
+    """Not an address of a data file."""
 
 
 def is_address(text: str) -> bool:
-    """Whether text looks like an address.
+    """Whether text has the form of an address.
 
     >>> is_address("B3/17"), is_address("#N7:0"), is_address("100"), is_address("ADD")
     (True, True, False, False)
@@ -70,14 +70,10 @@ def is_address(text: str) -> bool:
 
 
 def parse(text: str, *, file: bool = False) -> Address:
-    """Read an address.
+    """Read an address; a `#` means a file with `file`, else the offset S:24.
 
     >>> print(parse("B3/17"), parse("T4:0/DN"), parse("I:1/19"), parse("N7:[N7:1]"))
     B3:1/1 T4:0.DN I:1.1/3 N7[N7:1]
-
-    Args:
-        text: as the export has it.
-        file: whether a `#` names a file; otherwise it adds S:24.
 
     Raises:
         AddressTextError: it is not an address.
@@ -173,14 +169,10 @@ def _image(letters: str, found: re.Match[str], text: str) -> Address:
 
 
 def text_of(operand: Operand, *, file: bool = False) -> str:
-    """Return an operand as an export has it.
+    """Return an operand in the notation of exports, with `#` for a file.
 
     >>> text_of(parse("N7:[N7:1]/3")), text_of(parse("T4:0/DN")), text_of(parse("B3/17"), file=True)
     ('N7:[N7:1]/3', 'T4:0/DN', '#B3:1/1')
-
-    Args:
-        operand: address, number, or expression.
-        file: whether it names a file.
     """
     if not isinstance(operand, Address):
         return str(operand)

@@ -1,10 +1,10 @@
-"""Data files to tags: their types, lengths and values [1747-RM001, "Data files"].
+"""Data files as tags: types, lengths and values [1747-RM001, "Data files"].
 
-A file is as long as its values, and as the highest element that a rung names; one that is addressed
-indirectly has all its 256 elements. The words of a slot are as many as its SLOT line says, at least.
+A file extends to the last of its values and of the elements in rungs; with indirect addresses it has all 256
+elements. A slot has at least the words of its SLOT line.
 
-An element has the values of DATA. Where those are missing or can't be read, a timer, a counter or a control
-has what its rung shows, and any other element is 0.
+Elements have the values of DATA. Without readable values a timer, a counter or a control has those of its
+rung, any other element is 0.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from .datavalues import joined, value_of
 from .records import DataRecord
 
 MOST = 256
-"""Elements of a file."""
+"""Maximum elements of a file."""
 
 TYPES: Mapping[str, DataType] = {
     **dict.fromkeys(("S", "B", "N", "A", "D"), INT),
@@ -49,17 +49,17 @@ TYPES: Mapping[str, DataType] = {
     "I": INT,
     "O": INT,
 }
-"""Type of an element by the letters of the file."""
+"""Element type by the letters of the file."""
 
 UNREAD = frozenset({"MG"})
-"""Files whose values have another order than the elements here."""
+"""Files whose values are in another order than the elements here."""
 
 _SHOWN = {
     Use.SLC_TIMER: (2, "PRE", "ACC"),
     Use.SLC_COUNTER: (1, "PRE", "ACC"),
     Use.SLC_CONTROL: (1, "LEN", "POS"),
 }
-"""By the use of an element: how far after it a rung shows its words, and their names."""
+"""By use of an element: where a rung shows its words, and their names."""
 
 
 _BITS = frozenset({Use.BIT, Use.COIL, Use.LATCH, Use.STORAGE})
@@ -90,11 +90,7 @@ class _File:
 
 
 class DataFiles:
-    """Collects what data and rungs say of the data files.
-
-    Args:
-        specs: the instructions, by name in capitals.
-    """
+    """Collects the data files from data and rungs."""
 
     def __init__(self, specs: Mapping[str, Spec]) -> None:
         self._specs = specs
@@ -107,7 +103,7 @@ class DataFiles:
     # --- values
 
     def image(self, name: str, words: int) -> None:
-        """Let a slot have so many words."""
+        """Set the minimum number of words of a slot."""
         if words:
             self._file(name).need(words)
 
@@ -117,7 +113,7 @@ class DataFiles:
         return not self._files.keys().isdisjoint((name, plain, plain.removesuffix("X")))
 
     def data(self, record: DataRecord) -> Iterator[tuple[str, str, int]]:
-        """Take the values of a data file; yield what is wrong: where, what, and the line."""
+        """Add the values of a data file; yield errors: place, text, line."""
         letters = letters_of(record.file)
         if letters not in TYPES or letters in UNREAD:
             if record.rows:
@@ -147,7 +143,7 @@ class DataFiles:
     # --- uses
 
     def routine(self, routine: Routine) -> None:
-        """Note the elements that rungs name."""
+        """Note the elements in a routine."""
         for rung in routine.rungs:
             for instruction in instructions_of(rung.series):
                 uses = self._uses(instruction)
@@ -223,11 +219,7 @@ class DataFiles:
     # --- tags
 
     def tags(self, bound: Iterable[str]) -> Iterator[Tag]:
-        """Yield a tag per file.
-
-        Args:
-            bound: names of the images that are the rack's, which are not tags.
-        """
+        """Yield a tag per file, except `bound` images of the rack."""
         without = set(bound)
         for file in self._files.values():
             if file.name not in without and file.length:
@@ -235,7 +227,7 @@ class DataFiles:
 
     @property
     def images(self) -> list[str]:
-        """The images that are used: `I:1`, `O:1`."""
+        """The used images: `I:1`, `O:1`."""
         return [name for name in self._files if name.startswith(("I:", "O:"))]
 
     def _type(self, file: _File) -> DataType:

@@ -30,7 +30,7 @@ _DECIMAL = re.compile(r"[+-]?[0-9]{1,18}")
 
 
 def joined(rows: Iterable[DataRow], words: int) -> Iterator[DataRow]:
-    """Yield lines of values; one that begins within an element goes on with that before it."""
+    """Yield lines of values, joined where an element spans several."""
     before: DataRow | None = None
     for row in rows:
         if before is not None and row.place is None and len(before.values) % words:
@@ -44,11 +44,7 @@ def joined(rows: Iterable[DataRow], words: int) -> Iterator[DataRow]:
 
 
 def value_of(letters: str, words: Sequence[str]) -> Any:
-    """Return an element from its values.
-
-    Raises:
-        ValueError: they are not those of such a file.
-    """
+    """Return an element from its values; a ValueError if they do not fit the file."""
     if letters in STRUCTURED:
         flags, first, second = (_integer(each, 16) for each in words)
         bits = {name: True for bit, name in STRUCTURED[letters].items() if flags >> bit & 1}

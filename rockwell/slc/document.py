@@ -1,4 +1,4 @@
-"""An export as records: every rung with its line, every data file with its values, every slot.
+"""The reader of exports: rungs with their lines, data files with their values, slots.
 
     START Bul.1766  % MicroLogix 1400 Series B %
     SLOT 1 OTHER 3 10 25  % an axis %  SCAN_IN 8 SCAN_OUT 8    a 3601: card of vendor 3, type 10, code 25
@@ -22,9 +22,9 @@
     FORCE O:03
     0X0000 0XFFFF % FORCE O:3.0 %
 
-What is between two % is a comment. In DATA the address in it says where the values of its line lie; without
-one they follow those before. A header has the first element. One with values for just its element and those
-before it is of the older form `DATA N7:5 1 2 3 4 5 6`, which has the last element [9323-PA2E, p. 5-19];
+Text between two % is a comment. In DATA the address in it is that of the line's values; without
+one they follow the previous ones. A header has the first element. One with values for its element and those
+before it only is of the older form `DATA N7:5 1 2 3 4 5 6`, which has the last element [9323-PA2E, p. 5-19];
 `DATA ...N7:5` has the first one always.
 
 A rung goes from SOR to EOR, over as many lines as it takes. Other lines are noted.
@@ -43,14 +43,14 @@ from .lines import WORD, Line, lines_of
 from .records import DataRecord, DataRow, LadderRecord, Other, SlcDocument, SlcRungRecord, SlotRecord
 
 MOST_BYTES = 4 * 1024 * 1024
-"""Bytes of a file; an SLC 500 has 64 K words for its program."""
+"""Maximum bytes of a file; an SLC 500 has 64 K words for its program."""
 
 MOST_RUNGS = 65_536
-"""Rungs of a file."""
+"""Maximum rungs of a file."""
 
 
 class SlcError(LadderError):
-    """A file that is not an export of RSLogix 500."""
+    """Not an export of RSLogix 500."""
 
 
 _LADDER = re.compile(r'(?:LADDER|LAD)(?:\s+FILE)?\s+(?:LAD\s*)?(\d{1,3})\b[\s:-]*"?([^"]*?)"?', re.IGNORECASE)
@@ -70,21 +70,17 @@ _VALUE = re.compile(
     re.IGNORECASE,
 )
 _DESCRIPTION = re.compile(r"^\s*(?:TITLE/RUNG DESCRIPTION|TITLE:|RUNG DESCRIPTION:)", re.MULTILINE)
-"""What begins the parts of a description of a rung."""
+"""Beginnings of the parts of a rung's description."""
 _SETTINGS = re.compile(r"(?:(?:[A-Z][A-Z0-9_]+|[+-]?\d+|0X[0-9A-F]+)\s*)+")
-"""A line below that of a slot: numbers, and what they are."""
+"""A line below a slot's: numbers and their names."""
 _NOT_FORCED = ["0X0000", "0XFFFF"]
-"""Bits of a word that are forced on, and those that are not forced off."""
+"""Mask of bits forced on, and mask of bits not forced off."""
 _NUMBERED = re.compile(r"RUNG\s*:?\s*\d+", re.IGNORECASE)
-"""A comment that only numbers the rung below."""
+"""A comment that only numbers the next rung."""
 
 
 def read_document(path: Path | str) -> SlcDocument:
-    """Read an export from a file.
-
-    Raises:
-        SlcError: it can't be read, is too long, is not text, or has no rung.
-    """
+    """Read an export from a file; an SlcError if it is unreadable, too long, not text, or without rungs."""
     file = Path(path)
     try:
         with open_input(file) as stream:
@@ -109,15 +105,7 @@ def _text_of(data: bytes) -> str:
 
 
 def parse_document(text: str, file: str, name: str) -> SlcDocument:
-    """Read the text of an export.
-
-    Args:
-        file: its name in messages.
-        name: name of the project, unless the text says it.
-
-    Raises:
-        SlcError: it has no rung.
-    """
+    """Read the text of an export; `name` is the default project name. SlcError: it has no rung."""
     document = _SlcReader(text, SlcDocument(file, name)).read()
     if not any(each.rungs for each in document.ladders.values()):
         raise SlcError(f"{file}: there is no rung in it: SOR ... EOR")

@@ -1,4 +1,4 @@
-"""A program of the dialect slc back to the text of an export, which reads as the same program."""
+"""Export of a program of the dialect slc as text that reads as the same program."""
 
 from __future__ import annotations
 
@@ -17,18 +17,11 @@ from .records import SlcDocument
 from .rungs import ROUTINE, rung_text
 
 _PER_LINE = 10
-"""Values of a line."""
+"""Values per line."""
 
 
 def export_text(program: Program, document: SlcDocument | None = None) -> str:
-    """Return a program as text.
-
-    Args:
-        document: the export that it was imported from, whose processor and slots go with it.
-
-    Raises:
-        LadderError: it has another dialect.
-    """
+    """Return a program as text, with processor and slots of its import; a LadderError for another dialect."""
     if program.dialect != SLC:
         raise LadderError(f"program {program.name} has the dialect {program.dialect}, not {SLC}")
     head = [f'PROJECT "{program.name}"']

@@ -1,4 +1,4 @@
-"""An export of RSLogix 500 to a program that can run, and the report of its import."""
+"""Import of an RSLogix 500 export as a runnable program, with a report."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from .records import LadderRecord, SlcDocument
 from .rungs import RungError, RungReader, routine_name
 
 ROUNDS = 30
-"""Attempts to build what is left after refusals; each refuses at least one rung."""
+"""Attempts to build after refusals; each refuses at least one rung."""
 
 TRIAL_STUB = "done after 20 ms"
-"""How messages end in a trial."""
+"""Result of messages in a trial."""
 
 LONGEST = 1000
-"""Characters of a rung in a refusal."""
+"""Maximum characters of a rung in a refusal."""
 
 MAIN = 2
 """Number of the main ladder file."""
@@ -35,13 +35,7 @@ MAIN = 2
 
 @dataclass(slots=True)
 class SlcImport:
-    """The result of an import.
-
-    Attributes:
-        document: the export.
-        report: what was imported and refused.
-        program: what runs; None if nothing can be built.
-    """
+    """The result of an import; `program` is None if nothing can be built."""
 
     document: SlcDocument
     report: Report
@@ -58,11 +52,10 @@ def import_slc(
     """Import an export from a file.
 
     Args:
-        path: the file.
         stubs: replacements of instructions.
-        slots: slots of the rack that the program runs in; None if there is none. Images of other slots are
-            memory. Without a rack, slots are the rack's that a 3601 sits in, or all if the export names none.
-        trial: let messages without a stub end.
+        slots: slots of the rack; images of other slots are memory. None without a rack: bound are slots with
+            a 3601, or all if the export names none.
+        trial: complete messages without a stub.
 
     Raises:
         SlcError: the file can't be used at all.

@@ -5,8 +5,8 @@
     50 % of the speed
     %                                                            one comment: up to a line that ends in %
 
-A % in quotation marks is a character. A comment of several lines does not reach over a line that begins a
-section: a % that nothing closes is a word.
+A % in quotation marks is a character. A multi-line comment ends before a line that begins a section: an
+unclosed % is a word.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 _PIECE = re.compile(r'%([^%]*)%|("[^"]*"|(?:(?!//)[^\s%])+)|(//.*)|(%)')
-"""A comment, a word, a comment up to the end of the line, or the beginning of a comment of several lines."""
+"""A comment, a word, a comment up to the end of the line, or the start of a multi-line comment."""
 
 WORD = re.compile(r'"[^"]*"|\S+')
 """A word, or a text in quotation marks."""
@@ -24,18 +24,12 @@ WORD = re.compile(r'"[^"]*"|\S+')
 _SECTION = re.compile(
     r'\s*(?:SOR\b|DATA\s+\S+\s*[:;]|FORCE\s+\S+\s*:|(?:LADDER|LAD|SLOT)\s+\d|(?:START|PROJECT)\s+[\S"])'
 )
-"""What begins a section or a rung, so that no comment of several lines reaches over it."""
+"""Beginning of a section or rung, which ends a multi-line comment."""
 
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """A line.
-
-    Attributes:
-        number: its number, from 1.
-        words: its words outside of comments.
-        comments: its comments; one of several lines stands where it begins.
-    """
+    """A line: its number, its words, and its comments, multi-line ones at their first line."""
 
     number: int
     words: tuple[str, ...]
@@ -43,7 +37,7 @@ class Line:
 
     @property
     def plain(self) -> str:
-        """What it says outside of comments."""
+        """Its text without comments."""
         return " ".join(self.words)
 
     @property
@@ -53,7 +47,7 @@ class Line:
 
 
 def lines_of(text: str) -> Iterator[Line]:
-    """Yield the lines of an export; those inside of a comment are left out."""
+    """Yield the lines of an export, except those inside of comments."""
     lines = text.splitlines()
     at = searched = 0  # no line from `at` up to `searched` ends a comment
     while at < len(lines):

@@ -1,4 +1,4 @@
-"""The parts of an export of RSLogix 500 as plain records; each knows its line."""
+"""Records of an RSLogix 500 export's parts, each with its line."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ class SlcRungRecord:
 
     Attributes:
         words: the words between SOR and EOR.
-        comment: what the comments before it say.
+        comment: the comments before it.
         whole: whether it ends in EOR.
     """
 
@@ -24,18 +24,13 @@ class SlcRungRecord:
 
     @property
     def text(self) -> str:
-        """Its text as it is exported."""
+        """Its text as exported."""
         return " ".join(("SOR", *self.words, *(["EOR"] if self.whole else [])))
 
 
 @dataclass(slots=True)
 class LadderRecord:
-    """A ladder file.
-
-    Attributes:
-        number: its number, 2 for the main one.
-        name: its name, "" without one.
-    """
+    """A ladder file; number 2 is the main one."""
 
     number: int
     name: str = ""
@@ -44,12 +39,7 @@ class LadderRecord:
 
 @dataclass(frozen=True, slots=True)
 class DataRow:
-    """A line of values.
-
-    Attributes:
-        place: the element, or of an image the word, at which they begin; None for behind those before.
-        values: as written.
-    """
+    """A line of values from `place` on (an element, or a word of an image), None after the previous ones."""
 
     place: int | None
     line: int
@@ -61,10 +51,9 @@ class DataRecord:
     """Values of a data file.
 
     Attributes:
-        file: its name: `N7`, `S`, and `I:1` for the words of a slot.
+        file: `N7`, `S`, or `I:1` for the words of a slot.
         element: the one in its header, of an image the word.
-        first: whether that is the first one in any case.
-        rows: its values.
+        first: whether that is always the first one.
     """
 
     file: str
@@ -74,11 +63,7 @@ class DataRecord:
     rows: list[DataRow] = field(default_factory=list)
 
     def begin(self, words: int) -> int:
-        """Return the element at which values without a place begin.
-
-        Args:
-            words: values of an element.
-        """
+        """Return the element at which values without a place begin, with `words` values each."""
         count = sum(len(each.values) for each in self.rows)
         placed = any(each.place is not None for each in self.rows)
         is_last = count == (self.element + 1) * words and not placed
@@ -87,14 +72,7 @@ class DataRecord:
 
 @dataclass(frozen=True, slots=True)
 class SlotRecord:
-    """What sits in a slot.
-
-    Attributes:
-        number: its number, 0 for the processor.
-        text: what the line says, without comments.
-        comment: what it is called.
-        settings: the lines below.
-    """
+    """A slot; number 0 is the processor. `settings` are the lines below it."""
 
     number: int
     text: str
@@ -116,12 +94,12 @@ class SlotRecord:
 
     @property
     def inputs(self) -> int | None:
-        """Words of its inputs, None if the line does not say."""
+        """Words of its inputs, None if unknown."""
         return self._size("SCAN_IN")
 
     @property
     def outputs(self) -> int | None:
-        """Words of its outputs, None if the line does not say."""
+        """Words of its outputs, None if unknown."""
         return self._size("SCAN_OUT")
 
     def _size(self, key: str) -> int | None:
@@ -130,13 +108,7 @@ class SlotRecord:
 
 
 class Other(NamedTuple):
-    """A line, or a word, that is not understood.
-
-    Attributes:
-        line: its number.
-        text: what it says.
-        file: the data file whose values it stands among, "" elsewhere.
-    """
+    """An unknown line or word; `file` is the data file around it, or ""."""
 
     line: int
     text: str
@@ -148,14 +120,11 @@ class SlcDocument:
     """An export.
 
     Attributes:
-        file: its name in messages.
-        name: name of the project.
-        processor: what START or PROCESSOR says.
+        processor: text of START or PROCESSOR.
         ladders: by number.
-        data: values of data files, in their order.
         slots: by number.
         forces: lines of forces that are on, with their numbers.
-        others: other lines.
+        others: ignored lines.
     """
 
     file: str

@@ -1,6 +1,6 @@
-"""Rungs: words between SOR and EOR to the tree, and back.
+"""Rungs: words between SOR and EOR, read and written.
 
-A mnemonic takes the words up to the next one. `BST ... NXB ... BND` are the legs of a branch.
+A mnemonic has the words up to the next one as operands. `BST ... NXB ... BND` are the legs of a branch.
 """
 
 from __future__ import annotations
@@ -31,10 +31,10 @@ BEGIN, NEXT, END = "BST", "NXB", "BND"
 """Words of a branch."""
 
 FILES = frozenset({Use.SOURCE, Use.DESTINATION, Use.TABLE, Use.ARRAY})
-"""Uses of a file, which exports write with `#`."""
+"""Uses of a file, with `#` in exports."""
 
 _WORDS = frozenset({Use.IGNORED, Use.ANYTHING, Use.PARAMETERS, Use.TEXT})
-"""Uses of which an operand may be any word."""
+"""Uses whose operand may be any word."""
 
 _HEX = re.compile(r"(?:16#|0x)([0-9A-F]+)|([0-9A-F]+)h|(?=[0-9]*[A-F])([0-9A-F]{4})", re.IGNORECASE)
 """Hexadecimal numbers: `0FF0h`, `16#FF0`, and masks of four digits, `FFFF`."""
@@ -43,18 +43,17 @@ _NAME = re.compile(r"[A-Z_]\w*", re.IGNORECASE)
 _IN_EXPRESSION = re.compile(r"#?[A-Z]{1,3}\d{0,3}(?::(?:\d+|\[[^\]]+\]))?(?:\.\w+)?(?:/\w+)?", re.IGNORECASE)
 
 _PLACEHOLDER = re.compile(r"slc_(\d{1,4})")
-"""A placeholder for an address while an expression is read."""
+"""A placeholder for an address inside of an expression."""
 
 ROUTINE = "U"
-"""What the name of a routine begins with, before the number of its ladder file."""
+"""Prefix of a routine's name, before the number of its ladder file."""
 
 
 class RungError(LadderError):
-    """A rung that can't be read.
+    """An unreadable rung.
 
     Attributes:
-        column: where, in the rung's text, from 1.
-        remedy: what helps.
+        column: in the rung's text, from 1.
     """
 
     def __init__(self, text: str, column: int, remedy: str) -> None:
@@ -63,22 +62,13 @@ class RungError(LadderError):
 
 
 class RungReader:
-    """Reads the rungs of a document.
-
-    Args:
-        specs: the instructions that there are, by name in capitals.
-        names: names of the ladder files, by number.
-    """
+    """Reads rungs, with specs by name in capitals and ladder file names by number."""
 
     def __init__(self, specs: Mapping[str, Spec], names: Mapping[int, str]) -> None:
         self._specs, self._names = specs, names
 
     def read(self, words: Sequence[str]) -> Series:
-        """Read a rung.
-
-        Raises:
-            RungError: it can't be read.
-        """
+        """Read a rung, or raise a RungError."""
         self._words = list(words)
         self._columns: list[int] = []
         column = 5
@@ -177,7 +167,7 @@ class RungReader:
 
 
 def routine_name(file: int, names: Mapping[int, str]) -> str:
-    """Return the routine that a ladder file becomes.
+    """Return the routine of a ladder file.
 
     >>> routine_name(3, {})
     'U3'
@@ -244,12 +234,7 @@ def _with_addresses(operand: Operand, addresses: Sequence[Address]) -> Operand:
 
 
 def rung_text(series: Series, specs: Mapping[str, Spec]) -> str:
-    """Return a rung as an export has it, without SOR and EOR.
-
-    Args:
-        series: the rung.
-        specs: the instructions, by name in capitals.
-    """
+    """Return a rung in the notation of exports, without SOR and EOR."""
     return " ".join(_element_text(each, specs) for each in series)
 
 

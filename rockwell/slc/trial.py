@@ -1,4 +1,4 @@
-"""A trial: an imported program runs in the interpreter and compiled, scan by scan, as an L5X does."""
+"""A trial: an imported program runs in both back ends, scan by scan, like an L5X."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from .importer import SlcImport
 
 
 def run_trial(imported: SlcImport, scans: int = SCANS) -> None:
-    """Run what was imported; count in its report the rungs that ran, and note a fault or a difference."""
+    """Run an import; report executed rungs, a fault or a difference."""
     program, report = imported.program, imported.report
     if program is None:
         return

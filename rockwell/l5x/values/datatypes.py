@@ -1,7 +1,7 @@
 """Data types of a document: their own, string families, add-on types, predefined and module-defined ones.
 
-A type is looked up by name, in this order: those that every program has, the document's, its add-on
-instructions', the predefined ones of `predefined`, those that values in the document show.
+Types are searched by name in this order: those of every program, the document's, its add-on instructions', the
+predefined ones of `predefined`, those that values in the document show.
 """
 
 from __future__ import annotations
@@ -26,16 +26,16 @@ from ..xml.records import Data, DataTypeRecord, MemberRecord, number_of
 from .raw import has_known_bytes
 
 MOST_VALUES = 100_000
-"""Values in one element of a type."""
+"""Maximum values in one element of a type."""
 
 MOST_IN_ALL = 8_000_000
-"""Values of all tags together: 64 MiB of Python for each engine; controllers have less than half of that."""
+"""Maximum values of all tags: 64 MiB of Python per engine; controllers have less than half of that."""
 
 EIGHTS_SINCE = 27
-"""The software revision from which on values of 8 bytes lie at multiples of 8 [1756-RM100F, chapter 5]."""
+"""First software revision with 8-byte values at multiples of 8 [1756-RM100F, chapter 5]."""
 
 DEEPEST = 64
-"""Depth of types in types."""
+"""Maximum depth of nested types."""
 
 NAME = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 """Names of members, parameters, programs and routines."""
@@ -54,17 +54,17 @@ _RENAMED: Mapping[str, str] = {
 
 
 class UnknownTypeError(LadderError):
-    """A type that the document does not define."""
+    """A type without a definition in the document."""
 
 
 class Types:
     """Types by name.
 
     Attributes:
-        wrong: types that can't be used, with what is wrong, by name in capitals.
+        wrong: unusable types with the reason, by name in capitals.
 
     Args:
-        records: the document's types; of two with one name the first one counts.
+        records: the document's types; the first of each name counts.
         revision: software revision of the document.
     """
 
@@ -89,11 +89,11 @@ class Types:
         return [each.name for each in self._records.values()]
 
     def find(self, name: str) -> DataType:
-        """Return the type of a name.
+        """Return a type by name.
 
         Raises:
             UnknownTypeError: the document does not define it.
-            LadderError: its definition can't be used.
+            LadderError: its definition is unusable.
         """
         key = name.upper()
         known = self._known.get(key)
@@ -137,11 +137,7 @@ class Types:
         return found
 
     def refuse_size(self, kind: Structure) -> None:
-        """Refuse a structure that is too large.
-
-        Raises:
-            LadderError: it is.
-        """
+        """Raise a LadderError for a structure that is too large."""
         if self.count(kind) > MOST_VALUES:
             raise LadderError(f"data type {kind.name} has more than {MOST_VALUES:,} values")
 
@@ -166,11 +162,7 @@ class Types:
         return known[1]
 
     def take(self, kind: DataType, dims: tuple[int, ...]) -> None:
-        """Count the values of a tag.
-
-        Raises:
-            LadderError: there are too many.
-        """
+        """Add the values of a tag to the total; a LadderError beyond the limit."""
         wanted = self.count(kind) * count_of(dims)
         if wanted > self._left:
             raise LadderError(f"the tags of the file have more than {MOST_IN_ALL:,} values")
@@ -195,16 +187,12 @@ class Types:
         return Member(member.name, kind, member.dims, hidden=member.hidden)
 
     def define(self, name: str, kind: DataType) -> None:
-        """Define a type that the document does not."""
+        """Define a missing type."""
         self._known[name.upper()] = kind
         self.wrong.clear()  # types with members of this one
 
     def show(self, data: Data) -> DataType | None:
-        """Return the type that decorated data show, None if they show none.
-
-        Args:
-            data: a `Structure`, `StructureMember`, `Array`, `DataValue` or member element.
-        """
+        """Return the type of decorated data (`Structure`, `Array`, `DataValue`, member elements), or None."""
         kind = data.get("DataType", "")
         try:
             return self.find(kind)
@@ -259,7 +247,7 @@ def _unique(name: str, members: Iterable[Member]) -> Structure:
 
 
 def has_initials(kind: DataType) -> bool:
-    """Whether elements of a type start with something else than zeros."""
+    """Whether a type has initial values other than zero."""
     if isinstance(kind, Elementary):
         return False
     return any(each.initial is not None or has_initials(each.type) for each in kind.members)

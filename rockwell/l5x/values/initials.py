@@ -1,4 +1,4 @@
-"""What all readers of values share: what starts with zero is left out, and arrays are lists of lists."""
+"""Common parts of the value readers: zeros are omitted, arrays are lists of lists."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ class How:
     """How values are read.
 
     Attributes:
-        keep: whether zeros are values, too: the type starts with something else.
-        say: is told of what does not fit and is left out or cut.
+        keep: whether zeros are values, as the type has other initial values.
+        say: called with each value that is omitted or truncated.
     """
 
     keep: bool = False
@@ -24,11 +24,7 @@ class How:
 
 
 def scalar(text: str | None, kind: Elementary, how: How) -> Any:
-    """Return a value of an elementary type, None for what it starts with.
-
-    Raises:
-        ValueTextError: it is none.
-    """
+    """Return an elementary value, None for the type's initial value; a ValueTextError if it is invalid."""
     if text is None:
         return None
     value = value_of(text, kind, how.say)
@@ -36,7 +32,7 @@ def scalar(text: str | None, kind: Elementary, how: How) -> Any:
 
 
 def nested(values: list[Any], kind: DataType, dims: tuple[int, ...]) -> Any:
-    """Return flat values as a list per dimension; missing ones are zeros."""
+    """Return flat values as a list per dimension, padded with zeros."""
     blank: Callable[[], Any] = {}.copy
     if isinstance(kind, Elementary):
         zero = kind.zero

@@ -1,6 +1,6 @@
 """L5K text to initial values: `[1.50000000e+000,[7,0],[0,5000,0]]`.
 
-It has the values of all members in the order of their memory.
+It has the values of all members in memory order.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from .initials import How, nested, scalar
 from .value_texts import ValueTextError, unquoted_or_raise
 
 _DEEPEST = 64
-"""Levels of brackets."""
+"""Maximum depth of brackets."""
 
 
 _TOKEN = re.compile(
@@ -24,11 +24,7 @@ _TOKEN = re.compile(
 
 
 def from_l5k(text: str, kind: DataType, dims: tuple[int, ...], how: How) -> Any:
-    """Return what a tag starts with, in the form that `Tag.initial` has; None for what its type starts with.
-
-    Raises:
-        ValueTextError: it is not L5K data.
-    """
+    """Return an initial value as in `Tag.initial`, None for the type's own; or raise a ValueTextError."""
     text = text.strip()
     if not text:
         return None

@@ -1,7 +1,7 @@
 """Values as bytes: `<Data>3C 00 00 00</Data>`, the memory of a tag, lowest byte first.
 
-They are read where the order of bytes is known: that of elementary types, strings, timers, counters,
-controls, and the document's own types of them. Other predefined types and add-ons have bytes of their own.
+They are read where the byte layout is known: that of elementary types, strings, timers, counters,
+controls, and the document's own types of them. The layout of other predefined types and add-ons is unknown.
 
 | type | bytes |
 |---|---|
@@ -37,7 +37,7 @@ _KNOWN = (TIMER, COUNTER, CONTROL)
 
 
 def bytes_in(element: Data) -> bytes | None:
-    """Return the bytes that an element has, None if it has something else."""
+    """Return the bytes of an element, None if it has another form."""
     try:
         return bytes.fromhex(element.text or "")
     except ValueError:
@@ -45,13 +45,7 @@ def bytes_in(element: Data) -> bytes | None:
 
 
 def has_known_bytes(kind: DataType, own: Iterable[str], *, eights: bool) -> bool:
-    """Whether the order of a type's bytes is known.
-
-    Args:
-        kind: the type.
-        own: names in capitals of the document's types.
-        eights: whether values of 8 bytes lie at multiples of 8.
-    """
+    """Whether the byte layout of a type is known; `eights`: 8-byte values lie at multiples of 8."""
     if isinstance(kind, Elementary):
         return eights or kind.bits < 64
     if kind in _KNOWN or kind.is_string:
@@ -63,7 +57,7 @@ def has_known_bytes(kind: DataType, own: Iterable[str], *, eights: bool) -> bool
 
 
 def is_certain(kind: DataType) -> bool:
-    """Whether all arrays in a type begin at a multiple of 4, however arrays of small numbers are aligned."""
+    """Whether all arrays in a type begin at a multiple of 4, whatever the alignment of small numbers."""
     if isinstance(kind, Elementary) or kind.is_string:
         return True
     return all(
@@ -74,19 +68,13 @@ def is_certain(kind: DataType) -> bool:
 
 
 def fits(data: bytes, kind: DataType, dims: tuple[int, ...]) -> bool:
-    """Whether bytes are as many as a tag has, with the end filled up to a multiple of 4 or 8."""
+    """Whether bytes match a tag's size, possibly padded to a multiple of 4 or 8."""
     wanted = _bytes_of(kind, dims)
     return len(data) in (wanted, -(-wanted // 4) * 4, -(-wanted // 8) * 8)
 
 
 def from_bytes(data: bytes, kind: DataType, dims: tuple[int, ...]) -> Any:
-    """Return what a tag starts with, in the form that `Tag.initial` has; None for zeros.
-
-    Args:
-        data: its memory, see `fits`.
-        kind: its type, see `has_known_bytes`.
-        dims: its dimensions.
-    """
+    """Return an initial value as in `Tag.initial` from memory that `fits`, None for zeros."""
     return _value(data, 0, kind, dims) if any(data) else None
 
 

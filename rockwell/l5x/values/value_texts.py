@@ -35,23 +35,21 @@ TRUTH = {"true": "1", "false": "0"}
 
 
 class ValueTextError(ValueError):
-    """A value that can't be read; the text."""
+    """An unreadable value, as text."""
 
 
 def unsaid(_text: str) -> None:
-    """Say nothing."""
+    """Ignore a remark."""
 
 
 def value_of(text: str, kind: Elementary, say: Callable[[str], None] = unsaid) -> bool | int | float:
-    """Return a value of a type, from any radix; what does not fit is cut to its bits.
+    """Return a value from text in any radix, truncated to the type's bits.
 
     Args:
-        text: the value.
-        kind: its type.
-        say: is told of a value that does not fit. Bits, as `16#FFFF` of an INT, do.
+        say: called with a value that does not fit. Bit patterns, such as `16#FFFF` of an INT, fit.
 
     Raises:
-        ValueTextError: it is none.
+        ValueTextError: it is not a value.
     """
     if kind.is_real or kind.is_double:
         value = _real_of(text)
@@ -100,11 +98,7 @@ def _integer_of(text: str) -> int:
 
 
 def unquoted_or_raise(text: str) -> str:
-    """Return the characters of a literal.
-
-    Raises:
-        ValueTextError: an escape is none.
-    """
+    """Return the characters of a literal; a ValueTextError for an invalid escape."""
     try:
         return unquoted(text)
     except ValueError as error:

@@ -1,6 +1,6 @@
-"""Values of a document to initial values, in the form that `Tag.initial` has.
+"""Initial values from a document, in the form of `Tag.initial`.
 
-| form | what it has | read |
+| form | content | read |
 |---|---|---|
 | bytes, `<Data>3C 00</Data>` | all of the tag, see `raw` | first, where the order of bytes is known |
 | Decorated | members by name; zeros may be left out | else |
@@ -44,17 +44,14 @@ def initial_of(
     types: Types,
     say: Callable[[str], None] = unsaid,
 ) -> Any:
-    """Return what a tag starts with, None for what its type starts with.
+    """Return an initial value from `Data` elements, None for the type's own.
 
     Args:
-        data: its `Data` elements.
-        kind: its type.
-        dims: its dimensions.
-        types: the document's types, which know the order of bytes.
-        say: is told of a value that does not fit.
+        types: the document's types, for the byte layout.
+        say: called with a value that does not fit.
 
     Raises:
-        ValueTextError: a value can't be read.
+        ValueTextError: an unreadable value.
     """
     found = {each.get("Format", ""): each for each in data}
     how = How(has_initials(kind), say)
@@ -207,4 +204,4 @@ def _parameters(element: Data | None, kind: DataType) -> Any:
 
 
 _ATTRIBUTES = {"ObjectType": "Class", "TargetObject": "Instance", "AttributeNumber": "Attribute"}
-"""Attributes of MessageParameters that have another name as members."""
+"""Attributes of MessageParameters with another member name."""

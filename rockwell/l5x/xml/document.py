@@ -1,4 +1,4 @@
-"""XML to records. An L5X is data from outside: what no export has is refused before or during parsing.
+"""The XML reader. An L5X is untrusted: anything no export has is refused before or during parsing.
 
 | refused | why |
 |---|---|
@@ -39,10 +39,10 @@ from .records import (
 )
 
 MOST_BYTES = 64 << 20
-"""Bytes of a file."""
+"""Maximum bytes of a file."""
 
 MOST_MARKS = 1_350_000
-"""Tags, attributes and texts of a file: libxml2 takes up to 260 bytes for each."""
+"""Maximum tags, attributes and texts: libxml2 takes up to 260 bytes for each."""
 
 ROOT = "RSLogix5000Content"
 
@@ -58,13 +58,13 @@ _TEXT = re.compile(rb">\s*+[^<\s]")
 _ZERO = re.compile(
     rb'<Element Index="\[[0-9,]{1,30}\]" Value="(?:0|0\.0|0\.0{8}e\+0{3}|(?:2|8|16)#[0_]{1,100})"/>'
 )
-"""An element of an array that is what elements are anyway."""
+"""An array element equal to the default."""
 
 _NUMBER = re.compile(r"\d{1,9}")
 
 
 class L5xError(LadderError):
-    """An L5X that can't be used; the message has file and line."""
+    """An unusable L5X; the message has file and line."""
 
     def __init__(self, file: str, line: int, text: str) -> None:
         site = Site(file=file, line=line)
@@ -72,11 +72,7 @@ class L5xError(LadderError):
 
 
 def read_document(path: Path) -> L5xDocument:
-    """Read an L5X file.
-
-    Raises:
-        L5xError: it is not an L5X, or has what no export has.
-    """
+    """Read an L5X file; an L5xError if it is not one, or has parts that no export has."""
     try:
         with open_input(path) as stream:
             data = stream.read(MOST_BYTES + 1)
@@ -86,15 +82,7 @@ def read_document(path: Path) -> L5xDocument:
 
 
 def parse_document(data: bytes, file: str) -> L5xDocument:
-    """Read the bytes of an L5X file.
-
-    Args:
-        data: its bytes.
-        file: its path, for messages.
-
-    Raises:
-        L5xError: see `read_document`.
-    """
+    """Read the bytes of an L5X file, see `read_document`."""
     return _L5xReader(file).document(_root(data, file))
 
 
@@ -224,7 +212,7 @@ _READ = frozenset(
         *("InternetProtocol", "DataLogs", "Timelines", "Commands", "CustomProperties"),
     }
 )
-"""Children of a controller that are read, or that no logic depends on."""
+"""Children of a controller that are read, or irrelevant to logic."""
 
 
 class _L5xReader:

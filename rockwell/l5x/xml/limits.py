@@ -1,4 +1,4 @@
-"""How much a document may have. The XML's own limits are in `document`.
+"""Limits of a document's content. The XML's own limits are in `document`.
 
 All logic of a document is compiled for the trial, so time and memory follow what is counted here. The largest
 controllers have some 15,000 rungs; a document beyond the limits is refused before anything of it is built.
@@ -13,17 +13,11 @@ from .document import L5xError
 from .records import L5xDocument, RoutineRecord
 
 MOST_IN_RUNG = 5_000
-"""Instructions in one rung; only the rung is refused beyond it."""
+"""Maximum instructions in a rung; only the rung is refused beyond it."""
 
 
 class Limit(NamedTuple):
-    """A limit.
-
-    Attributes:
-        most: how many there may be.
-        noun: of what.
-        count: returns how many a document has.
-    """
+    """A maximum, its noun, and the function that counts."""
 
     most: int
     noun: str
@@ -31,11 +25,7 @@ class Limit(NamedTuple):
 
 
 def check_limits(document: L5xDocument) -> None:
-    """Check a document against all limits.
-
-    Raises:
-        L5xError: it is beyond one.
-    """
+    """Raise an L5xError for a document beyond a limit."""
     for limit in LIMITS:
         count = limit.count(document)
         if count > limit.most:
@@ -51,7 +41,7 @@ def _routines(document: L5xDocument) -> Iterator[RoutineRecord]:
 
 
 def instructions_in(text: str) -> int:
-    """Return how many instructions are in the text of a rung, those in expressions included."""
+    """Return the number of instructions in a rung's text, functions in expressions included."""
     return text.count("(")
 
 

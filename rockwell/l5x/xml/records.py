@@ -1,4 +1,4 @@
-"""The parts of an L5X document as plain records; each knows its line.
+"""Records of an L5X document's parts, each with its line.
 
 Texts are stripped, names keep their case, attributes that are missing are "". `data` is the XML of values,
 which `values` reads.
@@ -14,13 +14,13 @@ from typing import TypeAlias
 from lxml.etree import _Element as Element
 
 Data: TypeAlias = Element
-"""An element that holds values."""
+"""An element with values."""
 
 _NUMBER = re.compile(r"[0-9]{1,9}")
 
 
 def number_of(text: str) -> int | None:
-    """Return the whole number that an attribute says, of up to 9 digits; None if it says none."""
+    """Return an attribute's whole number of up to 9 digits, else None."""
     return int(text) if _NUMBER.fullmatch(text) else None
 
 
@@ -29,12 +29,11 @@ class MemberRecord:
     """A member of a data type.
 
     Attributes:
-        type: name of its type, `BIT` for a packed bit.
-        dims: length per dimension.
-        hidden: whether people do not see it.
-        target: of a packed bit: the member in which it lies.
-        bit: of a packed bit: its number there.
-        wrong_dims: a text in place of dimensions that is not one, "" without one.
+        type: `BIT` for a packed bit.
+        hidden: whether users do not see it.
+        target: host member of a packed bit.
+        bit: number of a packed bit in its host.
+        wrong_dims: invalid dimensions as text, else "".
     """
 
     name: str
@@ -49,13 +48,7 @@ class MemberRecord:
 
 @dataclass(frozen=True, slots=True)
 class DataTypeRecord:
-    """A data type.
-
-    Attributes:
-        family: `StringFamily` for a string type.
-        members: in order.
-        comment: its description.
-    """
+    """A data type; `family` is `StringFamily` for a string type."""
 
     name: str
     family: str
@@ -70,15 +63,12 @@ class TagRecord:
 
     Attributes:
         kind: `Base`, `Alias`, `Produced` or `Consumed`.
-        type: name of its type.
-        dims: length per dimension.
-        target: of an alias: the address.
+        target: address of an alias.
         usage: `Input`, `Output`, `InOut`, `Public`, `Local` or "".
-        required: whether a call names it.
-        comment: its description.
-        comments: descriptions of its parts, by what follows its name.
-        data: the elements that hold its values, until `L5xDocument.release`.
-        wrong_dims: a text in place of dimensions that is not one, "" without one.
+        required: whether a call has an argument for it.
+        comments: descriptions of parts, by their address after the name.
+        data: elements with its values, until `L5xDocument.release`.
+        wrong_dims: invalid dimensions as text, else "".
     """
 
     name: str
@@ -100,10 +90,10 @@ class L5xRungRecord:
     """A rung.
 
     Attributes:
-        number: its number as the document has it, else its place.
+        number: as in the document, else its index.
         kind: its Type: `N`, or a letter of an edit in progress.
-        line: the line on which its text begins.
-        texts: how many texts it has; the first one is read.
+        line: first line of its text.
+        texts: number of its texts; the first one is read.
     """
 
     number: int
@@ -120,10 +110,8 @@ class RoutineRecord:
 
     Attributes:
         kind: `RLL`, `ST`, `FBD` or `SFC`.
-        comment: its description.
-        rungs: of a routine of rungs.
         lines: of structured text: text and line.
-        target: whether it is what was exported, not context.
+        target: whether it is the exported object, not context.
     """
 
     name: str
@@ -137,11 +125,7 @@ class RoutineRecord:
 
 @dataclass(frozen=True, slots=True)
 class EncodedRecord:
-    """An object whose source is not in the file.
-
-    Attributes:
-        kind: `Routine` or `AddOnInstructionDefinition`.
-    """
+    """A `Routine` or `AddOnInstructionDefinition` without its source."""
 
     kind: str
     name: str
@@ -150,15 +134,7 @@ class EncodedRecord:
 
 @dataclass(frozen=True, slots=True)
 class AddOnRecord:
-    """An add-on instruction.
-
-    Attributes:
-        parameters: in order.
-        locals: local tags.
-        routines: Logic, Prescan, Postscan, EnableInFalse.
-        comment: its description.
-        encoded: whether its locals and routines are not in the file.
-    """
+    """An add-on instruction; an encoded one lacks locals and routines."""
 
     name: str
     parameters: tuple[TagRecord, ...]
@@ -171,15 +147,7 @@ class AddOnRecord:
 
 @dataclass(frozen=True, slots=True)
 class ProgramRecord:
-    """A program.
-
-    Attributes:
-        main: its main routine, "" without one.
-        fault: its fault routine, "" without one.
-        disabled: whether its task leaves it out.
-        encoded: its routines whose source is not in the file.
-        comment: its description.
-    """
+    """A program; `encoded` are its routines without source, `disabled` means that its task skips it."""
 
     name: str
     main: str
@@ -200,9 +168,6 @@ class TaskRecord:
         kind: `CONTINUOUS`, `PERIODIC` or `EVENT`.
         rate: ms, as text.
         priority: as text.
-        programs: in order.
-        inhibited: whether it does not run.
-        comment: its description.
     """
 
     name: str
@@ -220,11 +185,11 @@ class ModuleTagRecord:
     """A tag of a module.
 
     Attributes:
-        suffix: what follows the module's name: `I`, `O`, `C`, `I1`.
+        suffix: `I`, `O`, `C`, `I1`.
         kind: `InputTag`, `OutputTag`, `ConfigTag`, `InAliasTag` or `OutAliasTag`.
-        comments: descriptions of its parts, by what follows its name.
-        data: the elements that hold its values, until `L5xDocument.release`.
-        size: bytes of its connection, 0 if the document has no number.
+        comments: descriptions of parts, by their address after the name.
+        data: elements with its values, until `L5xDocument.release`.
+        size: bytes of its connection, 0 if unknown.
     """
 
     suffix: str
@@ -240,15 +205,11 @@ class ModuleRecord:
     """A module.
 
     Attributes:
-        catalog: its catalog number.
-        vendor: number of its vendor.
         type: number of its product type.
         code: its product code.
-        parent: the module it hangs on.
         address: at its upstream port: a slot or a network address, "" without one.
         bus: type of that port: `ICP`, `Compact`, `PointIO`, `Ethernet`.
         rpi_us: the shortest RPI of its connections, us; 0 without one.
-        inhibited: whether it is not connected.
     """
 
     name: str
@@ -270,18 +231,10 @@ class L5xDocument:
     """An L5X file.
 
     Attributes:
-        file: its path.
         revision: software revision.
-        target: what was exported: `Controller`, `Program`, `Routine`, `Rung`, ...
-        name: the controller's name.
+        target: the exported object: `Controller`, `Program`, `Routine`, `Rung`, ...
         processor: the controller's catalog number.
-        data_types: in order.
-        add_ons: in order.
-        tags: of the controller.
-        programs: in order.
-        tasks: in order.
-        modules: in order.
-        others: parts that the import does not read: name and line.
+        others: ignored parts: name and line.
     """
 
     file: str
@@ -298,7 +251,7 @@ class L5xDocument:
     others: tuple[tuple[str, int], ...]
 
     def release(self) -> None:
-        """Release the XML of values, which takes ten times the memory of the rest."""
+        """Release the XML of values, ten times the memory of the rest."""
         for each in self._with_data():
             each.data.clear()
 
@@ -313,5 +266,5 @@ class L5xDocument:
 
     @property
     def whole(self) -> bool:
-        """Whether it is a whole controller: it has everything that it names."""
+        """Whether it is a whole controller with all its references."""
         return self.target == "Controller"
