@@ -1,4 +1,4 @@
-"""What crosses the backplane, as data: no time, no input or output, nothing that can fail but a value.
+"""Words on the backplane as data: no time, no input or output; only values can be invalid.
 
 The law of this room: words have a meaning and a meaning has words, and going
 there and back changes nothing. Words that mean nothing are refused with a

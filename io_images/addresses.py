@@ -1,4 +1,4 @@
-"""Where a word or bit of a rack is: addresses as Rockwell writes them, and by meaning.
+"""Addresses of words and bits in a rack: Rockwell's notations, and names by meaning.
 
     Local:1:I.Data[0].14            CompactLogix, slot 1, input word 0, bit 14
     Local:1:I.Data0.14              the same, as add-on profiles name the words
@@ -30,7 +30,7 @@ from .module_words import BitPlace, Groups, ModuleWords
 BITS = 16
 _DIRECTIONS = {"in": "I", "out": "O"}
 FORMS = "Local:1:I.Data[0].14, I:1.0/14 or slot1.status.MOVE_COMPLETE"
-"""Examples of every way to write an address, for messages."""
+"""Examples of every form of an address, for messages."""
 
 
 @dataclass(frozen=True, slots=True, order=True)
@@ -41,7 +41,6 @@ class Address:
     ('Local:1:I.Data[0].14', 'Local:2:O.Data[3]')
 
     Attributes:
-        slot: the slot's number.
         image: "I" for the input image, "O" for the output image.
         word: 0 to 7.
         bit: 0 to 15, or None for the whole word.
@@ -73,7 +72,7 @@ _NAMED_FORM = re.compile(r"slot(?P<slot>\d+)\.(?P<group>\w+)\.(?P<name>\w+)", re
 
 
 def parse_address(text: str, slots: Mapping[int, ModuleWords]) -> Address:
-    """Return what `text` addresses in a rack.
+    """Return the address in a rack that a text means.
 
     >>> from scanrack.io_images.amci3601.words import WORDS_3601
     >>> parse_address("I:1.0/14", {1: WORDS_3601})
@@ -82,11 +81,10 @@ def parse_address(text: str, slots: Mapping[int, ModuleWords]) -> Address:
     Address(slot=1, image='I', word=1, bit=2)
 
     Args:
-        text: an address in one of the forms above.
-        slots: the words of the module in every slot that is not empty.
+        slots: the words of the module in every occupied slot.
 
     Raises:
-        ValueError: no such form, slot, word, bit or name; it tells what there is.
+        ValueError: unknown form, slot, word, bit or name, with the valid ones.
     """
     stripped = text.strip()
     for form in _RAW_FORMS:
@@ -208,7 +206,7 @@ def _check_slot(text: str, slot: int, slots: Mapping[int, ModuleWords]) -> None:
 
 
 def allowed(given: object, choices: Iterable[object]) -> str:
-    """Return what may be said instead of `given`, the closest choice first.
+    """Return the text of allowed values, the one closest to `given` first.
 
     >>> allowed("HOLD_MOVES", ["HOLD_MOVE", "RESUME_MOVE"])
     'did you mean HOLD_MOVE? Allowed are HOLD_MOVE, RESUME_MOVE'

@@ -1,4 +1,4 @@
-"""The cards that can be put into a slot: one row each, named as Rockwell sells them.
+"""The available cards: one row each, by catalog number.
 
     1762-...    a MicroLogix 1100, 1200 or 1400:  I:2.0/3, O:2.0/3
     1769-...    a CompactLogix:                   Local:2:I.Data.3, Local:2:O.Data.3
@@ -28,13 +28,13 @@ WORD_BITS = 16
 
 
 class RangeBits(NamedTuple):
-    """Where a card shows the range bits of a channel, in its input image.
+    """Place of the range bits in a card's input image.
 
     Attributes:
         status_word: word of the status bits; bit n is that of channel n.
         word: word of the over- and under-range bits.
         over: the over-range bit of channel 0.
-        step: from a channel's bit to the next one's.
+        step: distance of the bits from channel to channel.
     """
 
     status_word: int
@@ -43,17 +43,17 @@ class RangeBits(NamedTuple):
     step: int
 
     def over_bit(self, channel: int) -> int:
-        """Return the over-range bit of a channel; its under-range bit is the next one up."""
+        """Return the over-range bit of a channel; the next bit is its under-range bit."""
         return self.over + self.step * channel
 
 
 class MemberPlace(NamedTuple):
-    """Where a member is.
+    """The place of a member.
 
     Attributes:
         image: "I" or "O".
         word: 0 to 7.
-        bit: 0 to 15; None for a whole word, or for a DINT of two words.
+        bit: 0 to 15; None for a word, or for a DINT of two words.
     """
 
     image: str
@@ -63,20 +63,20 @@ class MemberPlace(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class CardKind:
-    """What a card has. It has terminals or channels, not both.
+    """A card with terminals or channels, not both.
 
     Attributes:
-        name: its catalog name.
+        name: its catalog number.
         inputs: mask of its digital inputs in each word.
         outputs: mask of its digital outputs in each word.
         channels_in: number of its analog inputs.
         channels_out: number of its analog outputs.
-        echo: the input image repeats the outputs that are in force (output data echo).
+        echo: whether the input image repeats the current outputs (output data echo).
         echo_at: of an analog card: the input word that repeats channel 0.
-        bits: of an analog card: where the range bits are of its channels of an image, "I" or "O".
-        ranges: of an analog card: names of the ranges of its channels.
+        bits: of an analog card: the range bits by image, "I" or "O".
+        ranges: of an analog card: names of its signal ranges.
         formats: of an analog card: its data formats.
-        ignored: of an analog card: low bits of an output word that it does not look at.
+        ignored: of an analog card: number of ignored low bits in an output word.
     """
 
     name: str
@@ -103,16 +103,16 @@ class CardKind:
 
     @property
     def data_bits(self) -> int:
-        """Bits of `Data` and `ReadBack`; 0 if it has none."""
+        """Bits of `Data` and `ReadBack`, 0 without them."""
         return 0 if self.analog else 32 if max(len(self.inputs), len(self.outputs)) > 1 else WORD_BITS
 
     @property
     def has_members(self) -> bool:
-        """Whether it has tags with members: a MicroLogix has words only."""
+        """Whether it has tags with members; a MicroLogix has words only."""
         return not self.name.startswith("1762")
 
     def members(self) -> Iterator[tuple[str, MemberPlace]]:
-        """Yield the members of its tags beside `Data`."""
+        """Yield the members of its tags except `Data`."""
         if self.echo and not self.analog:
             yield "ReadBack", MemberPlace("I", 0)
         for image, count in self.channels.items():
@@ -167,18 +167,18 @@ KINDS: Mapping[str, CardKind] = {
         ),
     )
 }
-"""The cards by catalog name."""
+"""The cards by catalog number."""
 
 DISCRETE16 = KINDS["discrete16"]
 
 MEMBERS: Mapping[str, tuple[tuple[str, MemberPlace], ...]] = {
     name: tuple(kind.members()) for name, kind in KINDS.items() if kind.has_members
 }
-"""Members beside `Data`, by catalog name."""
+"""Members except `Data`, by catalog number."""
 
 
 def member_of(card: str | None, image: str, name: str) -> MemberPlace | None:
-    """Return where a member is; None if there is none, or if cards differ and the card is not known.
+    """Return the place of a member; None if there is none, or if it depends on an unknown card.
 
     >>> member_of("1769-IF4", "I", "ch1overrange"), member_of(None, "I", "Ch1Status")
     (MemberPlace(image='I', word=5, bit=12), None)
@@ -186,7 +186,7 @@ def member_of(card: str | None, image: str, name: str) -> MemberPlace | None:
     MemberPlace(image='I', word=0, bit=None)
 
     Args:
-        card: its catalog number; None if it is not known.
+        card: its catalog number; None if unknown.
         image: "I" or "O".
         name: in any case.
     """

@@ -1,4 +1,4 @@
-"""The eight-word image: what crosses the backplane between logic and a module.
+"""The eight-word image that logic and a module exchange over the backplane.
 
 A module of this family exchanges eight 16-bit words in each direction. Words
 are signed in the PLC (INT); bits are numbered 0 to 15 from the least
@@ -29,16 +29,13 @@ if sys.byteorder != "little":  # pragma: no cover - none of the supported machin
 
 
 def signed_word(value: int) -> int:
-    """Return `value` as the PLC shows it: a signed 16-bit word.
+    """Return a word, signed or unsigned (-32,768 to 65,535), as the PLC's signed word.
 
     >>> signed_word(0x843E), signed_word(63)
     (-31682, 63)
 
-    Args:
-        value: -32,768 to 65,535; values above 32,767 are the unsigned reading of a word.
-
     Raises:
-        ValueError: the value is not a whole number, or fits neither reading of 16 bits.
+        ValueError: the value is not a whole number, or does not fit 16 bits.
     """
     try:
         value = index(value)
@@ -54,7 +51,7 @@ class Image:
 
     `raw` is the same memory as 16 bytes (little-endian), `words` as eight
     signed integers. Both are live: writing one changes the other. Index and
-    iterate an image as eight words; writing accepts the unsigned reading, too.
+    iterate an image as eight words; writing also accepts unsigned words.
 
     >>> image = Image([0x843E, 0x003F, 1])
     >>> image[0], image.bit(0, 15), bytes(image.raw[:4]).hex()
@@ -134,11 +131,7 @@ class Image:
         return twin
 
     def load(self, other: Image) -> None:
-        """Take over all eight words of `other` at once.
-
-        Raises:
-            ValueError: `other` is not an image.
-        """
+        """Copy all eight words of `other`; a ValueError if it is not an image."""
         if not isinstance(other, Image):
             raise ValueError(f"{other!r} is not an image: write load(Image([...])) or load(move.to_image())")
         self.raw[:] = other.raw
@@ -148,7 +141,7 @@ class Image:
         self.raw[:] = _ZEROS
 
     def read_only(self) -> Image:
-        """Return a view of the same memory that shows every change and refuses to be written."""
+        """Return a read-only view of the same memory."""
         return _ReadOnlyImage(self)
 
 

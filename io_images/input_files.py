@@ -1,8 +1,8 @@
-"""Opens the files that a user names: what is not a regular file is refused, and so is too large a one.
+"""Opening of files that a user names: irregular and oversized files are refused.
 
-A FIFO would be waited for, and `/dev/zero` read until memory ends. A FIFO can't be read twice either, as rack
-files and programs are: process substitution, `<(...)`, is refused. So is a link to a file of another suffix:
-messages quote a text that is not of its kind, which may be a secret, `notes.rung -> /etc/shadow`.
+Opening a FIFO would block, and `/dev/zero` has no end. A FIFO can't be read twice either, as rack files and
+programs are: process substitution, `<(...)`, is refused. So is a link to a file of another suffix: messages
+quote unexpected text, which may be a secret, `notes.rung -> /etc/shadow`.
 """
 
 from __future__ import annotations
@@ -25,11 +25,7 @@ _KINDS = {
 
 
 def open_input(path: Path) -> BinaryIO:
-    """Open a regular file for reading.
-
-    Raises:
-        OSError: it can't be read, or is not a regular file; `strerror` says which.
-    """
+    """Open a regular file for reading; an OSError has the reason in `strerror`."""
     if path.suffix and Path(realpath(path)).suffix.lower() != path.suffix.lower():
         raise OSError(errno.EINVAL, f"it is a link to a file that is not {path.suffix}", str(path))
     descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
@@ -44,15 +40,7 @@ def open_input(path: Path) -> BinaryIO:
 
 
 def read_input(path: Path, most: int) -> bytes:
-    """Return the contents of a regular file.
-
-    Args:
-        path: the file.
-        most: bytes that it may have.
-
-    Raises:
-        OSError: it can't be read, is not a regular file, or is larger; `strerror` says which.
-    """
+    """Return a regular file of at most `most` bytes; an OSError has the reason in `strerror`."""
     with open_input(path) as file:
         data = file.read(most + 1)
     if len(data) > most:
@@ -61,7 +49,7 @@ def read_input(path: Path, most: int) -> bytes:
 
 
 def read_input_text(path: Path, kind: TextKind) -> str:
-    """Return the text of a file in UTF-8, of the size that its kind may have.
+    """Return a UTF-8 file within the size limit of its kind.
 
     Raises:
         OSError: see `read_input`.
@@ -71,12 +59,12 @@ def read_input_text(path: Path, kind: TextKind) -> str:
 
 
 def read_checked(path: Path, kind: TextKind) -> str:
-    """Return the text of a file that is within the limits of its kind.
+    """Return a UTF-8 file within the limits of its kind.
 
     Raises:
         OSError: see `read_input`.
         UnicodeDecodeError: it is not UTF-8.
-        TextLimitError: it is beyond its limits.
+        TextLimitError: it exceeds a limit.
     """
     text = read_input_text(path, kind)
     check_text(text, kind)

@@ -1,4 +1,4 @@
-"""What a module calls its words and bits: data that the rack, addresses and traces read.
+"""Names of a module's words and bits, for the rack, addresses and traces.
 
     outputs, inputs    the eight words of each image, by name
     groups             bits by group and name, as in `slot1.status.MOVE_COMPLETE`
@@ -17,7 +17,7 @@ from .image import WORDS
 
 
 class BitPlace(NamedTuple):
-    """Where a named bit is.
+    """The place of a named bit.
 
     Attributes:
         image: "I" for the input image, "O" for the output image.
@@ -31,12 +31,12 @@ class BitPlace(NamedTuple):
 
 
 Groups = Mapping[str, Mapping[str, BitPlace]]
-"""Group -> name of a bit -> where it is."""
+"""Places of named bits, by group and name."""
 
 
 @dataclass(frozen=True, slots=True)
 class ModuleWords:
-    """The names of a module's words and bits. Two are equal if their words are.
+    """Names of a module's words and bits.
 
     Attributes:
         message: stem of its message types in a trace, letters and digits, the first one a capital.
@@ -46,10 +46,10 @@ class ModuleWords:
         profile: bits of input word 0 by the names of the module's add-on profile, as in
             `Local:1:I.ModuleOK`.
         profile_words: words by the names of that profile, as in `Local:3:I.Ch0Data`: image and word.
-        data_bits: each image is one value called Data of so many bits, 16 or 32, from word 0 on:
-            `Local:2:I.Data.3` is a bit of it; 0 = it is an array of words.
+        data_bits: bits of the value Data that each image is, 16 or 32, from word 0 on: `Local:2:I.Data.3` is
+            one of them; 0 for an array of words.
         terminals: of a card: mask of the terminals in each word of an image, from word 0 on.
-        card: of a card: its catalog number, by which `cards` knows its members.
+        card: of a card: its catalog number, for its members in `cards`.
     """
 
     message: str
@@ -63,12 +63,12 @@ class ModuleWords:
     card: str = field(default="", compare=False)
 
     def bits(self, image: str, word: int) -> Iterator[tuple[str, int]]:
-        """Yield the named bits of a word: name and number."""
+        """Yield name and number of the named bits of a word."""
         for names in self.groups.values():
             yield from ((name, at.bit) for name, at in names.items() if (at.image, at.word) == (image, word))
 
     def terminals_instead(self, image: str, word: int, bit: int) -> str:
-        """Return which terminals a card has, such as "inputs 0 to 7", if a bit is none; else nothing."""
+        """Return the existing terminals, such as "inputs 0 to 7", if a bit is none; else ""."""
         masks = self.terminals.get(image)
         if masks is None or (word < len(masks) and masks[word] >> bit & 1):
             return ""
@@ -77,12 +77,12 @@ class ModuleWords:
 
 
 def terminals_in(masks: Sequence[int]) -> list[int]:
-    """Return the numbers of the terminals in masks, one for each word."""
+    """Return the numbers of the terminals in masks, one mask per word."""
     return [16 * word + bit for word, mask in enumerate(masks) for bit in range(16) if mask >> bit & 1]
 
 
 def numbers_of(masks: Sequence[int]) -> str:
-    """Return the numbers of terminals in words.
+    """Return the numbers of terminals as text.
 
     >>> numbers_of((0xFFFF, 0x0001)), numbers_of((0x00FF, 0x00FF))
     ('0 to 16', '0 to 7, 16 to 23')
@@ -97,7 +97,7 @@ def numbers_of(masks: Sequence[int]) -> str:
 
 
 def flag_places(image: str, *words: type[IntFlag]) -> Mapping[str, BitPlace]:
-    """Return the bits of an image by name, from the flags of its words, word 0 first."""
+    """Return the bits of an image by name, from the flags of its words."""
     return {
         str(flag.name): BitPlace(image, word, flag.value.bit_length() - 1)
         for word, flags in enumerate(words)
@@ -108,4 +108,4 @@ def flag_places(image: str, *words: type[IntFlag]) -> Mapping[str, BitPlace]:
 _NUMBERED = tuple(f"word{index}" for index in range(WORDS))
 
 PLAIN_WORDS = ModuleWords("Plain", _NUMBERED, _NUMBERED)
-"""The words of a module that says nothing of them."""
+"""The words of a module without names."""

@@ -1,10 +1,10 @@
-"""Channels of analog cards: a signal in volts or milliamperes, the number for it, and the range bits.
+"""Channels of analog cards: signals in V or mA, their raw numbers, and the range bits.
 
-    range          normal        converted up to    beyond that the number stays at the limit
+    range          normal        converted          (the number is limited to this range)
     -10..10 V      -10 to 10     -10.5 to 10.5
     4..20 mA       4 to 20       3.2 to 21          below 4 mA: under-range, as with an open circuit
 
-Over-range and under-range mean outside of the normal range; each one sets the channel's status bit, too.
+Over-range and under-range are outside of the normal range; each also sets the channel's status bit.
 
 Sources: 1769-UM002B, Compact I/O Analog Modules, tables 3.7 and 3.17 (ranges and formats), page 3-3 (bits);
 1762-RM001C, I/O Configuration (1762-IF4); 1762-IN016D, pages 14 and 15 (1762-OF4); 1769-IN087A, page 15
@@ -19,7 +19,7 @@ from fractions import Fraction
 from math import floor
 
 FULL_RAW = 32_767
-"""Raw number at the end of a range, of a card that converts 16 bits."""
+"""Raw number at the end of a range of a 16-bit card."""
 
 STEPS_12 = 4095
 """Steps of a 1762-OF4: 12 bits, in bits 3 to 14 of the word; bits 0 to 2 are ignored."""
@@ -32,18 +32,18 @@ PERCENT_FULL = 10_000
 THOUSANDTHS = 1000
 
 SIGNAL_MAX = 30
-"""Largest signal in a rack file, V or mA."""
+"""Maximum signal in a rack file, V or mA."""
 
 
 @dataclass(frozen=True, slots=True)
 class SignalRange:
-    """A range of a channel.
+    """A signal range of a channel.
 
     Attributes:
         name: as in a rack file.
         unit: V or mA.
         low: lower end of the normal range.
-        least: lowest signal that is converted.
+        least: lowest converted signal.
     """
 
     name: str
@@ -55,7 +55,7 @@ class SignalRange:
 
     @property
     def landmarks(self) -> tuple[float, ...]:
-        """Signals for tests: ends and middle, just beyond the ends, and far beyond."""
+        """Test signals: ends and middle, just beyond the ends, and far beyond."""
         beyond = (self.high - self.low) / 100
         middle = (self.low + self.high) / 2
         found = (self.low, self.high, middle, self.high + beyond, self.low - beyond)
@@ -132,7 +132,7 @@ class Channel:
     convert: Convert
 
     def word(self, signal: Fraction) -> int:
-        """Return the number for a signal, limited to the range that the card converts.
+        """Return the raw number of a signal, limited to the converted range.
 
         >>> Channel(RANGES["4..20 mA"], FORMATS["raw"]).word(Fraction(20))
         31206
@@ -140,7 +140,7 @@ class Channel:
         return self.convert(min(max(signal, self.range.least), self.range.most), self.range)
 
     def limited(self, word: int) -> int:
-        """Return an output's number, limited to the range that the card converts."""
+        """Return an output's raw number, limited to the converted range."""
         return min(max(word, self.word(self.range.least)), self.word(self.range.most))
 
     def signal_beyond(self, signal: Fraction) -> tuple[bool, bool]:
@@ -148,5 +148,5 @@ class Channel:
         return signal > self.range.high, signal < self.range.low
 
     def word_beyond(self, word: int) -> tuple[bool, bool]:
-        """Return whether an output's number is above the normal range, and below it."""
+        """Return whether an output's raw number is above the normal range, and below it."""
         return word > self.word(self.range.high), word < self.word(self.range.low)

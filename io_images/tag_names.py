@@ -1,14 +1,14 @@
-r"""Names of a program's tags, as every room reads them.
+r"""Names of a program's tags in all notations.
 
     Run, Fill.ACC              a tag of the controller, a member
     \Main.Step                 a tag of a program; `Program:Main.Step` is the same
-    Step                       the same, where neither the controller nor another program has a Step
+    Step                       the same, if neither the controller nor another program has a Step
     Ps[1].Count, Grid[1,2]     an element; B[34] of a list
     Word.3                     a bit
     N7:3, T4:0.ACC, T4:0/DN    an element of an SLC's file, a member or bit of it
-    B3:1/4, B3/20              a bit of a file; the bits of a file are numbered from its beginning
+    B3:1/4, B3/20              a bit of a file; bits of a file are numbered from its beginning
 
-Case does not matter. A recorded array has one name for all of its elements: `B`, or `Ps[0..2].Count` where
+Case does not matter. A recorded array has one name for all of its elements: `B`, or `Ps[0..2].Count` if
 the subscript is not at the end, or is not the only one.
 """
 
@@ -31,11 +31,11 @@ _RANGES = re.compile(r"\[\d+\.\.\d+(?:,\d+\.\.\d+)*\]|:\d+\.\.\d+")
 
 
 class AmbiguousNameError(ValueError):
-    """A name that several programs have."""
+    """A name that several programs declare."""
 
 
 def normal(text: str) -> str:
-    r"""Return a name as rungs write it: the program with a backslash, the bit of a file in its element.
+    r"""Return a name as in rungs: the program with a backslash, a file's bit in its element.
 
     >>> print(normal("Program:Main.Step"), normal("B3/20"), normal(r"\Main.Step"))
     \Main.Step B3:1/4 \Main.Step
@@ -50,7 +50,7 @@ def normal(text: str) -> str:
 
 @lru_cache(maxsize=65_536)
 def key_of(text: str) -> str | None:
-    r"""Return what all ways to write a name have in common; None for what is no name of a tag.
+    r"""Return the canonical form of a name, None if it is not a tag name.
 
     >>> key_of(r"\Main.Ps[ 1 ].Count"), key_of("Program:Main.Ps[1].COUNT"), key_of("N7:3"), key_of("N7[3]")
     ('\\main.ps[1].count', '\\main.ps[1].count', 'n7[3]', 'n7[3]')
@@ -82,14 +82,13 @@ def _key_of_step(step: re.Match[str]) -> str:
 
 
 def in_scope(text: str, known: Iterable[str]) -> str:
-    r"""Return a name with the program that it is meant of, where it does not say it.
+    r"""Return a name with its program, if it lacks one.
 
     >>> in_scope("Step.3", ["Run", r"\Main.Step"]), in_scope("Run", ["Run", r"\Main.Run"])
     ('\\Main.Step.3', 'Run')
 
     Args:
-        text: the name of a tag, or of a part of it.
-        known: names of all tags, with their programs.
+        known: all tag names, with their programs.
 
     Raises:
         AmbiguousNameError: several programs have a tag of that name.
@@ -112,7 +111,7 @@ def in_scope(text: str, known: Iterable[str]) -> str:
 
 
 def base_of(name: str) -> str:
-    r"""Return the tag that a name is of, or of a part of: `\Main.Fill` of `\Main.Fill.ACC`."""
+    r"""Return the tag in a name: `\Main.Fill` in `\Main.Fill.ACC`."""
     found = _BASE.match(name)
     return found.group() if found else name
 
@@ -135,8 +134,8 @@ def element_of(name: str, place: int) -> str:
     'T4:7.ACC'
 
     Args:
-        name: of the array, as it is recorded.
-        place: of the element, from 0, the last subscript first.
+        name: recorded name of the array.
+        place: flat index of the element.
     """
     ranges = [(int(low), int(high)) for low, high in _RANGE.findall(name)]
     if not ranges:

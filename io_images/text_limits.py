@@ -1,4 +1,4 @@
-"""Limits of texts that others may have made, checked before a parser reads them.
+"""Limits of untrusted texts, checked before a parser reads them.
 
 Some texts cost a parser more than in proportion: a TOML key of many parts, brackets in brackets, a long run
 of blanks where a pattern tries each length. This scan is linear and refuses them. The bytes of a file are
@@ -16,7 +16,7 @@ KIB, MIB = 1 << 10, 1 << 20
 
 
 class TextKind(StrEnum):
-    """What a text is."""
+    """The language of a text."""
 
     TOML = "a rack file"
     RUNGS = "rungs"
@@ -32,13 +32,13 @@ class TextKind(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class TextLimits:
-    """What a text may have.
+    """Limits of a text.
 
     Attributes:
-        size: most bytes of a file, and most characters of a text.
-        nesting: most brackets in one another.
-        parts: most parts of a name with dots.
-        token: most characters of a name, a number, a string or a run of blanks.
+        size: bytes of a file, and characters of a text.
+        nesting: depth of brackets.
+        parts: parts of a dotted name.
+        token: characters of a name, a number, a string or a run of blanks.
     """
 
     size: int
@@ -59,7 +59,7 @@ LIMITS: Mapping[TextKind, TextLimits] = {
     TextKind.PYTHON: TextLimits(16 * MIB),
     TextKind.EXPORT: TextLimits(64 * MIB),
 }
-"""By what a text is. Only the size counts of Python, and of exports, which have limits of their own."""
+"""Limits by language. Python and exports, which have limits of their own, are limited in size only."""
 
 _REST = (
     r"|(?P<open>[\[({])|(?P<close>[\])}])|(?P<token>[\w$%\\+-]+)"
@@ -87,15 +87,11 @@ _PATTERNS: Mapping[TextKind, re.Pattern[str]] = {
     TextKind.SCENARIO: _pattern(_JSON),
     TextKind.STATE: _pattern(_JSON),
 }
-"""Comments, strings, and what is counted; no alternative fails after it has read far."""
+"""Comments, strings, and counted tokens; no alternative backtracks far."""
 
 
 class TextLimitError(ValueError):
-    """A text that is beyond its limits.
-
-    Attributes:
-        line: where, from 1.
-    """
+    """A text beyond its limits, at a line from 1."""
 
     def __init__(self, line: int, problem: str) -> None:
         self.line = line
@@ -103,16 +99,13 @@ class TextLimitError(ValueError):
 
 
 def check_text(text: str, kind: TextKind) -> None:
-    r"""Refuse a text that is beyond its limits.
+    r"""Raise a TextLimitError for a text beyond its limits.
 
     >>> check_text("a.b = [[1]]", TextKind.TOML)
     >>> check_text("x = 1\n" + "a." * 16 + "a = 1", TextKind.TOML)
     Traceback (most recent call last):
     ...
     scanrack.io_images.text_limits.TextLimitError: a name of more than 16 parts
-
-    Raises:
-        TextLimitError: it is beyond them; where and which.
     """
     limits = LIMITS[kind]
     if len(text) > limits.size:
@@ -140,11 +133,11 @@ def check_text(text: str, kind: TextKind) -> None:
 
 
 SHOWN = 2_000
-"""Most characters of a text that is shown or recorded as one: of an error, a name, a cell of a table."""
+"""Maximum characters of a displayed or recorded text: an error, a name, a cell of a table."""
 
 
 def shortened(text: str, most: int = SHOWN) -> str:
-    """Return a text, a longer one with its beginning and its length.
+    """Return a text; a longer one truncated, with its length.
 
     >>> shortened("short"), shortened("a" * 5_000_000, 5)
     ('short', 'aaaaa... (5,000,000 characters)')

@@ -30,14 +30,14 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 PARAMETER_MIN = -8_388_608
-"""Least position parameter [chapter 5 table; the +-8,388,607 of chapter 6 is the less specific figure]."""
+"""Minimum position parameter [chapter 5 table; the +-8,388,607 of chapter 6 is less specific]."""
 
 PARAMETER_MAX = 8_388_607
-"""Greatest position parameter [chapter 5 note 4]."""
+"""Maximum position parameter [chapter 5 note 4]."""
 
 LSW_MAX = 999
 REPORTED_MAX = 65_535_999
-"""Greatest magnitude that a reported value can show [chapter 6, Current Position]."""
+"""Maximum magnitude of a reported value [chapter 6, Current Position]."""
 
 _MSW_MAX = 32_767
 _MSW_SPAN = 65_536

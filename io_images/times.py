@@ -1,4 +1,4 @@
-"""Units of time, as rack files, queries and sequences write them."""
+"""Units of time in rack files, queries and sequences."""
 
 from __future__ import annotations
 
@@ -13,4 +13,4 @@ UNITS_NS: Mapping[str, int] = {
     "min": 60_000_000_000,
     "h": 3_600_000_000_000,
 }
-"""Unit -> its length in ns."""
+"""Length of each unit, ns."""

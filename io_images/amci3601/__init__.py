@@ -18,7 +18,7 @@ limits, all active high, step and direction outputs and a starting speed of
 >>> configuration.homing, configuration.starting_speed
 (<HomingKind.HOME_SWITCH: (True, False, False)>, 12345)
 
-A relative move of -12,000 steps; what the module answers when it is done:
+A relative move of -12,000 steps, and the module's answer at its end:
 
 >>> Move(MoveKind.RELATIVE, target=-12_000, speed=5_000, acceleration=20, deceleration=10).to_image()
 Image([2, 0, -12, 0, 5, 0, 20, 10])
@@ -26,7 +26,7 @@ Image([2, 0, -12, 0, 5, 0, 20, 10])
 >>> view.MOVE_COMPLETE, view.position
 (True, -12000)
 
-The rule table says why a command was refused:
+The rule table has the reason of a refusal:
 
 >>> RULES["CMD-06"].text
 'An absolute move was commanded while the current position was not valid.'

@@ -1,4 +1,4 @@
-"""Every bit of the 3601's command and status words, by the names this project uses.
+"""Bits of the 3601's command and status words, by this project's names.
 
 The names of the status bits are public: traces, `scanrack drive` and tag
 addresses use them as they are.
@@ -123,7 +123,7 @@ MOTIONS = (
     | CommandMsw.RUN_BLEND_CW
     | CommandMsw.RUN_BLEND_CCW
 )
-"""Command bits that start a motion of the axis."""
+"""Command bits that start a motion."""
 
 ERROR_BITS = (
     StatusMsw.HOME_INVALID
@@ -136,11 +136,11 @@ ERROR_BITS = (
 """Error bits of input word 0."""
 
 COMPLETION_BITS = StatusMsw.MOVE_COMPLETE | StatusMsw.STOPPED | StatusMsw.HOLD_STATE | StatusMsw.AT_HOME
-"""How a motion ended; at most one of them is set [chapter 6, The Stopped Bit]."""
+"""Results of a motion; at most one of them is set [chapter 6, The Stopped Bit]."""
 
 
 def status_names(word0: int, word1: int) -> list[str]:
-    """Return the names of the status bits that are set, in word-and-bit order.
+    """Return the names of the set status bits, in word-and-bit order.
 
     In configuration mode all but three bits mirror the configuration, so only
     those three are named [chapter 3, note after the input data table].

@@ -40,9 +40,9 @@ _RATE_MASK = (1 << _TYPE_SHIFT) - 1
 
 
 class Acceleration(Enum):
-    """How speed changes; the value is the bit pair that says so, S-curve bit first.
+    """How speed changes; the value is the bit pair, S-curve bit first.
 
-    The pair 10b is none of them: the second bit counts only with the first
+    The pair 10b is invalid: the second bit counts only with the first
     [chapter 5, Command Word LSW bit 1].
     """
 
@@ -52,11 +52,7 @@ class Acceleration(Enum):
 
 
 def acceleration_of(pair: int) -> Acceleration:
-    """Return the acceleration type of a bit pair.
-
-    Raises:
-        ValueError: the pair is 10b.
-    """
+    """Return the acceleration type of a bit pair; a ValueError for 10b."""
     try:
         return Acceleration(pair)
     except ValueError:
@@ -65,7 +61,7 @@ def acceleration_of(pair: int) -> Acceleration:
 
 @dataclass(frozen=True, slots=True)
 class BlendHeader:
-    """The first block: how many segments follow, their acceleration types, and how the profile ends.
+    """The first block: number of segments, their acceleration types, and the end of the profile.
 
     >>> header = BlendHeader((Acceleration.CONSTANT, Acceleration.TRIANGULAR), 20)
     >>> header.to_image()
@@ -91,7 +87,7 @@ class BlendHeader:
 
     @property
     def segments(self) -> int:
-        """How many segments the profile has."""
+        """Number of segments."""
         return len(self.types)
 
     def to_image(self) -> Image:
@@ -102,11 +98,7 @@ class BlendHeader:
 
     @classmethod
     def from_image(cls, image: Image) -> BlendHeader:
-        """Read the output image of a first block.
-
-        Raises:
-            ValueError: words that no first block has.
-        """
+        """Read the output image of a first block, or raise a ValueError."""
         words = [word & 0xFFFF for word in image]
         require("number of blend segments", words[2], SEGMENTS_MIN, SEGMENTS_MAX)
         pairs = words[4] | words[3] << 16
@@ -118,7 +110,7 @@ class BlendHeader:
 
 @dataclass(frozen=True, slots=True)
 class BlendSegment:
-    """The block of one segment: a relative move that begins at the speed at which the one before ended.
+    """The block of one segment: a relative move from the final speed of the previous one.
 
     >>> BlendSegment(3_500, 12_345, 20).to_image()
     Image([0, 768, 3, 500, 12, 345, 20, 0])
@@ -149,11 +141,7 @@ class BlendSegment:
 
     @classmethod
     def from_image(cls, image: Image) -> BlendSegment:
-        """Read the output image of a segment's block.
-
-        Raises:
-            ValueError: words that no segment's block has.
-        """
+        """Read the output image of a segment's block, or raise a ValueError."""
         words = image.words.tolist()
         segment = cls(join_thousands(words[2], words[3]), join_thousands(words[4], words[5]), words[6])
         _demand_exact(segment.to_image(), image, "segment block of a blend profile")

@@ -8,7 +8,7 @@
     6     acceleration, steps/ms/s
     7     deceleration, steps/ms/s
 
-`to_image` and `decode` are exact inverses of each other. `decode` is strict: it
+`to_image` and `decode` are exact inverses. `decode` is strict: it
 refuses words that the module would refuse, and words with bits that the module
 would overlook. `Parameters.read` takes any words at all and leaves the
 judgement to the caller.
@@ -60,9 +60,8 @@ class Idle:
     """No command.
 
     Attributes:
-        rest: words 1 to 7, which mean nothing without a command bit. A manual move is stopped by
-            clearing word 0 alone, so they need not be 0. Bits 7 to 10 of word 1 are: they would
-            make something else of it.
+        rest: words 1 to 7, without meaning here. Clearing word 0 stops a manual move, so they need not be 0,
+            except bits 7 to 10 of word 1, which are commands.
     """
 
     rest: tuple[int, ...] = (0,) * 7
@@ -73,17 +72,13 @@ class Idle:
             raise ValueError(f"word 1 of no command is {self.rest[0] & 0xFFFF:04X}h: bits 7 to 10 must be 0")
 
     def to_image(self) -> Image:
-        """Return the output image with no bit of the command MSW set."""
+        """Return the output image without a bit of the command MSW."""
         return Image((0, *self.rest))
 
 
 @dataclass(frozen=True, slots=True)
 class Hold:
-    """Hold the running absolute or relative move.
-
-    Attributes:
-        rest: words 1 to 7, which are not looked at [chapter 4, Hold Move].
-    """
+    """Hold the running absolute or relative move; words 1 to 7 are ignored [chapter 4, Hold Move]."""
 
     rest: tuple[int, ...] = (0,) * 7
 
@@ -91,17 +86,13 @@ class Hold:
         require_words("rest", self.rest, 7)
 
     def to_image(self) -> Image:
-        """Return the output image that holds."""
+        """Return the output image of this command."""
         return Image((CommandMsw.HOLD_MOVE.value, *self.rest))
 
 
 @dataclass(frozen=True, slots=True)
 class ImmediateStop:
-    """Stop without a ramp; the position becomes invalid.
-
-    Attributes:
-        rest: words 1 to 7, which are not looked at (reading A-30).
-    """
+    """Stop without a ramp; the position becomes invalid. Words 1 to 7 are ignored (reading A-30)."""
 
     rest: tuple[int, ...] = (0,) * 7
 
@@ -109,17 +100,13 @@ class ImmediateStop:
         require_words("rest", self.rest, 7)
 
     def to_image(self) -> Image:
-        """Return the output image that stops."""
+        """Return the output image of this command."""
         return Image((CommandMsw.IMMEDIATE_STOP.value, *self.rest))
 
 
 @dataclass(frozen=True, slots=True)
 class PresetPosition:
-    """Set the current position, and with it the diagnostic feedback count; the position becomes valid.
-
-    Attributes:
-        value: -8,388,608 to 8,388,607 steps.
-    """
+    """Set position and diagnostic feedback count, -8,388,608 to 8,388,607 steps; the position gets valid."""
 
     value: int
 
@@ -127,17 +114,13 @@ class PresetPosition:
         require("preset position", self.value, PARAMETER_MIN, PARAMETER_MAX)
 
     def to_image(self) -> Image:
-        """Return the output image that presets."""
+        """Return the output image of this command."""
         return Image((CommandMsw.PRESET_POSITION.value, 0, *split_thousands(self.value)))
 
 
 @dataclass(frozen=True, slots=True)
 class PresetEncoder:
-    """Set the encoder value.
-
-    Attributes:
-        value: -8,388,608 to 8,388,607 counts.
-    """
+    """Set the encoder value, -8,388,608 to 8,388,607 counts."""
 
     value: int
 
@@ -145,17 +128,13 @@ class PresetEncoder:
         require("preset encoder value", self.value, PARAMETER_MIN, PARAMETER_MAX)
 
     def to_image(self) -> Image:
-        """Return the output image that presets."""
+        """Return the output image of this command."""
         return Image((CommandMsw.PRESET_ENCODER.value, 0, *split_thousands(self.value)))
 
 
 @dataclass(frozen=True, slots=True)
 class ResetErrors:
-    """Clear the errors that can be recovered from; word 1 must be 0.
-
-    Attributes:
-        rest: words 2 to 7, which are not looked at (reading A-92).
-    """
+    """Clear recoverable errors; word 1 must be 0, words 2 to 7 are ignored (reading A-92)."""
 
     rest: tuple[int, ...] = (0,) * 6
 
@@ -163,19 +142,19 @@ class ResetErrors:
         require_words("rest", self.rest, 6)
 
     def to_image(self) -> Image:
-        """Return the output image that resets."""
+        """Return the output image of this command."""
         return Image((CommandMsw.RESET_ERRORS.value, 0, *self.rest))
 
 
 @dataclass(frozen=True, slots=True)
 class StoreMinimumRegistration:
-    """Store the distance within which a registration move is deaf to its registration input (firmware 3.1).
+    """Store the initial distance in which a registration move ignores its input (firmware 3.1).
 
     >>> StoreMinimumRegistration(12_345).to_image()
     Image([0, 1024, 12, 345, 0, 0, 0, 0])
 
     Attributes:
-        steps: 0 to 8,388,607; 0 turns the function off.
+        steps: 0 to 8,388,607; 0 disables the function.
     """
 
     steps: int
@@ -184,7 +163,7 @@ class StoreMinimumRegistration:
         require("minimum registration distance", self.steps, 0, DISTANCE_MAX)
 
     def to_image(self) -> Image:
-        """Return the output image that stores the distance."""
+        """Return the output image of this command."""
         return Image((0, _STORE, *split_thousands(self.steps)))
 
 
@@ -203,17 +182,14 @@ Command = (
     | Follower
     | StoreMinimumRegistration
 )
-"""What eight output words in command mode can mean; blend programming has blocks of its own, see `blend`."""
+"""Commands of eight output words; `blend` has the blocks of blend programming."""
 
 
 def decode(image: Image) -> Command:
-    """Return what an output image commands.
+    """Return the command of an output image, or raise a ValueError with the reason.
 
     >>> decode(Image([0x0002, 0, 12, 345, 5, 0, 20, 10]))  # doctest: +ELLIPSIS
     Move(kind=<MoveKind.RELATIVE: 2>, target=12345, speed=5000, acceleration=20, deceleration=10, ...)
-
-    Raises:
-        ValueError: words that no command has; the message says why.
     """
     words = image.words.tolist()
     if words[0] & _MODE:

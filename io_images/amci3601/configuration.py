@@ -1,4 +1,4 @@
-"""The 3601's configuration: eight output words in configuration mode, and what makes them invalid.
+"""The 3601's configuration: eight output words in configuration mode, and the rules for them.
 
     word  meaning                        legal
     0     configuration bits MSW         `ConfigMsw`; bits 7, 11, 13, 14 are 0
@@ -43,7 +43,7 @@ _UNUSED_LSW = 0xFFC0
 
 
 class HomingKind(Enum):
-    """How the axis is homed: (home switch, backplane proximity, marker) [chapter 3, item 10]."""
+    """Homing signals: (home switch, backplane proximity, marker) [chapter 3, item 10]."""
 
     HOME_SWITCH = (True, False, False)
     HOME_SWITCH_PROXIMITY = (True, True, False)
@@ -53,7 +53,7 @@ class HomingKind(Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Configuration:
-    """A legal configuration of the 3601, as it takes effect.
+    """A legal configuration of the 3601.
 
     >>> configuration = Configuration(inputs_used=0x3E, step_and_direction=True, starting_speed=1000)
     >>> [f"{word & 0xFFFF:04X}h" for word in configuration.to_image()][:4]
@@ -62,7 +62,7 @@ class Configuration:
     True
 
     Attributes:
-        inputs_used: mask of `InputBit`, the inputs that are evaluated.
+        inputs_used: mask of `InputBit`, the evaluated inputs.
         active_high: mask of `InputBit`, the inputs that are active when energised. Bits of
             unused inputs are legal and have no effect (reading A-14).
         backplane_proximity: command LSW bit 12 acts as home proximity.
@@ -109,11 +109,7 @@ class Configuration:
 
     @classmethod
     def from_image(cls, image: Image, firmware: Firmware = FW_4_1) -> Configuration:
-        """Read an output image in configuration mode.
-
-        Raises:
-            ValueError: bit 15 of word 0 is 0, or the words break rules of `firmware`; the rules are named.
-        """
+        """Read an output image in configuration mode, or raise a ValueError with the broken rules."""
         words = image.words.tolist()
         if not words[0] & _MODE:
             raise ValueError(f"word 0 is {words[0] & 0xFFFF:04X}h: a configuration has bit 15 set")
@@ -131,7 +127,7 @@ class Configuration:
 
     @property
     def homing(self) -> HomingKind:
-        """How the axis is homed."""
+        """Its homing signals."""
         home_switch = bool(self.inputs_used & InputBit.HOME.value)
         return HomingKind((home_switch, self.backplane_proximity, self.marker_home))
 
@@ -141,14 +137,14 @@ class Configuration:
         return self.quadrature_encoder or self.diagnostic_feedback
 
     def active_inputs(self, energised: int) -> int:
-        """Return the mask of used inputs that are active when those of the mask `energised` are energised."""
+        """Return the mask of used inputs that are active when the inputs `energised` are."""
         return ~(energised ^ self.active_high) & self.inputs_used
 
 
 def check(words: Sequence[int], firmware: Firmware) -> tuple[str, ...]:
-    """Return the ids of the rules that eight output words break as a configuration; none if it is valid.
+    """Return the ids of broken rules of a configuration; none if it is valid.
 
-    Bit 15 of word 0, the mode flag, is not looked at. Words may be signed or unsigned.
+    Bit 15 of word 0, the mode flag, is ignored. Words may be signed or unsigned.
 
     >>> check((0x843E, 0x003F, 1, 0, 0, 0, 0, 0), Firmware(4, 1))
     ()
@@ -159,7 +155,7 @@ def check(words: Sequence[int], firmware: Firmware) -> tuple[str, ...]:
 
 
 INVALID_CONFIGURATIONS: tuple[tuple[str, Callable[[Sequence[int], Firmware], bool]], ...] = (
-    # Backplane proximity alone has nothing that it could be the proximity of (reading A-12).
+    # Backplane proximity needs a home switch or marker (reading A-12).
     ("CFG-01", lambda w, _: not w[0] & (_HOME | _MARKER)),
     ("CFG-02", lambda w, _: not w[0] & _LIMITS),
     ("CFG-03", lambda w, _: _all(w[0], _ENCODER | _FEEDBACK)),
@@ -173,7 +169,7 @@ INVALID_CONFIGURATIONS: tuple[tuple[str, Callable[[Sequence[int], Firmware], boo
     ("CFG-11", lambda w, _: any(w[4:8])),
     ("CFG-29", lambda w, fw: _capture_alone(w[0]) and not fw.capture_without_encoder),
 )
-"""What makes a configuration invalid, in the manual's order [chapter 3, Invalid Configurations]."""
+"""Rules of configurations, in the manual's order [chapter 3, Invalid Configurations]."""
 
 
 def _all(word: int, mask: int) -> bool:

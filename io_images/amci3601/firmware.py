@@ -1,6 +1,6 @@
-"""Firmware versions of the 3601 and what came with each of them.
+"""Firmware versions of the 3601 with their features.
 
-    version   from serial   what it brought
+    version   from serial   new feature
     2.0       -             the initial release
     2.1       -             capture without an encoder [revision history, 0.1]
     2.2       78769         MicroLogix 1500 [chapter 1, MicroLogix 1500 Configuration]
@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True, order=True)
 class Firmware:
-    """A firmware version; versions are ordered, so a gate is a comparison.
+    """A firmware version; versions are ordered.
 
     >>> Firmware(2, 2) < Firmware.parse("3.1"), str(Firmware(4, 1))
     (True, '4.1')
@@ -29,7 +29,7 @@ class Firmware:
 
     @classmethod
     def parse(cls, text: str) -> Firmware:
-        """Return the version written as `text`, e.g. "4.1", or as a serial number, e.g. "serial 96317".
+        """Return the version of a text such as "4.1", or of a serial number such as "serial 96317".
 
         Raises:
             ValueError: not one of the known versions 2.0, 2.1, 2.2, 3.1 and 4.1, or no serial number.
@@ -47,7 +47,7 @@ class Firmware:
 
     @classmethod
     def of_serial(cls, serial: int | str) -> Firmware:
-        """Return the version that modules of this serial number left the factory with.
+        """Return the factory version of modules with this serial number.
 
         Serials below 78769 may carry 2.0 or 2.1; the older one is returned.
 
@@ -67,7 +67,7 @@ class Firmware:
 
     @property
     def capture_without_encoder(self) -> bool:
-        """Capture takes the current position where no encoder is configured (2.1)."""
+        """Capture stores the position if no encoder is configured (2.1)."""
         return self >= FW_2_1
 
     @property

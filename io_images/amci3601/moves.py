@@ -1,4 +1,4 @@
-"""The commands that make the axis move [chapter 4]; `command` holds the others and reads them all."""
+"""Motion commands [chapter 4]; `command` has the others and decodes all."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ _RESUME = CommandMsw.RESUME_MOVE.value
 
 
 class Direction(IntEnum):
-    """Which way: CW counts up, CCW counts down [chapter 4, Absolute & Relative Moves]."""
+    """Direction: CW counts up, CCW counts down [chapter 4, Absolute & Relative Moves]."""
 
     CW = 1
     CCW = -1
 
 
 class MoveKind(Enum):
-    """What the target of a move is."""
+    """Meaning of a move's target."""
 
     ABSOLUTE = CommandMsw.ABSOLUTE_MOVE.value
     RELATIVE = CommandMsw.RELATIVE_MOVE.value
@@ -46,14 +46,12 @@ class Move:
     Image([2, 0, -12, -345, 5, 0, 20, 10])
 
     Attributes:
-        kind: whether the target is a position or a distance.
         target: position or signed distance, -8,388,608 to 8,388,607.
         speed: 1 to 1,000,000 steps/s.
         acceleration: 1 to 2000 steps/ms/s.
         deceleration: 1 to 2000 steps/ms/s.
-        shape: how the speed changes.
         encoder: the target is in encoder counts; the axis begins to stop when they are reached.
-        proximity: the backplane home proximity bit, which a move overlooks.
+        proximity: the backplane home proximity bit, ignored by a move.
 
     Raises:
         ValueError: a value out of range, or of another type.
@@ -75,13 +73,13 @@ class Move:
         _require_profile(self.speed, self.acceleration, self.deceleration)
 
     def to_image(self) -> Image:
-        """Return the output image that starts this move."""
+        """Return the output image of this command."""
         lsw = self.shape.value | self.encoder * _ENCODER_MOVE | self.proximity * _PROXIMITY
         return _image(self.kind.value, lsw, self.target, self.speed, self.acceleration, self.deceleration)
 
     @classmethod
     def read(cls, words: Sequence[int]) -> Move:
-        """Read the move from eight output words with its bit in word 0; see `command.decode`."""
+        """See `command.decode`."""
         return cls(
             MoveKind(words[0]),
             join_thousands(words[2], words[3]),
@@ -96,15 +94,15 @@ class Move:
 
 @dataclass(frozen=True, slots=True)
 class Resume:
-    """Go on with a held move, to its old target.
+    """Continue a held move to its target.
 
     Attributes:
         speed: 1 to 1,000,000 steps/s.
         acceleration: 1 to 2000 steps/ms/s.
         deceleration: 1 to 2000 steps/ms/s.
-        shape: how the speed changes; it is not remembered from the held move.
-        proximity: the backplane home proximity bit, which a move overlooks.
-        target_words: words 2 and 3, which are not looked at.
+        shape: not taken from the held move.
+        proximity: the backplane home proximity bit, ignored by a move.
+        target_words: words 2 and 3, ignored.
 
     Raises:
         ValueError: a value out of range, or of another type.
@@ -123,7 +121,7 @@ class Resume:
         require_words("target_words", self.target_words, 2)
 
     def to_image(self) -> Image:
-        """Return the output image that resumes."""
+        """Return the output image of this command."""
         lsw = self.shape.value | self.proximity * _PROXIMITY
         image = _image(_RESUME, lsw, 0, self.speed, self.acceleration, self.deceleration)
         image[2], image[3] = self.target_words
@@ -131,7 +129,7 @@ class Resume:
 
     @classmethod
     def read(cls, words: Sequence[int]) -> Resume:
-        """Read the command from eight output words with its bit in word 0; see `command.decode`."""
+        """See `command.decode`."""
         return cls(
             join_thousands(words[4], words[5]),
             words[6],
@@ -144,10 +142,10 @@ class Resume:
 
 @dataclass(frozen=True, slots=True)
 class FindHome:
-    """Look for the home signal; the target is 0 and S-curves are not available.
+    """Search for the home signal; the target is 0, without S-curves.
 
     Attributes:
-        direction: which way to look first; it needs an end limit configured on that side.
+        direction: first direction; it needs an end limit configured on that side.
         speed: 1 to 1,000,000 steps/s.
         acceleration: 1 to 2000 steps/ms/s.
         deceleration: 1 to 2000 steps/ms/s.
@@ -168,14 +166,14 @@ class FindHome:
         _require_profile(self.speed, self.acceleration, self.deceleration)
 
     def to_image(self) -> Image:
-        """Return the output image that starts the search."""
+        """Return the output image of this command."""
         lsw = self.proximity * _PROXIMITY
         msw = _FIND_HOME[self.direction]
         return _image(msw, lsw, 0, self.speed, self.acceleration, self.deceleration)
 
     @classmethod
     def read(cls, words: Sequence[int]) -> FindHome:
-        """Read the command from eight output words with its bit in word 0; see `command.decode`."""
+        """See `command.decode`."""
         speed = join_thousands(words[4], words[5])
         proximity = bool(words[1] & _PROXIMITY)
         return cls(_direction(_FIND_HOME, words[0]), speed, words[6], words[7], proximity)
@@ -183,19 +181,17 @@ class FindHome:
 
 @dataclass(frozen=True, slots=True)
 class Manual:
-    """A manual move, which lasts as long as its bit is set; or, with steps to register, a registration move.
+    """A manual move while its bit is set; with `registration`, a registration move.
 
     >>> Manual(Direction.CW, 5_000, 20, 10).to_image()
     Image([128, 0, 0, 0, 5, 0, 20, 10])
 
     Attributes:
-        direction: which way.
         speed: 0 to 1,000,000 steps/s; 0 makes one step; up to the starting speed there is no ramp.
         acceleration: 0 to 2000 steps/ms/s; above the starting speed the module needs 1 or more.
         deceleration: 0 to 2000 steps/ms/s; likewise.
-        registration: steps still to make after the stop command, 0 to 8,388,607 (firmware 3.1).
-        shape: how the speed changes.
-        proximity: the backplane home proximity bit, which a move overlooks.
+        registration: steps after the stop command, 0 to 8,388,607 (firmware 3.1).
+        proximity: the backplane home proximity bit, ignored by a move.
 
     Raises:
         ValueError: a value out of range, or of another type.
@@ -218,14 +214,14 @@ class Manual:
         require("deceleration", self.deceleration, 0, RATE_MAX)
 
     def to_image(self) -> Image:
-        """Return the output image that starts this move and keeps it going."""
+        """Return the output image of this command."""
         lsw = self.shape.value | self.proximity * _PROXIMITY
         msw = _MANUAL[self.direction]
         return _image(msw, lsw, self.registration, self.speed, self.acceleration, self.deceleration)
 
     @classmethod
     def read(cls, words: Sequence[int]) -> Manual:
-        """Read the move from eight output words with its bit in word 0; see `command.decode`."""
+        """See `command.decode`."""
         return cls(
             _direction(_MANUAL, words[0]),
             join_thousands(words[4], words[5]),
@@ -239,14 +235,7 @@ class Manual:
 
 @dataclass(frozen=True, slots=True)
 class RunBlend:
-    """Run the stored blend profile; all other words are 0.
-
-    Attributes:
-        direction: which way the whole profile goes.
-
-    Raises:
-        ValueError: it is not a `Direction`.
-    """
+    """Run the stored blend profile in a `Direction`; all other words are 0."""
 
     direction: Direction
 
@@ -254,12 +243,12 @@ class RunBlend:
         require_member("direction", self.direction, Direction)
 
     def to_image(self) -> Image:
-        """Return the output image that starts the profile."""
+        """Return the output image of this command."""
         return Image((_RUN_BLEND[self.direction],))
 
     @classmethod
     def read(cls, words: Sequence[int]) -> RunBlend:
-        """Read the command from eight output words with its bit in word 0; see `command.decode`."""
+        """See `command.decode`."""
         return cls(_direction(_RUN_BLEND, words[0]))
 
 
@@ -268,7 +257,7 @@ class Follower:
     """Encoder follower mode: counts times multiplier over divisor give steps (firmware 4.1).
 
     Attributes:
-        direction: CW with the encoder, CCW against it, None to stand still in the mode.
+        direction: CW with the encoder, CCW against it, None for rest in this mode.
         multiplier: 1 to 32,767.
         divisor: 1 to 32,767.
         acceleration: 0 to 2000 steps/ms/s; 0 jumps to the new speed.
@@ -293,24 +282,20 @@ class Follower:
         require("deceleration", self.deceleration, 0, RATE_MAX)
 
     def to_image(self) -> Image:
-        """Return the output image that keeps the module in this mode."""
+        """Return the output image of this command."""
         msw = 0 if self.direction is None else _MANUAL[self.direction]
         words = (self.multiplier, self.divisor, 0, 0, self.acceleration, self.deceleration)
         return Image((msw, _FOLLOWER, *words))
 
     @classmethod
     def read(cls, words: Sequence[int]) -> Follower:
-        """Read the command from eight output words with bit 7 in word 1; see `command.decode`."""
+        """See `command.decode`."""
         direction = _direction(_MANUAL, words[0]) if words[0] else None
         return cls(direction, words[2], words[3], words[6], words[7])
 
 
 def require_words(what: str, words: tuple[int, ...], count: int) -> None:
-    """Refuse anything but `count` signed words.
-
-    Raises:
-        ValueError: it names `what`.
-    """
+    """Raise a ValueError unless there are `count` signed words."""
     if len(words) != count:
         raise ValueError(f"{what} has {len(words)} words, not {count}")
     for word in words:

@@ -13,27 +13,27 @@ from enum import Enum
 from ..thousands import PARAMETER_MAX, PARAMETER_MIN, is_legal_pair, join_thousands
 
 SPEED_MAX = 1_000_000
-"""Greatest programmed or starting speed, steps/s; the least is 1, or 0 for a one-shot manual move."""
+"""Maximum programmed or starting speed, steps/s; the minimum is 1, or 0 for a one-shot manual move."""
 
 RATE_MAX = 2_000
-"""Greatest acceleration or deceleration, steps/ms/s; the least is 1."""
+"""Maximum acceleration or deceleration, steps/ms/s; the minimum is 1."""
 
 DISTANCE_MAX = 8_388_607
-"""Greatest distance, steps: minimum registration distance, blend segment, sum of all blend segments."""
+"""Maximum steps of a minimum registration distance, of a blend segment, and of all segments."""
 
 
 def target_in_range(target: int | None) -> bool:
-    """Return whether this is a legal target position: -8,388,608 to 8,388,607 steps or counts."""
+    """Whether a target position is legal: -8,388,608 to 8,388,607 steps or counts."""
     return target is not None and PARAMETER_MIN <= target <= PARAMETER_MAX
 
 
 def speed_in_range(speed: int | None) -> bool:
-    """Return whether this is a legal speed: 1 to 1,000,000 steps/s."""
+    """Whether a speed is legal: 1 to 1,000,000 steps/s."""
     return speed is not None and 1 <= speed <= SPEED_MAX
 
 
 def rate_in_range(rate: int) -> bool:
-    """Return whether this is a legal acceleration or deceleration: 1 to 2000 steps/ms/s."""
+    """Whether an acceleration or deceleration is legal: 1 to 2000 steps/ms/s."""
     return 1 <= rate <= RATE_MAX
 
 
@@ -63,26 +63,22 @@ class Parameters:
 
     @property
     def target_in_range(self) -> bool:
-        """Whether the target is legal: -8,388,608 to 8,388,607."""
+        """Whether the target is legal."""
         return target_in_range(self.target)
 
     @property
     def speed_in_range(self) -> bool:
-        """Whether the speed is legal: 1 to 1,000,000 steps/s."""
+        """Whether the speed is legal."""
         return speed_in_range(self.speed)
 
     @property
     def rates_in_range(self) -> bool:
-        """Whether acceleration and deceleration are both legal: 1 to 2000 steps/ms/s."""
+        """Whether acceleration and deceleration are legal."""
         return rate_in_range(self.acceleration) and rate_in_range(self.deceleration)
 
 
 def require(what: str, value: int, least: int, greatest: int) -> None:
-    """Refuse a value out of range.
-
-    Raises:
-        ValueError: it names `what`, the value and the range.
-    """
+    """Raise a ValueError for a value out of range."""
     if not isinstance(value, int):
         raise ValueError(f"{what} {value!r} is not allowed: allowed are whole numbers, {least} to {greatest}")
     if not least <= value <= greatest:
@@ -90,11 +86,7 @@ def require(what: str, value: int, least: int, greatest: int) -> None:
 
 
 def require_member(what: str, value: object, kind: type[Enum]) -> None:
-    """Refuse what is not a member of an enumeration, such as its name as text.
-
-    Raises:
-        ValueError: it names `what`, the value and the members.
-    """
+    """Raise a ValueError unless `value` is a member of the enumeration."""
     if not isinstance(value, kind):
         raise ValueError(
             f"{what} {value!r} is not allowed: allowed are {', '.join(map(str, _members(kind)))}"

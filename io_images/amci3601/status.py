@@ -1,4 +1,4 @@
-"""What the 3601 reports: eight input words, in command mode and in configuration mode.
+"""The 3601's status: eight input words, in command mode and in configuration mode.
 
     word  command mode                        configuration mode
     0     status MSW                          mirror, but bits 13 to 15 are status
@@ -46,7 +46,7 @@ class Status:
     Attributes:
         position: current position, steps, -65,535,999 to 65,535,999.
         encoder: encoder or diagnostic feedback count, in the same range.
-        captured: the value that the capture input took, in the same range.
+        captured: the value stored by the capture input, in the same range.
 
     Raises:
         ValueError: one of the last three out of range.
@@ -87,7 +87,7 @@ class Status:
             require(name, value, -REPORTED_MAX, REPORTED_MAX)
 
     def to_image(self) -> Image:
-        """Return the input image that reports this."""
+        """Return the input image."""
         values = [word for value in self._values() for word in split_reported(value)]
         return Image((self._word(_MSW_FIELDS), self._word(_LSW_FIELDS), *values))
 
@@ -101,7 +101,7 @@ class Status:
     def from_image(cls, image: Image) -> Status:
         """Read an input image in command mode.
 
-        A position beyond ±32,767,999 whose LSW is 0 looks like one of the other sign; see
+        A position beyond ±32,767,999 with an LSW of 0 reads with the other sign; see
         `thousands.join_reported`.
 
         Raises:
@@ -133,8 +133,7 @@ class ConfigurationStatus:
 
     Attributes:
         mirror: the configuration in words 0 to 3, without bits 13 to 15 of word 0.
-        config_error: there is no valid configuration.
-        module_ok: the module operates.
+        config_error: whether there is no valid configuration.
 
     Raises:
         ValueError: not four words, or bits of the first one that are not mirrored.
@@ -152,18 +151,14 @@ class ConfigurationStatus:
             )
 
     def to_image(self) -> Image:
-        """Return the input image that reports this."""
+        """Return the input image."""
         live = _MODE | self.module_ok * _MODULE_OK | self.config_error * _CONFIG_ERROR
         firmware = (self.firmware.major, self.firmware.minor)
         return Image((self.mirror[0] | live, *self.mirror[1:], 0, 0, *firmware))
 
     @classmethod
     def from_image(cls, image: Image) -> ConfigurationStatus:
-        """Read an input image in configuration mode.
-
-        Raises:
-            ValueError: an image in command mode, or words 4 and 5 that are not 0.
-        """
+        """Read an input image in configuration mode, or raise a ValueError."""
         words = image.words.tolist()
         if not words[0] & _MODE:
             raise ValueError(f"word 0 is {words[0] & 0xFFFF:04X}h: the module is in command mode")
@@ -206,9 +201,6 @@ class StatusView:
     >>> image[0], image[2], image[3] = 0x4080, -12, -345
     >>> view.MOVE_COMPLETE, view.COMMAND_ERROR, view.position
     (True, False, -12345)
-
-    Args:
-        image: the image to stay with.
     """
 
     __slots__ = ("_words",)
@@ -246,7 +238,7 @@ class StatusView:
 
     @property
     def moving(self) -> bool:
-        """Whether the axis moves, either way."""
+        """Whether the axis moves."""
         return self.MOVING_CW or self.MOVING_CCW
 
     @property
@@ -261,5 +253,5 @@ class StatusView:
 
     @property
     def captured(self) -> int:
-        """The value that the capture input took."""
+        """The value stored by the capture input."""
         return join_reported(self._words[6], self._words[7])

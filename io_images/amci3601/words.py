@@ -1,4 +1,4 @@
-"""The words of a 3601 by name, which are also those of every module that answers as one."""
+"""Word names of a 3601, shared by compatible modules."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ WORDS_3601 = ModuleWords(
 
 
 def is_stepper(words: ModuleWords) -> bool:
-    """Return whether a module has the words of a 3601: the module itself, or one that answers as one."""
+    """Whether a module has the words of a 3601."""
     return words == WORDS_3601
 
 
 def may_be_stepper(words: ModuleWords) -> bool:
-    """Return whether a module has the words of a 3601, or does not name its words.
+    """Whether a module has the words of a 3601, or unnamed words.
 
-    A user's own module that answers as a 3601 need not name them.
+    A user's own 3601-compatible module need not name them.
 
     >>> may_be_stepper(PLAIN_WORDS), is_stepper(PLAIN_WORDS)
     (True, False)

@@ -37,4 +37,4 @@ NEEDS_IDLE = frozenset(
         Code.RUN_PROGRAM,
     }
 )
-"""Codes that are refused with the busy error while motion is in progress."""
+"""Codes refused with the busy error during motion."""

@@ -1,4 +1,4 @@
-"""The PCL601's 38 data registers, as the memory map prints them [Appendix 1].
+"""The PCL601's 38 data registers, in the order of the memory map [Appendix 1].
 
 A value of 32 bits takes two registers, the low word at the lower address, and
 its range is printed once: the rows of the table below are 32 values. 4x
@@ -11,11 +11,11 @@ from dataclasses import dataclass
 from enum import IntEnum, auto
 
 FIRMWARE = "1.00"
-"""What function 0x11 and Appendix 6 print."""
+"""Version in function 0x11 and Appendix 6."""
 
 
 class Register(IntEnum):
-    """A value of the memory map, whether in one register or two; the numbers mean nothing outside."""
+    """A value of the memory map in one or two registers; the numbers are internal."""
 
     COMMAND = auto()
     STEPS = auto()
@@ -56,16 +56,13 @@ class Row:
     """One row of the memory map.
 
     Attributes:
-        register: which value.
         reference: 4x reference of its (low) word, from 1.
-        words: registers it takes, 1 or 2.
-        low: least value.
-        high: greatest value.
+        words: registers, 1 or 2.
         default: after power-up and reset.
-        meaning: as the manual calls it, with the unit.
-        ascii: the AA ASCII command that writes or reads it, "" where there is none.
+        meaning: the manual's name, with the unit.
+        ascii: the AA ASCII command that writes or reads it, or "".
         writable: Read/Write in the map.
-        locked: not to be written while motion is in progress.
+        locked: whether it is read-only during motion.
         kept: non-volatile.
     """
 
@@ -92,12 +89,12 @@ class Row:
 
     @property
     def allowed(self) -> str:
-        """The printed range, in words."""
+        """The printed range as text."""
         return f"{self.low} to {self.high}"
 
 
 POSITION_LIMIT = 8_388_607
-"""Greatest number of steps of an index, and greatest position either side of 0 [Functions]."""
+"""Maximum steps of an index, and maximum position either side of 0 [Functions]."""
 
 _FAR = POSITION_LIMIT
 _FIRMWARE_WORDS = int.from_bytes(FIRMWARE.encode(), "big")  # coding not stated: the bytes of function 0x11
@@ -138,17 +135,17 @@ MAP: tuple[Row, ...] = (
 )  # fmt: skip
 
 ROWS: dict[Register, Row] = {row.register: row for row in MAP}
-"""The rows by their value."""
+"""The rows by value."""
 
 WORDS: tuple[tuple[Row, int], ...] = tuple((row, word) for row in MAP for word in range(row.words))
-"""What each address holds: the row, and 0 for its low or only word, 1 for its high word."""
+"""Row at each address, with 0 for its low or only word, 1 for its high word."""
 
 WORD_COUNT = len(WORDS)
-"""Registers in the map: 38."""
+"""Registers in the map."""
 
 
 def firmware_text(value: int) -> str:
-    """Return the firmware version as text: its four characters, or the number where they are none.
+    """Return the firmware version as text: four characters, or else the number.
 
     >>> firmware_text(0x312E3030), firmware_text(0x00000102)
     ('1.00', '00000102h')
@@ -167,7 +164,7 @@ def word_of(value: int, word: int) -> int:
 
 
 def with_word(row: Row, value: int, word: int, bits: int) -> int:
-    """Return a value with one of its words replaced; 32 bits read as signed where the range is.
+    """Return a value with one of its words replaced, signed where the range is.
 
     >>> with_word(ROWS[Register.POSITION], 62536, 1, 0xFFFF)
     -3000

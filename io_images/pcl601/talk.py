@@ -14,17 +14,17 @@ from .commands import Code
 from .registers import Register
 
 PARAMETERS_MAX = 8
-"""Characters of the parameters [Message Format]."""
+"""Maximum characters of the parameters [Message Format]."""
 
 BUFFER_MAX = 24
-"""Characters of a line that the receive buffer holds; not stated."""
+"""Maximum characters of a line in the receive buffer; not stated."""
 
 VERSION_TEXT = "PCL601 1.00"
 """Reply to `$`; the text is not stated."""
 
 
 class Action(Enum):
-    """What a command does with its parameters."""
+    """The effect of a command with parameters."""
 
     SET = auto()  # write a register; without parameters, where the row has a code, carry that out
     DO = auto()  # carry out the row's code; takes no parameters
@@ -49,11 +49,9 @@ class Command:
     Attributes:
         name: its one or two characters.
         form: as the manual prints it.
-        meaning: as the manual calls it.
-        action: what it does.
-        register: the register it is about.
-        code: the command code it is the same as.
-        while_running: whether it is taken while a stored program runs.
+        meaning: the manual's name.
+        code: the equivalent command code.
+        while_running: whether it is accepted while a stored program runs.
     """
 
     name: str
@@ -118,4 +116,4 @@ VERIFY: dict[str, Register] = {
     for command in COMMANDS
     if command.register is not None and command.name != "P"
 } | {"EP": Register.ENCODER_POSITION, "F": Register.BUSY, "+": Register.DIRECTION}
-"""What V reads [Verify]; L, O, `:` and `;` are not registers, and P cannot be verified."""
+"""Values of V [Verify]; L, O, `:` and `;` are not registers, and P cannot be verified."""

@@ -1,6 +1,6 @@
-"""Inputs and outputs: the terminals, and the bits they are on each of the surfaces.
+"""Inputs and outputs: the terminals, and their bits in each interface.
 
-    surface                     an input that is grounded   open or high
+    interface                   a grounded input            open or high
     Modbus 1x and 3x, IR        1 (active)                  0
     I1 to I6, IF in a program   0 (its level)               1
 
@@ -44,7 +44,7 @@ OUTPUT_COUNT = 8
 """0x references 1 to 8: outputs 1 to 8."""
 
 OUTPUT_BITS = 16
-"""The outputs' register has 16 bits; the upper eight read 0."""
+"""Bits of the outputs' register; the upper eight read 0."""
 
 ON_FLY_OUTPUT = 1 << 0
 """Output 1: output on the fly."""

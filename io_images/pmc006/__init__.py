@@ -1,4 +1,4 @@
-"""What crosses the wire of a PMC006x3s, as data: frames, instructions, status bits, user programs.
+"""The PMC006x3s as data: frames, instructions, status bits, user programs.
 
 Sections in brackets are those of the manual V0.1.0 (2023-09-19).
 """

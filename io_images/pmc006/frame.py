@@ -21,13 +21,13 @@ REPLY = 0x7A
 
 FRAME_BYTES = 8
 FACTORY_ADDRESS = 0xFF
-"""The address of a controller as it leaves the factory [4.1.2]."""
+"""Default address of a controller [4.1.2]."""
 
 STATE_ERROR = 6
-"""Reply data: the state does not allow it, or the value is out of its range [4.1.1]."""
+"""Reply data: invalid state, or value out of range [4.1.1]."""
 
 UNKNOWN_ERROR = 7
-"""Reply data: no such instruction, or stepping on towards a limit that is reached [4.1.1]."""
+"""Reply data: unknown instruction, or a step towards a reached limit [4.1.1]."""
 
 BAUD = 9600
 """Speed of the line, 8N1; no instruction changes it [6.1.1]."""
@@ -35,7 +35,7 @@ BAUD = 9600
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """A frame whose sum is right.
+    """A frame with a valid sum.
 
     Attributes:
         second: the address in a command, `REPLY` in a reply.
@@ -57,7 +57,7 @@ def encode(second: int, third: int, data: int = 0) -> bytes:
     Args:
         second: 0 to 255, see `Frame`.
         third: 0 to 255.
-        data: -2**31 to 2**32 - 1; what does not fit signed goes as the same 32 bits.
+        data: -2**31 to 2**32 - 1, sent as 32 bits.
 
     Raises:
         ValueError: a value that does not fit.
@@ -76,7 +76,7 @@ def command(address: int, code: int, data: int = 0) -> bytes:
 
 
 def reply(address: int, data: int = 0) -> bytes:
-    """Return the frame with which the controller at `address` answers.
+    """Return the frame of an answer from the controller at `address`.
 
     >>> reply(0x02, 4).hex(" ")  # 4.3.2: microstepping is 4
     'a5 7a 02 04 00 00 00 25'
@@ -85,7 +85,7 @@ def reply(address: int, data: int = 0) -> bytes:
 
 
 def decode(frame: bytes) -> Frame | None:
-    """Return what eight bytes say, None if the head or the sum is wrong.
+    """Return the content of eight bytes, None if the head or the sum is wrong.
 
     >>> decode(bytes.fromhex("a5 02 6d 04 00 00 00 18"))
     Frame(second=2, third=109, data=4)
@@ -98,11 +98,11 @@ def decode(frame: bytes) -> Frame | None:
 class Framer:
     """Finds the frames in a stream of bytes.
 
-    Bytes before a head are passed over. Eight bytes with a head and a wrong sum lose their first one, and
-    the rest is searched again, so that a good frame after noise is found.
+    Bytes before a head are skipped. Of eight bytes with a wrong sum the first is dropped and the rest
+    searched again, so that a good frame after noise is found.
 
     Attributes:
-        passed_over: bytes so far that belonged to no frame.
+        passed_over: skipped bytes so far.
     """
 
     __slots__ = ("_bytes", "passed_over")
@@ -112,11 +112,11 @@ class Framer:
         self.passed_over = 0
 
     def __len__(self) -> int:
-        """Return how many bytes of an unfinished frame wait for the rest of it."""
+        """Return the number of bytes of an unfinished frame."""
         return len(self._bytes)
 
     def feed(self, data: bytes) -> list[Frame]:
-        """Take bytes; return the frames that they complete, in order."""
+        """Add bytes; return the frames that they complete."""
         self._bytes += data
         frames = []
         while self._seek_head():
@@ -129,7 +129,7 @@ class Framer:
         return frames
 
     def drop(self) -> None:
-        """Give up on an unfinished frame: the line was silent for too long."""
+        """Drop an unfinished frame after a silence."""
         self._pass_over(len(self._bytes))
 
     def _seek_head(self) -> bool:

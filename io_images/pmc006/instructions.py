@@ -1,4 +1,4 @@
-"""The instructions of a PMC006x3s, row by row of the manual's summary table [4.2].
+"""The instructions of a PMC006x3s, one row each as in the manual's summary table [4.2].
 
 `Kind.SET` instructions write a parameter, `Kind.READ` ones return something,
 `Kind.ACTION` ones do something. A parameter of `ParameterStorage.SAVED` goes into the
@@ -27,14 +27,14 @@ ACCELERATIONS_PPS2 = (0, 77440, 48410, 27170, 21510, 14080, 10460, 6915, 5210)
 """Acceleration in steps/s/s by coefficient [4.3.3]; coefficient 0 means no ramp."""
 
 ATTENUATION_PERCENT = (100, 50, 25, 12.5)
-"""What remains of the phase current while the motor rests, by attenuation factor [4.3.7]."""
+"""Remaining phase current at rest, by attenuation factor [4.3.7]."""
 
 SHORT_MOVE_STEPS = 256
 """A move of fewer steps has no S-curve [4.3.3]."""
 
 
 class Kind(Enum):
-    """What an instruction does."""
+    """The effect of an instruction."""
 
     SET = "set"
     READ = "read"
@@ -42,7 +42,7 @@ class Kind(Enum):
 
 
 class ParameterStorage(Enum):
-    """Where a parameter lives."""
+    """Storage of a parameter."""
 
     VOLATILE = "volatile"
     SAVED = "saved by t"
@@ -55,17 +55,12 @@ class InstructionRow:
 
     Attributes:
         char: the instruction's byte as the manual writes it.
-        name: by which this project calls it; parameters are known by it.
-        kind: set, read or action.
-        meaning: in one line.
-        low: least value allowed, None where the data are not looked at.
-        high: greatest value allowed.
-        values: the only values allowed, where they are not a range.
-        unit: of the value.
-        default: of the parameter.
-        keeping: where the parameter lives.
-        shows: name of the parameter that a read returns, where it is one.
-        note: a misprint or a reading that concerns this row.
+        name: this project's name, also of its parameter.
+        low: lowest value, None where the data are ignored.
+        high: highest value.
+        values: the only values, where they are not a range.
+        shows: the parameter that a read returns.
+        note: a misprint or a reading of this row.
     """
 
     char: str
@@ -88,18 +83,18 @@ class InstructionRow:
 
     @property
     def asks_by_zero(self) -> bool:
-        """Whether data 0 reads the parameter instead of writing it."""
+        """Whether data 0 reads the parameter."""
         return self.kind is Kind.SET and not self.allows(0)
 
     def allows(self, value: int) -> bool:
-        """Return whether a value may be sent."""
+        """Whether a value may be sent."""
         if self.values:
             return value in self.values
         return self.low is None or self.high is None or self.low <= value <= self.high
 
     @property
     def allowed(self) -> str:
-        """The values allowed, in words; empty where the data are not looked at."""
+        """The allowed values as text, "" where the data are ignored."""
         if self.values:
             return ", ".join(str(value) for value in self.values)
         return "" if self.low is None else f"{self.low} to {self.high}"
@@ -200,4 +195,4 @@ BY_NAME: dict[str, InstructionRow] = {row.name: row for row in INSTRUCTIONS}
 PARAMETERS: tuple[InstructionRow, ...] = tuple(
     row for row in INSTRUCTIONS if row.kind is Kind.SET and row.name not in ("set_position", "speed_mode")
 )
-"""The rows that hold a value until it is changed."""
+"""The rows with a stored value."""

@@ -22,7 +22,7 @@ def user_table() -> str:
 
 
 def option_table() -> str:
-    """Return what the options of WAIT and CMP stand for as a Markdown table."""
+    """Return the meanings of WAIT and CMP options as a Markdown table."""
     numbers = sorted(WAIT_OPTIONS | CMP_OPTIONS)
     rows = ((str(n), WAIT_OPTIONS.get(n, "-"), CMP_OPTIONS.get(n, "-")) for n in numbers)
     return _table(("option", "WAIT", "CMP"), rows)

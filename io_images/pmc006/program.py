@@ -23,10 +23,10 @@ from dataclasses import dataclass
 from .instructions import INT32_MAX, MICROSTEPS
 
 MAX_LINES = 100
-"""Instructions that the controller holds [5]."""
+"""Maximum instructions of a program [5]."""
 
 EDITOR_MAX_TARGET = 50
-"""Greatest jump target in the manual's table [5.1.1]."""
+"""Maximum jump target in the manual's table [5.1.1]."""
 
 WAIT_OPTIONS: dict[int, str] = {
     1: "motor idle",
@@ -37,7 +37,7 @@ WAIT_OPTIONS: dict[int, str] = {
     6: "EXT1 flag",
     7: "EXT2 flag",
 }
-"""What WAIT compares with its data (reading)."""
+"""Operand of WAIT's comparison with its data (reading)."""
 
 CMP_OPTIONS: dict[int, str] = {
     1: "counter",
@@ -47,7 +47,7 @@ CMP_OPTIONS: dict[int, str] = {
     5: "EXT2 flag",
     6: "all inputs, as instruction x reads them",
 }
-"""What CMP compares with its data (reading)."""
+"""Operand of CMP's comparison with its data (reading)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,12 +55,10 @@ class UserOp:
     """One row of the user instruction set summary [5.1.1].
 
     Attributes:
-        name: the command.
-        meaning: in one line.
         options: first and last option.
-        data: first and last value of the data, None where there are none.
-        values: the only data allowed, where they are not a range.
-        usual: first and last value that the manual's table has, where more is accepted with a warning.
+        data: first and last value of the data, or None.
+        values: the only data, where they are not a range.
+        usual: first and last value in the manual's table; other accepted values get a warning.
     """
 
     name: str
@@ -72,13 +70,13 @@ class UserOp:
 
     @property
     def allowed_data(self) -> str:
-        """The data allowed, in words."""
+        """The allowed data as text."""
         if self.values:
             return ", ".join(str(value) for value in self.values)
         return "none, or 0" if self.data is None else f"{self.data[0]} to {self.data[1]}"
 
     def allows(self, value: int) -> bool:
-        """Return whether a value may be its data."""
+        """Whether a value is allowed as data."""
         low, high = self.data or (0, 0)
         return value in self.values if self.values else low <= value <= high
 
@@ -117,36 +115,30 @@ USER_OPS: dict[str, UserOp] = {
 """The user instructions by name, in the manual's order."""
 
 SPELLINGS = {"CNTI": "CNT1"}
-"""Other names under which the manual has an instruction [5.1.2.1]."""
+"""Other names of instructions in the manual [5.1.2.1]."""
 
 
 @dataclass(frozen=True, slots=True)
 class UserInstruction:
-    """One line of a user program.
-
-    Attributes:
-        op: its name in `USER_OPS`.
-        option: which port, condition or value.
-        data: its operand; 0 where there is none.
-    """
+    """A line of a user program: `op` of `USER_OPS`, its port, condition or value, and data (0 without)."""
 
     op: str
     option: int
     data: int
 
     def __str__(self) -> str:
-        """Return the line of text that says this."""
+        """Return its line of text."""
         data = "" if USER_OPS[self.op].data is None else f" {self.data}"
         return f"{self.op} {self.option}{data}"
 
 
 @dataclass(frozen=True, slots=True)
 class UserProgram:
-    """A user program and what the assembler had to say about it.
+    """A user program with the assembler's warnings.
 
     Attributes:
         lines: up to `MAX_LINES`.
-        warnings: what is accepted, but not in the manual's table; each names its line of text.
+        warnings: values beyond the manual's table, each with its line of text.
     """
 
     lines: tuple[UserInstruction, ...] = ()
@@ -154,17 +146,14 @@ class UserProgram:
 
 
 def assemble(text: str) -> UserProgram:
-    """Return the program that a text says.
+    """Return the program of a text, or raise a ValueError.
 
     >>> assemble("DIR 0 1 # forward" + chr(10) + "ROT 0 287").lines[1]
     UserInstruction(op='ROT', option=0, data=287)
 
     Args:
-        text: one instruction per line, `OP option data` separated by blanks; `#` starts a comment. Where
-            an instruction takes no data, they may be left out, and its option with them.
-
-    Raises:
-        ValueError: a line that says nothing allowed, or too many of them.
+        text: one instruction per line, `OP option data` separated by blanks; `#` starts a comment.
+            Instructions without data may omit data and option.
     """
     lines: list[UserInstruction] = []
     warnings: list[str] = []

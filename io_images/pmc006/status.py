@@ -1,4 +1,4 @@
-"""The bits that a PMC006x3s reports: two status registers, the pin levels, the GPIO word."""
+"""Status bits of a PMC006x3s: two status registers, the pin levels, the GPIO word."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Status2(IntFlag):
 
 
 def firmware_text(value: int) -> str:
-    """Return the firmware version as text; how it is coded is our reading, so the number is shown beside it.
+    """Return the firmware version as text, with the number: its coding is a reading.
 
     >>> firmware_text(0x0001_0000)
     'V0.1.0 (00010000h)'
@@ -50,7 +50,7 @@ class Level(IntFlag):
 
 
 class Gpio(IntFlag):
-    """The GPIO word of instruction y [4.3.14]; the bits without a word of explanation have no effect."""
+    """The GPIO word of instruction y [4.3.14]; uncommented bits have no effect."""
 
     AN = 1 << 0
     GPIO8 = 1 << 1  # level of the 5 V output
@@ -67,4 +67,4 @@ class Gpio(IntFlag):
 
 
 GPIO_EFFECTIVE = Gpio.GPIO8 | Gpio.AN_EN | Gpio.AN_PUD
-"""The bits of the GPIO word that do something; the others are inputs or documented as without effect."""
+"""Effective bits of the GPIO word; the others are inputs or without effect."""

@@ -1,4 +1,4 @@
-"""Strategies for Hypothesis: what a PLC can write to a 3601, and what comes over the wires, good and bad.
+"""Strategies for Hypothesis: a PLC's words for a 3601, and serial traffic, valid and invalid.
 
     from hypothesis import given
     from scanrack.io_images import strategies as images
@@ -6,9 +6,9 @@
     @given(images.output_images(starting_speed=1000))
     def test_my_gateway_passes_words_on(image): ...
 
-The law of this room: every strategy says what it makes (legal, wrong by exactly one named rule, or
+The law of this room: every strategy states its validity (legal, wrong by exactly one named rule, or
 anything), the rule table and the classes of `amci3601` decide what that is, and the first value of
-every list is the plainest, so that a failing example shrinks to what a person would have written.
+every list is the plainest, so that a failing example shrinks to a natural one.
 
 It is imported by tests and searches only; nothing else here needs Hypothesis.
 

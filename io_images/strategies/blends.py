@@ -1,4 +1,4 @@
-"""Blend profiles and the handshake that sends them: good ones, and ones with exactly one fault.
+"""Blend profiles and their handshake: valid ones, and ones with exactly one fault.
 
 A segment is made long enough for its change of speed. The least length of a ramp is reckoned here
 with a margin (an S-curve takes no more than twice the distance of a constant acceleration), since
@@ -25,33 +25,26 @@ SEGMENT_RATES = (1000, 2000, 333)
 LENGTHS = (1000, 100, 3000, 200)
 START_MAX = 100_000
 SEGMENT_SPEED_MAX = 250_000
-"""Up to it, steps/s, sixteen segments with ramps stay below 8,388,607 steps."""
+"""Speed, steps/s, up to which sixteen segments with ramps stay below 8,388,607 steps."""
 
 
 @dataclass(frozen=True, slots=True)
 class BlendProfile:
-    """A legal blend profile.
-
-    Attributes:
-        header: the first block.
-        segments: the others; as many as the header says.
-    """
+    """A legal blend profile: the first block and as many segments as it says."""
 
     header: BlendHeader
     segments: tuple[BlendSegment, ...]
 
     def blocks(self) -> list[Image]:
-        """Return the output images of the blocks, in the order in which they are sent."""
+        """Return the output images of the blocks, in order of transmission."""
         return [self.header.to_image(), *(segment.to_image() for segment in self.segments)]
 
 
 class FaultyBlend(NamedTuple):
-    """Blocks with one fault.
+    """Output images of blocks with one fault.
 
     Attributes:
-        blocks: the output images of the blocks.
-        rule: id of the rule that the module finds broken; "" for blocks missing at the end,
-            which it stores nothing of and says nothing about.
+        rule: id of the broken rule; "" for missing final blocks, which the module ignores silently.
     """
 
     blocks: list[Image]
@@ -59,9 +52,9 @@ class FaultyBlend(NamedTuple):
 
 
 def handshake(blocks: Sequence[Image]) -> list[Image]:
-    """Return the images that send blocks: bits 8 and 9, then bit 8 alone, for each; at last neither.
+    """Return the images that send blocks: bits 8 and 9, then bit 8 alone, for each; finally neither.
 
-    Each is to be shown until the module has answered: BLEND_ACK set, and reset.
+    Show each until the module has answered: BLEND_ACK set, and reset.
     """
     images: list[Image] = []
     for block in blocks:
@@ -72,11 +65,11 @@ def handshake(blocks: Sequence[Image]) -> list[Image]:
 
 
 def blend_profiles(starting_speed: int, *, most: int = SEGMENTS_MAX) -> st.SearchStrategy[BlendProfile]:
-    """Return a strategy of profiles that the module stores.
+    """Return a strategy of valid profiles.
 
     Args:
         starting_speed: of the configuration, 1 to 100,000 steps/s.
-        most: greatest number of segments, 2 to 16.
+        most: maximum number of segments, 2 to 16.
 
     Raises:
         ValueError: a starting speed or a number of segments out of range.
@@ -97,7 +90,7 @@ def _together(*values: Any) -> tuple[Any, ...]:
 
 
 _LEGS = pick(_together, tuple(Acceleration), (2, 3, 5, 4, 1), SEGMENT_RATES, LENGTHS)
-"""Type of a segment, its speed in starting speeds, its rate, and its length if there is room in it."""
+"""Type of a segment, its speed in starting speeds, its rate, and its length if it fits."""
 
 
 @st.composite
@@ -152,7 +145,7 @@ BLEND_FAULTS: dict[str, tuple[_Damage, ...]] = {
     "PRF-06": (),
     "CMD-05": (),
 }
-"""How each rule of blend programming is broken; two of them need to know the speeds."""
+"""How to break each rule of blend programming; two need the speeds."""
 
 
 def faulty_blends(
@@ -162,11 +155,11 @@ def faulty_blends(
 
     Args:
         starting_speed: of the configuration, 2 to 100,000 steps/s.
-        rules: ids of the rules to break, of `BLEND_FAULTS`; none = any, and missing blocks.
-        most: greatest number of segments.
+        rules: ids of the rules to break, of `BLEND_FAULTS`; by default any, and missing blocks.
+        most: maximum number of segments.
 
     Raises:
-        ValueError: a starting speed or a rule that it can't be done with.
+        ValueError: an unsuitable starting speed or rule.
     """
     require("starting_speed", starting_speed, 2, START_MAX)
     unknown = [rule for rule in rules if rule not in BLEND_FAULTS]

@@ -1,6 +1,6 @@
-"""Legal commands, as the classes of `amci3601` have them; `to_image` gives the words.
+"""Legal commands, as objects of `amci3601`; `to_image` returns their words.
 
-Whether the module carries one out depends on its state; nothing in the words is wrong.
+Their execution depends on the module's state.
 """
 
 from __future__ import annotations
@@ -39,8 +39,8 @@ def moves(starting_speed: int, *, encoder: bool = False) -> st.SearchStrategy[Mo
     """Return a strategy of absolute and relative moves.
 
     Args:
-        starting_speed: the least programmed speed, steps/s.
-        encoder: targets are in encoder counts.
+        starting_speed: the minimum programmed speed, steps/s.
+        encoder: whether targets are in encoder counts.
     """
     return st.builds(
         lambda kind, target, speed, pair, shape: Move(kind, target, speed, pair[0], pair[1], shape, encoder),
@@ -110,7 +110,7 @@ def presets() -> st.SearchStrategy[PresetPosition | PresetEncoder]:
 
 
 def commands(starting_speed: int, firmware: Firmware = KNOWN[-1]) -> st.SearchStrategy[Command]:
-    """Return a strategy of everything that a firmware version can be commanded, legal in itself.
+    """Return a strategy of all legal commands of a firmware version.
 
     Args:
         starting_speed: of the configuration, steps/s.

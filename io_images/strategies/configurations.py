@@ -21,15 +21,15 @@ CAPTURE = InputBit.CAPTURE.value
 INPUTS = ALL_INPUTS + 1
 LIMITS = (InputBit.CW_LIMIT | InputBit.CCW_LIMIT).value
 PLAIN_INPUTS = (InputBit.EXTERNAL | InputBit.HOME | InputBit.ESTOP).value | LIMITS
-"""What the manual's own example uses [chapter 3]."""
+"""Inputs of the manual's own example [chapter 3]."""
 
 
 class FaultyConfiguration(NamedTuple):
-    """Words that are not a configuration.
+    """Words that break one configuration rule.
 
     Attributes:
         image: the output image; bit 15 of word 0 is set.
-        rule: id of the one rule that it breaks.
+        rule: id of the broken rule.
     """
 
     image: Image
@@ -43,7 +43,7 @@ def configurations(
 
     Args:
         firmware: the version that accepts them.
-        homing: how the axis is homed; None = any of the four kinds.
+        homing: None = any of the four kinds.
         starting_speed: steps/s; None = any legal one.
     """
     return _configuration(
@@ -94,14 +94,14 @@ def _configuration(
 def faulty_configurations(
     firmware: Firmware = NEWEST, rules: tuple[str, ...] = ()
 ) -> st.SearchStrategy[FaultyConfiguration]:
-    """Return a strategy of words that this firmware rejects because of exactly one rule.
+    """Return a strategy of words that a firmware rejects because of exactly one rule.
 
     Args:
         firmware: the version that rejects them.
-        rules: ids of the rules to break; none = any of those that this version knows.
+        rules: ids of the rules to break; by default any of this version.
 
     Raises:
-        ValueError: no words break one of these rules, or not with this firmware.
+        ValueError: no words break one of these rules with this firmware.
     """
     known = [rule for rule, _ in INVALID_CONFIGURATIONS if _can_break(rule, firmware)]
     for rule in rules:
@@ -169,7 +169,7 @@ FAULTS: dict[str, st.SearchStrategy[_Fault]] = {
     "CFG-11": _UNUSED_WORDS,
     "CFG-29": st.just(_Fault(clear=_ENCODER, set=CAPTURE)),
 }
-"""How each rule of `INVALID_CONFIGURATIONS` is broken."""
+"""How to break each rule of `INVALID_CONFIGURATIONS`."""
 
 BASES = dict.fromkeys(("CFG-04", "CFG-09", "CFG-10"), HomingKind.MARKER_HOME_SWITCH)
-"""The kind of homing that a rule needs to be broken alone, where it is not by home switch."""
+"""Homing kind of rules that can't be broken alone with a home switch."""

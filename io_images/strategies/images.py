@@ -1,8 +1,8 @@
-"""Whole output images, from what a program writes every day to what none should ever write.
+"""Whole output images, from common to hostile ones.
 
     plausible    the words of a legal command
-    nearly right the same with one word changed, as by a slip of the pen or a torn update
-    hostile      any command bits at all, with numbers from the edges
+    nearly right the same with one word changed, as by a typo or a torn update
+    hostile      any command bits, with boundary numbers
     any          eight words
 
 `output_images` mixes them in this order, so that a failing example shrinks towards the plausible.
@@ -24,14 +24,14 @@ Words: TypeAlias = tuple[int, ...]
 """Eight signed words."""
 
 EDGES = (0, 1, 5, -1, 500, 1000, -999, 2000, 2001, WORD_MAX, WORD_MIN)
-"""Words at the edges of what a word of an output image may be."""
+"""Boundary values of output words."""
 
 COMMAND_LSWS = (0, 0, 1, 2, 3, 4)
-"""Command words LSW that leave a command what it is."""
+"""Command words LSW that leave a command legal."""
 
 
 def parameter_words(msw: int, lsw: int, target: int, speed: int, rates: tuple[int, int]) -> Words:
-    """Return eight output words of any command bits and parameters, legal or not.
+    """Return eight output words of any command bits and parameters.
 
     >>> parameter_words(2, 0, -12_345, 5_000, (20, 10))
     (2, 0, -12, -345, 5, 0, 20, 10)
@@ -52,7 +52,7 @@ def plausible_images(starting_speed: int, firmware: Firmware = KNOWN[-1]) -> st.
 
 
 def nearly_right_images(starting_speed: int, firmware: Firmware = KNOWN[-1]) -> st.SearchStrategy[Image]:
-    """Return a strategy of images that differ in one word from a legal one, or not even in that."""
+    """Return a strategy of images that differ from a legal one in at most one word."""
 
     def changed(image: Image, change: tuple[int, int]) -> Image:
         index, value = change
@@ -69,13 +69,13 @@ def _command_words(single: bool, bit: int, high: int, low: int, lsw: int) -> Wor
 
 
 _ANY_COMMANDS = pick(_command_words, (True, False), range(15), range(0x80), range(0x100), COMMAND_LSWS)
-"""A single command bit as often as any of them together."""
+"""A single command bit, or any combination, equally often."""
 
 _ANY_NUMBERS = pick(lambda *words: words, *[EDGES] * 6)
 
 
 def hostile_images() -> st.SearchStrategy[Image]:
-    """Return a strategy of images with any command bits (not the mode bit) and numbers from the edges."""
+    """Return a strategy of images with any command bits (not the mode bit) and boundary numbers."""
     return st.builds(lambda commands, rest: Image((*commands, *rest)), _ANY_COMMANDS, _ANY_NUMBERS)
 
 
@@ -86,7 +86,7 @@ def any_images() -> st.SearchStrategy[Image]:
 
 
 def output_images(starting_speed: int, firmware: Firmware = KNOWN[-1]) -> st.SearchStrategy[Image]:
-    """Return a strategy of output images from the plausible to the hostile.
+    """Return a strategy of output images from plausible to hostile.
 
     Args:
         starting_speed: of the configuration in force, steps/s.

@@ -1,6 +1,6 @@
-"""Sequences of commands as a PLC program gives them: configure, home, move, hold, blend, follow, err.
+"""Sequences of commands of a PLC program: configure, home, move, hold, blend, follow, err.
 
-A command alone seldom reaches a deep state: a search for home, a hold or a blend move takes several
+A single command seldom reaches a deep state: a search for home, a hold or a blend move takes several
 images in order, with waits between them. An `Act` is such a series, complete in itself: it begins with
 Reset Errors, so that a mistake before it does not lock the module, and ends with a command word of 0.
 
@@ -54,24 +54,23 @@ from ..image import Image
 from .blends import handshake
 
 SETTLE_MS = 4
-"""How long an image is shown that the module acts on at once: two RPIs."""
+"""Time to show an image with an immediate effect: two RPIs."""
 
 LONGEST_MS = 20_000
-"""How long a program waits for the end of a motion."""
+"""Maximum wait for the end of a motion."""
 
 START_MAX = 100_000
-"""Greatest starting speed, steps/s: ten times it is still a legal speed."""
+"""Maximum starting speed, steps/s: ten times it is still a legal speed."""
 
 MOVE_ENDED = COMPLETION_BITS | ERROR_BITS & ~StatusMsw.POSITION_INVALID
 
 
 class Showing(NamedTuple):
-    """One output image, and how long the program shows it.
+    """An output image and how long it is shown.
 
     Attributes:
-        image: the words.
-        ms: how long, or the longest if it waits.
-        waits: ends as soon as the module shows that a motion has ended, or an error.
+        ms: duration, or its maximum with `waits`.
+        waits: whether it ends when the module shows the end of a motion, or an error.
     """
 
     image: Image
@@ -79,23 +78,13 @@ class Showing(NamedTuple):
     waits: bool = False
 
     def is_over(self, inputs: Image, shown_ms: float) -> bool:
-        """Return whether the program goes on to the next image.
-
-        Args:
-            inputs: the input image now.
-            shown_ms: since when the image has been shown; it is shown for at least `SETTLE_MS`.
-        """
+        """Whether the next image follows, after `shown_ms` with these inputs; at least after `SETTLE_MS`."""
         ended = self.waits and shown_ms >= SETTLE_MS and bool(inputs[0] & MOVE_ENDED)
         return ended or shown_ms >= self.ms
 
 
 class Act(NamedTuple):
-    """A series of images with one purpose.
-
-    Attributes:
-        name: what it is for, such as "home" or "held move".
-        showings: the images in order.
-    """
+    """A series of images with one purpose, such as "home" or "held move"."""
 
     name: str
     showings: tuple[Showing, ...]
@@ -118,22 +107,19 @@ RATIOS = ((1, 1), (2, 1), (1, 7), (3, 2))
 
 
 def acting(name: str, *showings: Showing) -> Act:
-    """Return an act that begins without errors and ends with a command word of 0."""
+    """Return an act that starts without errors and ends with a command word of 0."""
     return Act(name, (*RESET, *showings, IDLE))
 
 
 def waiting(image: Image) -> Showing:
-    """Show an image until a motion has ended."""
+    """Show an image until the end of a motion."""
     return Showing(image, LONGEST_MS, waits=True)
 
 
 def configuring(starting_speed: int = 1000) -> Act:
-    """Return the act that configures an axis as `acts` expects it.
+    """Return the act that configures an axis for `acts`, with 1 to 100,000 steps/s.
 
     Home switch, emergency stop, external input and both end limits, active high; quadrature encoder.
-
-    Args:
-        starting_speed: 1 to 100,000 steps/s.
 
     Raises:
         ValueError: a starting speed out of range.
@@ -156,7 +142,6 @@ def acts(starting_speed: int = 1000, firmware: Firmware = KNOWN[-1]) -> st.Searc
 
     Args:
         starting_speed: of the configuration, 1 to 100,000 steps/s.
-        firmware: the version that they are for.
 
     Raises:
         ValueError: a starting speed out of range.
@@ -179,8 +164,7 @@ def sequences(
 
     Args:
         starting_speed: of the configuration, 1 to 100,000 steps/s.
-        firmware: the version that they are for.
-        most: greatest number of acts after the configuration, 1 to 99.
+        most: maximum number of acts after the configuration, 1 to 99.
 
     Raises:
         ValueError: a starting speed or a number of acts out of range.

@@ -1,4 +1,4 @@
-"""Numbers that people write, and those at the edges of what is allowed; the plainest come first."""
+"""Natural numbers for commands, and boundary values; the plainest come first."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ RATES = ((100, 50), (1000, 1000), (2000, 333), (20, 10), (777, 2000), (1, 1))
 """Legal pairs of acceleration and deceleration, steps/ms/s."""
 
 FAULTY_RATES = ((0, 10), (10, 0), (2001, 10), (10, -1))
-"""Pairs of which one rate is beyond its range."""
+"""Pairs with one rate out of range."""
 
 DISTANCES = (1000, 200, -300, 3000, -5000, 20_000, 77, 10, 2, 1, -1, 0, PARAMETER_MAX)
-"""Distances that make a move short, long, triangular, empty, or as long as possible, steps."""
+"""Distances of short, long, triangular, empty and longest moves, steps."""
 
 
 def pick(make: Callable[..., Made], *lists: Sequence[Any]) -> st.SearchStrategy[Made]:
-    """Return a strategy of what `make` makes of one value of each list, all of them in a single draw.
+    """Return a strategy of `make` applied to one value of each list, in a single draw.
 
     What Hypothesis takes time for is the number of draws. Here a byte stands for each of the values, so
     that it shrinks towards the first value of each list; no list has more than 256.
@@ -45,7 +45,7 @@ def starting_speeds() -> st.SearchStrategy[int]:
 
 
 def plain_speeds(starting_speed: int) -> tuple[int, ...]:
-    """Return legal programmed speeds that suit a starting speed, steps/s.
+    """Return natural programmed speeds for a starting speed, steps/s.
 
     >>> plain_speeds(1000)
     (5000, 2000, 1000, 1001, 20000, 100000)
@@ -56,11 +56,7 @@ def plain_speeds(starting_speed: int) -> tuple[int, ...]:
 
 
 def speeds(starting_speed: int) -> st.SearchStrategy[int]:
-    """Return a strategy of programmed speeds that a move may have, steps/s.
-
-    Args:
-        starting_speed: the least of them, 1 to 1,000,000.
-    """
+    """Return a strategy of programmed speeds from `starting_speed` on, steps/s."""
     return st.sampled_from((*plain_speeds(starting_speed), SPEED_MAX)) | st.integers(
         starting_speed, SPEED_MAX
     )
@@ -72,7 +68,7 @@ def rates() -> st.SearchStrategy[tuple[int, int]]:
 
 
 def targets() -> st.SearchStrategy[int]:
-    """Return a strategy of legal positions and distances, steps, negative ones and both ends included."""
+    """Return a strategy of legal positions and distances, steps, negative ones and limits included."""
     return st.sampled_from((*DISTANCES, PARAMETER_MIN)) | st.integers(PARAMETER_MIN, PARAMETER_MAX)
 
 
@@ -82,5 +78,5 @@ def shapes() -> st.SearchStrategy[Acceleration]:
 
 
 def firmwares() -> st.SearchStrategy[Firmware]:
-    """Return a strategy of the firmware versions that the manual distinguishes, the newest first."""
+    """Return a strategy of the manual's firmware versions, the newest first."""
     return st.sampled_from(KNOWN[::-1])

@@ -1,4 +1,4 @@
-"""What travels on the serial lines: legal frames, damaged ones, noise, and all of it in a row."""
+"""Serial traffic: legal frames, damaged ones, noise, and sequences of them."""
 
 from __future__ import annotations
 
@@ -13,17 +13,12 @@ from ..pmc006.frame import FACTORY_ADDRESS, command
 from ..pmc006.instructions import INSTRUCTIONS, InstructionRow, Kind
 
 READ_FUNCTIONS = {1: OUTPUT_COUNT, 2: INPUT_COUNT, 3: WORD_COUNT, 4: 1}
-"""Modbus functions that read, each with how many items the PCL601 has [Appendix 3]."""
+"""Modbus functions that read, with the number of items of the PCL601 [Appendix 3]."""
 
 
 @dataclass(frozen=True, slots=True)
 class Piece:
-    """What is put on a line without a pause in it.
-
-    Attributes:
-        data: the bytes.
-        whole: whether it is a legal frame already.
-    """
+    """Bytes on a line without a pause; `whole` marks a legal frame."""
 
     data: bytes
     whole: bool
@@ -40,11 +35,7 @@ def modbus_frame(unit: int, pdu: bytes) -> bytes:
 
 
 def modbus_requests(unit: int = 1) -> st.SearchStrategy[bytes]:
-    """Return a strategy of requests that a PCL601 answers without an exception while it stands still.
-
-    Args:
-        unit: its address, 1 to 99; 0 = all of them, which is never answered.
-    """
+    """Return a strategy of requests that a PCL601 at rest accepts; unit 1 to 99, or 0 for broadcasts."""
     pdus = st.just(b"\x11") | _reads() | _writes() | _coils()
     return pdus.map(lambda pdu: modbus_frame(unit, pdu))
 
@@ -89,11 +80,7 @@ def _coils() -> st.SearchStrategy[bytes]:
 
 
 def pmc006_requests(address: int = FACTORY_ADDRESS) -> st.SearchStrategy[bytes]:
-    """Return a strategy of frames that read or set a parameter of a PMC006, within its range.
-
-    Args:
-        address: of the controller, 0 to 255.
-    """
+    """Return a strategy of valid frames that read or set a parameter of a PMC006."""
     rows = [row for row in INSTRUCTIONS if row.kind is not Kind.ACTION]
 
     def frames(row: InstructionRow) -> st.SearchStrategy[bytes]:
@@ -115,11 +102,7 @@ def noise(most: int = 40) -> st.SearchStrategy[bytes]:
 
 @st.composite
 def damaged(draw: st.DrawFn, frames: st.SearchStrategy[bytes]) -> bytes:
-    """Return a frame with one thing wrong: a bit, a byte lost, doubled or added, or its end cut off.
-
-    Args:
-        draw: of Hypothesis; not an argument for callers.
-    """
+    """Return a frame with one defect: a bit, a byte lost, doubled or added, or its end cut off."""
     frame = draw(frames)
     at = draw(st.integers(0, len(frame) - 1))
     how = draw(st.sampled_from(["bit", "lost", "doubled", "added", "cut"]))
@@ -136,12 +119,7 @@ def damaged(draw: st.DrawFn, frames: st.SearchStrategy[bytes]) -> bytes:
 
 
 def line_traffic(frames: st.SearchStrategy[bytes], most: int = 8) -> st.SearchStrategy[list[Piece]]:
-    """Return a strategy of what comes over a line, piece by piece: whole frames, damaged ones, noise.
-
-    Args:
-        frames: the whole ones.
-        most: most pieces.
-    """
+    """Return a strategy of at most `most` pieces: whole frames, damaged ones, noise."""
     whole = frames.map(lambda data: Piece(data, whole=True))
     broken = (damaged(frames) | noise()).map(lambda data: Piece(data, whole=False))
     return st.lists(whole | broken, max_size=most)

@@ -1,7 +1,7 @@
 """A program or a routine as an L5X for partial import into Studio 5000.
 
-The exported object is the target; tags, data types and add-on instructions are its context. Importing the file
-again gives the same tree.
+The exported object is the target; tags, data types and add-on instructions are its context. Importing the
+file again gives the same tree.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The report of an import: every rung is imported, or refused with place, reason and remedy.
 
-`imported + len(refused) == rungs` always holds. Other parts (a routine of function blocks, an encoded add-on, a
-line of structured text) are refused as objects.
+`imported + len(refused) == rungs` always holds. Other parts (a routine of function blocks, an encoded add-on,
+a line of structured text) are refused as objects.
 """
 
 from __future__ import annotations

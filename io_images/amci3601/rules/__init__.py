@@ -1,4 +1,4 @@
-"""The rule table: one row for every rule of the 3601's manual, in the manual's order.
+"""The rule table: one row per rule of the 3601's manual, in the manual's order.
 
 Who wants to know why a bit is set, what a chapter asks for, or which rules a
 test run has touched looks it up here.
@@ -49,4 +49,4 @@ _ROWS: tuple[Rule, ...] = (
 )
 
 RULES: Mapping[str, Rule] = MappingProxyType({row.id: row for row in _ROWS})
-"""Every rule by its id, in the manual's order."""
+"""Rules by id, in the manual's order."""

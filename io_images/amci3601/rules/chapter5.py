@@ -1,4 +1,4 @@
-"""Chapter 5: output words in command mode, and how a blend profile is programmed."""
+"""Chapter 5: output words in command mode, and programming of blend profiles."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Chapter 6, Status & Error Bit Functions: the numbered lists of what sets each error bit.
+"""Chapter 6, Status & Error Bit Functions: the numbered causes of each error bit.
 
 Each row sets the one bit in whose list it stands. Where the manual gives one
 cause in several lists, the rows name each other (reading A-20).

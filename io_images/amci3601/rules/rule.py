@@ -52,7 +52,7 @@ _NAMES = tuple((str(bit.name), bit.value) for bit in StatusMsw) + tuple(
 
 
 def bit_names(bits: StatusBits) -> tuple[str, ...]:
-    """Return the names of a rule's bits, in word-and-bit order.
+    """Return the names of a rule's bits in word-and-bit order.
 
     >>> bit_names(ENC_FOLLOWER | STOPPED)
     ('STOPPED', 'ENC_FOLLOWER')
@@ -65,22 +65,20 @@ class Rule:
     """A rule of the 3601's manual.
 
     Attributes:
-        id: prefix and number, e.g. "CMD-03"; the rows of a chapter 6 list carry the list's numbers.
-        section: where the manual states it.
-        text: what it says, in words for the user of a module; for a fault, what was done wrong.
-        sets: status bits that are set when the rule fires; of MOVING_CW and MOVING_CCW, and of
-            ACCELERATING and DECELERATING, the one that applies. A row of a chapter 6 list sets the
-            bit of its list and no other.
+        id: prefix and number, e.g. "CMD-03"; rows of a chapter 6 list have the list's numbers.
+        section: of the manual.
+        text: the rule for users of a module; for a fault, the mistake.
+        sets: status bits that the rule sets; of MOVING_CW and MOVING_CCW, and of ACCELERATING and
+            DECELERATING, the applicable one. A row of a chapter 6 list sets the bit of its list only.
         if_broken: status bits that the simulated module sets instead of `sets` when a command breaks
-            the rule: the manual names the rule and not its consequence, or other bits are set already.
-        clears: status bits that are cleared when the rule fires.
-        list_of: the bit whose list in chapter 6 has this row, if any.
-        together_with: ids of rows elsewhere that fire whenever this one does.
-        firmware_from: the first version that knows the rule; None if all do from the first.
-        firmware_until: the first version that no longer knows it; None if all still do.
-        untestable_because: why no image can show whether the rule holds; empty if one can.
-        reading: where the manual contradicts itself or is silent, the readings ("A-36") that this
-            row follows; docs/readings.md tells them.
+            the rule: the manual does not state its consequence, or other bits are set already.
+        clears: status bits that the rule clears.
+        list_of: the bit whose list in chapter 6 has this row, or None.
+        together_with: ids of rows elsewhere that always apply with this one.
+        firmware_from: the first version with the rule; None for all.
+        firmware_until: the first version without it; None for none.
+        untestable_because: why no image can show whether the rule holds; "" if one can.
+        reading: readings ("A-36") of contradictions and gaps in the manual, see docs/readings.md.
     """
 
     id: str
@@ -98,7 +96,7 @@ class Rule:
 
     @property
     def clause(self) -> str:
-        """The text as part of a longer sentence, with its section.
+        """The text as part of a sentence, with its section.
 
         >>> Rule("CFG-02", "chapter 3, Invalid Configurations 2", "The configuration has no limit.").clause
         'the configuration has no limit [CFG-02, chapter 3]'
@@ -112,6 +110,6 @@ class Rule:
         return not self.untestable_because
 
     def applies_to(self, firmware: Firmware) -> bool:
-        """Return whether a module with this firmware knows the rule."""
+        """Whether a module with this firmware has the rule."""
         known = self.firmware_from is None or firmware >= self.firmware_from
         return known and (self.firmware_until is None or firmware < self.firmware_until)

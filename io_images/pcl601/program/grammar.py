@@ -1,4 +1,4 @@
-"""The grammar of one line of a program, put together from the instruction table."""
+"""The grammar of a program line, made from the instruction table."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ TERMINALS: Mapping[str, tuple[str, str]] = {
     "TEXT_": (r'/"([^"\\]|\\.)*"/', "text in quotes"),
     "EQUALS": ('"="', "="),
 }
-"""Each terminal, and what a message calls it."""
+"""Terminals with their names in messages."""
 
 
 def row_rule(index: int) -> str:
-    """Return the name of the grammar's rule for a row of the instruction table."""
+    """Return the grammar's rule of an instruction row."""
     return f"row{index}"
 
 
@@ -46,17 +46,17 @@ def _parts(row: Instruction) -> str:
 
 
 def keywords() -> Iterator[str]:
-    """Yield each word that instructions are named with, once, in the table's order."""
+    """Yield each word of instruction names once, in the table's order."""
     yield from dict.fromkeys(word for row in INSTRUCTIONS for word in row.name.split())
 
 
 def keyword_terminal(word: str) -> str:
-    """Return the terminal of a word of an instruction's name; the underscore leaves it out of the tree."""
+    """Return the terminal of a keyword; the underscore hides it from the tree."""
     return f"_W_{word}"
 
 
 def spoken(terminals: set[str]) -> str:
-    """Return what a message calls these terminals, in the grammar's order."""
+    """Return the names of terminals in a message, in the grammar's order."""
     known = {name: said for name, (_, said) in TERMINALS.items()}
     known |= {keyword_terminal(word): word for word in keywords()}
     known["$END"] = "the end of the line"

@@ -22,13 +22,12 @@ CAPACITY_BYTES = 2046
 
 @dataclass(frozen=True, slots=True)
 class Instruction:
-    """One row of the instruction set.
+    """An instruction; `title` is the manual's name.
 
     Attributes:
-        name: as the text format has it, in upper case.
-        operands: what follows the name.
-        needs_idle: whether it may not be reached while the motor moves: error 1024, program over.
-        title: the manual's name for it.
+        name: in the text format, in upper case.
+        operands: after the name.
+        needs_idle: whether it ends the program with error 1024 during motion.
     """
 
     name: str
@@ -38,7 +37,7 @@ class Instruction:
 
     @property
     def size(self) -> int:
-        """Bytes of program memory, less the characters of a text."""
+        """Bytes of program memory, without the characters of a text."""
         return 2 + sum(operand.width for operand in self.operands)
 
 

@@ -1,4 +1,4 @@
-"""A stored program in memory: its steps, its directives and what is wrong with it."""
+"""A stored program in memory: steps and directives."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ class ProgramError(ValueError):
     """A program that can't be stored.
 
     Attributes:
-        line: the line of the text, from 1; None where there is no text.
-        column: the column, from 1; None where the line as a whole is meant.
-        reason: what is wrong and what is allowed.
+        line: from 1; None without text.
+        column: from 1; None for a whole line.
+        reason: the error and what is allowed.
     """
 
     def __init__(self, reason: str, line: int | None = None, column: int | None = None) -> None:
@@ -31,8 +31,8 @@ class Step:
     """One instruction with its values.
 
     Attributes:
-        name: of the row of the instruction table.
-        values: one for each operand: numbers, 1 or 0 for a word, digits with input or output 1 in
+        name: in the instruction table.
+        values: one per operand: numbers, 1 or 0 for a word, digits with input or output 1 in
             bit 0, a label's name, the characters of a text.
     """
 
@@ -41,7 +41,7 @@ class Step:
 
     @property
     def instruction(self) -> Instruction:
-        """The row of the instruction table."""
+        """Its row in the instruction table."""
         return BY_NAME[self.name]
 
     @property
@@ -52,7 +52,7 @@ class Step:
 
     @property
     def target(self) -> str | None:
-        """The label that it may jump to."""
+        """The label of a possible jump."""
         jumps = self.name == "GOTO" or self.name.startswith("LOOP")
         return str(self.values[-1]) if jumps else None
 
@@ -62,10 +62,9 @@ class Program:
     """A stored program.
 
     Attributes:
-        steps: the instructions, in order.
-        title: what it is about; directive `.title`.
-        axis: the address of the unit it is for; directive `.axis`.
-        autostart: whether loading it turns autorun on or off; directive `.autostart`.
+        title: directive `.title`.
+        axis: address of its unit; directive `.axis`.
+        autostart: whether loading it sets autorun on or off; directive `.autostart`.
     """
 
     steps: tuple[Step, ...]
@@ -75,10 +74,10 @@ class Program:
 
     @property
     def size(self) -> int:
-        """Bytes of program memory, of `CAPACITY_BYTES`."""
+        """Bytes of program memory, up to `CAPACITY_BYTES`."""
         return sum(step.size for step in self.steps)
 
     @cached_property
     def labels(self) -> Mapping[str, int]:
-        """The index of the LABEL step by the label's name."""
+        """Index of each LABEL step by its name."""
         return {str(s.values[0]): index for index, s in enumerate(self.steps) if s.name == "LABEL"}

@@ -1,4 +1,4 @@
-"""What can follow an instruction's name: numbers, words, digits, labels and text."""
+"""Operands of instructions: numbers, words, digits, labels and text."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 
 class OperandError(ValueError):
-    """A value that an operand does not take; the message says what is allowed."""
+    """An invalid operand; the message has the allowed ones."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,10 +15,8 @@ class Number:
     """A whole number in decimal.
 
     Attributes:
-        low: the least value.
-        high: the greatest value.
-        width: bytes it takes in program memory.
-        name: what it is, in a message.
+        width: bytes in program memory.
+        name: its name in messages.
     """
 
     low: int
@@ -28,31 +26,27 @@ class Number:
     terminal = "NUMBER"
 
     def value(self, written: str) -> int:
-        """Return the value; raise `OperandError` if it is out of range."""
+        """Return the value, or raise an `OperandError`."""
         value = int(written)
         if not self.low <= value <= self.high:
             raise OperandError(f"{value} is out of range: {self.name} is {self.low} to {self.high}")
         return value
 
     def written(self, value: int | str) -> str:
-        """Return the value as the text format has it."""
+        """Return the value in text format."""
         return str(value)
 
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """One of two words; it takes no byte of its own, but the second of the instruction.
-
-    Attributes:
-        words: what is written for 1 and for 0.
-    """
+    """One of two words, for 1 and for 0, stored in the second byte of the instruction."""
 
     words: tuple[str, str]
     width = 0
 
     @property
     def terminal(self) -> str:
-        """The name of the terminal in the grammar."""
+        """The terminal in the grammar."""
         return "_".join(self.words)
 
     def value(self, written: str) -> int:
@@ -66,22 +60,18 @@ class Choice:
 
 @dataclass(frozen=True, slots=True)
 class Digits:
-    """A row of binary digits; the first is that of input or output 1, and bit 0 of the value.
-
-    Attributes:
-        count: how many digits.
-    """
+    """`count` binary digits; the first is input or output 1, and bit 0 of the value."""
 
     count: int
     width = 1
 
     @property
     def terminal(self) -> str:
-        """The name of the terminal in the grammar."""
+        """The terminal in the grammar."""
         return f"DIGITS{self.count}"
 
     def value(self, written: str) -> int:
-        """Return the number of which the first digit is bit 0."""
+        """Return the number whose bit 0 is the first digit."""
         return int(written[::-1], 2)
 
     def written(self, value: int | str) -> str:
@@ -91,11 +81,7 @@ class Digits:
 
 @dataclass(frozen=True, slots=True)
 class Label:
-    """The name of a place in the program; upper and lower case are the same.
-
-    Attributes:
-        width: bytes that its address takes; 0 where the place itself is named.
-    """
+    """A name of a program position, in any case; `width` bytes for its address, 0 at the position itself."""
 
     width: int
     terminal = "NAME"
@@ -110,20 +96,20 @@ class Label:
 
 
 TEXT_MAX = 20
-"""The most characters that one Send Text instruction sends [section 3]."""
+"""Maximum characters of a Send Text instruction [section 3]."""
 
 ESCAPES: Mapping[str, str] = {"n": "\n", "r": "\r", '"': '"', "\\": "\\"}
 
 
 @dataclass(frozen=True, slots=True)
 class Text:
-    r"""What is to be sent, between quotes; \n, \r, \" and \\ are one character each."""
+    r"""A quoted text to send; \n, \r, \" and \\ are one character each."""
 
     width = 0
     terminal = "TEXT_"
 
     def value(self, written: str) -> str:
-        """Return the characters; raise `OperandError` if they can't be sent."""
+        """Return the characters, or raise an `OperandError`."""
         text = unquoted(written)
         if len(text) > TEXT_MAX:
             raise OperandError(f"{len(text)} characters are too many: text is at most {TEXT_MAX}")
@@ -135,7 +121,7 @@ class Text:
 
 
 def unquoted(written: str) -> str:
-    r"""Return the characters of a text in quotes.
+    r"""Return the characters of a quoted text.
 
     >>> unquoted(r'"@1G\n"')
     '@1G\n'

@@ -1,4 +1,4 @@
-"""What a program as a whole has to be: labels that exist, loops that close, an end, and not too long."""
+"""Checks of a whole program: labels, loops, end, size."""
 
 from __future__ import annotations
 
@@ -18,14 +18,13 @@ class _Loop(NamedTuple):
 
 
 def check_structure(program: Program, lines: Sequence[int] | None = None) -> None:
-    """Refuse a program that can't be stored as a whole.
+    """Raise a ProgramError for a program that can't be stored.
+
+    A label is unknown or duplicate, a loop's label is not above it, loops nest incorrectly, END is not the
+    last instruction, or memory is exceeded.
 
     Args:
-        lines: the line of the text for each step, for the message.
-
-    Raises:
-        ProgramError: a label is unknown or given twice, a loop's label is not above it, loops are
-            nested as they may not be, END is not the last instruction, or memory does not suffice.
+        lines: the text's line of each step, for the message.
     """
     for step, reason in _mistakes(program):
         raise ProgramError(reason, None if lines is None else lines[step])

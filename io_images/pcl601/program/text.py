@@ -1,10 +1,10 @@
-"""The text format `pclt`: from text to a program and back.
+"""The text format `pclt`, read and written.
 
     file   one instruction or directive per line, upper or lower case; a comment begins with ;
     names  labels: a letter, then up to 15 letters, digits or _
     .title "text"   .axis 0 to 99   .autostart on|off
 
-The vendor's own file can't be read, its layout not being published.
+The vendor's file format is not published.
 """
 
 from __future__ import annotations
@@ -33,14 +33,11 @@ class _Directive(NamedTuple):
 
 
 def parse_program(text: str) -> Program:
-    r"""Read a program.
+    r"""Read a program, or raise a ProgramError with line, column and what is allowed.
 
     >>> program = parse_program("dir cw\nmove 4000 ; out\nfinish\nend")
     >>> program.steps[1], program.size
     (Step(name='MOVE', values=(4000,)), 12)
-
-    Raises:
-        ProgramError: it is none; the message names the line, the column and what is allowed.
     """
     steps: list[Step] = []
     lines: list[int] = []
@@ -140,7 +137,7 @@ def _allowed(error: UnexpectedInput) -> set[str]:
 
 
 def format_program(program: Program) -> str:
-    """Write a program as text, one instruction per line; `parse_program` reads it back as it is."""
+    """Return a program as text, one instruction per line, which `parse_program` reads."""
     lines = [] if program.title is None else [f".title {quoted(program.title)}"]
     lines += [] if program.axis is None else [f".axis {program.axis}"]
     lines += [] if program.autostart is None else [f".autostart {'on' if program.autostart else 'off'}"]
@@ -148,7 +145,7 @@ def format_program(program: Program) -> str:
 
 
 def format_step(step: Step) -> str:
-    """Write one instruction as text.
+    """Return one instruction as text.
 
     >>> format_step(Step("IF INPUT", (1, 0)))
     'IF INPUT 1 = 0'

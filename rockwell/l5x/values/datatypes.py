@@ -1,7 +1,7 @@
 """Data types of a document: their own, string families, add-on types, predefined and module-defined ones.
 
-Types are searched by name in this order: those of every program, the document's, its add-on instructions', the
-predefined ones of `predefined`, those that values in the document show.
+Types are searched by name in this order: those of every program, the document's, its add-on instructions',
+the predefined ones of `predefined`, those that values in the document show.
 """
 
 from __future__ import annotations
