@@ -13,7 +13,7 @@ from ..instructions.statements import CASE, CONDITION, EXIT, RETURN, assignment
 from ..model.operand_checks import OperandError, described, is_arithmetic, is_logical, is_string
 from ..model.operands import Calculation, Constant, Group, Place, Resolved, as_number, constant, width_of
 from ..model.resolver import AddressError, Resolver, missing_in
-from ..model.spec import InstructionKind, Spec
+from ..model.spec import Spec
 from ..model.statements import (
     Assignment,
     Case,
@@ -31,41 +31,6 @@ from ..model.statements import (
 )
 from ..model.tree import Address, Block, Instruction, Operand, Operation, Origin, Statement, number
 from ..state.lowered import Act, Arms, Body, Loop, LoweredLine, LoweredRoutine, LoweredStep, Selection
-
-INSTEAD: Mapping[str, str] = {
-    "OTE": "write bit := condition;",
-    "OTL": "write IF condition THEN bit := 1; END_IF;",
-    "OTU": "write IF condition THEN bit := 0; END_IF;",
-    "OSR": "use OSRI",
-    "OSF": "use OSFI",
-    "TON": "use TONR with an FBD_TIMER",
-    "TOF": "use TOFR with an FBD_TIMER",
-    "RTO": "use RTOR with an FBD_TIMER",
-    "CTU": "use CTUD with an FBD_COUNTER",
-    "CTD": "use CTUD with an FBD_COUNTER",
-    "FLL": "write a FOR loop",
-    "BTD": "assign the bits one by one",
-    "FAL": "write a FOR loop",
-    "FSC": "write a FOR loop",
-    "BSL": "write it in a routine of rungs",
-    "BSR": "write it in a routine of rungs",
-    "FFL": "write it in a routine of rungs",
-    "FFU": "write it in a routine of rungs",
-    "LFL": "write it in a routine of rungs",
-    "LFU": "write it in a routine of rungs",
-    "AVE": "write it in a routine of rungs",
-    "STD": "write it in a routine of rungs",
-    "SQO": "write CASE",
-    "SQL": "write CASE",
-    "ALMD": "write it in a routine of rungs",
-    "BRK": "write EXIT in a loop",
-    "JMP": "write IF, or a loop",
-    "MCR": "write IF",
-    **dict.fromkeys(("ADD", "SUB", "MUL", "DIV", "MOD", "NEG"), "write an expression"),
-    **dict.fromkeys(("SQR", "ABS", "TRN", "CPT", "MOV", "CLR", "MVM"), "write an assignment"),
-    **dict.fromkeys(("AND", "OR", "XOR", "NOT"), "write an expression"),
-}
-"""Instructions that structured text lacks [1756-RM003N, available languages], with replacements."""
 
 
 class Lowerer(Protocol):
@@ -177,9 +142,8 @@ class StatementLowering:
             self._parameters = step.operands
             if not first:
                 self._lowering.report("SBR is not first", "make it the first statement")
-        elif step.name in INSTEAD or (step.kind is InstructionKind.INPUT and not step.spec.decides):
-            remedy = INSTEAD.get(step.name, "write a condition")
-            self._lowering.report(f"{step.name} is not an instruction of structured text", remedy)
+        elif step.spec.instead:
+            self._lowering.report(f"{step.name} is not an instruction of structured text", step.spec.instead)
         return Act(self._added(statement, statement.head, step))
 
     def _if(self, statement: If) -> Arms:

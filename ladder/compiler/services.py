@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..model import arithmetic
 from ..model.errors import LadderFault
-from ..model.operators import ARITHMETIC, CALLED
+from ..model.operators import CALLED
 from ..model.spec import Use
 from ..model.types import TYPES, Elementary
 from ..state.lowered import BROKEN, LoweredProgram, LoweredStep, steps_of
@@ -229,7 +229,7 @@ def services(engine: Engine, regions: Regions, interpreted: Mapping[int, Lowered
         named["rung_done"] = engine.scheduler.rung_done
     named["array"] = array
     named["broken"] = BROKEN
-    return named | CALLED | {name: getattr(arithmetic, name) for name in ARITHMETIC}
+    return named | CALLED
 
 
 Regions = dict[tuple[int, int], Any]

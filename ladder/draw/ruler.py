@@ -11,53 +11,15 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from ..build.addon import AddOn
+from ..instructions import SPECS
 from ..model.tree import Branch, Element, Instruction, Series
 from .marks import BoxLine
 
-SYMBOLS = {
-    "XIC": "┤ ├",
-    "XIO": "┤/├",
-    "OTE": "( )",
-    "OTL": "(L)",
-    "OTU": "(U)",
-    "ONS": "[ONS]",
-    "RES": "(RES)",
-}
+SYMBOLS = {each.name: each.symbol for each in SPECS if each.symbol}
 """Contacts and coils, with their one operand above."""
 
-CAPTIONS = {
-    "TON": ("Timer", "Preset", "Accum"),
-    "TOF": ("Timer", "Preset", "Accum"),
-    "RTO": ("Timer", "Preset", "Accum"),
-    "CTU": ("Counter", "Preset", "Accum"),
-    "CTD": ("Counter", "Preset", "Accum"),
-    "LIM": ("Low", "Test", "High"),
-    "MEQ": ("Source", "Mask", "Compare"),
-    "MOV": ("Source", "Dest"),
-    "MVM": ("Source", "Mask", "Dest"),
-    "COP": ("Source", "Dest", "Length"),
-    "CPS": ("Source", "Dest", "Length"),
-    "FLL": ("Source", "Dest", "Length"),
-    "CPT": ("Dest", "Expression"),
-    "CMP": ("Expression",),
-    "CLR": ("Dest",),
-    "BTD": ("Source", "Source bit", "Dest", "Dest bit", "Length"),
-    "SWPB": ("Source", "Order", "Dest"),
-    "OSR": ("Storage", "Output"),
-    "OSF": ("Storage", "Output"),
-    "JSR": ("Routine", "Inputs"),
-    "JMP": ("Label",),
-    "LBL": ("Label",),
-    **dict.fromkeys(("EQU", "NEQ", "GRT", "GEQ", "LES", "LEQ"), ("Source A", "Source B")),
-    **dict.fromkeys(
-        ("ADD", "SUB", "MUL", "DIV", "MOD", "AND", "OR", "XOR"), ("Source A", "Source B", "Dest")
-    ),
-    **dict.fromkeys(("NEG", "ABS", "SQR", "NOT", "TRN"), ("Source", "Dest")),
-}
-"""Captions of operands in a box, as in Studio 5000."""
-
-_WITH_BASE = ("TON", "TOF", "RTO")
-"""Timers with a time base as second operand in an SLC 500."""
+CAPTIONS = {each.name: each.captions for each in SPECS if each.captions}
+"""What the operands of a box are called."""
 
 GAP = 1
 """Columns of wire on either side of an instruction."""
@@ -199,7 +161,7 @@ class Ruler:
     def lines(self, instruction: Instruction, room: int | None = None) -> tuple[BoxLine, ...]:
         """Return the lines of a box; a long operand takes several."""
         captions = self._captions.get(instruction.name, ())
-        if instruction.name in _WITH_BASE and len(instruction.operands) == len(captions) + 1:
+        if captions[:1] == ("Timer",) and len(instruction.operands) == len(captions) + 1:  # of an SLC 500
             captions = (captions[0], "Time base", *captions[1:])
         named = [captions[at] if at < len(captions) else "" for at in range(len(instruction.operands))]
         taken = 4 + 2 * GAP + caption_width([BoxLine(caption, "") for caption in named])

@@ -14,13 +14,14 @@ AVE, SRT and STD operate on one dimension of an array, from the named element on
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 from ..interpreter import Interpreter
 from ..interpreter.files import Control, Elements
 from ..model import arithmetic
 from ..model.operand_checks import OperandError, array_of
 from ..model.operands import Constant, Group, Place, Resolved
-from ..model.spec import WITH_CONTROL, Spec, Use, action, always, on_control
+from ..model.spec import IN_RUNGS, WITH_CONTROL, Spec, Use, action, always, on_control
 from ..model.types import Elementary, count_of
 from ..state.regions import converted
 from .compute import store_expression
@@ -198,15 +199,19 @@ def _clear_control(machine: Interpreter, *operands: Resolved) -> None:
     Control(machine, group).set(EN=False, DN=False, ER=False)
 
 
-def _on_dimension(name: str, *uses: Use, run: Callable[..., None]) -> Spec:
-    return on_control(name, *uses, check=_check_numbers, run=run, prescan=_clear_control)
+def _on_dimension(name: str, *uses: Use, **parts: Any) -> Spec:
+    return on_control(name, *uses, check=_check_numbers, prescan=_clear_control, **parts)
 
 
 # --- the rows
 
-FAL = always("FAL", *WITH_CONTROL, Use.PASSES, Use.TARGET, Use.EXPRESSION, run=_fal)
-FSC = always("FSC", *WITH_CONTROL, Use.PASSES, Use.CONDITION, run=_fsc)
+FAL = always(
+    "FAL", *WITH_CONTROL, Use.PASSES, Use.TARGET, Use.EXPRESSION, run=_fal, instead="write a FOR loop"
+)
+FSC = always("FSC", *WITH_CONTROL, Use.PASSES, Use.CONDITION, run=_fsc, instead="write a FOR loop")
 SIZE = action("SIZE", Use.TABLE, Use.CONSTANT, Use.INTEGER_TARGET, check=_check_dimension, run=_size)
-AVE = _on_dimension("AVE", Use.TABLE, Use.CONSTANT, Use.TARGET, run=_statistic(_average, 1))
+AVE = _on_dimension("AVE", Use.TABLE, Use.CONSTANT, Use.TARGET, run=_statistic(_average, 1), instead=IN_RUNGS)
 SRT = _on_dimension("SRT", Use.ARRAY, Use.CONSTANT, run=_srt)
-STD = _on_dimension("STD", Use.TABLE, Use.CONSTANT, Use.TARGET, run=_statistic(_deviation, 2))
+STD = _on_dimension(
+    "STD", Use.TABLE, Use.CONSTANT, Use.TARGET, run=_statistic(_deviation, 2), instead=IN_RUNGS
+)

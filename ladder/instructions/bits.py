@@ -82,12 +82,14 @@ XIC = condition(
     Use.BIT,
     run=lambda machine, bit: machine.get(bit),
     write=lambda rungs, bit: rungs.values.read(bit),
+    symbol="┤ ├",
 )
 XIO = condition(
     "XIO",
     Use.BIT,
     run=lambda machine, bit: not machine.get(bit),
     write=lambda rungs, bit: f"not {rungs.values.read(bit)}",
+    symbol="┤/├",
 )
 OTE = always(
     "OTE",
@@ -95,18 +97,24 @@ OTE = always(
     run=_ote,
     write=_write_ote,
     prescan=lambda machine, bit: machine.put(bit, False),
+    symbol="( )",
+    instead="write bit := condition;",
 )
 OTL = action(
     "OTL",
     Use.LATCH,
     run=lambda machine, bit: machine.put(bit, True),
     write=lambda rungs, bit: rungs.values.set_bit(bit, "True"),
+    symbol="(L)",
+    instead="write IF condition THEN bit := 1; END_IF;",
 )
 OTU = action(
     "OTU",
     Use.LATCH,
     run=lambda machine, bit: machine.put(bit, False),
     write=lambda rungs, bit: rungs.values.set_bit(bit, "False"),
+    symbol="(U)",
+    instead="write IF condition THEN bit := 0; END_IF;",
 )
 ONS = condition(
     "ONS",
@@ -115,6 +123,25 @@ ONS = condition(
     write=_write_ons,
     prescan=lambda machine, storage: machine.put(storage, True),
     decides=True,
+    symbol="[ONS]",
 )
-OSR = always("OSR", Use.STORAGE, Use.COIL, run=_osr, write=_write_osr, prescan=_prescan_osr)
-OSF = always("OSF", Use.STORAGE, Use.COIL, run=_osf, write=_write_osf, prescan=_prescan_osf)
+OSR = always(
+    "OSR",
+    Use.STORAGE,
+    Use.COIL,
+    run=_osr,
+    write=_write_osr,
+    prescan=_prescan_osr,
+    captions=("Storage", "Output"),
+    instead="use OSRI",
+)
+OSF = always(
+    "OSF",
+    Use.STORAGE,
+    Use.COIL,
+    run=_osf,
+    write=_write_osf,
+    prescan=_prescan_osf,
+    captions=("Storage", "Output"),
+    instead="use OSFI",
+)

@@ -27,6 +27,7 @@ def _comparison(name: str, relation: str) -> Spec:
         check=_check_same_kind,
         run=lambda machine, a, b: machine.compare(relation, a, b),
         write=lambda rungs, a, b: rungs.values.comparison(relation, a, b),
+        captions=("Source A", "Source B"),
     )
 
 
@@ -77,6 +78,7 @@ CMP = condition(
     Use.CONDITION,
     run=lambda machine, expression: machine.condition(expression),
     write=lambda rungs, expression: rungs.values.condition(expression),
+    captions=("Expression",),
 )
 EQU = _comparison("EQU/EQ", "=")
 GEQ = _comparison("GEQ/GE", ">=")
@@ -84,9 +86,24 @@ GRT = _comparison("GRT/GT", ">")
 LEQ = _comparison("LEQ/LE", "<=")
 LES = _comparison("LES/LT", "<")
 LIM = condition(
-    "LIM/LIMIT", Use.NUMBER, Use.NUMBER, Use.NUMBER, run=_lim, write=_write_lim, inline=_lim_is_inline
+    "LIM/LIMIT",
+    Use.NUMBER,
+    Use.NUMBER,
+    Use.NUMBER,
+    run=_lim,
+    write=_write_lim,
+    inline=_lim_is_inline,
+    captions=("Low", "Test", "High"),
 )
-MEQ = condition("MEQ", Use.INTEGER, Use.INTEGER, Use.INTEGER, run=_meq, write=_write_meq)
+MEQ = condition(
+    "MEQ",
+    Use.INTEGER,
+    Use.INTEGER,
+    Use.INTEGER,
+    run=_meq,
+    write=_write_meq,
+    captions=("Source", "Mask", "Compare"),
+)
 NEQ = _comparison("NEQ/NE", "<>")
 
 ISINF = condition(

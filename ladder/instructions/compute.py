@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from ..compiler.rungs import RungWriter
 from ..compiler.values import Term
 from ..interpreter import Interpreter
@@ -13,7 +15,7 @@ from ..model.types import LINT
 __all__ = ["CPT", "ADD", "SUB", "MUL", "DIV", "MOD", "SQR", "NEG", "ABS", "TRN"]  # noqa: RUF022
 
 
-def computation(name: str, operator: str, *operands: Use) -> Spec:
+def computation(name: str, operator: str, *operands: Use, **parts: Any) -> Spec:
     """Return an instruction that stores an operator's result in its last operand."""
     return action(
         name,
@@ -21,7 +23,14 @@ def computation(name: str, operator: str, *operands: Use) -> Spec:
         Use.TARGET,
         run=lambda machine, *given: machine.compute(operator, given[:-1], given[-1]),
         write=lambda rungs, *given: rungs.values.compute(operator, given[:-1], given[-1]),
+        **parts,
     )
+
+
+BINARY: dict[str, Any] = {"captions": ("Source A", "Source B", "Dest"), "instead": "write an expression"}
+UNARY: dict[str, Any] = {"captions": ("Source", "Dest"), "instead": "write an expression"}
+ASSIGNED = "write an assignment"
+SOURCE_DEST: dict[str, Any] = UNARY | {"instead": ASSIGNED}
 
 
 def store_expression(machine: Interpreter, target: Place, expression: Resolved) -> None:
@@ -59,13 +68,21 @@ def _write_trn(rungs: RungWriter, source: Resolved, target: Place) -> None:
 
 # --- the rows
 
-CPT = action("CPT", Use.TARGET, Use.EXPRESSION, run=store_expression, write=_write_cpt)
-ADD = computation("ADD", "+", Use.NUMBER, Use.NUMBER)
-SUB = computation("SUB", "-", Use.NUMBER, Use.NUMBER)
-MUL = computation("MUL", "*", Use.NUMBER, Use.NUMBER)
-DIV = computation("DIV", "/", Use.NUMBER, Use.NUMBER)
-MOD = computation("MOD", "MOD", Use.NUMBER, Use.NUMBER)
-SQR = computation("SQR/SQRT", "SQR", Use.NUMBER)
-NEG = computation("NEG", "NEG", Use.NUMBER)
-ABS = computation("ABS", "ABS", Use.NUMBER)
-TRN = action("TRN/TRUNC", Use.NUMBER, Use.TARGET, run=_trn, write=_write_trn)
+CPT = action(
+    "CPT",
+    Use.TARGET,
+    Use.EXPRESSION,
+    run=store_expression,
+    write=_write_cpt,
+    captions=("Dest", "Expression"),
+    instead=ASSIGNED,
+)
+ADD = computation("ADD", "+", Use.NUMBER, Use.NUMBER, **BINARY)
+SUB = computation("SUB", "-", Use.NUMBER, Use.NUMBER, **BINARY)
+MUL = computation("MUL", "*", Use.NUMBER, Use.NUMBER, **BINARY)
+DIV = computation("DIV", "/", Use.NUMBER, Use.NUMBER, **BINARY)
+MOD = computation("MOD", "MOD", Use.NUMBER, Use.NUMBER, **BINARY)
+SQR = computation("SQR/SQRT", "SQR", Use.NUMBER, **SOURCE_DEST)
+NEG = computation("NEG", "NEG", Use.NUMBER, **UNARY)
+ABS = computation("ABS", "ABS", Use.NUMBER, **SOURCE_DEST)
+TRN = action("TRN/TRUNC", Use.NUMBER, Use.TARGET, run=_trn, write=_write_trn, **SOURCE_DEST)

@@ -219,9 +219,22 @@ def _write_mcr(rungs: RungWriter, power: str) -> None:
 
 # --- the rows
 
-JMP = action("JMP", Use.LABEL, run=lambda machine, label: machine.jump(label), write=_write_jmp, leaves=True)
+JMP = action(
+    "JMP",
+    Use.LABEL,
+    run=lambda machine, label: machine.jump(label),
+    write=_write_jmp,
+    leaves=True,
+    captions=("Label",),
+    instead="write IF, or a loop",
+)
 LBL = condition(
-    "LBL", Use.LABEL, run=lambda _machine, _label: True, write=lambda _rungs, _label: "True", alone=True
+    "LBL",
+    Use.LABEL,
+    run=lambda _machine, _label: True,
+    write=lambda _rungs, _label: "True",
+    alone=True,
+    captions=("Label",),
 )
 JSR = action(
     "JSR",
@@ -233,6 +246,7 @@ JSR = action(
     run=_jsr,
     write=_write_jsr,
     prescan=_prescan_jsr,
+    captions=("Routine", "Inputs"),
 )
 RET = action("RET", Use.PARAMETERS, resolve=_resolve_ret, run=_ret, write=_write_ret, leaves=True)
 SBR = condition(
@@ -267,7 +281,8 @@ BRK = action(
     run=lambda machine: machine.leave(BROKEN),
     write=lambda rungs: rungs.writer.line("return broken"),
     leaves=True,
+    instead="write EXIT in a loop",
 )
-MCR = always("MCR", run=_mcr, write=_write_mcr)
+MCR = always("MCR", run=_mcr, write=_write_mcr, instead="write IF")
 AFI = condition("AFI", run=lambda _machine: False, write=lambda _rungs: "False", alone=True)
 NOP = condition("NOP", run=lambda _machine: True, write=lambda _rungs: "True", alone=True)

@@ -106,6 +106,17 @@ def _width_filled(source: Resolved, region: ArrayRegion) -> int:
 
 # --- the rows
 
-COP = action("COP", Use.SOURCE, Use.DESTINATION, Use.INTEGER, run=_cop, write=_write_cop)
-CPS = action("CPS", Use.SOURCE, Use.DESTINATION, Use.INTEGER, run=_cop, write=_write_cop)
-FLL = action("FLL", Use.NUMBER, Use.DESTINATION, Use.INTEGER, run=_fll, write=_write_fll)
+_COPIED = ("Source", "Dest", "Length")
+
+COP = action("COP", Use.SOURCE, Use.DESTINATION, Use.INTEGER, run=_cop, write=_write_cop, captions=_COPIED)
+CPS = action("CPS", Use.SOURCE, Use.DESTINATION, Use.INTEGER, run=_cop, write=_write_cop, captions=_COPIED)
+FLL = action(
+    "FLL",
+    Use.NUMBER,
+    Use.DESTINATION,
+    Use.INTEGER,
+    run=_fll,
+    write=_write_fll,
+    captions=_COPIED,
+    instead="write a FOR loop",
+)

@@ -11,6 +11,7 @@ from ..model.operand_checks import OperandError, described, is_string
 from ..model.operands import Constant, Group, Place, Resolved, width_moved
 from ..model.spec import Spec, Use, action
 from ..model.types import LINT
+from .compute import ASSIGNED, BINARY, SOURCE_DEST, UNARY
 from .statements import set_text, write_set_text
 
 __all__ = ["MOV", "MVM", "BTD", "CLR", "SWPB", "AND", "OR", "XOR", "NOT"]  # noqa: RUF022
@@ -163,7 +164,7 @@ def _combination(name: str, sign: str, combine: Callable[[int, int], int]) -> Sp
         direct = all(_bits(each) == bits for each in (a, b))
         rungs.values.store_bits(target, f"{texts[0]} {sign} {texts[1]}", direct=direct)
 
-    return action(name, Use.INTEGER, Use.INTEGER, Use.INTEGER_TARGET, run=run, write=write)
+    return action(name, Use.INTEGER, Use.INTEGER, Use.INTEGER_TARGET, run=run, write=write, **BINARY)
 
 
 def _write_not(rungs: RungWriter, source: Resolved, target: Place) -> None:
@@ -181,8 +182,18 @@ MOV = action(
     check=_check_mov,
     run=_mov,
     write=_write_mov,
+    **SOURCE_DEST,
 )
-MVM = action("MVM", Use.INTEGER, Use.INTEGER, Use.INTEGER_TARGET, run=_mvm, write=_write_mvm)
+MVM = action(
+    "MVM",
+    Use.INTEGER,
+    Use.INTEGER,
+    Use.INTEGER_TARGET,
+    run=_mvm,
+    write=_write_mvm,
+    captions=("Source", "Mask", "Dest"),
+    instead=ASSIGNED,
+)
 BTD = action(
     "BTD",
     Use.INTEGER,
@@ -193,10 +204,19 @@ BTD = action(
     check=_check_btd,
     run=_btd,
     write=_write_btd,
+    captions=("Source", "Source bit", "Dest", "Dest bit", "Length"),
+    instead="assign the bits one by one",
 )
-CLR = action("CLR", Use.TARGET, run=_clr, write=_write_clr)
+CLR = action("CLR", Use.TARGET, run=_clr, write=_write_clr, captions=("Dest",), instead=ASSIGNED)
 SWPB = action(
-    "SWPB", Use.INTEGER, Use.MODE, Use.INTEGER_TARGET, check=_check_swpb, run=_swpb, write=_write_swpb
+    "SWPB",
+    Use.INTEGER,
+    Use.MODE,
+    Use.INTEGER_TARGET,
+    check=_check_swpb,
+    run=_swpb,
+    write=_write_swpb,
+    captions=("Source", "Order", "Dest"),
 )
 AND = _combination("AND", "&", lambda a, b: a & b)
 OR = _combination("OR", "|", lambda a, b: a | b)
@@ -207,4 +227,5 @@ NOT = action(
     Use.INTEGER_TARGET,
     run=lambda machine, source, target: machine.store_bits(target, ~machine.filled(source)),
     write=_write_not,
+    **UNARY,
 )

@@ -75,6 +75,15 @@ SQI = condition(
     "SQI", Use.TABLE, Use.INTEGER, Use.INTEGER, *WITH_CONTROL, optional=2, check=check_dints, run=_sqi
 )
 SQO = on_control(
-    "SQO", Use.TABLE, Use.INTEGER, Use.INTEGER_TARGET, check=check_dints, run=_sqo, prescan=set_enable()
+    "SQO",
+    Use.TABLE,
+    Use.INTEGER,
+    Use.INTEGER_TARGET,
+    check=check_dints,
+    run=_sqo,
+    prescan=set_enable(),
+    instead="write CASE",
 )
-SQL = on_control("SQL", Use.ARRAY, Use.INTEGER, check=check_dints, run=_sql, prescan=set_enable())
+SQL = on_control(
+    "SQL", Use.ARRAY, Use.INTEGER, check=check_dints, run=_sql, prescan=set_enable(), instead="write CASE"
+)

@@ -13,7 +13,7 @@ from ..interpreter.files import Control, Elements
 from ..model.arithmetic import wrap
 from ..model.operand_checks import OperandError, described
 from ..model.operands import Group, Place, Resolved, width_moved
-from ..model.spec import Spec, Use, always, on_control
+from ..model.spec import IN_RUNGS, Spec, Use, always, on_control
 from ..model.types import DINT, Elementary
 from ..state.regions import converted
 
@@ -75,6 +75,7 @@ def _bit_shift(name: str, *, left: bool) -> Spec:
         check=check_dints,
         run=_shift(left),
         prescan=_clear_shift,
+        instead=IN_RUNGS,
     )
 
 
@@ -173,13 +174,20 @@ def set_enable(name: str = "EN") -> Callable[..., None]:
 
 # --- the rows
 
+
+def _load_queue(name: str) -> Spec:
+    uses = Use.ITEM, Use.ARRAY
+    return on_control(name, *uses, run=_load, check=_check_load, prescan=set_enable(), instead=IN_RUNGS)
+
+
+def _unload_queue(name: str, *, first: bool) -> Spec:
+    uses, run, prescan = (Use.ARRAY, Use.ITEM_TARGET), _unload(first), set_enable("EU")
+    return on_control(name, *uses, run=run, check=_check_unload, prescan=prescan, instead=IN_RUNGS)
+
+
 BSL = _bit_shift("BSL", left=True)
 BSR = _bit_shift("BSR", left=False)
-FFL = on_control("FFL", Use.ITEM, Use.ARRAY, run=_load, check=_check_load, prescan=set_enable())
-FFU = on_control(
-    "FFU", Use.ARRAY, Use.ITEM_TARGET, run=_unload(True), check=_check_unload, prescan=set_enable("EU")
-)
-LFL = on_control("LFL", Use.ITEM, Use.ARRAY, run=_load, check=_check_load, prescan=set_enable())
-LFU = on_control(
-    "LFU", Use.ARRAY, Use.ITEM_TARGET, run=_unload(False), check=_check_unload, prescan=set_enable("EU")
-)
+FFL = _load_queue("FFL")
+FFU = _unload_queue("FFU", first=True)
+LFL = _load_queue("LFL")
+LFU = _unload_queue("LFU", first=False)

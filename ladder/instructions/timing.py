@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 from ..compiler.rungs import RungWriter
 from ..interpreter import Interpreter
 from ..model import arithmetic
 from ..model.operands import Group, Place
-from ..model.spec import Use, action, always
+from ..model.spec import Spec, Use, action, always
 from ..model.types import DINT, Elementary, Structure
 
 __all__ = ["TON", "TOF", "RTO", "CTU", "CTD", "RES"]  # noqa: RUF022 - the manual's order
@@ -271,33 +272,37 @@ def _prescan_tof(machine: Interpreter, timer: Group) -> None:
 
 # --- the rows
 
-_TIMED = (Use.TIMER, Use.PRESET, Use.PRESET)
-_COUNTED = (Use.COUNTER, Use.PRESET, Use.PRESET)
 
-TON = always(
-    "TON",
-    *_TIMED,
-    optional=2,
-    run=_ton,
-    write=_write_ton,
-    prescan=lambda machine, timer: _ton(machine, False, timer),
-)
-TOF = always("TOF", *_TIMED, optional=2, run=_tof, write=_write_tof, prescan=_prescan_tof)
-RTO = always("RTO", *_TIMED, optional=2, run=_rto, write=_write_rto, prescan=_prescan_rto)
-CTU = always(
+def _timer(name: str, **parts: Any) -> Spec:
+    instead = f"use {name}R with an FBD_TIMER"
+    return always(
+        name, Use.TIMER, *_PRESETS, optional=2, captions=("Timer", *_SHOWN), instead=instead, **parts
+    )
+
+
+def _counter(name: str, **parts: Any) -> Spec:
+    instead = "use CTUD with an FBD_COUNTER"
+    return always(
+        name, Use.COUNTER, *_PRESETS, optional=2, captions=("Counter", *_SHOWN), instead=instead, **parts
+    )
+
+
+_PRESETS = (Use.PRESET, Use.PRESET)
+_SHOWN = ("Preset", "Accum")
+
+TON = _timer("TON", run=_ton, write=_write_ton, prescan=lambda machine, timer: _ton(machine, False, timer))
+TOF = _timer("TOF", run=_tof, write=_write_tof, prescan=_prescan_tof)
+RTO = _timer("RTO", run=_rto, write=_write_rto, prescan=_prescan_rto)
+CTU = _counter(
     "CTU",
-    *_COUNTED,
-    optional=2,
     run=_ctu,
     write=_write_ctu,
     prescan=lambda machine, counter: machine.put(counter.member("CU"), True),
 )
-CTD = always(
+CTD = _counter(
     "CTD",
-    *_COUNTED,
-    optional=2,
     run=_ctd,
     write=_write_ctd,
     prescan=lambda machine, counter: machine.put(counter.member("CD"), True),
 )
-RES = action("RES", Use.RESETTABLE, run=_res, write=_write_res)
+RES = action("RES", Use.RESETTABLE, run=_res, write=_write_res, symbol="(RES)")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 from . import arithmetic
 from .arithmetic import decimal, from_decimal, real_decimal, real_from_decimal
@@ -55,25 +56,12 @@ FUNCTIONS = {
 }
 """Functions in expressions, by name [1756-RM003N, valid operators]."""
 
-ARITHMETIC = (
-    "real",
-    "wrap",
-    "power",
-    "square_root",
-    "integer_root",
-    "truncated",
-    "swapped",
-    "distributed",
-)
-"""Functions of `arithmetic` that the compiled program calls by name."""
-
-CALLED = {
-    function.__name__: function
-    for each in FUNCTIONS.values()
-    for function in (each.real, each.whole)
-    if function is not None
+CALLED: dict[str, Callable[..., Any]] = {
+    each.__name__: each
+    for name, each in (*vars(arithmetic).items(), ("abs", abs), ("int", int))
+    if callable(each) and each.__module__ in (arithmetic.__name__, "builtins") and not name.startswith("_")
 }
-"""Functions of expressions that the compiled program calls, by their name there."""
+"""Functions that the compiled program calls, by their name there."""
 
 FUNCTION_NAMES = {name: each.name for each in FUNCTIONS.values() for name in (each.name, each.other) if name}
 """Canonical name of a function by each of its names."""

@@ -129,6 +129,10 @@ class Spec:
         alone: whether it may be the only element of a rung although it is an input.
         in_rungs: whether rungs have it, not only structured text.
         leaves: whether execution may continue elsewhere, so that the condition after it does not count.
+        symbol: the contact or coil that it is drawn as; "" for a box.
+        captions: what the operands of its box are called, as Studio 5000 calls them.
+        instead: what structured text has in its place [1756-RM003N, available languages]; "" if it is in
+            structured text too.
     """
 
     name: str
@@ -146,6 +150,9 @@ class Spec:
     alone: bool = field(default=False, kw_only=True)
     in_rungs: bool = field(default=True, kw_only=True)
     leaves: bool = field(default=False, kw_only=True)
+    symbol: str = field(default="", kw_only=True)
+    captions: tuple[str, ...] = field(default=(), kw_only=True)
+    instead: str = field(default="", kw_only=True)
 
     @property
     def variadic(self) -> bool:
@@ -175,6 +182,8 @@ class Spec:
 
 def condition(name: str, *operands: Use, **parts: Any) -> Spec:
     """Return an instruction that decides whether the rung stays true."""
+    if not parts.get("decides"):
+        parts.setdefault("instead", "write a condition")
     return _named(name, InstructionKind.INPUT, operands, parts)
 
 
@@ -187,6 +196,9 @@ def always(name: str, *operands: Use, **parts: Any) -> Spec:
     """Return an instruction that acts on a true and a false rung."""
     return _named(name, InstructionKind.BOTH, operands, parts)
 
+
+IN_RUNGS = "write it in a routine of rungs"
+"""`Spec.instead` of an instruction that structured text can't replace."""
 
 WITH_CONTROL = (Use.CONTROL, Use.PRESET, Use.PRESET)
 """A CONTROL as exported rungs print it: the tag, LEN and POS; Python may omit the numbers."""

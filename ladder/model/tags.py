@@ -16,7 +16,7 @@ from types import MappingProxyType
 from typing import Any
 
 from .expressions import parse_address
-from .operators import ARITHMETIC, CALLED
+from .operators import CALLED
 from .stretches import Spot, spot_of, stretch_of
 from .tree import Address
 from .types import BOOL, DINT, HIDDEN, INT, DataType, Elementary, Member, Structure, count_of, leaves_of
@@ -465,7 +465,6 @@ RESERVED = frozenset(
         "interpret",
         "broken",
         *CALLED,
-        *ARITHMETIC,
         "program",
         "rung_done",
         "scan",

@@ -17,7 +17,7 @@ from collections.abc import Iterable
 from ...interpreter import Interpreter
 from ...interpreter.files import Members
 from ...model.operands import Group, Resolved
-from ...model.spec import Use, always
+from ...model.spec import IN_RUNGS, Use, always
 from ...model.types import ALARM_LEVELS
 
 __all__ = ["ALMD", "ALMA"]  # noqa: RUF022 - the manual's order
@@ -180,6 +180,7 @@ ALMD = always(
     Use.PRESET,
     optional=2,
     run=_almd,
+    instead=IN_RUNGS,
     prescan=_prescan_almd,
 )
 ALMA = always(
