@@ -76,7 +76,11 @@ EQUIVALENT = (
         "None is in no range",
     ),
     Equivalent(
-        f"{LAYER}/registration_move.py", "RegistrationMove._change_speed", "8", "9", "there are eight words"
+        f"{LAYER}/operations/registration_move.py",
+        "RegistrationMove._change_speed",
+        "8",
+        "9",
+        "there are eight words",
     ),
     Equivalent(
         "runtime/controllers/pcl601/fly.py",
@@ -87,21 +91,21 @@ EQUIVALENT = (
     ),
     Equivalent(
         "runtime/controllers/pcl601/controller.py",
-        "Controller.aim_at",
+        "Pcl601Controller.aim_at",
         "distance > 0",
         "distance >= 0",
         "a distance of 0 is left out one line above",
     ),
     Equivalent(
         "ladder/compiler/values.py",
-        "Values.converted",
+        "ValueWriter.converted",
         "width or 64",
         "64",
         "no tag is wider than the computation whose result it takes",
     ),
     Equivalent(
         "runtime/controllers/pmc006/pins.py",
-        "Switch.next_change",
+        "SwitchPin.next_change",
         "direction > 0",
         "direction >= 0",
         A_DIRECTION,

@@ -48,14 +48,14 @@ COMMAND_LAYER = (
     "configuring",
     "refusals",
     "latches",
-    "profile_move",
-    "manual_move",
-    "registration_move",
-    "encoder_move",
-    "blending",
-    "homing",
-    "axis_homing",
-    "follower",
+    "operations/profile_move",
+    "operations/manual_move",
+    "operations/registration_move",
+    "operations/encoder_move",
+    "operations/blending",
+    "operations/homing",
+    "operations/axis_homing",
+    "operations/follower",
     "operation",
     "command_words",
     "state",
@@ -64,8 +64,8 @@ COMMAND_LAYER = (
     "report",
 )
 
-PROGRAMS = ("io_images/**/*.py", "ladder/**/*.py", "ladder/**/*.rung", "runtime/**/*.py")
-EVERYTHING = (*PROGRAMS, "traces/**/*.py")
+PROGRAMS = ("io_images/**/*.py", "ladder/**/*.py", "ladder/**/*.rung", "rockwell/**/*.py", "runtime/**/*.py")
+EVERYTHING = (*PROGRAMS, "front/**/*.py", "traces/**/*.py")
 
 ROOMS: dict[str, Room] = {
     "amci3601": Room(
@@ -168,7 +168,7 @@ ROOMS: dict[str, Room] = {
         (
             "tests/manual/test_slc_*.py",
             "tests/properties/test_slc_mutated.py",
-            "tests/unit/ladder/test_slc_import.py",
+            "tests/unit/rockwell/test_slc_import.py",
         ),
         sources=PROGRAMS,
     ),
@@ -250,7 +250,7 @@ ROOMS: dict[str, Room] = {
         sources=EVERYTHING,
     ),
     "trust": Room(
-        ("front/jobs",),
+        ("front/jobs/trust",),
         ("tests/unit/traces/test_forged_traces.py", "tests/unit/live/test_watch_security.py"),
         names=("trust",),
         sources=EVERYTHING,
