@@ -1,4 +1,4 @@
-"""A trace as a CSV file: a row per scan, bits as 0 and 1, nothing where there is no value."""
+"""A trace as a CSV file: a row per scan, bits as 0 and 1, empty cells for missing values."""
 
 from __future__ import annotations
 
@@ -22,10 +22,7 @@ def write_csv(
     *,
     progress: Callable[[int], None] = lambda scans: None,
 ) -> int:
-    """Write a trace as a CSV file. Arguments as `table`.
-
-    Returns:
-        How many rows were written.
+    """Write a trace as a CSV file; return the number of rows. Arguments as `table`.
 
     Raises:
         UnknownSignalError, EmptySelectionError: as `table`.

@@ -55,15 +55,14 @@ class DecodedColumn(NamedTuple):
 
 
 class DecodedValues:
-    """The decoded values of a trace's 3601s, and how they lie after the other fields of a scan.
+    """The decoded values of a trace's 3601s, and their layout after the other fields of a scan.
 
     Args:
-        slots: the slots of the trace.
-        offset: bytes of the payload before them, less the CDR prefix.
+        offset: bytes of the payload before them, without the CDR prefix.
 
     Attributes:
         messages: the messages of the schema; the first one is the type of the field.
-        dtype: a row, with the bytes that alignment leaves out before it.
+        dtype: a row, including the alignment bytes before it.
 
     Raises:
         ValueError: no slot has a 3601's words.
@@ -102,7 +101,7 @@ def _path(signal: Signal) -> tuple[str, ...]:
 
 
 def _messages(slots: Sequence[SlotInfo], signals: Sequence[Signal]) -> list[Message]:
-    """Return the messages; all 3601s have the same signals, so those of the first one tell."""
+    """Return the messages, from the signals of the first 3601; all have the same."""
     stem = f"slot{slots[0].number}"
     fields: dict[str, list[str]] = {"": [], "in": [], "out": []}
     widest_first = sorted(signals, key=lambda signal: signal.kind is SignalKind.BIT)

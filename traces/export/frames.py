@@ -25,10 +25,10 @@ if TYPE_CHECKING:
 
 
 def to_pandas(trace: Trace, signals: Sequence[str] = (), selection: Selection = ALL) -> pandas.DataFrame:
-    """Return a trace as a pandas DataFrame; a value that may be missing is of pandas' type Int64.
+    """Return a trace as a pandas DataFrame; a value that may be missing has pandas' type Int64.
 
     Args:
-        signals: names or patterns; none at all for all bits and decoded values.
+        signals: names or patterns; empty = all bits and decoded values.
 
     Raises:
         MissingExtraError: pandas is not installed.
@@ -65,7 +65,7 @@ def to_polars(trace: Trace, signals: Sequence[str] = (), selection: Selection = 
 def _whole(
     trace: Trace, signals: Sequence[str], selection: Selection, series: Callable[[Column], Any]
 ) -> dict[str, Any]:
-    """Return the columns of all blocks as one each."""
+    """Return each column of all blocks as one."""
     parts: dict[str, list[Column]] = {}
     for columns in table(trace, signals, selection):
         for column in columns:

@@ -3,7 +3,7 @@
     scan, flags, slots, tags      as recorded, byte for byte
     decoded                       after them, see `traces.decoded`
 
-Our own reader takes the copy as it takes the recording; it ignores fields after `tags`.
+Our own reader reads the copy like the recording; it ignores fields after `tags`.
 """
 
 from __future__ import annotations
@@ -54,15 +54,12 @@ def write_mcap(
     *,
     progress: Callable[[int], None] = lambda scans: None,
 ) -> int:
-    """Write a copy of a trace, with decoded values in every scan.
+    """Write a copy of a trace, with decoded values in every scan; return the number of scans.
 
     Args:
-        path: where to, or an open binary stream.
-        selection: which scans; events of other scans are left out.
+        path: the file, or an open binary stream.
+        selection: events of other scans are left out.
         progress: called at each block with the number of scans read so far.
-
-    Returns:
-        How many scans were written.
 
     Raises:
         ValueError: no slot of the trace has a 3601's words.
@@ -91,7 +88,7 @@ def write_mcap(
 
 
 class CountingFile:
-    """An open file that counts what is written: a pipe does not know where it is.
+    """An open file that counts the written bytes: a pipe has no position.
 
     Args:
         file: the file, open for writing bytes.
@@ -107,12 +104,12 @@ class CountingFile:
         return len(data)
 
     def tell(self) -> int:
-        """Return how many bytes have been written."""
+        """Return the number of written bytes."""
         return self._size
 
 
 class Rows:
-    """Decoded rows, returned in other portions than they are made in.
+    """Decoded rows, regrouped in portions of any size.
 
     Args:
         blocks: the rows, block by block.
@@ -123,13 +120,13 @@ class Rows:
         self._held: NDArray[Any] | None = None
 
     def fill(self) -> NDArray[Any]:
-        """Return the remaining rows, those of the next block if there are none."""
+        """Return the remaining rows of a block, or those of the next block."""
         if self._held is None or not len(self._held):
             self._held = next(self._blocks)
         return self._held
 
     def take(self, count: int) -> Iterator[NDArray[Any]]:
-        """Yield the next rows, so many in all."""
+        """Yield the next `count` rows."""
         while count:
             part = self.fill()[:count]
             self._held = self.fill()[len(part) :]
@@ -185,7 +182,7 @@ class Copy:
         self.count += len(recorded)
 
     def event(self, event: TraceEvent, selection: Selection) -> None:
-        """Write an event, unless its scan is not wanted; texts and steps are needed by all later scans."""
+        """Write an event of a selected scan; texts and steps are needed by all later scans."""
         if event.topic not in _NEEDED_LATER and not _is_selected(event, selection):
             return
         text = json.dumps({"scan": event.scan, **event.fields}, ensure_ascii=False, separators=(",", ":"))
@@ -193,7 +190,7 @@ class Copy:
         self._writer.add_message(channel, event.now_ns, text.encode(), event.now_ns, number)
 
     def finish(self) -> None:
-        """Write the end."""
+        """Write the summary and the footer."""
         self._writer.finish()
 
 

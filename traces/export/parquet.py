@@ -25,10 +25,7 @@ def write_parquet(
     *,
     progress: Callable[[int], None] = lambda scans: None,
 ) -> int:
-    """Write a trace as a Parquet file, zstd inside. Arguments as `table`.
-
-    Returns:
-        How many rows were written.
+    """Write a trace as a Parquet file with zstd; return the number of rows. Arguments as `table`.
 
     Raises:
         MissingExtraError: pyarrow is not installed.

@@ -1,4 +1,4 @@
-"""The wanted signals of a trace as columns, block by block, typed as a table wants them."""
+"""The selected signals of a trace as columns, block by block, with a table's types."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Column:
     Attributes:
         name: the signal's name, "scan" or "time_ns".
         values: bool, whole numbers, floats, or texts (of type object).
-        missing: where there is no value; None if there is one everywhere.
+        missing: rows without a value; None if there are none.
     """
 
     name: str

@@ -30,7 +30,7 @@ from ..signals.signal import named, whole_numbers
 
 Array = NDArray[Any]
 
-_FIRST, _SYMBOLS = 33, 94  # the printable letters of ASCII, of which identifiers are made
+_FIRST, _SYMBOLS = 33, 94  # the printable letters of ASCII, from which identifiers are made
 
 
 def write_vcd(
@@ -41,15 +41,12 @@ def write_vcd(
     *,
     progress: Callable[[int], None] = lambda scans: None,
 ) -> int:
-    """Write a trace as a VCD file.
+    """Write a trace as a VCD file; return the number of scans read.
 
     Args:
         path: of the file, replaced if it exists.
-        signals: names or patterns, see `Catalog.matching`; none at all for everything.
+        signals: names or patterns, see `Catalog.matching`; empty = everything.
         progress: called at each block with the number of scans read so far.
-
-    Returns:
-        How many scans were gone through.
 
     Raises:
         UnknownSignalError: there is no such signal.
@@ -86,12 +83,12 @@ class Variable:
         return f"$var {kind} {size} {self._identifier} {name}{bounds} $end\n"
 
     def changes(self, block: Block) -> tuple[Array, list[str]]:
-        """Return the rows of a block in which its value is a new one, and a line for each."""
+        """Return the rows of a block with a new value, and a line for each."""
         values = self.signal.read(block)
         new = np.ones(len(values), bool)
         new[1:] = values[1:] != values[:-1]
         new[0] = self._last is None or values[0] != self._last
-        if values.dtype.kind == "f":  # no value after no value is nothing new
+        if values.dtype.kind == "f":  # a missing value after a missing value is no change
             none = np.isnan(values)
             new[1:] &= ~(none[1:] & none[:-1])
             new[0] &= not (none[0] and self._last is not None and np.isnan(self._last))
@@ -124,7 +121,7 @@ def _declared(signal: Signal) -> tuple[str, int, str]:
 
 
 def _word(text: str) -> str:
-    """Return a text as a word of ASCII, as a dump has it.
+    """Return a text as a word of ASCII, the only form in a dump.
 
     >>> _word("wait for oil"), _word("")
     ('wait_for_oil', '""')
@@ -178,7 +175,7 @@ def _head(variables: Sequence[Variable]) -> Iterator[str]:
 
 
 def _same(left: Sequence[str], right: Sequence[str]) -> Iterator[str]:
-    """Yield what two lists begin with."""
+    """Yield the common beginning of two lists."""
     for one, other in zip(left, right, strict=False):
         if one != other:
             return
@@ -186,7 +183,7 @@ def _same(left: Sequence[str], right: Sequence[str]) -> Iterator[str]:
 
 
 def _in_scopes(signals: Iterable[Signal]) -> list[Signal]:
-    """Return signals so that those of one scope are together."""
+    """Sort signals so that those of one scope are together."""
     scopes: dict[tuple[str, ...], None] = {}
     signals = list(signals)
     for signal in signals:

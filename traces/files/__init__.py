@@ -1,1 +1,1 @@
-"""Files that are written as a whole or not at all, locked, kept."""
+"""Files that are written completely or not at all, locked, kept."""

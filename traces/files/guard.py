@@ -1,4 +1,4 @@
-"""The guard of every output: what may be replaced by it.
+"""The guard of every output: the files that it may replace.
 
     not there, or empty              written
     a device or a pipe               written
@@ -7,7 +7,7 @@
     anything else                    refused
     being recorded                   refused
 
-A link is followed: what counts, and what is replaced, is the file that it leads to.
+Links are followed: the target of a link is checked and replaced.
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ from ..format.records import MAGIC
 from .locking import is_being_recorded
 
 Used = Mapping[Path, str]
-"""Files in use, and what they are: "the program", "the trace itself"."""
+"""Files in use, and their roles: "the program", "the trace itself"."""
 
 NOTHING: Used = MappingProxyType({})
 
 LOOK_BYTES = 1024
-"""How much of a file shows its kind."""
+"""Bytes at the beginning of a file that determine its kind."""
 
 
 class OwnedError(ValueError):
-    """An output would replace a file that is something else; the message names it and says how to go on."""
+    """An output would replace another file; the message names it and the remedy."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +41,7 @@ class FileKind:
     """A kind of file that commands write.
 
     Attributes:
-        fits: whether a file that begins so is of the kind.
+        fits: whether a file with this beginning is of the kind.
     """
 
     name: str
@@ -49,7 +49,7 @@ class FileKind:
 
 
 def beginning(name: str, *begins: bytes) -> FileKind:
-    """Return a kind by what its files begin with, upper and lower case alike, blanks before it left out."""
+    """Return a kind by the beginnings of its files, ignoring case and leading blanks."""
     wanted = tuple(each.lower() for each in begins)
     return FileKind(name, lambda content: content.lstrip().lower().startswith(wanted))
 
@@ -65,18 +65,15 @@ TAGS = beginning("a file of retained tags", b'{"format": "scanrack tags')
 
 
 def check_output(path: Path | str, kind: FileKind, used: Used = NOTHING) -> Path:
-    """Refuse to replace a file that somebody owns; return the file that is to be written.
+    """Refuse to replace an owned file; return the path to write, without links.
 
     Args:
-        kind: what is to be written.
+        kind: of the output.
         used: files that were read, imported or named.
-
-    Returns:
-        The path without links.
 
     Raises:
         OwnedError: it is one of those files, or not of that kind, or being recorded.
-        OSError: it can't be looked at.
+        OSError: it can't be inspected.
     """
     target = Path(realpath(path))
     found = _status(target)
@@ -100,7 +97,6 @@ def _check_kind(path: Path | str, target: Path, kind: FileKind) -> None:
 
 
 def _status(path: Path) -> os.stat_result | None:
-    """Return the status of a file, None if there is none."""
     try:
         return path.stat()
     except FileNotFoundError:
@@ -108,7 +104,7 @@ def _status(path: Path) -> os.stat_result | None:
 
 
 def _is_same(target: Path, found: os.stat_result | None, other: Path) -> bool:
-    """Return whether two paths are one file: by name, or by another name of it."""
+    """Return whether two paths are one file: by name, or as hard links."""
     if target == Path(realpath(other)):
         return True
     status = None if found is None else _status(other)

@@ -1,12 +1,12 @@
-"""Recordings that a new one would replace: they are kept under numbers, the latest as 1.
+"""Earlier recordings, which a new one would replace, are kept under numbers, the latest as 1.
 
     run.mcap  run.1.mcap  run.2.mcap  run.3.mcap             before, with 3 kept at most
        `---------, `---------, `---------, `----------,
     (new)     run.1.mcap  run.2.mcap  run.3.mcap  run.4.mcap      while it is recorded
-    run.mcap  run.1.mcap  run.2.mcap  run.3.mcap                  at its end: the oldest goes
+    run.mcap  run.1.mcap  run.2.mcap  run.3.mcap                  at its end: the oldest is removed
 
-If the new one has the same bytes as the one before, everything is as it was. A killed process leaves one too
-many, which goes at the end of the next recording.
+If the new one has the same bytes as the previous one, the names return to their previous state. A killed
+process leaves one too many, which the end of the next recording removes.
 """
 
 from __future__ import annotations
@@ -23,26 +23,26 @@ _COMPARED_BYTES = 1 << 20
 
 
 def numbered(path: Path, number: int, stem: str | None = None) -> Path:
-    """Return the name under which an earlier recording is kept.
+    """Return the name of an earlier recording.
 
     >>> numbered(Path("out/run.mcap"), 2).name, numbered(Path("run.line.mcap"), 2, "run").name
     ('run.2.mcap', 'run.2.line.mcap')
 
     Args:
-        number: 1 for the one before; 0 is the recording itself.
-        stem: what the number follows; None = the name without its suffix.
+        number: 1 for the previous one; 0 is the recording itself.
+        stem: the part before the number; None = the name without its suffix.
     """
     stem = path.stem if stem is None else stem
     return path.with_name(f"{stem}.{number}{path.name.removeprefix(stem)}") if number else path
 
 
 class RecordingKeeper:
-    """Keeps what is there when a new recording begins.
+    """Keeps the existing files when a new recording begins.
 
     Args:
         path: of the new recording.
-        most: how many earlier ones are kept, 1 or more.
-        beside: files that belong to it and are kept with it; their names begin as its own does.
+        most: number of earlier ones to keep, 1 or more.
+        beside: files that belong to it and are kept with it; their names have the same beginning.
     """
 
     def __init__(self, path: Path, most: int, beside: Sequence[Path] = ()) -> None:
@@ -52,14 +52,14 @@ class RecordingKeeper:
         self._moved: list[int] = []
 
     def names(self) -> list[Path]:
-        """Return all names that may be moved, the new recording's among them."""
+        """Return all names that may be moved, including the new recording's."""
         return [self._name(path, number) for number in range(self._most + 2) for path in self._paths]
 
     def begin(self) -> None:
-        """Move what is there aside, one number up.
+        """Move the existing files up by one number.
 
         Raises:
-            OSError: that can't be; all is as it was.
+            OSError: that failed; nothing has changed.
         """
         if not any(path.is_file() and path.stat().st_size for path in self._paths):
             return
@@ -78,10 +78,10 @@ class RecordingKeeper:
             self._move(number + 1, number)
 
     def end(self) -> None:
-        """Remove the oldest beyond the limit; or put all back, if the new recording is as the one before.
+        """Remove the oldest beyond the limit; or undo all moves if the new recording equals the previous one.
 
         Raises:
-            OSError: that can't be.
+            OSError: that failed.
         """
         if not self._moved:
             return
@@ -110,22 +110,22 @@ class RecordingKeeper:
 
 
 def check_recordings(paths: Sequence[Path], keeping: RecordingKeeper | None, used: Used = NOTHING) -> None:
-    """Refuse new recordings that would replace what somebody owns, or move what is in use.
+    """Refuse new recordings that would replace an owned file, or move one in use.
 
     Args:
         paths: of the new ones.
-        keeping: keeps what is there; None = that is replaced.
+        keeping: keeps the existing files; None = they are replaced.
 
     Raises:
         OwnedError: see `check_output`.
-        OSError: one can't be looked at.
+        OSError: one can't be inspected.
     """
     for path in (*paths, *(keeping.names() if keeping else ())):
         check_output(path, TRACE, used)
 
 
 def _alike(one: Path, other: Path) -> bool:
-    """Return whether two files have the same bytes, or neither is there."""
+    """Return whether two files have the same bytes, or neither exists."""
     sizes = [path.stat().st_size if path.is_file() else None for path in (one, other)]
     return sizes[0] == sizes[1] and (sizes[0] is None or begin_alike(one, other, sizes[0]))
 

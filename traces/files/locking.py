@@ -1,9 +1,9 @@
 """Advisory locks: one process at a time records into a file, or replaces it.
 
     a recording     the file itself is locked until it is closed
-    a replacement   .NAME.lock beside the file, for as long as it is read, changed and replaced
+    a replacement   .NAME.lock beside the file, while it is read, changed and replaced
 
-A lock belongs to an open file: it goes when that is closed, also by the death of its process.
+A lock belongs to an open file: it ends when the file is closed, also by the death of its process.
 Windows has none.
 """
 
@@ -21,10 +21,10 @@ if sys.platform != "win32":
     import fcntl
 
 NO_LINK = getattr(os, "O_NOFOLLOW", 0)
-"""Opens no symbolic link, where the system knows that."""
+"""Flag that refuses symbolic links, where the system has one."""
 
 _NAME_BYTES = 200
-"""Longest name to which a beginning and an ending are added: file systems take 255 bytes."""
+"""Longest name with room for a prefix and a suffix: file systems allow 255 bytes."""
 
 
 def beside(path: Path, ending: str) -> Path:
@@ -52,32 +52,32 @@ def could_lock(number: int, *, shared: bool = False) -> bool:
 
 
 def is_being_recorded(path: Path) -> bool:
-    """Return whether a recorder has a file open; never, where the system has no locks."""
+    """Return whether a recorder has a file open; False where the system has no locks."""
     if not path.is_file():
         return False
     try:
         with path.open("rb") as file:
-            return not could_lock(file.fileno(), shared=True)  # others may look at the same time
+            return not could_lock(file.fileno(), shared=True)  # others may test at the same time
     except OSError:  # reading it reports the error
         return False
 
 
 @contextmanager
 def held(path: Path) -> Iterator[None]:
-    """Hold the right to replace a file; it need not exist.
+    """Hold the right to replace a file, which need not exist.
 
     Args:
-        path: the file; not a link, or processes that use another name of it do not see the lock.
+        path: the file; with a link, processes that use another name of it do not see the lock.
 
     Raises:
-        OSError: another process holds it, or its folder takes no new files.
+        OSError: another process holds it, or its folder does not allow new files.
     """
     lock = beside(path, "lock")
     number = _locked(lock, path)
     try:
         yield
     finally:
-        with suppress(OSError):  # Windows removes no open file
+        with suppress(OSError):  # Windows can't remove an open file
             lock.unlink()
         os.close(number)
 
@@ -96,7 +96,7 @@ def _locked(lock: Path, path: Path) -> int:
         except OSError:
             os.close(number)
             raise
-        os.close(number)  # the one before has just removed it
+        os.close(number)  # the previous owner has just removed it
 
 
 def _is_still_there(path: Path, number: int) -> bool:

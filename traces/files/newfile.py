@@ -1,4 +1,4 @@
-"""The one writer of files that are replaced: completely, or not at all.
+"""The only writer of files that are replaced: completely, or not at all.
 
     lock     .NAME.lock
     open     .NAME.9f3a61c04d2e77b1.part     a random name, exclusively, no link followed
@@ -7,8 +7,8 @@
     rename   to NAME                         the old one until here, the new one from here on
     fsync    of the folder
 
-Whatever fails, NAME is as it was. Whenever the process is killed, NAME is one of the two, whole. A link at
-NAME stays, and the file that it leads to is replaced. What may be replaced is decided in `guard`.
+After a failure NAME is unchanged. After a kill NAME is the old or the new file, complete. A link at
+NAME stays, and its target is replaced. `guard` decides which files may be replaced.
 """
 
 from __future__ import annotations
@@ -25,34 +25,33 @@ from .guard import NOTHING, FileKind, Used, check_output
 from .locking import NO_LINK, beside, held
 
 Target = Path | str | IO[Any]
-"""Where something is written: a file, or a stream that is open already."""
+"""Target of an output: a file, or an open stream."""
 
 
 class Draft:
-    """A file that is being written, beside the one whose place it will take.
+    """A file that is being written, beside the one that it will replace.
 
     Args:
-        file: it, open for writing.
-        target: whose place it takes.
+        target: the file that it replaces.
 
     Attributes:
-        file: it, open for writing.
+        file: open for writing.
     """
 
     def __init__(self, file: IO[Any], place: Path, target: Path, kind: FileKind) -> None:
         self.file, self.place, self._target, self._kind = file, place, target, kind
 
     def sync(self) -> None:
-        """Put what was written on the disk."""
+        """Flush the written data to the disk."""
         self.file.flush()
         os.fsync(self.file.fileno())
 
     def put(self) -> None:
-        """Let it take the place of the target.
+        """Replace the target.
 
         Raises:
-            OwnedError: there is something by now that may not be replaced.
-            OSError: it can't be put on the disk; the target is as it was.
+            OwnedError: the target may no longer be replaced.
+            OSError: the data can't be flushed; the target is unchanged.
         """
         check_output(self._target, self._kind)
         self.sync()
@@ -71,20 +70,20 @@ def new_file(
     locked: bool = False,
     **options: Any,
 ) -> Iterator[IO[Any]]:
-    """Open a file for writing, which takes the place of what is there when the block ends without an error.
+    """Open a file for writing, which replaces the existing one when the block ends without an error.
 
-    A stream is written and flushed; so is a device or a pipe.
+    A stream, a device or a pipe is written and flushed.
 
     Args:
         path: the file, or an open stream.
-        kind: what is written; a file of another kind is not replaced.
+        kind: of the output; a file of another kind is not replaced.
         mode: "w" for text, "wb" for bytes.
         used: files that are not replaced, see `check_output`.
         locked: the caller holds the file, see `held`.
         options: those of `open`.
 
     Raises:
-        OwnedError: what is there may not be replaced.
+        OwnedError: the existing file may not be replaced.
         OSError: it can't be written; the error names `path`.
     """
     if not isinstance(path, str | Path):
@@ -109,7 +108,7 @@ def replacing(
     locked: bool = False,
     **options: Any,
 ) -> Iterator[Draft]:
-    """Open a file beside another one, whose place it takes with `Draft.put`; without, it is removed.
+    """Open a file beside another one; `Draft.put` replaces that, otherwise the new one is removed.
 
     Arguments and errors as `new_file`.
     """
@@ -129,7 +128,7 @@ def replacing(
 
 @contextmanager
 def naming(path: Path | str, *places: Path) -> Iterator[None]:
-    """Let an error about no file in particular, such as a full disk, or about one of `places` name `path`."""
+    """Put the name `path` on an error about no file in particular, such as a full disk, or about `places`."""
     try:
         yield
     except OSError as error:
@@ -139,7 +138,7 @@ def naming(path: Path | str, *places: Path) -> Iterator[None]:
 
 
 def sync_folder(folder: Path) -> None:
-    """Put the names in a folder on the disk; not every system does so when asked."""
+    """Flush the names in a folder to the disk, if the system supports that."""
     with suppress(OSError):
         number = os.open(folder, os.O_RDONLY)
         try:

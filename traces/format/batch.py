@@ -1,11 +1,11 @@
 """Scans on their way into a chunk: collected one by one, laid out as MCAP messages all at once.
 
-Messages of one size differ in few columns only. What never changes is in the
+Messages of one size differ in few columns only. Constant columns are in the
 arena from the start; numpy fills the rest, a column at a time, when the batch
 is full. A scan costs four appends.
 
     opcode length channel | sequence log_time publish_time | prefix scan flags | images, tags
-    never changes         | column   column   column       | n. ch. column     | column
+    constant              | column   column   column       | const. col.  col. | column
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from .schema import CDR_PREFIX
 from .tagplan import FIELD, TagSource
 
 _PREAMBLE_BYTES = 9
-"""Opcode and length of a record, which its length does not count."""
+"""Opcode and length of a record, which its length does not include."""
 
 _HEAD_BYTES = 43
 """The fields before the images in the record of a scan."""
@@ -36,10 +36,9 @@ class ScanBatch:
     Args:
         channel: id of the scans' channel.
         memory: the rack's memory block, copied at every scan.
-        room: scans that it holds at most, 1 or more.
 
     Attributes:
-        room: scans after which it is full; may be set to less.
+        room: most scans of the batch, 1 or more; may be reduced.
     """
 
     def __init__(self, channel: int, memory: bytearray, room: int) -> None:
@@ -48,7 +47,7 @@ class ScanBatch:
         )  # faster than bytes
 
     def _start(self, channel: int, room: int, layout: np.dtype[np.void], copy: Callable[[], bytes]) -> None:
-        """Prepare the records; `copy` returns what follows the flags in one."""
+        """Prepare the records; `copy` returns the bytes after a scan's flags."""
         self.room = room
         self._copy = copy
         self._numbers: list[int] = []
@@ -68,7 +67,7 @@ class ScanBatch:
         return self._arena.dtype.itemsize
 
     def add(self, scan: int, now_ns: int, flags: int) -> bool:
-        """Take a scan with the present memory block; return whether the batch is full."""
+        """Add a scan with the present memory block; return whether the batch is full."""
         self._numbers.append(scan)
         self._times.append(now_ns)
         self._flags.append(flags)
@@ -76,9 +75,9 @@ class ScanBatch:
         return len(self._images) >= self.room
 
     def take(self) -> tuple[NDArray[np.uint64], memoryview]:
-        """Return the times of the scans and their message records, one after the other, and start again.
+        """Return the times of the scans and their successive message records, and start again.
 
-        The records are lent, not copied: they hold until the next `take`.
+        The records are lent, not copied: they are valid until the next `take`.
         """
         rows = self._arena[: len(self._images)]
         times = np.array(array("Q", self._times))
@@ -98,20 +97,14 @@ class ScanBatch:
 
 
 class TagBatch(ScanBatch):
-    """Scans with tags: images and tags are copied together.
-
-    Args:
-        channel: id of the scans' channel.
-        memory: the rack's memory block.
-        room: scans that it holds at most, 1 or more.
-    """
+    """Scans with tags: images and tags are copied together."""
 
     def __init__(self, channel: int, memory: bytearray, room: int, tags: TagSource) -> None:
         self._start(channel, room, message_layout(len(memory), tags.plan.dtype), tags.take)
         self._pending = tags.pending
 
     def add(self, scan: int, now_ns: int, flags: int) -> bool:
-        """Take a scan; return whether the batch is full, or messages are to follow the scan."""
+        """Add a scan; return whether the batch is full, or messages are to follow the scan."""
         self._numbers.append(scan)  # not super().add(): the call costs a quarter of the tags
         self._times.append(now_ns)
         self._flags.append(flags)
@@ -124,7 +117,7 @@ class TagBatch(ScanBatch):
 def message_layout(
     image_bytes: int, tags: np.dtype[np.void] | None = None, rest: np.dtype[np.void] | None = None
 ) -> np.dtype[np.void]:
-    """Return how a scan's message record lies in a chunk.
+    """Return the layout of a scan's message record in a chunk.
 
     >>> message_layout(32).itemsize
     75
@@ -132,7 +125,7 @@ def message_layout(
     Args:
         image_bytes: size of the rack's memory block.
         tags: the row of tags after it.
-        rest: what follows the tags.
+        rest: the fields after the tags.
     """
     more: list[Any] = [] if tags is None else [(FIELD, tags)]
     more += [] if rest is None else [("rest", rest)]

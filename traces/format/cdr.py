@@ -1,8 +1,8 @@
-"""Where the fields of a message lie in CDR: each value at a multiple of its size, from the message's start.
+"""The layout of a message's fields in CDR: each value at a multiple of its size, from the message's start.
 
     scan  uint32   at 0
     lamp  bool     at 4
-    speed float64  at 8       three bytes before it are left out
+    speed float64  at 8       after three bytes of padding
 
 That is version 1 of the encoding, which the prefix 00 01 00 00 of a payload states [OMG DDS-XTypes 1.3,
 7.4.1.1]. Nested messages have no alignment of their own.
@@ -36,7 +36,7 @@ SIZES: Mapping[str, int] = {letter: calcsize(f"<{letter}") for letter in PRIMITI
 """Bytes of a value, by its letter."""
 
 DEPTH_MAX = 16
-"""Messages in messages that are followed."""
+"""Deepest nesting of messages."""
 
 _FIELD = re.compile(r"(?P<type>[\w/]+)(?:\[(?P<length>[1-9]\d{0,8})\])? (?P<name>\w+)")
 _CONSTANT = re.compile(r"\w+ \w+ ?=")
@@ -46,10 +46,10 @@ class Leaf(NamedTuple):
     """A value, or the elements of an array, of a message.
 
     Attributes:
-        path: its name, after the names of the messages that it is in.
+        path: its name, after the names of the messages around it.
         letter: its type in the `struct` module.
         length: elements; 1 for a single value.
-        offset: where it begins, bytes.
+        offset: its first byte.
     """
 
     path: tuple[str, ...]
@@ -59,7 +59,7 @@ class Leaf(NamedTuple):
 
     @property
     def end(self) -> int:
-        """Where it ends."""
+        """The offset after its last byte."""
         return self.offset + self.length * SIZES[self.letter]
 
 
@@ -73,8 +73,8 @@ def leaves(
 
     Args:
         lines: the message's fields, as in ros2msg.
-        messages: the messages that fields may be of, by name.
-        path: names of the messages that it is in.
+        messages: possible messages of fields, by name.
+        path: names of the messages around it.
 
     Raises:
         ValueError: a field has no fixed size, is of an unknown type, or messages are nested too deep.
@@ -101,4 +101,4 @@ def leaves(
                 yield leaf
                 offset = leaf.end
             if offset == begin:
-                break  # an empty message: any number of them is nothing
+                break  # an empty message: any number of them takes no bytes

@@ -1,7 +1,7 @@
 """The CPU's flags in a scan, by name.
 
 bits 0 and 1   the mode: program, run, test, single scan
-bits 2 to 7    what was special about the scan
+bits 2 to 7    special conditions of the scan
 """
 
 from __future__ import annotations

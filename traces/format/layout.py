@@ -1,4 +1,4 @@
-"""What sits where in a scan: slots, their images, and the names of the words.
+"""The layout of a scan: slots, their images, and the names of the words.
 
 The rack's memory block is the payload of a scan, unchanged: per slot, in
 slot order, the output image, then the input image, eight little-endian words
@@ -26,7 +26,7 @@ SLOT_BYTES = 2 * IMAGE_BYTES
 
 
 _BY_NAME = ModuleWords("", (), ())
-"""Stands for the words that go with the module's name."""
+"""Placeholder for the default words of a module's name."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,10 +35,10 @@ class SlotInfo:
 
     Attributes:
         number: the slot's number in the rack, 0 or more.
-        module: catalog name of what sits in it, e.g. "amci3601".
-        firmware: its firmware as text, e.g. "4.1"; empty where the module has none.
-        words: what its words and bits are called, as the rack hands it over or the trace has it; left
-            out: a 3601's for an "amci3601", `word0` to `word7` for any other module.
+        module: catalog name of its module, e.g. "amci3601".
+        firmware: as text, e.g. "4.1"; empty for a module without one.
+        words: names of its words and bits; by default a 3601's for an "amci3601", `word0` to `word7` for
+            any other module.
     """
 
     number: int
@@ -57,7 +57,7 @@ class SlotInfo:
 
     @property
     def is_stepper(self) -> bool:
-        """Whether its words are those of a 3601: the module itself, or one that answers as one.
+        """Whether its words are those of a 3601: the module itself, or an adapter.
 
         >>> SlotInfo(1, "amci3601").is_stepper, SlotInfo(2, "my own").words.inputs[2]
         (True, 'word2')

@@ -17,19 +17,19 @@ RECORDS = 200_000
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """What a trace may ask for.
+    """Limits for one trace.
 
     Attributes:
         chunk_bytes: most bytes that a chunk may unpack to. Ours unpack to 1 MiB, other writers' to 4.
-        records: most records in a chunk, or in a file beside its chunks, that are smaller on the
-            average than an empty message.
+        records: most records in a chunk, or in a file beside its chunks, whose average size is below that of
+            an empty message.
     """
 
     chunk_bytes: int = CHUNK_BYTES
     records: int = RECORDS
 
     def too_many(self, count: int, size: int) -> bool:
-        """Return whether so many records in so many bytes are more than a trace may have.
+        """Return whether a number of records in a number of bytes exceeds the limits.
 
         >>> Limits(records=10).too_many(10, 90), Limits(records=10).too_many(11, 99)
         (False, True)
@@ -48,13 +48,13 @@ def limits() -> Limits:
 
 
 def set_limits(to: Limits) -> None:
-    """Put other limits in force for good: at the beginning of a process."""
+    """Set the limits permanently: at the beginning of a process."""
     _limits.set(to)
 
 
 @contextmanager
 def limited(to: Limits) -> Iterator[None]:
-    """Put other limits in force."""
+    """Use other limits inside the block."""
     token = _limits.set(to)
     try:
         yield

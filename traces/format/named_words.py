@@ -3,7 +3,7 @@
     schema of /scan            message type and word names of every slot
     metadata slot.N.names      bits with names of their own: group -> name -> [image, word, bit]
 
-A 3601's bits are in its manual, so their names are not repeated in a trace.
+The names of a 3601's bits are in its manual, and are not repeated in a trace.
 """
 
 from __future__ import annotations
@@ -34,13 +34,13 @@ def names_text(words: ModuleWords) -> str:
 
 
 def recorded_words(schema: str, metadata: Mapping[str, str]) -> dict[int, ModuleWords]:
-    """Return the words of the slots of a trace; a slot whose words the schema does not give is left out.
+    """Return the words of the slots of a trace; slots without words in the schema are left out.
 
     Args:
         schema: text of the schema of /scan.
 
     Raises:
-        ValueError: names of bits that can't be.
+        ValueError: illegal names of bits.
     """
     head, *messages = schema.split(f"{SEPARATOR}\n")
     fields = dict(_message(each) for each in messages)

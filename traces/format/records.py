@@ -4,7 +4,7 @@
     opcode u8 | length u64 | content          a record; again and again, the footer last
     89 "MCAP0" 0D 0A                          magic
 
-What is whole is given; what is not is named by its offset.
+Whole records are returned; errors name the offset of a damaged one.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ from .limits import limits
 MAGIC = b"\x89MCAP0\r\n"
 
 RECORD_HEAD = struct.Struct("<BQ")
-"""What every record begins with: opcode, length of the content."""
+"""Head of every record: opcode, length of the content."""
 
 DRAFT = 0xD7
-"""A record of our own: zeros in place of a chunk that is not finished; its messages follow."""
+"""A record of our own: zeros in place of an unfinished chunk; its messages follow."""
 
 _MESSAGE = struct.Struct("<HIQQ")
 _CRC = struct.Struct("<I")
@@ -38,7 +38,7 @@ BROKEN = (McapError, struct.error, ValueError, OverflowError, RuntimeError, EOFE
 """Exceptions of the libraries on malformed bytes."""
 
 DAMAGED = "damaged "
-"""Every note of damage begins so; other notes report a missing end."""
+"""Prefix of every note of damage; other notes report a missing end."""
 
 R = TypeVar("R")
 
@@ -51,7 +51,7 @@ class TraceLimitError(TraceError):
     """A trace that exceeds the limits; see `limits.Limits`.
 
     Attributes:
-        limit: which of them, by name.
+        limit: name of the exceeded limit.
     """
 
     def __init__(self, message: str, limit: str) -> None:
@@ -60,7 +60,7 @@ class TraceLimitError(TraceError):
 
 
 class Span(NamedTuple):
-    """Where a record lies: the offset of its opcode, and the length of its content, in bytes."""
+    """The place of a record: the offset of its opcode, and the length of its content, in bytes."""
 
     opcode: int
     offset: int
@@ -68,7 +68,7 @@ class Span(NamedTuple):
 
     @property
     def end(self) -> int:
-        """Offset of what follows."""
+        """Offset of the next record."""
         return self.offset + RECORD_HEAD.size + self.length
 
 
@@ -96,7 +96,7 @@ def read_record(file: BinaryIO, span: Span, read: Callable[[ReadDataStream], R])
 
 _NAME_LENGTH = struct.Struct("<I")
 _NAME_AT, _NAME_MOST = 20, 400
-"""Where in an attachment its name is, after two times and its length; how much of it is read."""
+"""Place of the name in an attachment, after two times and its length; and the number of bytes read."""
 
 
 def read_attachment(file: BinaryIO, span: Span) -> Attachment:
@@ -117,7 +117,7 @@ def read_attachment(file: BinaryIO, span: Span) -> Attachment:
 
 
 def attachment_name(file: BinaryIO, span: Span) -> str:
-    """Return the name of an attachment; its data are not read. "" if it is damaged."""
+    """Return the name of an attachment without reading its data; "" if it is damaged."""
     file.seek(span.offset + RECORD_HEAD.size)
     head = file.read(min(span.length, _NAME_AT + _NAME_MOST))
     if len(head) < _NAME_AT:
@@ -127,7 +127,7 @@ def attachment_name(file: BinaryIO, span: Span) -> str:
 
 
 def chunk_data(file: BinaryIO, span: Span) -> bytes:
-    """Return what is in a chunk, decompressed.
+    """Return the decompressed contents of a chunk.
 
     Raises:
         TraceError: it is damaged, its CRC included; the message names its offset.
@@ -142,7 +142,7 @@ def chunk_data(file: BinaryIO, span: Span) -> bytes:
 
 
 def _unpacked(chunk: Chunk, where: str) -> bytes:
-    """Return what is in a chunk; never unpack more than its head states, and the limit allows."""
+    """Decompress a chunk, at most to the size in its head, and to the limit."""
     if chunk.compression not in _UNPACK:
         raise ValueError(f"compression {chunk.compression!r} is not known")
     size, most = chunk.uncompressed_size, limits().chunk_bytes
@@ -160,7 +160,7 @@ def _unpacked(chunk: Chunk, where: str) -> bytes:
 
 
 def _unpack_zstd(data: bytes, most: int) -> bytes:
-    if frame_content_size(data) >= 0:  # no more than `most`, as the caller has seen
+    if frame_content_size(data) >= 0:  # no more than `most`, as the caller has checked
         unpacked: bytes = ZstdDecompressor().decompress(data)
         return unpacked
     with ZstdDecompressor().stream_reader(data) as stream:
@@ -177,7 +177,7 @@ _UNPACK: Mapping[str, Callable[[bytes, int], bytes]] = {
     "zstd": _unpack_zstd,
     "lz4": _unpack_lz4,
 }
-"""How the data of a chunk are unpacked, at most so many bytes, by its compression."""
+"""Decompressors of chunks with a limit of bytes, by compression."""
 
 
 def read_chunk(file: BinaryIO, span: Span) -> list[Message | Channel | Schema]:
@@ -196,7 +196,7 @@ def read_chunk(file: BinaryIO, span: Span) -> list[Message | Channel | Schema]:
 
 
 def records_in(data: bytes) -> Iterator[tuple[int, Message | Channel | Schema]]:
-    """Yield the records in a chunk's data with their offsets, those of other kinds left out.
+    """Yield the records in a chunk's data with their offsets, without those of other kinds.
 
     Raises:
         ValueError, struct.error: they are not whole records.
@@ -213,13 +213,13 @@ def records_in(data: bytes) -> Iterator[tuple[int, Message | Channel | Schema]]:
 
 
 def check_count(count: int, size: int) -> None:
-    """Raise `TraceLimitError` if so many records in so many bytes are too many."""
+    """Raise `TraceLimitError` if the records exceed the limits."""
     if limits().too_many(count, size):
         raise TraceLimitError(f"has more than {limits().records:,} records, most of them empty", "records")
 
 
 def split(data: bytes, offset: int) -> tuple[Message | Channel | Schema | None, int]:
-    """Return the record that begins at `offset`, None for one of another kind, and where the next one does.
+    """Return the record at `offset`, None for one of another kind, and the offset of the next one.
 
     Raises:
         ValueError, struct.error: it is not a whole record.

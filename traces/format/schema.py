@@ -42,13 +42,13 @@ from .named_words import SEPARATOR
 from .tagplan import FIELD, TagPlan
 
 FORMAT = 1
-"""Version of what a trace holds and how; a reader refuses a later one."""
+"""Version of the format; a reader refuses a later one."""
 
 FORMAT_WITH_TAGS = 2
 """The version of a trace with fields after the slots; one without them keeps `FORMAT`, and its bytes."""
 
 LIBRARY = "scanrack "
-"""The name of our software in the header of a file begins so; the version follows."""
+"""Prefix of our software's name in the header of a file; the version follows."""
 
 METADATA = "scanrack"
 """Name of the metadata record."""
@@ -124,19 +124,16 @@ def scan_schema(
 
 
 def layout_of(text: str) -> str:
-    """Return the hash of a schema's text, which its name ends with."""
+    """Return the hash of a schema's text, the end of its name."""
     return hashlib.sha256(text.encode()).hexdigest()[:_HASH_DIGITS]
 
 
 def rest_bytes(text: str, known: ScanSchema) -> int | None:
-    """Return how many bytes a scan has after the fields that are known.
+    """Return the bytes of a scan after the known fields; None if the schema does not begin with them.
 
     Args:
         text: a schema of /scan.
         known: the schema of the same slots and tags, without more fields.
-
-    Returns:
-        None if the schema does not begin with the known fields, or lacks a message of theirs.
 
     Raises:
         ValueError: a field after them has no fixed size.

@@ -1,8 +1,9 @@
-"""The end of a trace: the indexes that lead to everything in it, and the footer.
+"""The end of a trace: the indexes of all records, and the footer.
 
-    DataEnd | schemas, channels, statistics, chunk, attachment and metadata indexes | offsets | Footer | magic
+    DataEnd | schemas, channels, statistics, chunk, attachment and metadata indexes | offsets | Footer |
+    magic
 
-It is gathered while the records before it are written, or found.
+It is collected while the records before it are written, or found.
 """
 
 from __future__ import annotations
@@ -52,7 +53,7 @@ _GROUPS = (
 
 
 class Summary:
-    """Gathers what the end of a trace says of the records before it."""
+    """Collects the summary of the records in a trace."""
 
     def __init__(self) -> None:
         self._groups: dict[Opcode, bytearray] = {opcode: bytearray() for opcode in _GROUPS}
@@ -70,24 +71,24 @@ class Summary:
         )
 
     def schema(self, record: Schema) -> None:
-        """Take a schema; one that is known is not taken again."""
+        """Add a schema, once."""
         if self._is_new(Opcode.SCHEMA, record.id):
             self._groups[Opcode.SCHEMA] += encoded(record)
             self._counts.schema_count += 1
 
     def channel(self, record: Channel) -> None:
-        """Take a channel; one that is known is not taken again."""
+        """Add a channel, once."""
         if self._is_new(Opcode.CHANNEL, record.id):
             self._groups[Opcode.CHANNEL] += encoded(record)
             self._counts.channel_count += 1
 
     def metadata(self, offset: int, length: int, record: Metadata) -> None:
-        """Take a metadata record that is `length` bytes long at `offset`."""
+        """Add a metadata record that is `length` bytes long at `offset`."""
         self._groups[Opcode.METADATA_INDEX] += encoded(MetadataIndex(offset, length, record.name))
         self._counts.metadata_count += 1
 
     def attachment(self, offset: int, length: int, record: Attachment) -> None:
-        """Take an attachment that is `length` bytes long at `offset`."""
+        """Add an attachment that is `length` bytes long at `offset`."""
         index = AttachmentIndex(
             offset,
             length,
@@ -101,11 +102,7 @@ class Summary:
         self._counts.attachment_count += 1
 
     def chunk(self, offset: int, length: int, chunk: Chunk, entries: Mapping[int, Entries]) -> bytes:
-        """Take a chunk.
-
-        Returns:
-            Its message indexes, which follow it.
-        """
+        """Add a chunk; return its message indexes, which follow it."""
         indexes, offsets = bytearray(), {}
         for channel, rows in entries.items():
             offsets[channel] = offset + length + len(indexes)
@@ -143,8 +140,8 @@ class Summary:
         """Return the end of a file.
 
         Args:
-            offset: where its data end.
-            crc: CRC of all of them, the magic included; 0 = it is not known.
+            offset: the end of its data.
+            crc: CRC of all of them, the magic included; 0 = unknown.
         """
         data_end = encoded(DataEnd(crc))
         start = offset + len(data_end)

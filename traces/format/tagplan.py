@@ -1,12 +1,12 @@
 r"""The tags that a trace records beside the images: their fields, their bytes and their schema.
 
-A row of tags follows the memory block in the payload of a scan, widest fields first. So no field of it
-needs padding, whatever alignment a decoder keeps:
+A row of tags follows the memory block in the payload of a scan, widest fields first, so that no field
+needs padding, whatever alignment a decoder uses:
 
     byte  0            4     8      12                  12 + 32 × slots
           00 01 00 00  scan  flags  outputs, inputs ... tags
 
-The schema holds all that a reader needs; the full name of a tag is a comment in it:
+The schema has everything that a reader needs; the full name of a tag is a comment in it:
 
     Tags0123456789ab tags
     ====...
@@ -49,14 +49,14 @@ VALUE_NS = 20
 """Approximate cost of a value, ns a scan: 14 with a thousand, 21 with ten thousand."""
 
 FIELD = "tags"
-"""Name of the field of /scan, and what the names of its signals begin with."""
+"""Name of the field of /scan, and prefix of its signals' names."""
 
 LAST_CODE = 0xFFFF
 """Code of every text from the 65,535th on."""
 
 
 class Format(NamedTuple):
-    """How a value is stored.
+    """Storage of a value.
 
     Attributes:
         ros: its type in ros2msg.
@@ -112,7 +112,7 @@ class Tag:
 
     @property
     def count(self) -> int:
-        """How many values it has."""
+        """Number of its values."""
         return self.length or 1
 
     @property
@@ -128,7 +128,6 @@ class TagField:
     """A field of the row.
 
     Attributes:
-        tag: the tag it holds.
         name: its name in the schema.
         constants: of an ENUM: names of its codes in the schema.
     """
@@ -170,12 +169,12 @@ class TagPlan:
 
     @property
     def letters(self) -> str:
-        """The row's format in the `struct` module, less the byte order."""
+        """The row's format in the `struct` module, without the byte order."""
         return "".join(field.letters for field in self.fields)
 
     @cached_property
     def dtype(self) -> np.dtype[np.void]:
-        """The row as a numpy type; its fields are called as in the schema."""
+        """The row as a numpy type; its fields have the names of the schema."""
         layout: list[Any] = []
         for field in self.fields:
             kind = f"<{FORMATS[field.tag.type].letter}"
@@ -184,12 +183,12 @@ class TagPlan:
 
     @property
     def values(self) -> int:
-        """How many values a row has; each element of an array counts."""
+        """Number of values in a row; each element of an array counts."""
         return sum(field.tag.count for field in self.fields)
 
     @property
     def cost(self) -> str | None:
-        """The cost of recording the row, in words; None for a row that costs little."""
+        """The cost of recording the row, in words; None for a cheap row."""
         if self.values <= CHEAP_VALUES:
             return None
         about = round(self.values * VALUE_NS / 1000)
@@ -229,7 +228,7 @@ class TagPlan:
 
 
 class TagSource(Protocol):
-    """Where the recorder gets the tags of a scan from.
+    """The recorder's source of a scan's tags.
 
     Attributes:
         take: returns the rack's present memory block, followed by the row of tags.
@@ -273,7 +272,7 @@ def plan_of(tags: Sequence[Tag]) -> TagPlan:
 
 
 def read_plan(schema: str) -> TagPlan | None:
-    """Read the plan off the schema of /scan; None if it has no tags.
+    """Read the plan from the schema of /scan; None without tags.
 
     Raises:
         ValueError: the schema has invalid tags.
@@ -304,7 +303,7 @@ def _read_field(line: str, bodies: Mapping[str, Sequence[str]]) -> TagField:
 
 
 def field_name(name: str, taken: set[str]) -> str:
-    r"""Return a name that ROS 2 allows, `[a-z][a-z0-9]*(_[a-z0-9]+)*`, and add it to those taken.
+    r"""Return a name that ROS 2 allows, `[a-z][a-z0-9]*(_[a-z0-9]+)*`, and add it to `taken`.
 
     >>> taken = set()
     >>> [field_name(each, taken) for each in (r"\Main.Step", "Fill.ACC", "MaxSpeed", "max_speed")]

@@ -1,17 +1,17 @@
-"""The topics beside the scans: what is not an image, as JSON, on change only.
+"""The topics beside the scans: JSON messages, on change only.
 
-Every message carries the number of the scan in which it became known.
+Every message has the number of the scan that reported it.
 
-    /events     something happened in a module      a rule fired, a move began or ended; or the program
+    /events     an event of a module                a rule fired, a move began or ended; or the program
                                                     was edited between two scans
     /stimuli    the machine or a person acted       a button of the timeline, a station's pulse
-    /indicators the lights of a module changed      as the front panel shows them
-    /forces     which bits and tags are forced      in full, written again when it changes
-    /cpu        mode and health of the CPU, in full written again when it changes
+    /indicators the lights of a module changed      as on the front panel
+    /forces     the forced bits and tags            in full, written again when it changes
+    /cpu        mode and health of the CPU          in full, written again when it changes
     /faults     the CPU faulted                     scan and cause
-    /texts      a recorded text changed             only where texts are recorded
-    /orders     the rack was operated           only where that can be: scanrack watch
-    /sequences  a sequence waits at another line    only where the program has sequences
+    /texts      a recorded text changed             only if texts are recorded
+    /orders     the rack was operated               only in a session of scanrack watch
+    /sequences  a new wait of a sequence            only if the program has sequences
 """
 
 from __future__ import annotations
@@ -37,9 +37,9 @@ class Topic:
 
     Attributes:
         schema: name of its schema.
-        says: what it says, for the schema.
-        properties: JSON schema of the fields it is known to carry; others may come with them.
-        state: a message states everything, so an unchanged one is not written again.
+        says: its description in the schema.
+        properties: JSON schema of its known fields; messages may have others.
+        state: a message states everything, so that an unchanged one is not written again.
     """
 
     name: str
@@ -128,7 +128,7 @@ TEXTS = Topic(
         "text": {"type": "string", "description": "the text"},
     },
 )
-"""The topic of a trace whose tags have texts; a code in /scan stands for each."""
+"""The topic of a trace whose tags have texts; codes in /scan refer to them."""
 
 ORDERS = Topic(
     "/orders",
@@ -141,7 +141,7 @@ ORDERS = Topic(
         "order": {"type": "string", "description": "the order itself, JSON"},
     },
 )
-"""The topic of a trace of a session: with its orders, the session can run again."""
+"""The topic of a session's trace: with its orders, the session can run again."""
 
 SEQUENCES = Topic(
     "/sequences",

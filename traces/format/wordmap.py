@@ -1,4 +1,4 @@
-"""The word-and-bit map that travels with a trace: what each word and bit is called."""
+"""The word-and-bit map that travels with a trace: the names of each word and bit."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .layout import SlotInfo
 
 Bits = Mapping[int, type[IntFlag]]
 
-# of a 3601: which words have bits, per table of the manual
+# of a 3601: words with bits, per table of the manual
 _BITS_3601: Mapping[str, Bits] = {
     "out, command mode": {0: CommandMsw, 1: CommandLsw},  # chapter 5
     "out, configuration mode": {0: ConfigMsw, 1: InputBit},  # chapter 3; word 1: active level

@@ -1,4 +1,4 @@
-"""Ticks of a time axis in units that suit it."""
+"""Ticks of a time axis in suitable units."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ STEPS_NS: tuple[int, ...] = (
 
 
 def tick_step(start_ns: int, end_ns: int, most: int) -> int:
-    """Return the least distance of ticks, ns, of which there are at most so many.
+    """Return the least distance of ticks, ns, with at most `most` ticks.
 
     >>> tick_step(0, 2_000_000_000, 10), tick_step(0, 7_200_000_000_000, 10)
     (200000000, 900000000000)
@@ -35,7 +35,7 @@ def ticks(start_ns: int, end_ns: int, most: int) -> list[int]:
 
 
 def unit(start_ns: int, end_ns: int) -> str:
-    """Return what an axis' labels are in.
+    """Return the unit of an axis's labels.
 
     >>> unit(0, 50_000_000), unit(0, 90 * 10**9), unit(0, 7200 * 10**9)
     ('s', 's', 'h:min:s')
@@ -62,7 +62,7 @@ def label(time_ns: int, step_ns: int, unit: str) -> str:
 
 
 def about(first: int, last: int, start_ns: int, end_ns: int) -> str:
-    """Return what an axis shows.
+    """Return the range of an axis in words.
 
     >>> about(700, 1700, 1_400_000_000, 3_400_000_000)
     'scans 700 to 1,700, 1.400 to 3.400 s of machine time'

@@ -20,7 +20,6 @@ class BitChanges:
 
     Attributes:
         row: the scan's place in what was read, from 0.
-        words: the image's eight words.
     """
 
     row: NDArray[np.int64]
@@ -43,11 +42,7 @@ class Steps:
 
 
 class StepFinder:
-    """Finds the changes of one signal, block by block.
-
-    Args:
-        signal: a signal whose values change seldom.
-    """
+    """Finds the changes of one signal, block by block."""
 
     def __init__(self, signal: Signal) -> None:
         self._signal = signal
@@ -55,7 +50,7 @@ class StepFinder:
         self._found: list[Steps] = []
 
     def add(self, block: Block) -> None:
-        """Take a block."""
+        """Add a block."""
         values = self._signal.read(block)
         new = np.ones(len(values), bool)
         new[1:] = values[1:] != values[:-1]
@@ -67,7 +62,7 @@ class StepFinder:
         self._rows += len(values)
 
     def steps(self) -> Steps:
-        """Return what has been found; at least one block must have been taken."""
+        """Return the changes; at least one block must have been added."""
         return Steps(
             np.concatenate([found.row for found in self._found]),
             np.concatenate([found.time_ns for found in self._found]),
@@ -80,7 +75,7 @@ class ChangeFinder:
 
     Args:
         slot: number of the slot.
-        words: how many words to watch, from the first one.
+        words: number of words to watch, from the first one.
     """
 
     def __init__(self, slot: int, direction: str, words: int = BIT_WORDS) -> None:
@@ -90,7 +85,7 @@ class ChangeFinder:
         self._found: list[BitChanges] = []
 
     def add(self, block: Block) -> None:
-        """Take a block."""
+        """Add a block."""
         words = block.image(self._slot, self._direction)
         watched = np.ascontiguousarray(words[:, : self._watched])
         differs = np.empty(len(watched), bool)
@@ -103,7 +98,7 @@ class ChangeFinder:
         self._last = watched[-1].copy()
 
     def changes(self) -> BitChanges:
-        """Return what has been found; at least one block must have been taken."""
+        """Return the changes; at least one block must have been added."""
         return BitChanges(
             np.concatenate([found.row for found in self._found]),
             np.concatenate([found.time_ns for found in self._found]),

@@ -27,12 +27,12 @@ class Panel(Generic[C]):
     """One module on the chart, or the tags of the program.
 
     Attributes:
-        slot: what sits in which slot; None for the program.
+        slot: the module; None for the program.
         curves: names and curves from top to bottom; of a 3601 position and speed, of the program numbers.
         ramp: the ramp state of a 3601; None for a card.
         lanes: the bits that change, from top to bottom.
-        steady: the bits that do not.
-        marks: what happened in the slot; what happened in the rack is with the first panel.
+        steady: the bits that do not change.
+        marks: events of the slot; events of the rack are with the first panel.
         about: the text below its name.
         bands: steps and texts of the program that change.
         unchanged: tags that do not change, and their values.
@@ -52,7 +52,7 @@ class Panel(Generic[C]):
 
     @property
     def name(self) -> str:
-        """What it is headed with."""
+        """Its heading."""
         return "program" if self.slot is None else f"slot {self.slot.number}"
 
 
@@ -61,13 +61,11 @@ class Chart(Generic[C]):
     """A timing chart.
 
     Attributes:
-        title: what it is of.
         start_ns: virtual time of its first scan.
         first: number of its first scan.
         last: number of its last.
-        scans: how many scans it shows.
         panels: one per module, in the order of the slots; the program's tags are last.
-        left_out: how many values of recorded tags are not drawn.
+        left_out: number of recorded tag values that are not drawn.
     """
 
     title: str
@@ -81,7 +79,7 @@ class Chart(Generic[C]):
 
 
 def groups_of(chart: Chart[C]) -> list[str]:
-    """Return the kinds of bits that a chart has, from top to bottom."""
+    """Return the kinds of bits on a chart, from top to bottom."""
     there = {lane.group for panel in chart.panels for lane in (*panel.lanes, *panel.steady)}
     return [group for group in GROUPS if group in there]
 
@@ -91,7 +89,7 @@ class NothingToPlotError(ValueError):
 
 
 class Tracks(Generic[C]):
-    """Gathers what one panel shows.
+    """Gathers the contents of one panel.
 
     Args:
         slot: a slot that can be drawn.
@@ -107,7 +105,7 @@ class Tracks(Generic[C]):
         self._outputs = ChangeFinder(slot.number, "out")
 
     def add(self, block: Block) -> None:
-        """Take a block."""
+        """Add a block."""
         for (_, signal), curve in zip(self._sources, self._curves, strict=True):
             curve.add(block.time_ns, signal.read(block).astype(np.float64))
         self._inputs.add(block)
@@ -147,19 +145,18 @@ def read_chart(
 
     Args:
         maker: makes a maker of curves: `Envelope` for a picture, `PackedCurve` for a page.
-        slots: numbers of the slots to show; none at all for every slot that can be drawn.
-        tags: names of recorded tags to show, as in a query; none at all for those that the chart has
-            room for, and for none of them if slots are chosen.
-        exact: makes a maker of curves for tags: their values come as they are; left out = `maker`.
-        title: what to write above it; the rack's name if None.
+        slots: numbers of the slots to show; empty = every slot that can be drawn.
+        tags: names of recorded tags to show, as in a query; empty = as many as the chart has room for,
+            or none if slots are chosen.
+        exact: makes a maker of curves for tags, whose values are kept; left out = `maker`.
+        title: text above it; the rack's name if None.
         more: marks beside those of the trace's events.
-        watch: given every block, too.
+        watch: called with every block.
         progress: called at each block with the number of scans read so far.
 
     Raises:
         EmptySelectionError: no scan is in the selection.
-        NothingToPlotError: there is neither a 3601 nor a card with names nor a tag, or none of them in a
-            slot asked for.
+        NothingToPlotError: no 3601, card with names or tag in the requested slots.
         UnknownSignalError: a name matches no tag.
         ValueError: a name is not a tag's, or the names match too many.
     """
@@ -210,7 +207,7 @@ def program_panel(program: TagTracks[C], choice: Choice, happened: Sequence[Mark
 
 
 def _about(choice: Choice) -> str:
-    """Return what the panel of the program shows, in short."""
+    """Return the panel's text about the program."""
     sequences = sum(signal.name.startswith(f"{SEQUENCES}.") for signal in choice.signals)
     tags = len(choice.signals) - sequences
     parts = [f"{sequences} sequence{'s' if sequences > 1 else ''}"] if sequences else []
@@ -222,13 +219,13 @@ def _about(choice: Choice) -> str:
 
 
 class ScanExtent:
-    """First and last scan of what goes by."""
+    """First and last scan of the added blocks."""
 
     def __init__(self) -> None:
         self.start_ns = self.end_ns = self.first = self.last = self.scans = 0
 
     def add(self, block: Block) -> None:
-        """Take a block."""
+        """Add a block."""
         if not self.scans:
             self.start_ns, self.first = int(block.time_ns[0]), int(block.scan[0])
         self.end_ns, self.last = int(block.time_ns[-1]), int(block.scan[-1])
@@ -236,7 +233,7 @@ class ScanExtent:
 
 
 _PLAIN = re.compile(r"word\d|data|ch\d_data")
-"""Names of words that no rack file gave."""
+"""Default names of words, which no rack file gave."""
 
 
 def _curve_signals(slot: SlotInfo) -> list[tuple[str, str]]:
@@ -258,10 +255,10 @@ def _can_be_drawn(slot: SlotInfo) -> bool:
 
 
 def wanted_slots(trace: Trace, numbers: Sequence[int]) -> list[SlotInfo]:
-    """Return the slots that are asked for and can be drawn.
+    """Return the requested slots that can be drawn.
 
     Raises:
-        NothingToPlotError: there is none, and no tag, or none in a slot that is asked for.
+        NothingToPlotError: there is none, and no tag, or none in a requested slot.
     """
     have = {slot.number: slot for slot in trace.head.slots if _can_be_drawn(slot)}
     if not have and (numbers or trace.head.tags is None):

@@ -21,7 +21,7 @@ BAND: tuple[str, ...] = ("#dcd6f0", "#cfe3f2", "#d5ecdc", "#f6e6bd", "#f3d9cf", 
 """Colours of the values of a band, in turn, in the order in which they first appear."""
 
 BAND_DARK: tuple[str, ...] = ("#4a3f74", "#26506b", "#285a41", "#675423", "#6a3d2d", "#4c4c4c")
-"""The same where the paper is dark."""
+"""The same on dark paper."""
 
 MARKS: Mapping[str, str] = {
     "broken": "#d00000",

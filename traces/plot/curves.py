@@ -14,7 +14,7 @@ class CurveMaker(Protocol[C_co]):
     """Makes a curve of values, block by block."""
 
     def add(self, time_ns: NDArray[np.int64], values: NDArray[Any]) -> None:
-        """Take the values of a block, NaN where there is none."""
+        """Add the values of a block, NaN for none."""
 
     def curve(self) -> C_co:
         """Return the curve."""

@@ -1,6 +1,6 @@
-"""A curve of any length in bounded memory, in which no peak is lost.
+"""A curve of any length in bounded memory that keeps every peak.
 
-Scans are taken together in groups, of which the least and the greatest value
+Scans are combined in groups, of which the least and the greatest value
 are kept. Groups double in size whenever there are too many of them:
 
     scans     o o o o o o o o o o o o
@@ -28,7 +28,7 @@ class Curve:
 
     Attributes:
         time_ns: virtual time of the first scan of each.
-        low: its least value; NaN where it has none.
+        low: its least value; NaN without one.
     """
 
     time_ns: Times
@@ -43,7 +43,7 @@ class Curve:
 
 
 class Envelope:
-    """Takes values scan by scan, block by block, and keeps a bounded number of groups."""
+    """Receives values block by block, and keeps a bounded number of groups."""
 
     def __init__(self) -> None:
         self._per_group = 1
@@ -51,7 +51,7 @@ class Envelope:
         self._rest = _empty()  # scans that do not fill a group yet
 
     def add(self, time_ns: Times, values: NDArray[Any]) -> None:
-        """Take the values of a block; one that is not finite counts as none."""
+        """Add the values of a block; one that is not finite counts as none."""
         values = np.where(np.isfinite(values), values, np.nan).astype(np.float64, copy=False)
         rest = _stack(self._rest, (time_ns, values, values))
         whole = len(rest[0]) // self._per_group * self._per_group
@@ -61,7 +61,7 @@ class Envelope:
             self._double()
 
     def curve(self) -> Curve:
-        """Return what has been taken."""
+        """Return the curve of the added values."""
         groups = self._groups
         if len(self._rest[0]):
             groups = _stack(groups, _grouped(self._rest, len(self._rest[0])))

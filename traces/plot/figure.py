@@ -3,10 +3,10 @@
 inches     left                                                     right
 top        title
 per slot   marks       |  v CMD-03      ^ capture on                 |
-position    |  ~~~~~~~~~                                  |
-speed       |  ~~~~~~~~~                                  |
-ramp, bits  |  one row each, the name at the left         |
-program     the same: numbers, steps and texts as bands, BOOLs
+           position    |  ~~~~~~~~~                                  |
+           speed       |  ~~~~~~~~~                                  |
+           ramp, bits  |  one row each, the name at the left         |
+program    the same: numbers, steps and texts as bands, BOOLs
 bottom     time axis
 """
 
@@ -53,7 +53,7 @@ INSTANTS_MAX = 60
 """Most lines through a curve for marks of one kind."""
 
 SHORT_MAX = 10**7
-"""Values from here on are written with an exponent beside a tag's curve."""
+"""Least value that is written with an exponent beside a tag's curve."""
 
 FORMATS = (".png", ".svg")
 
@@ -118,7 +118,7 @@ class _Canvas:
         self.figure, self.chart, self._height = figure, chart, height
 
     def axes(self, top: float, height: float) -> Any:
-        """Return new axes whose upper edge is so many inches above the lower edge of the figure."""
+        """Return new axes with their upper edge at `top` inches above the lower edge of the figure."""
         box = (
             LEFT / WIDTH,
             (top - height) / self._height,
@@ -165,7 +165,7 @@ _GROUP_TITLES = {
 
 
 def _draw_panel(canvas: _Canvas, panel: Panel[Curve], top: float) -> float:
-    """Draw a panel; return where the next one begins."""
+    """Draw a panel; return the top of the next one."""
     _draw_marks(canvas, panel, top)
     top -= _head_height(panel)
     for place, (name, curve) in enumerate(panel.curves):
@@ -211,12 +211,12 @@ def _draw_number(axes: Any, curve: Curve, name: str, *, fractional: bool) -> Non
 
 
 def _short(value: float) -> str:
-    """Return a value for an axis, in nine letters or so."""
+    """Return a value for an axis, in about nine letters."""
     return f"{value:,.7g}" if abs(value) < SHORT_MAX else f"{value:.4g}"
 
 
 def _draw_instants(axes: Any, panel: Panel[Curve]) -> None:
-    """Draw a thin line through a curve where a rule fired or the machine acted, unless they would hide it."""
+    """Draw a thin line through a curve at each rule and stimulus, unless the lines would hide it."""
     for kind in ("stimulus", "rule", "broken"):
         times = [mark.time_ns for mark in panel.marks if mark.kind == kind]
         if len(times) > INSTANTS_MAX:
@@ -226,7 +226,7 @@ def _draw_instants(axes: Any, panel: Panel[Curve]) -> None:
 
 
 def _draw_marks(canvas: _Canvas, panel: Panel[Curve], top: float) -> None:
-    """Draw what happened: a tick for everything, a label where there is room."""
+    """Draw the marks: a tick for each event, a label where there is room."""
     axes = canvas.axes(top, _head_height(panel))
     axes.axis("off")
     axes.set_ylim(0, 1)

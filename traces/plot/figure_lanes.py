@@ -1,4 +1,4 @@
-"""Lanes of a picture: ramp, bands and bits, one row each, and below them what does not change."""
+"""Lanes of a picture: ramp, bands and bits, one row each, and the unchanged values below them."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ LABEL_LETTERS = 8
 
 
 def rows_of(panel: Panel[Curve]) -> int:
-    """Return how many rows the lanes of a panel take; at least one, which bears the time axis."""
+    """Return the number of rows of a panel's lanes, at least one for the time axis."""
     return max(1, len(panel.bands) + len(panel.lanes) + (panel.ramp is not None) + bool(panel.unchanged))
 
 
 def draw_lanes(axes: Any, panel: Panel[Curve], chart: Chart[Curve]) -> None:
-    """Draw ramp, bands and bits, the ramp on top, and below them what does not change."""
+    """Draw ramp, bands and bits, the ramp on top, and the unchanged values below them."""
     ramp = [] if panel.ramp is None else [panel.ramp]
     rows = [*ramp, *panel.bands, *panel.lanes]
     axes.set_ylim(rows_of(panel), 0)
@@ -102,4 +102,4 @@ _DRAW: Mapping[str, Callable[[Any, Lane, Chart[Curve], int], None]] = {
     "band": _draw_band,
     **dict.fromkeys(GROUPS, _draw_bit),
 }
-"""How a lane is drawn, by its group."""
+"""Painters of lanes, by group."""

@@ -1,4 +1,4 @@
-"""Which marks get their label where, so that no two labels overlap."""
+"""Places of the marks' labels, chosen so that no two overlap."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ GAP = 2
 """Least distance of two labels in a row, letters."""
 
 MANY = 30
-"""A label that occurs more often than this is given once, with how often."""
+"""A label that occurs more often is drawn once, with its number."""
 
 
 class Label(NamedTuple):
     """A label that is drawn.
 
     Attributes:
-        mark: what it belongs to.
-        row: its row, 0 or more.
-        before: whether it ends at its mark, for want of room behind it, and does not begin there.
+        mark: its mark.
+        row: 0 or more.
+        before: it ends at its mark, for lack of room behind it, instead of beginning there.
     """
 
     mark: Mark
@@ -33,13 +33,13 @@ class Label(NamedTuple):
 def placed(marks: Sequence[Mark], start_ns: int, end_ns: int, letter: float, rows: int) -> list[Label]:
     """Choose the marks with labels and their places: behind the mark, or before it at the right edge.
 
-    The most telling kinds come first; within a kind the earlier mark does. Of very many with one label
-    the first tells how many there are.
+    The most important kinds come first; within a kind the earlier mark. Of very many marks with one label
+    the first has their number.
 
     Args:
-        start_ns: where the axis begins.
+        start_ns: begin of the axis.
         letter: width of a letter, as a part of the axis' length.
-        rows: how many rows of labels there are.
+        rows: number of rows of labels.
     """
     span = max(1, end_ns - start_ns)
     taken: list[list[tuple[float, float]]] = [[] for _ in range(rows)]
@@ -59,7 +59,7 @@ def placed(marks: Sequence[Mark], start_ns: int, end_ns: int, letter: float, row
 
 
 def shortened(text: str, letters: int) -> str:
-    r"""Return a name in so many letters; its end says more than its beginning.
+    r"""Return a name in at most `letters` letters; it loses its beginning, since the end is more specific.
 
     >>> shortened(r"\Main.Recipe[3].Time", 12), shortened("Run", 12)
     ('…ipe[3].Time', 'Run')
@@ -68,7 +68,7 @@ def shortened(text: str, letters: int) -> str:
 
 
 def listed(pairs: Sequence[tuple[str, str]], letters: int) -> str:
-    """Return names and values as one line of about so many letters.
+    """Return names and values as one line of about `letters` letters.
 
     >>> listed([("Dwell.PRE", "500"), ("Homing", "off"), ("Auto", "on")], 30)
     'Dwell.PRE 500   Homing off   …'
@@ -83,7 +83,7 @@ def listed(pairs: Sequence[tuple[str, str]], letters: int) -> str:
 
 
 def _folded(marks: Sequence[Mark]) -> Iterator[Mark]:
-    """Yield the marks, but of very many with one label only the first, which tells their number."""
+    """Yield the marks; of very many with one label only the first, with their number."""
     often = Counter((mark.kind, mark.label) for mark in marks)
     told = set()
     for mark in marks:

@@ -1,7 +1,7 @@
 """Lanes of a timing chart: one per bit that changes, and one for the ramp; in an order for people.
 
-Causes above effects: commands, then how the motion goes and ends, then what is
-wrong, then the inputs.
+Causes are above effects: commands, then the course and the end of the motion, then errors,
+then the inputs.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ GROUPS = ("command", "status", "error", "input", "output", "tag")
 
 REST, ACCELERATING, CONSTANT, DECELERATING, HELD = range(5)
 RAMP_STATES = ("at rest", "accelerating", "constant speed", "decelerating", "held")
-"""What the ramp lane's values mean."""
+"""Meanings of the ramp lane's values."""
 
 _INPUTS = tuple(bit for bit in StatusLsw if str(bit.name).startswith("IN_"))
 _MODE_CONFIG = "MODE_CONFIG"
@@ -48,7 +48,7 @@ class Lane:
 
     @property
     def steady(self) -> bool:
-        """Whether it has the same value all the time."""
+        """Whether its value never changes."""
         return len(self.value) == 1
 
 
@@ -63,12 +63,12 @@ class Band(Lane):
     names: Mapping[int, str] = field(default_factory=dict)
 
     def text(self, value: int) -> str:
-        """Return what a value stands for; an empty text in quotes."""
+        """Return the meaning of a value; an empty text in quotes."""
         return self.names.get(value, str(value)) or '""'
 
 
 def bit_lanes(inputs: BitChanges, outputs: BitChanges) -> list[Lane]:
-    """Return a lane for every command and status bit of a 3601, those that never change among them."""
+    """Return a lane for every command and status bit of a 3601, including those that never change."""
     lanes = [*_command_lanes(outputs), *_status_lanes(inputs)]
     return sorted(lanes, key=lambda lane: GROUPS.index(lane.group))
 
@@ -126,7 +126,7 @@ def _status(words: NDArray[np.int16], bit: StatusMsw) -> NDArray[np.bool_]:
 
 
 def _lane(name: str, group: str, changes: BitChanges, values: NDArray[Any]) -> Lane:
-    """Keep the changes in which this lane takes a new value."""
+    """Return a lane with the changes to a new value."""
     new = np.ones(len(values), bool)
     new[1:] = values[1:] != values[:-1]
     return Lane(name, group, changes.row[new], changes.time_ns[new], values[new].astype(np.int8))
@@ -135,9 +135,9 @@ def _lane(name: str, group: str, changes: BitChanges, values: NDArray[Any]) -> L
 def at_pixels(
     lane: Lane, start_ns: int, end_ns: int, pixels: int
 ) -> tuple[NDArray[np.int64], NDArray[np.integer[Any]]]:
-    """Return times and values of a lane, thinned so that it looks the same at so many pixels.
+    """Return times and values of a lane, thinned without a visible difference at a number of pixels.
 
-    Of the changes that fall on one pixel the first and the last stay, so the shortest pulse is still
+    Of the changes on one pixel the first and the last stay, so that the shortest pulse is still
     a stroke.
     """
     span = max(1, end_ns - start_ns)

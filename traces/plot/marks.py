@@ -1,6 +1,6 @@
 """Events as marks on the time axis: rules that fired, moves that ended, stimuli, the CPU.
 
-A broken invariant is not an event of a trace; the caller gives its mark.
+A broken invariant is not an event of a trace; the caller adds its mark.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from ..read.event_text import describe
 from ..read.reader import TraceEvent
 
 KINDS = ("broken", "rule", "stimulus", "move", "cpu")
-"""Kinds of marks, the most telling first: where there is no room for all labels, they get theirs first."""
+"""Kinds of marks, the most important first: they get their labels first."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +49,7 @@ def _by_time_and_kind(mark: Mark) -> tuple[int, int]:
 
 
 def _mark(event: TraceEvent, forced: object) -> Mark | None:
-    """Return the mark of an event; `forced` are the tags that were forced before it, None for none."""
+    """Return the mark of an event; `forced` are the previously forced tags, None for none."""
     fields = event.fields
     slot = fields.get("slot")
     kind, label = _kind_and_label(event)
@@ -62,7 +62,7 @@ def _mark(event: TraceEvent, forced: object) -> Mark | None:
 
 
 def _kind_and_label(event: TraceEvent) -> tuple[str, str]:
-    """Return kind and label; an empty kind for what the lanes show anyway."""
+    """Return kind and label; an empty kind for events that the lanes show anyway."""
     name = str(event.fields.get("name", ""))
     if event.topic == "/cpu":
         return "cpu", str(event.fields.get("mode", "CPU"))
@@ -81,7 +81,7 @@ def _kind_and_label(event: TraceEvent) -> tuple[str, str]:
 
 
 def _force(fields: Mapping[str, object]) -> str:
-    """Return the label of the forces in effect: what is forced, if it is one tag."""
+    """Return the label of the forces in effect: the name of a single forced tag."""
     tags = fields.get("tags")
     if isinstance(tags, Mapping) and len(tags) == len(fields) == 1:
         return f"force {next(iter(tags))}"
@@ -89,7 +89,7 @@ def _force(fields: Mapping[str, object]) -> str:
 
 
 def _stimulus(name: str, fields: Mapping[str, object]) -> str:
-    """Return the label of a stimulus, of the begin or of the end of an incident."""
+    """Return the label of a stimulus, or of the begin or end of an incident."""
     if fields.get("begins") is False:
         return _OVER.get(name, f"{name} over")
     return " ".join(filter(None, (name, _SWITCHED.get(fields.get("energised")))))
@@ -101,6 +101,6 @@ _OVER: Mapping[str, str] = {
     "removed": "inserted",
     "line-down": "line back",
 }
-"""By incident: the label of its end."""
+"""Labels of the ends of incidents."""
 
 _SWITCHED: Mapping[object, str] = {True: "on", False: "off"}

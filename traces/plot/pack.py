@@ -1,7 +1,7 @@
 """Columns of any length packed into a page: differences from scan to scan, deflated, in base64.
 
-A position that moves evenly differs by the same number of steps from scan to
-scan, and a time by the same number of nanoseconds: there is little left of it.
+An even motion differs by the same number of steps from scan to
+scan, and a time by the same number of nanoseconds: both compress well.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 MISSING = -(2**31)
-"""The number for no value in a column of int32."""
+"""Code of a missing value in a column of int32."""
 
 
 class Packer:
@@ -22,7 +22,7 @@ class Packer:
 
     Args:
         kind: numpy's type of the values; differences of int32 wrap, as do the sums that undo them.
-        differences: pack differences; False = the values as they are, for those with fractions.
+        differences: pack differences; False = the values themselves, for those with fractions.
     """
 
     def __init__(self, kind: DTypeLike, *, differences: bool = True) -> None:
@@ -33,7 +33,7 @@ class Packer:
         self._packed: list[bytes] = []
 
     def add(self, values: NDArray[Any]) -> None:
-        """Take the values of a block."""
+        """Add the values of a block."""
         column = values.astype(self._kind)
         if self._differences:
             last, column = column[-1:], np.diff(column, prepend=self._last)
@@ -41,7 +41,7 @@ class Packer:
         self._packed.append(self._deflate.compress(column.tobytes()))
 
     def text(self) -> str:
-        """Return the packed column; nothing can be added after that."""
+        """Return the packed column; no block can be added after that."""
         self._packed.append(self._deflate.flush())
         return base64.b64encode(b"".join(self._packed)).decode("ascii")
 

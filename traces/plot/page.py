@@ -1,7 +1,7 @@
-"""The chart as one HTML page that zooms down to single scans; it needs nothing but a browser.
+"""The chart as one HTML page that zooms down to single scans; it needs only a browser.
 
-Every scan is in the page, packed, so that the page shows under the pointer
-what was recorded. The page asks nothing of any network.
+The page contains every scan, packed, so that it shows the recorded values under the pointer.
+It makes no network requests.
 """
 
 from __future__ import annotations
@@ -31,15 +31,15 @@ SCRIPTS = ("data.js", "drawing.js", "lanes.js", "readout.js", "pointer.js")
 """The page's script, in the order of its parts."""
 
 SCANS_MAX = 10_000_000
-"""Most scans in a page: more and a browser runs short of memory."""
+"""Most scans in a page: with more a browser runs out of memory."""
 
 
 class PackedValues(NamedTuple):
     """The values of all scans.
 
     Attributes:
-        kind: what a value is in the page: "Int32", "Float32", "Float64", "BigInt64" or "BigUint64".
-        differences: whether it holds differences from scan to scan.
+        kind: type of a value in the page: "Int32", "Float32", "Float64", "BigInt64" or "BigUint64".
+        differences: whether it has differences from scan to scan.
     """
 
     kind: str
@@ -54,7 +54,7 @@ class PackedCurve:
         self._packer = Packer(np.int32)
 
     def add(self, time_ns: NDArray[np.int64], values: NDArray[np.float64]) -> None:
-        """Take the values of a block."""
+        """Add the values of a block."""
         self._packer.add(whole(values))
 
     def curve(self) -> PackedValues:
@@ -63,14 +63,14 @@ class PackedCurve:
 
 
 class PackedNumbers:
-    """Packs the values of all scans as they are."""
+    """Packs the exact values of all scans."""
 
     def __init__(self) -> None:
         self._kind, self._differences = "Float64", True
         self._packer: Packer | None = None
 
     def add(self, time_ns: NDArray[np.int64], values: NDArray[Any]) -> None:
-        """Take the values of a block, always of the same type."""
+        """Add the values of a block, always of the same type."""
         if self._packer is None:
             self._kind, self._differences = _packed_as(values.dtype)
             self._packer = Packer(self._kind.lower().removeprefix("big"), differences=self._differences)
@@ -103,7 +103,7 @@ class ScanTimes:
         self._scans = 0
 
     def add(self, block: Block) -> None:
-        """Take a block.
+        """Add a block.
 
         Raises:
             TooLongError: there are more than SCANS_MAX scans.
@@ -212,7 +212,7 @@ def _panel(panel: Panel[PackedValues]) -> dict[str, object]:
 
 
 def _lane(lane: Lane) -> dict[str, object]:
-    """Return a bit: from each of the rows on it is the other way round than before."""
+    """Return a bit: each listed row inverts its value."""
     return {
         "name": lane.name,
         "group": lane.group,
@@ -222,7 +222,7 @@ def _lane(lane: Lane) -> dict[str, object]:
 
 
 def _band(band: Band) -> dict[str, object]:
-    """Return a band: from each of the rows on it has a value, which stands for one of the texts."""
+    """Return a band: the rows of its new values, each an index of its texts."""
     codes = dict.fromkeys(band.value.tolist())
     places = {code: place for place, code in enumerate(codes)}
     return {

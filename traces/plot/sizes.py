@@ -13,7 +13,7 @@ PIXELS = round((WIDTH - LEFT - RIGHT) * DPI)
 """Pixels across the time axis."""
 
 EDGE = 0.004
-"""Room before the first and after the last scan, as a part of the time axis: a pulse there must be seen."""
+"""Margin before the first and after the last scan, as a part of the time axis: it shows pulses there."""
 
 POINTS_PER_INCH = 72
 LABEL_SIZE, NAME_SIZE = 7.5, 8.0

@@ -1,7 +1,7 @@
 """The program's recorded tags on a chart: curves of numbers, bands of steps and texts, lanes of BOOLs.
 
-Of few tags all are shown. Of many those that change, as far as the chart stays legible; a user may
-choose others by name.
+A few tags are all shown. Of many only those that change are shown, as far as the chart stays legible; a user
+may choose others by name.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ CURVES_MAX, ROWS_MAX = 8, 24
 """Most curves, and most bands and lanes, unless tags are chosen."""
 
 FROM_OUTSIDE = f"cpu.flags.{next(bit for bit, name in FLAGS.items() if name == 'TAGS_FROM_OUTSIDE')}"
-"""The signal that is on while a tag is forced, and in a scan before which one was set."""
+"""The signal of scans with forced tags, or with tags set since the previous scan."""
 
 CHOSEN_MAX = 200
 """Most tags on a chart."""
@@ -40,7 +40,7 @@ class Choice:
 
     Attributes:
         signals: those that are drawn.
-        left_out: how many recorded values are not.
+        left_out: number of recorded values that are not drawn.
     """
 
     signals: Sequence[Signal]
@@ -49,14 +49,14 @@ class Choice:
 
 @dataclass(frozen=True, slots=True)
 class TagParts(Generic[C]):
-    """What the tags show.
+    """The contents of the tags' panel.
 
     Attributes:
         curves: full names and curves of the numbers that change.
         fractional: names of the curves whose values have fractions.
         bands: steps and texts that change.
-        steady: BOOLs that do not.
-        unchanged: names and values of all that does not change.
+        steady: BOOLs that do not change.
+        unchanged: names and values of all tags that do not change.
     """
 
     curves: Sequence[tuple[str, C]]
@@ -68,15 +68,15 @@ class TagParts(Generic[C]):
 
 
 def choose(trace: Trace, catalog: Catalog, selection: Selection, patterns: Sequence[str]) -> Choice:
-    """Return which tags are drawn.
+    """Return the tags to draw.
 
     Args:
-        selection: which scans; of many tags those that change in these scans are drawn.
+        selection: of many tags those that change in these scans are drawn.
         patterns: names as in a query, with wildcards; none = as many as the chart stays legible with.
 
     Raises:
         UnknownSignalError: a pattern matches nothing.
-        ValueError: it matches something that is not a tag, or the patterns match more than CHOSEN_MAX.
+        ValueError: it matches a signal that is no tag, or the patterns match more than CHOSEN_MAX.
     """
     known = catalog.tags
     if patterns:
@@ -128,7 +128,7 @@ def _changing(trace: Trace, signals: Sequence[Signal], selection: Selection) -> 
 
 
 class Steady:
-    """Watches whether a signal keeps its first value; NaN is equal to NaN.
+    """Checks whether a signal keeps its first value; NaN is equal to NaN.
 
     Attributes:
         same: whether it had one value so far.
@@ -141,7 +141,7 @@ class Steady:
         self.first: Any = None
 
     def add(self, values: NDArray[Any]) -> None:
-        """Take the values of a block."""
+        """Add the values of a block."""
         if self.first is None:
             self.first = values[0]
         equal = values == self.first
@@ -151,12 +151,12 @@ class Steady:
 
 
 class TagTracks(Generic[C]):
-    """Gathers what the tags show.
+    """Gathers the contents of the tags' panel.
 
     Args:
         signals: the tags to draw.
         outside: whether tags are forced or set from outside; a lane of its own if they ever are.
-        maker: makes a maker of curves; it is given values of the tags' own types.
+        maker: makes a maker of curves for values of the tags' own types.
     """
 
     def __init__(
@@ -170,7 +170,7 @@ class TagTracks(Generic[C]):
         ]
 
     def add(self, block: Block) -> None:
-        """Take a block."""
+        """Add a block."""
         for steady, curve in self._curves:
             values = steady.signal.read(block)
             curve.add(block.time_ns, values)
@@ -180,7 +180,7 @@ class TagTracks(Generic[C]):
             finder.add(block)
 
     def parts(self) -> TagParts[C]:
-        """Return what they show."""
+        """Return the contents."""
         moving = [(steady.signal, curve) for steady, curve in self._curves if not steady.same]
         rows = [_lane(signal, finder.steps()) for signal, finder in self._steps]
         bands = [row for row in rows if isinstance(row, Band)]
@@ -202,7 +202,7 @@ class TagTracks(Generic[C]):
 
 
 def _number(steady: Steady) -> str:
-    """Return the value of a number that does not change: integers in full."""
+    """Return the value of an unchanged number: integers in full."""
     return str(steady.first) if steady.signal.bits else f"{steady.first:.9g}"
 
 

@@ -1,1 +1,1 @@
-"""Recordings being read."""
+"""Reading of recordings."""

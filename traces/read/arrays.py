@@ -5,9 +5,9 @@
         named = by_name(columns.words, trace.head.slots)
         named["slot1"]["in"]["position_msw"]                # a word in every scan, int16
 
-A chunk of ours is messages of one size, so it is looked at as one array; what
-others wrote is read message by message where it must be. Slices read only the
-chunks they need. `column_chunks` keeps memory flat however long the trace is.
+A chunk of ours has messages of one size and is read as one array; chunks of other
+writers are read message by message where necessary. Slices read only the chunks they
+need. `column_chunks` uses the same memory for any length of trace.
 """
 
 from __future__ import annotations
@@ -35,13 +35,13 @@ __all__ = [
 
 
 def read_columns(trace: Trace, selection: Selection = ALL, *, tags: bool = False) -> Columns:
-    """Read the wanted scans of a trace into memory: 20 bytes per scan and 32 per scan and slot.
+    """Read the selected scans of a trace into memory: 20 bytes per scan and 32 per scan and slot.
 
     Scans of a damaged chunk are missing; `trace.notes` lists them.
 
     Args:
-        selection: which scans; columns of no row where the trace has none of them.
-        tags: whether recorded tags are wanted, too: `read_columns(trace, tags=True).tags["fill_acc"]`.
+        selection: without scans the columns are empty.
+        tags: also read recorded tags: `read_columns(trace, tags=True).tags["fill_acc"]`.
     """
     parts = []
     for columns in column_chunks(trace, selection, tags=tags):
@@ -54,12 +54,12 @@ def read_columns(trace: Trace, selection: Selection = ALL, *, tags: bool = False
 def column_chunks(
     trace: Trace, selection: Selection = ALL, *, margin: int = 0, tags: bool = False
 ) -> Iterator[Columns]:
-    """Iterate over a trace chunk by chunk, in the order of the file, without those that are not wanted.
+    """Iterate over the selected chunks of a trace, in the order of the file.
 
     Args:
-        selection: which scans; the first and the last chunk may hold others as well.
-        margin: how many scans before and after them are to come as well, if the trace has them.
-        tags: whether recorded tags are wanted, too.
+        selection: the first and the last chunk may have other scans as well.
+        margin: number of additional scans before and after them, if the trace has them.
+        tags: also read recorded tags.
     """
     for section in _needed(trace, selection, margin):
         parts = trace.scan_rows(section)
@@ -68,15 +68,15 @@ def column_chunks(
 
 
 def scan_count(trace: Trace, selection: Selection = ALL, *, margin: int = 0) -> int:
-    """Return how many scans `column_chunks` goes through, as far as the indexes show. Nothing is read."""
+    """Return the number of scans in the chunks of `column_chunks`, by the indexes. Nothing is read."""
     return sum(map(trace.shape.expected, _needed(trace, selection, margin)))
 
 
 def scan_at(trace: Trace, number: int) -> Scan:
-    """Return one scan, reading no more of the trace than it takes to find it.
+    """Return one scan, reading only the parts of the trace that lead to it.
 
     Raises:
-        ValueError: the trace has no scan of this number; the message says which it has.
+        ValueError: the trace has no scan of this number; the message has the existing ones.
     """
     for section in _needed(trace, Selection(number, number), 0):
         for rows in trace.scan_rows(section):
@@ -111,7 +111,7 @@ def _needed(trace: Trace, selection: Selection, margin: int) -> Sequence[Section
 
 
 def _back(trace: Trace, place: int, margin: int) -> int:
-    """Go back by so many scans."""
+    """Return the place `margin` scans earlier."""
     while place > 0 and margin > 0:
         place -= 1
         margin -= trace.shape.expected(trace.sections[place])
@@ -119,7 +119,7 @@ def _back(trace: Trace, place: int, margin: int) -> int:
 
 
 def _ahead(trace: Trace, place: int, margin: int) -> int:
-    """Go ahead by so many scans."""
+    """Return the place `margin` scans later."""
     while place < len(trace.sections) and margin > 0:
         margin -= trace.shape.expected(trace.sections[place])
         place += 1

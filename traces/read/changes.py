@@ -1,10 +1,10 @@
 """Changes from scan to scan by name: the rows of a table for people.
 
 A row shows one direction of one slot in one scan, in the order of the scan:
-the input image, which the logic saw, before the output image, which it wrote.
-Scans in which nothing changed have no row. Scans in which only positions and
-counts of 3601s changed are counted, and one row states how many they were. Tags
-that are numbers, as the ACC of a timer, are shown with `every` only.
+the input image, which the logic reads, before the output image, which it writes.
+Scans without a change have no row. Scans in which only positions and
+counts of 3601s changed are counted, and one row has their number. Tags
+that are numbers, such as the ACC of a timer, are shown with `every` only.
 """
 
 from __future__ import annotations
@@ -41,9 +41,9 @@ class Row:
     """One direction of one slot in one scan.
 
     Attributes:
-        scan: number of the scan; None for a row that stands for several scans.
+        scan: number of the scan; None for a row of several scans.
         now_ns: virtual time of the scan; None likewise.
-        slot: number of the slot; None where the row is about the CPU.
+        slot: number of the slot; None for the CPU.
         direction: "in", "out", "cpu" or "tags"; empty for several scans.
         position: reported position, steps; None where the image has none.
         encoder: reported count; None likewise.
@@ -59,13 +59,12 @@ class Row:
 
 
 class ChangeRows:
-    """Turns scans into rows.
+    """Converts scans to rows.
 
     Args:
-        slots: the slots of the trace.
-        flag_names: names of the CPU's flags that are set in a scan.
-        every: a row for every change, positions and counts included.
-        tags: tells tags; None for a trace without any.
+        flag_names: returns the names of the CPU's flags that are set in a scan.
+        every: a row for every change, including positions and counts.
+        tags: describes tags; None for a trace without any.
     """
 
     def __init__(
@@ -88,7 +87,7 @@ class ChangeRows:
         self._folded_what = dict.fromkeys(_REPORTS, False)
 
     def rows(self, scan: Scan) -> Iterator[Row]:
-        """Return what changed since the scan before; everything that is not 0 in the first scan."""
+        """Return the changes since the previous scan; in the first scan everything that is not 0."""
         tags = "" if self._tags is None else self._tags.changes(self._tag_row, scan.tags)
         if not tags and scan.memory == self._memory and scan.flags == self._flags:
             self._tag_row = scan.tags
@@ -109,11 +108,11 @@ class ChangeRows:
         inside: NDArray[np.bool_],
         as_scans: Callable[[ScanRows], Iterator[Scan]],
     ) -> Iterator[Row]:
-        """Return what changed in scans that follow one another; as `rows`, but fast where little does.
+        """Return the changes in successive scans; like `rows`, but fast if there are few changes.
 
         Args:
-            scans: the scans, 1 or more.
-            inside: which of them become rows.
+            scans: 1 or more.
+            inside: the scans that become rows.
             as_scans: makes scans of an array, `Trace.as_scans`.
         """
         changed, folded, moved = self._compared(scans)
@@ -132,11 +131,11 @@ class ChangeRows:
     def _compared(
         self, scans: ScanRows
     ) -> tuple[NDArray[np.bool_], NDArray[np.bool_], Mapping[str, NDArray[np.bool_]]]:
-        """Compare scans with those before them; the first one, of which that is not known, counts as changed.
+        """Compare scans with the previous ones; the first one counts as changed.
 
         Returns:
-            Which have changed, which of those are only counted, and in which of the words that are
-            counted they differ, by name.
+            Masks of the changed scans, of those that are only counted, and by name the words in which
+            these differ.
         """
         words = np.ascontiguousarray(scans["images"]).view(np.int16).reshape(len(scans), -1)
         differs = np.zeros(words.shape, bool)
@@ -160,7 +159,7 @@ class ChangeRows:
     def _fold_all(
         self, folded: NDArray[np.bool_], moved: Mapping[str, NDArray[np.bool_]], span: slice
     ) -> None:
-        """Count the scans of a stretch that are only counted."""
+        """Count the scans of a stretch that have no row."""
         count = int(np.count_nonzero(folded[span]))
         if count:
             self._folded += count
@@ -168,11 +167,11 @@ class ChangeRows:
                 self._folded_what[name] |= bool((folded[span] & differs[span]).any())
 
     def skip(self, scan: Scan) -> None:
-        """Take notice of a scan that is not shown."""
+        """Note the values of a scan that is not shown."""
         self._memory, self._flags, self._tag_row = scan.memory, scan.flags, scan.tags
 
     def rest(self) -> Iterator[Row]:
-        """Return how many scans were folded since the last row."""
+        """Return the number of scans folded since the last row."""
         if self._folded:
             scans = "scan" if self._folded == 1 else "scans"
             what = " and ".join(name for name, changed in self._folded_what.items() if changed)
@@ -182,11 +181,11 @@ class ChangeRows:
             self._folded_what = dict.fromkeys(self._folded_what, False)
 
     def _only_reports_differ(self, memory: bytes) -> bool:
-        """Return whether nothing but words that report a position or count has changed."""
+        """Return whether only words that report a position or count have changed."""
         start = 0
         for place in self._reporting:
             if memory[place + 1] & _MODE_CONFIG_HIGH:
-                return False  # there these words echo the configuration
+                return False  # there these words mirror the configuration
             if memory[start : place + _POSITION.start] != self._memory[start : place + _POSITION.start]:
                 return False
             start = place + _ENCODER.stop

@@ -1,4 +1,4 @@
-"""Scans as columns, which of them are wanted, and their words by name."""
+"""Scans as columns, selections of scans, and their words by name."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ class Columns(NamedTuple):
     Attributes:
         scan: number of the scan, int64.
         time_ns: virtual time of its input latch, int64.
-        flags: what the CPU was doing, uint32.
+        flags: the CPU's flags, uint32.
         words: the memory block as int16: per slot eight output words, then eight input words.
-        tags: recorded tags by field, each of its own type; None if they are not wanted, or there are none.
+        tags: recorded tags by field, each of its own type; None if not read, or without any.
     """
 
     scan: NDArray[np.int64]
@@ -45,7 +45,7 @@ class Columns(NamedTuple):
         return self[:4]
 
     def each(self, change: Callable[[NDArray[Any]], NDArray[Any]]) -> Columns:
-        """Return the columns changed, all in the same way."""
+        """Return the columns, each changed by the same function."""
         return Columns._make(None if column is None else change(column) for column in self)
 
     def followed_by(self, other: Columns) -> Columns:
@@ -94,7 +94,7 @@ def _slot_layout(slot: SlotInfo) -> np.dtype[np.void]:
 
 @dataclass(frozen=True, slots=True)
 class Selection:
-    """Which scans are wanted: those within both ranges, ends included.
+    """A selection of scans: those within both ranges, ends included.
 
     Attributes:
         first: lowest scan number.
@@ -108,14 +108,14 @@ class Selection:
     end_ns: int | None = None
 
     def rows(self, columns: Columns) -> tuple[int, int]:
-        """Return first row and end of the wanted rows."""
+        """Return first row and end of the selected rows."""
         return (
             max(_at_least(columns.scan, self.first), _at_least(columns.time_ns, self.start_ns)),
             min(_beyond(columns.scan, self.last), _beyond(columns.time_ns, self.end_ns)),
         )
 
     def has(self, scan: Any, time_ns: Any) -> Any:
-        """Return whether it has a scan; of columns, a column of answers."""
+        """Return whether it includes a scan; for columns, a column of answers."""
         after = (scan >= self.first) & (time_ns >= self.start_ns)
         before = (self.last is None or scan <= self.last) & (self.end_ns is None or time_ns <= self.end_ns)
         return after & before

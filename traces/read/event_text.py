@@ -1,4 +1,4 @@
-"""What is not an image, as a sentence: a rule that fired, a button pressed, a force, a mode, a fault."""
+"""Events as sentences: a rule that fired, a button pressed, a force, a mode, a fault."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ OF_ADAPTERS = ("refusal", "adapter")
 
 
 def move_wording(kind: object, outcome: object) -> str:
-    """Return a kind of move and how it ended, as text.
+    """Return a kind of move and its end, as text.
 
     >>> move_wording("absolute", "complete"), move_wording("home", "home")
     ('absolute: complete', 'search for home: found')
@@ -51,7 +51,7 @@ def _rule(scan: int, fields: Mapping[str, object]) -> str:
 
 
 def _clause(sentence: str) -> str:
-    """Return a sentence as part of another one; a name in capitals stays as it is."""
+    """Return a sentence as part of another one; a name in capitals stays unchanged."""
     sentence = sentence.removesuffix(".")
     if sentence[1:2].isupper() or sentence[1:2] in "-_":
         return sentence

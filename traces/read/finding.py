@@ -1,9 +1,9 @@
-"""Finds the records of a file, also where a length or an opcode is damaged.
+"""Finds the records of a file, even if a length or an opcode is damaged.
 
     head | chunk | index | chunk | index | data end | summary | footer | magic
 
-Reading does not lean on the summary, which a killed process did not get to write. A chunk states its
-length twice, in its head and by the length of its data, so either may be damaged:
+Reading does not depend on the summary, which a killed process could not write. A chunk states its
+length twice, in its head and by the length of its data, so that either may be damaged:
 
     06 | length | times, size, CRC | "zstd" | length of the data | data
          ^^^^^^                               ^^^^^^^^^^^^^^^^^^
@@ -25,7 +25,7 @@ from ..format.records import DAMAGED, DRAFT, MAGIC, RECORD_HEAD, Span, TraceErro
 _COMPRESSION = re.compile(rb"\x04\x00\x00\x00zstd|\x03\x00\x00\x00lz4")
 _COMPRESSION_BYTES_MAX = 8
 _CHUNK_NAME = 37
-"""Where in a chunk the name of its compression is, after opcode, length, two times, size and CRC."""
+"""Place of the compression's name in a chunk, after opcode, length, two times, size and CRC."""
 
 _CRC = struct.Struct("<I")
 _LENGTH = struct.Struct("<Q")
@@ -44,16 +44,15 @@ UNDER_WAY = "it is being recorded; what follows its last whole chunk is left out
 def find_records(
     file: BinaryIO, size: int, known: Sequence[Span] = (), *, drafts: bool = True
 ) -> tuple[list[Span], list[str]]:
-    """Hop over the records of a file. After a damaged length, continue at the next chunk, or the end.
+    """Find the records of a file. After a damaged length, continue at the next chunk, or the end.
 
     Args:
         size: its size in bytes.
-        known: its first records; those after them are looked for.
-        drafts: whether a chunk that was not finished is taken; if not, the file ends before it.
+        known: its first records; the search begins after them.
+        drafts: whether an unfinished chunk counts; if not, the file ends before it.
 
     Returns:
-        The whole records in order, and what is wrong with the file; the last note says how it ends, if it
-        does not end whole.
+        The whole records in order, and the defects of the file; the last note describes a missing end.
 
     Raises:
         TraceLimitError: there are more records than the limits allow.
@@ -79,7 +78,7 @@ def find_records(
 def _hop(
     file: BinaryIO, size: int, offset: int, spans: list[Span], notes: list[str], *, drafts: bool
 ) -> str | None:
-    """Add the records from `offset` on; return what ended them before the footer."""
+    """Add the records from `offset` on; return the defect that ended them before the footer."""
     while offset + RECORD_HEAD.size <= size:
         span = _record_at(file, size, offset, notes)
         if span.opcode == DRAFT and not drafts:
@@ -105,7 +104,7 @@ def _note_what_follows(rest: int, offset: int, notes: list[str]) -> None:
 
 
 def _record_at(file: BinaryIO, size: int, offset: int, notes: list[str]) -> Span:
-    """Return the record at `offset`. That of a chunk is right though its opcode or length is damaged."""
+    """Return the record at `offset`; a chunk is found despite a damaged opcode or length."""
     file.seek(offset)
     head = file.read(_CHUNK_HEAD_BYTES)
     opcode, length = RECORD_HEAD.unpack_from(head)
@@ -161,7 +160,7 @@ def ends_whole(file: BinaryIO, spans: Sequence[Span]) -> bool:
 
 
 def sound_summary(file: BinaryIO, spans: Sequence[Span]) -> int | None:
-    """Return where the summary of a file begins; None if it has none, or one whose CRC does not fit."""
+    """Return the offset of a file's summary; None without one, or with a wrong CRC."""
     footer = _footer(file, spans)
     if footer is None or not footer.summary_start or not footer.summary_crc:
         return None
@@ -185,7 +184,7 @@ def _footer(file: BinaryIO, spans: Sequence[Span]) -> Footer | None:
 
 
 def data_crc(file: BinaryIO, spans: Sequence[Span]) -> int | None:
-    """Return the CRC of all data that a file states; 0 = it states none, None = its data have no end."""
+    """Return the CRC of all data in a file; 0 = none is stated, None = its data have no end."""
     ends = [span for span in spans if span.opcode == Opcode.DATA_END]
     try:
         return read_record(file, ends[-1], DataEnd.read).data_section_crc if ends else None
@@ -213,7 +212,7 @@ DATA_DAMAGE = (
 
 
 def _last(spans: Sequence[Span]) -> tuple[int, int]:
-    """Return where the last record begins and ends."""
+    """Return the place of the last record."""
     return (spans[-1].offset, spans[-1].end) if spans else (0, len(MAGIC))
 
 
@@ -247,7 +246,7 @@ def _is_chunk(file: BinaryIO, size: int, offset: int) -> bool:
 
 
 def _footer_at_the_end(file: BinaryIO, size: int) -> int | None:
-    """Return where the footer is if the file ends with one, None if not."""
+    """Return the offset of the footer if the file ends with one."""
     offset = size - len(MAGIC) - _FOOTER_BYTES
     if offset < 0:
         return None
@@ -257,7 +256,7 @@ def _footer_at_the_end(file: BinaryIO, size: int) -> int | None:
 
 
 def _end_of_data(file: BinaryIO, size: int, start: int) -> int | None:
-    """Return where the data end, by the footer at the end of the file; None if not after `start`."""
+    """Return the end of the data, by the footer at the end of the file; None if not after `start`."""
     footer = _footer_at_the_end(file, size)
     if footer is None:
         return None

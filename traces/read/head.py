@@ -31,13 +31,13 @@ from .finding import sound_summary
 
 @dataclass(frozen=True, slots=True)
 class TraceHead:
-    """The contents of a trace: rack, metadata and layout.
+    """The head of a trace: rack, metadata and layout.
 
     Attributes:
         library: the software that wrote the file.
         metadata: the metadata record "scanrack".
-        slots: what sat in the rack, in the order of the memory block.
-        tags: the tags that are recorded, None without any.
+        slots: in the order of the memory block.
+        tags: the recorded tags, or None.
         rest_bytes: bytes of a scan after the tags, which are ignored.
     """
 
@@ -54,7 +54,7 @@ def read_head(file: BinaryIO, spans: Sequence[Span]) -> TraceHead:
     """Read the head of a trace from its records.
 
     Raises:
-        TraceError: there is no /scan, or its layout is none that this version knows.
+        TraceError: there is no /scan, or its layout is unknown to this version.
     """
     headers = [read_record(file, span, Header.read) for span in spans if span.opcode == Opcode.HEADER]
     if not headers:
@@ -86,7 +86,7 @@ def _channels(file: BinaryIO, spans: Sequence[Span]) -> tuple[dict[str, Channel]
 
 
 def _registered(file: BinaryIO, spans: Sequence[Span]) -> Iterator[Schema | Channel]:
-    """Find schemas and channels; other tools leave them in the first chunk only."""
+    """Yield schemas and channels; other tools write them in the first chunk only."""
     for span in spans:
         if span.opcode == Opcode.SCHEMA:
             yield read_record(file, span, Schema.read)
@@ -131,7 +131,7 @@ _FORMATS = (str(FORMAT), str(FORMAT_WITH_TAGS))
 
 
 def _tags(metadata: Mapping[str, str], schema: Schema | None) -> TagPlan | None:
-    """Read the plan of the tags off the schema of /scan."""
+    """Read the plan of the tags from the schema of /scan."""
     if schema is None or metadata["format"] != str(FORMAT_WITH_TAGS):
         return None
     try:
@@ -143,7 +143,7 @@ def _tags(metadata: Mapping[str, str], schema: Schema | None) -> TagPlan | None:
 def _rest_bytes(
     channel: Channel, schema: Schema | None, slots: Sequence[SlotInfo], tags: TagPlan | None
 ) -> int:
-    """Return how many bytes a scan has after the tags; TraceError if what is before them is not known."""
+    """Return the bytes of a scan after the tags; TraceError if the fields before them are unknown."""
     known = scan_schema(slots, tags)
     found = (channel.message_encoding, schema.encoding, schema.name) if schema is not None else ()
     wanted = (MESSAGE_ENCODING, SCHEMA_ENCODING, known.name)

@@ -1,4 +1,4 @@
-"""Images in words: which bits rose and fell, the command by name, values decoded."""
+"""Images in words: bits that rose and fell, the command by name, decoded values."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def output_wording(before: Words, after: Words) -> str:
         parts.append("words 2 to 7: " + " ".join(map(str, after[2:])))
         return ", ".join(parts)
     if before[0] & _MODE_CONFIG:
-        before = (0,) * WORDS  # a configuration is nothing to compare with
+        before = (0,) * WORDS  # a configuration can't be compared with parameters
     given = bool(after[0] & ~before[0])
     for name, words in _PARAMETERS.items():
         values = [after[word] for word in words]
@@ -73,7 +73,7 @@ def input_wording(before: Words, after: Words) -> str:
 
 
 def in_configuration_mode(inputs: Words) -> bool:
-    """Return whether an input image of a 3601 is one of configuration mode: an echo, without positions."""
+    """Return whether an input image of a 3601 is in configuration mode: a mirror, without positions."""
     return bool(inputs[0] & _MODE_CONFIG)
 
 
@@ -100,7 +100,7 @@ def risen_and_fallen(before: Sequence[str], after: Sequence[str]) -> str:
 
 
 def bit_names(bits: type[IntFlag], word: int) -> list[str]:
-    """Return the names of the bits that are set in a word, `bit6` for one that has no name.
+    """Return the names of the bits that are set in a word, `bit6` for a nameless one.
 
     >>> bit_names(CommandLsw, 0x0041)
     ['S_CURVE', 'bit6']
@@ -129,7 +129,7 @@ def short_seconds(time_ns: int) -> str:
 
 
 def module_text(slot: SlotInfo, direction: str, before: Words, after: Words) -> str:
-    """Return what changed in an image of a slot as text; `direction` is "out" or "in"."""
+    """Return the changes in an image of a slot as text; `direction` is "out" or "in"."""
     if slot.is_stepper:
         return (output_wording if direction == "out" else input_wording)(before, after)
     image, names = ("O", slot.words.outputs) if direction == "out" else ("I", slot.words.inputs)
@@ -147,13 +147,13 @@ def module_text(slot: SlotInfo, direction: str, before: Words, after: Words) -> 
 
 
 def _names_on(word: str, bits: Mapping[str, int], value: int) -> list[str]:
-    """Return the names of the bits that are on; one without a name of its own as `data.5`."""
+    """Return the names of the bits that are on; a nameless one as `data.5`."""
     by_number = {number: name for name, number in bits.items()}
     return [by_number.get(number, f"{word}.{number}") for number in range(16) if value >> number & 1]
 
 
 def _configuration(words: Words) -> str:
-    """Tell an output image in configuration mode [chapter 3]."""
+    """Describe an output image in configuration mode [chapter 3]."""
     active = " ".join(bit_names(InputBit, words[1])) or "none"
     parts = [
         " ".join(bit_names(ConfigMsw, words[0])),

@@ -1,7 +1,7 @@
-"""Scans in memory, packed: a few bytes a scan instead of 52, and read in order as fast as from a list.
+"""Scans in memory, packed: a few bytes a scan instead of 52, and read in order as fast as a list.
 
 chunk      4,096 scans, compressed         any number of them
-view       a column as a sequence          keeps the one chunk unpacked that it reads from
+view       a column as a sequence          keeps the chunk unpacked that it reads from
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class PackedScans:
     """Scans, packed chunk by chunk.
 
     Args:
-        slots: how many slots the rack has.
+        slots: number of slots of the rack.
     """
 
     def __init__(self, slots: int) -> None:
@@ -38,7 +38,7 @@ class PackedScans:
 
     @classmethod
     def of(cls, slots: int, parts: Iterator[Columns] | Sequence[Columns]) -> PackedScans:
-        """Return scans of so many slots, packed part by part."""
+        """Return scans of a number of slots, packed part by part."""
         scans = cls(slots)
         for columns in parts:
             scans.add(columns)
@@ -76,7 +76,7 @@ class PackedScans:
 
     def _pack(self, columns: Columns) -> bytes:
         packed = self._compressor.compress(b"".join(column.tobytes() for column in columns.images()))
-        return bytes(memoryview(packed))  # the compressor keeps room for what does not compress
+        return bytes(memoryview(packed))  # the compressor keeps room for incompressible data
 
     def _unpack(self, packed: bytes) -> Columns:
         data = zstandard.decompress(packed)
@@ -92,10 +92,10 @@ class PackedScans:
 
 
 class NotedScans:
-    """Scans as a listener of the scan loop hears of them, packed as they come.
+    """Scans that a listener of the scan loop receives, packed one by one.
 
     Args:
-        slots: how many slots the rack has.
+        slots: number of slots of the rack.
     """
 
     def __init__(self, slots: int) -> None:
@@ -114,7 +114,7 @@ class NotedScans:
             self.packed()
 
     def packed(self) -> PackedScans:
-        """Return all scans so far; further ones will be added to the same object."""
+        """Return all scans so far; later ones will be added to the same object."""
         if self._heads:
             heads = np.array(self._heads, np.int64).reshape(-1, _HEAD)
             words = np.array(self._blocks).view(np.int16).reshape(len(heads), -1)
@@ -128,7 +128,7 @@ class View(Sequence[T], Generic[T]):
     """A sequence of values computed from each scan; fast when read in order.
 
     Args:
-        values: makes the values of a chunk, one for each scan.
+        values: returns the values of a chunk, one for each scan.
     """
 
     def __init__(self, scans: PackedScans, values: Callable[[Columns], Sequence[T]]) -> None:

@@ -4,8 +4,8 @@
         for scan in trace.scans():
             scan.inputs(1)[2]              # slot 1, input word 2
 
-A trace whose process was killed has no end; everything up to its last whole
-chunk is given, and `notes` says so. A damaged chunk is left out, and noted.
+A trace of a killed process has no end; it is read up to its last whole
+chunk, with a note in `notes`. A damaged chunk is left out, and noted.
 """
 
 from __future__ import annotations
@@ -54,10 +54,9 @@ class Scan(NamedTuple):
     Attributes:
         scan: its number (modulo 2**32).
         now_ns: virtual time of its input latch.
-        flags: what the CPU was doing.
         memory: the rack's memory block: per slot the output image, then the input image.
         places: slot number -> offset of the slot in the memory block.
-        tags: the row of tags; nothing without any.
+        tags: the row of tags; empty without any.
     """
 
     scan: int
@@ -81,13 +80,13 @@ class Scan(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class TraceEvent:
-    """Something that is not an image.
+    """A message other than a scan.
 
     Attributes:
-        scan: number of the scan in which it became known.
+        scan: number of the scan that reported it.
         topic: "/events", "/stimuli", "/indicators", "/forces", "/cpu", "/faults", "/texts",
             "/orders" or "/sequences".
-        fields: its values by name, less the scan.
+        fields: its values by name, without the scan.
     """
 
     scan: int
@@ -97,19 +96,17 @@ class TraceEvent:
 
 
 class Records:
-    """A file of records that is open for reading, whatever its topics are.
+    """A file of records that is open for reading, with any topics.
 
     Args:
-        size: its size in bytes.
-        grows: whether it is being recorded: the draft at its end, which may go at any time, is left out.
+        grows: it is being recorded: the draft at its end, which may disappear at any time, is left out.
 
     Attributes:
         size: its size in bytes.
-        notes: what is wrong with the file; a damaged chunk is noted once reading has met it.
-        file: the file.
+        notes: the defects of the file; a damaged chunk is noted when it is read.
         spans: its whole records, in order.
-        sections: where the messages are, in the order of the file.
-        shape: how scans lie in them; here there are none.
+        sections: places of the messages, in the order of the file.
+        shape: layout of scans in them; here there are none.
 
     Raises:
         TraceError: it is not an MCAP file.
@@ -148,7 +145,7 @@ class Records:
         return bool(self._of_the_end)
 
     def follow(self) -> bool:
-        """Take what was written since to a file that has no end yet; return whether there is any.
+        """Read the new records of a file without an end; return whether there are any.
 
         Raises:
             TraceLimitError: it has more records than the limits allow.
@@ -158,7 +155,7 @@ class Records:
             return False
         before = self.spans[-1].end if self.spans else 0
         chunks = [place for place, span in enumerate(self.spans) if span.opcode == Opcode.CHUNK]
-        again = chunks[-1] if chunks else 0  # what is new may belong to the last chunk
+        again = chunks[-1] if chunks else 0  # new records may belong to the last chunk
         size, self.spans, notes = self._found(size, self.spans[:again])
         self.notes = [each for each in self.notes if each not in self._of_the_end]
         self.notes += [each for each in notes if each not in self.notes]
@@ -169,9 +166,9 @@ class Records:
         return bool(self.spans) and self.spans[-1].end > before
 
     def _found(self, size: int, known: Sequence[Span] = ()) -> tuple[int, list[Span], list[str]]:
-        """Return the size of the file without a draft that may go, its records, and what is wrong with it."""
+        """Return the size of the file without a draft, its records, and its defects."""
         if self._grows:
-            self.file.seek(0, os.SEEK_END)  # drops what is buffered: a chunk may stand there by now
+            self.file.seek(0, os.SEEK_END)  # drops buffered data: a chunk may have replaced it
         spans, notes = find_records(self.file, size, known, drafts=not self._grows)
         cut = bool(notes) and notes[-1] == UNDER_WAY
         return (spans[-1].end if cut and spans else size), spans, notes
@@ -191,11 +188,10 @@ class Records:
             return None
 
     def check_data(self) -> None:
-        """Note a CRC of all data that does not fit, though no part read was damaged.
+        """Note a wrong CRC of all data, although no part read was damaged.
 
-        It guards what has no CRC of its own: the metadata.
-
-        The whole file is read, a GB in about a second.
+        It protects parts without a CRC of their own: the metadata. The whole file is read, a GB in about a
+        second.
         """
         if any(note.startswith(DAMAGED) for note in self.notes):
             return
@@ -217,16 +213,14 @@ class Trace(Records):
     """A trace of scans that is open for reading. Each iteration starts at its beginning.
 
     Args:
-        file: the file, open for reading. It is closed with the trace.
-        size: its size in bytes.
+        file: open for reading. It is closed with the trace.
         grows: see `Records`.
 
     Attributes:
-        head: what it is a trace of.
-        shape: how the scans lie in its sections.
+        shape: layout of the scans in its sections.
 
     Raises:
-        TraceError: the file is not a trace, or not of a version that is known.
+        TraceError: the file is not a trace, or of an unknown version.
     """
 
     def __init__(self, file: BinaryIO, size: int, *, grows: bool = False) -> None:
@@ -268,7 +262,7 @@ class Trace(Records):
                     yield from self.as_scans(entry)
 
     def entries(self, section: Section) -> Iterator[ScanRows | TraceEvent]:
-        """Iterate over a section: scans that follow one another as an array, and events."""
+        """Iterate over a section: successive scans as an array, and events."""
         for message in self._messages(section):
             if isinstance(message, Message):
                 yield from self._events(message, section)
@@ -282,11 +276,11 @@ class Trace(Records):
     def events(
         self, start_ns: int = 0, end_ns: int | None = None, topics: Collection[str] | None = None
     ) -> Iterator[TraceEvent]:
-        """Iterate over the events. Chunks that hold none of those that are wanted are not read.
+        """Iterate over the events. Only chunks that may have the selected ones are read.
 
         Args:
             start_ns: chunks that end before that time are left out.
-            end_ns: those that begin after it, too; None = none.
+            end_ns: also those that begin after it; None = none.
             topics: only events of these; None = of all.
         """
         for section in self.sections:
@@ -295,10 +289,9 @@ class Trace(Records):
                 yield from self.events_in(section, topics)
 
     def events_in(self, section: Section, topics: Collection[str] | None = None) -> Iterator[TraceEvent]:
-        """Iterate over the events of a section.
+        """Iterate over the events of a section, which is read.
 
         Args:
-            section: the section, which is read.
             topics: only events of these; None = of all.
         """
         for part in self._messages(section):
@@ -308,9 +301,9 @@ class Trace(Records):
                 )
 
     def may_tell(self, section: Section, topics: Collection[str] | None = None) -> bool:
-        """Return whether a section may hold events of some topics, or any for None; it is not read.
+        """Return whether a section may have events of some topics, or any for None; it is not read.
 
-        Its indexes say so; not believed are those of a damaged file, and those at which a file ends.
+        The answer comes from its indexes, unless the file is damaged, or ends at them.
         """
         if self.shape.only_scans(section):
             return False
@@ -321,7 +314,7 @@ class Trace(Records):
         return not told or any(told.get(number) for number, name in self._topics.items() if name in topics)
 
     def texts(self) -> dict[int, str]:
-        """Return what the codes of recorded texts stand for."""
+        """Return the meanings of the codes of recorded texts."""
         if TEXTS.name not in self.head.channels:
             return {}
         found = {}
@@ -353,7 +346,7 @@ class Trace(Records):
         return None
 
     def first_scan(self, place: int) -> int:
-        """Return the first scan in a section or after it, 2**32 if there is none any more."""
+        """Return the first scan in a section or after it, 2**32 without one."""
         if place not in self._firsts:
             found = (rows for section in self.sections[place:] for rows in self.scan_rows(section)[:1])
             rows = next(found, None)
@@ -361,9 +354,9 @@ class Trace(Records):
         return self._firsts[place]
 
     def place_of(self, scan: int) -> int:
-        """Return the last section that begins with a scan up to this one; -1 if there is none.
+        """Return the last section that begins with a scan up to this one; -1 without one.
 
-        Sections are read at a place that is guessed by time, and around it: a few, however many there are.
+        Only the sections around an estimated place are read.
         """
         low, high = -1, len(self.sections)  # the first scan of low is up to it, that of high is not
         place, step = self._guess(scan), 1
@@ -378,7 +371,7 @@ class Trace(Records):
         return low
 
     def _guess(self, scan: int) -> int:
-        """Return where a scan would be if all scans took the same time."""
+        """Return the estimated place of a scan, assuming that all scans take the same time."""
         last = len(self.sections) - 1
         if last < 1:
             return 0
@@ -400,7 +393,7 @@ class Trace(Records):
         return found
 
     def attachment_names(self) -> list[tuple[Span, str]]:
-        """Return where the attachments are, with their names; their data are not read."""
+        """Return the places and names of the attachments without reading their data."""
         spans = [span for span in self.spans if span.opcode == Opcode.ATTACHMENT]
         return [(span, attachment_name(self.file, span)) for span in spans]
 
@@ -411,7 +404,7 @@ class Trace(Records):
         return [message for message in messages if self._is_sound(message, section)]
 
     def _is_sound(self, part: ScanRows | Message, section: Section) -> bool:
-        """Return whether a message is not a malformed scan; note one that is."""
+        """Return whether a message is no malformed scan; note one that is."""
         if not isinstance(part, Message) or part.channel != self.shape.channel:
             return True
         self.note(
@@ -421,7 +414,7 @@ class Trace(Records):
         return False
 
     def _events(self, message: Message, section: Section) -> Iterator[TraceEvent]:
-        """Yield the event that a message is, if it is one."""
+        """Yield the event of a message, if it is one."""
         topic = self._topics.get(message.channel)
         if topic not in _EVENT_TOPICS:
             self._note_stranger(message.channel, topic)
@@ -433,21 +426,21 @@ class Trace(Records):
                 self.note(f"{where} has a bad message on {topic}: {error}; it is left out")
 
     def _note_stranger(self, channel: int, topic: str | None) -> None:
-        """Note messages that a trace of ours can't have: the record of their channel is damaged."""
+        """Note messages that our traces never have: the record of their channel is damaged."""
         if topic is None:
             self.note(f"no record tells what channel {channel} is; its messages are left out")
         elif self.head.library.startswith(LIBRARY):
             self.note(f"the topic {topic!r} is not known; its messages are left out")
 
     def _note_where_it_ends(self) -> None:
-        """Note how a trace without an end ends."""
+        """Note the end of a trace without a footer."""
         if self._of_the_end:
             ends = list(self._where_it_ends())
             self.notes += ends
             self._of_the_end = [*self._of_the_end[:1], *ends]
 
     def _where_it_ends(self) -> Iterator[str]:
-        """Yield as notes the last scan of a trace without an end, and what was begun after it."""
+        """Yield as notes the last scan of a trace without an end, and unfinished records after it."""
         row = self.edge(last=True)
         if row is None:
             yield "there is no whole chunk with scans"
@@ -473,8 +466,8 @@ def open_trace(path: Path | str) -> Trace:
     """Open a trace of scans for reading.
 
     Raises:
-        TraceError: it can't be read, is not an MCAP file, holds no scans of ours, or scans laid out in
-            a way this version does not know. The message names the path.
+        TraceError: it can't be read, is not an MCAP file, has no scans of ours, or scans with a layout
+            that this version does not know. The message names the path.
         TraceLimitError: it has more records than the limits allow; reading may raise it, too.
     """
     return _opened(Path(path), Trace)
@@ -501,7 +494,7 @@ def _opened(path: Path, kind: Callable[..., R]) -> R:
 
 
 _NO_SCAN = 1 << 32
-"""More than any number of a scan."""
+"""More than the number of any scan."""
 
 _EVENT_TOPICS = frozenset(topic.name for topic in ALL_TOPICS)
 

@@ -1,7 +1,7 @@
-"""Where the messages of a trace are: its sections, what they hold, and how to take one apart.
+"""The sections of a trace: their contents, and how to take one apart.
 
-A section is a chunk, or, in files that others wrote without chunks, a stretch of
-messages that are in the file unpacked. What a section holds is known
+A section is a chunk, or, in files of other writers without chunks, a stretch of
+uncompressed messages. The contents of a section are known
 before it is read, from the head of the chunk and the message indexes after it:
 
     | chunk: times, sizes, ... | index: channel 1, n entries | index: channel 3, n entries |
@@ -46,18 +46,18 @@ _SAME_HEAD = struct.Struct("<BQH")
 
 _PREFIX = CDR_PREFIX.to_bytes(4, "little")
 _PREFIX_AT = 31
-"""Where in the record of a scan the prefix of its payload is."""
+"""Place of the payload's prefix in the record of a scan."""
 
 ScanRows = NDArray[np.void]
-"""Scans that follow one another, laid out as `batch.message_layout` says."""
+"""Successive scans, with the layout of `batch.message_layout`."""
 
 
 class Part(NamedTuple):
-    """What is in a section.
+    """A part of a section.
 
     Attributes:
-        offset: where in the section it begins.
-        what: scans that follow one another, or another message, or a channel or schema registered there.
+        offset: its begin in the section.
+        what: successive scans, or another message, or a channel or schema registered there.
     """
 
     offset: int
@@ -70,10 +70,10 @@ class Section:
 
     Attributes:
         span: the chunk; for messages outside of chunks, all of them from the first one's opcode on.
-        start_ns: earliest time of a message in it; 0 if that is not known.
-        end_ns: latest; 2**64 if that is not known.
+        start_ns: earliest time of a message in it; 0 if unknown.
+        end_ns: latest; 2**64 if unknown.
         size: bytes of its messages, before compression.
-        counts: messages by channel, as its indexes say; empty if it has none.
+        counts: messages by channel, from its indexes; empty without them.
     """
 
     span: Span
@@ -117,7 +117,7 @@ def _chunk(file: BinaryIO, span: Span, counts: Mapping[int, int]) -> Section:
 
 
 def torn_chunk(file: BinaryIO, spans: Sequence[Span], size: int) -> Section | None:
-    """Return the chunk that the file ends in the midst of, if there is enough of it to tell its times."""
+    """Return the chunk that is cut off by the end of the file, if its times are readable."""
     offset = spans[-1].end
     file.seek(offset)
     head = file.read(RECORD_HEAD.size)
@@ -127,7 +127,7 @@ def torn_chunk(file: BinaryIO, spans: Sequence[Span], size: int) -> Section | No
 
 
 def _stretches(messages: Sequence[Span]) -> Iterator[Section]:
-    """Yield messages outside of chunks, those that touch one another together, up to a MiB."""
+    """Yield messages outside of chunks; adjacent ones are combined, up to a MiB."""
     begin = 0
     for place, (one, other) in enumerate(pairwise(messages), start=1):
         touching = one.end == other.offset
@@ -145,12 +145,12 @@ def _stretch(messages: Sequence[Span]) -> Section:
 
 
 class ScanShape:
-    """How the scans of a trace lie in its sections.
+    """Layout of a trace's scans in its sections.
 
     Args:
         channel: id of the scans' channel; None for a trace without scans.
         memory_bytes: size of the rack's memory block.
-        tags: the row of tags after it, None without any.
+        tags: the row of tags after it, or None.
         rest_bytes: bytes after the tags.
     """
 
@@ -169,23 +169,23 @@ class ScanShape:
         self._begin = b"" if channel is None else _SAME_HEAD.pack(Opcode.MESSAGE, self._length, channel)
 
     def only_scans(self, section: Section) -> bool:
-        """Return whether a section surely holds scans and nothing else, without reading it.
+        """Return whether a section certainly has only scans, without reading it.
 
-        Size and index must agree, so an index that is damaged, or cut off, is not believed.
+        Size and index must agree, so that a damaged or incomplete index is not used.
         """
         count = 0 if self.channel is None else section.counts.get(self.channel, 0)
         return section.is_chunk and count * self.stride == section.size
 
     def expected(self, section: Section) -> int:
-        """Return how many scans a section should hold: by its index, by its size if it has none."""
+        """Return the expected number of scans in a section: by its index, or by its size."""
         if self.channel is None:
             return 0
         return section.counts.get(self.channel, 0 if section.counts else section.size // self.stride)
 
     def take_apart(self, data: bytes) -> Iterator[Part]:
-        """Yield what is in a section: scans that follow one another together, other records one by one.
+        """Yield the parts of a section: successive scans together, other records one by one.
 
-        A message on the scans' channel that is laid out in another way comes as a `Message`.
+        A message on the scans' channel with another layout becomes a `Message`.
 
         Raises:
             ValueError: they are not whole records.
@@ -206,7 +206,7 @@ class ScanShape:
                 offset = end
 
     def _scans_from(self, data: bytes, offset: int) -> int:
-        """Return how many scans follow one another from `offset` on."""
+        """Return the number of successive scans from `offset` on."""
         if self.channel is None or not self._is_scan(data, offset):
             return 0
         if not self._is_scan(data, offset + self.stride):
@@ -236,7 +236,7 @@ class ScanShape:
 
 
 def held(shape: ScanShape, section: Section) -> str:
-    """State how many scans a section should hold, and of what time, as far as that is known."""
+    """Return the expected number of scans in a section, and their time, as far as known."""
     count = shape.expected(section)
     if not count or section.end_ns >= _EVER:
         return "its scans"

@@ -1,6 +1,6 @@
-"""Where the sequences of a program wait: the messages of /sequences.
+"""The waits of a program's sequences: the messages of /sequences.
 
-A message says where a sequence waits from its scan on, until the next message of the same sequence. Most
+A message has the wait of a sequence from its scan on, until the next message of the same sequence. Most
 scans have none.
 """
 
@@ -25,8 +25,8 @@ class Step:
         scan: number of that scan.
         sequence: the name of the sequence.
         file: name of the file; empty once it is over.
-        line: the line that it waits at; 0 once it is over.
-        wait: what it waits for; empty once it is over.
+        line: the line of the wait; 0 once it is over.
+        wait: the condition; empty once it is over.
     """
 
     scan: int
@@ -38,7 +38,7 @@ class Step:
 
     @property
     def label(self) -> str:
-        """Where it waits and for what, in short.
+        """Line and condition of the wait, in short.
 
         >>> Step(602, 1_204_000_000, "cycle", "line.py", 14, "axis.move_to(4000)").label
         'line 14: axis.move_to(4000)'
@@ -46,7 +46,7 @@ class Step:
         return f"line {self.line}: {self.wait}" if self.line else OVER
 
     def __str__(self) -> str:
-        """Return where it waits, for what and since when.
+        """Return line, condition and begin of the wait.
 
         >>> str(Step(602, 1_204_000_000, "cycle", "line.py", 14, "axis.move_to(4000)"))
         'cycle waits at line 14 of line.py for axis.move_to(4000) since 1.204 s'

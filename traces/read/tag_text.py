@@ -16,11 +16,11 @@ DISCRETE = ("BOOL", "ENUM", "TEXT")
 
 
 class TagText:
-    """Describes what changed from row to row.
+    """Describes the changes from row to row.
 
     Args:
-        texts: what the codes of texts stand for.
-        every: numbers as well.
+        texts: meanings of the codes of texts.
+        every: include numbers.
     """
 
     def __init__(self, plan: TagPlan, texts: Mapping[int, str], *, every: bool = False) -> None:
@@ -38,7 +38,7 @@ class TagText:
         return changed
 
     def changes(self, before: bytes, after: bytes) -> str:
-        """Return what changed in words; what is not 0 where there is no row before."""
+        """Return the changes in words; without a previous row, the values that are not 0."""
         if before == after:
             return ""
         new = np.frombuffer(after, self._dtype)

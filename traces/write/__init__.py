@@ -1,1 +1,1 @@
-"""Recordings being written."""
+"""Writing of recordings."""

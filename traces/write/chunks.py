@@ -1,8 +1,7 @@
 """A writer that lays the messages out itself, a chunk at a time.
 
-A message is one struct pack and one append; what the `mcap` library's writer
-does beside that costs five times as much. All other records are written with the
-library's own classes.
+A message is one struct pack and one append; the `mcap` library's writer takes five
+times as long. All other records are written with the library's own classes.
 
     chunk   | message | message | ...   compressed with zstd, level 1
     index   | time, offset | ...        per channel
@@ -32,17 +31,17 @@ _MESSAGE_OPCODE = int(Opcode.MESSAGE)
 _MESSAGE_FIELDS_BYTES = 22
 _ZSTD_LEVEL = 1
 _GAPS, _GAP_MORE = 2, 1 << 16
-"""The room for a chunk before its draft: so many times its uncompressed size, and so many bytes."""
+"""The room for a chunk before its draft: a multiple of its uncompressed size, and additional bytes."""
 
 
 class Sink(Protocol):
-    """Where the records go: a `TraceFile`, or a file that counts."""
+    """The target of the records: a `TraceFile`, or a file that counts."""
 
     def write(self, data: bytes, /) -> int:
         """Write records."""
 
     def tell(self) -> int:
-        """Return how many bytes have been written."""
+        """Return the number of written bytes."""
 
 
 class ChunkWriter:
@@ -51,10 +50,10 @@ class ChunkWriter:
     Schemas, channels and metadata come first, then messages; attachments come between chunks at any time.
 
     Args:
-        file: where the records go.
+        file: receives the records.
         profile: the MCAP profile, "ros2".
-        library: what the header names as the writing software.
-        chunk_bytes: size at which a chunk is closed, before compression.
+        library: the writing software for the header.
+        chunk_bytes: uncompressed size at which a chunk is closed.
     """
 
     def __init__(self, file: Sink, *, profile: str, library: str, chunk_bytes: int) -> None:
@@ -102,7 +101,7 @@ class ChunkWriter:
     def add_message(
         self, channel_id: int, log_time: int, data: bytes, publish_time: int, sequence: int, /
     ) -> None:
-        """Take one message; times in ns."""
+        """Add one message; times in ns."""
         records = self._records
         offset, length = len(records), _MESSAGE_FIELDS_BYTES + len(data)
         records += _MESSAGE.pack(_MESSAGE_OPCODE, length, channel_id, sequence, log_time, publish_time) + data
@@ -111,7 +110,7 @@ class ChunkWriter:
             self._write_chunk()
 
     def add_block(self, channel_id: int, log_times: NDArray[np.uint64], block: bytes | memoryview) -> None:
-        """Take message records of one size that are laid out already, with their times in ns."""
+        """Add message records of one size, already laid out, with their times in ns."""
         start, stride = len(self._records), len(block) // len(log_times)
         entries = np.empty((len(log_times), 2), np.uint64)
         entries[:, 0] = log_times
@@ -122,10 +121,10 @@ class ChunkWriter:
             self._write_chunk()
 
     def draft(self, file: TraceFile) -> None:
-        """Write the messages of the open chunk that are not in the file yet, as they are.
+        """Write the new messages of the open chunk uncompressed.
 
         Args:
-            file: the file of this writer. It takes the chunk in their place.
+            file: the file of this writer. The chunk will replace them.
         """
         if len(self._records) > self._drafted:
             gap = _GAPS * self._chunk_bytes + _GAP_MORE
@@ -154,7 +153,7 @@ class ChunkWriter:
         self._write(content + indexes)
 
     def _write(self, data: bytes) -> None:
-        """Write records of the data section, which the CRC at its end guards; a draft goes."""
+        """Write records of the data section, which the CRC at its end covers; a draft is removed."""
         self._drafted = 0
         self._file.write(data)
         self._crc = zlib.crc32(data, self._crc)
@@ -169,7 +168,7 @@ def chunk_of(
 
     Args:
         used: their times and offsets, by channel.
-        compressor: of level 1; None = one of its own.
+        compressor: of level 1; None = a new one.
     """
     compressor = compressor or zstandard.ZstdCompressor(level=_ZSTD_LEVEL)
     return Chunk(

@@ -1,11 +1,11 @@
 """Records a serial line and the values of its units as an MCAP file.
 
-    /line       bytes as they came and went, as hex and as text
+    /line       received and sent bytes, as hex and as text
     /unit1      registers, inputs and outputs of the unit at address 1, by name; on change only
     /unit2      ...
 
-`log_time` is virtual ns since power-up. Every value of a unit is a number of its own, so Foxglove
-and Lichtblick plot `/unit1.position` as it stands.
+`log_time` is virtual ns since power-up. Every value of a unit is a number of its own, so that Foxglove
+and Lichtblick can plot `/unit1.position` directly.
 """
 
 from __future__ import annotations
@@ -40,11 +40,7 @@ LINE_SCHEMA = {
 
 @dataclass(frozen=True, slots=True)
 class UnitColumns:
-    """One unit on the line.
-
-    Attributes:
-        address: its address, which names its topic.
-    """
+    """One unit on the line."""
 
     address: int
     names: Sequence[str]
@@ -55,9 +51,8 @@ class LineRecorder:
 
     Args:
         target: path of the file, replaced if it exists.
-        units: those on the line.
-        metadata: what is worth knowing about the recording.
-        keeping: keeps the recordings before this one; without, `target` is replaced.
+        metadata: entries of the metadata record.
+        keeping: keeps earlier recordings; without, `target` is replaced.
 
     Raises:
         OSError: the target can't be written.
@@ -95,7 +90,7 @@ class LineRecorder:
             self._message(self._units[address], now_ns, values)
 
     def draft(self) -> None:
-        """Write the open chunk as it is: a process that is killed leaves it."""
+        """Write the open chunk uncompressed: it survives a kill of the process."""
         self._writer.draft(self._file)
 
     def close(self) -> None:

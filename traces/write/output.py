@@ -1,18 +1,18 @@
-"""The file behind a recorder: whole records, and room kept for the end.
+"""The file behind a recorder: whole records, and room reserved for the end.
 
-A trace without its summary opens in few tools, and a disk that is full has no
-room for one. So room is held from the start by a ballast, an anonymous file in
-the same directory, as large as what may still have to be written when nothing
-else fits: the open chunk, its index and the summary.
+A trace without its summary opens in few tools, and a full disk has no room for
+one. A ballast therefore reserves room from the start: an anonymous file in
+the same directory, as large as everything that must be writable when the disk is
+full: the open chunk, its index and the summary.
 
     disk  | trace ............ | ballast |          recording
-    disk  | trace .......................|X         no room: the ballast goes,
+    disk  | trace .......................|X         no room: the ballast is released,
     disk  | trace ...........chunk|                 the chunk is finished,
     disk  | trace ...........chunk|summary|         the recorder is notified, the summary written
 
-What belongs to a chunk that is not finished can be written as a draft, far enough behind the trace that the
+The messages of an unfinished chunk can be written as a draft, far enough behind the trace that the
 chunk fits before it. The chunk is written into that gap, its first bytes last; then the draft is cut off.
-So a killed process leaves the draft or the chunk, whole.
+A killed process therefore leaves the draft or the chunk, complete.
 
     trace | DRAFT, gap ......... | message | message |
     trace | DRAFT, ..chunk|index | message | message |
@@ -34,21 +34,21 @@ from ..files.locking import could_lock, held
 from ..format.records import DRAFT, RECORD_HEAD
 
 NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT})
-"""What a full disk and a used-up quota answer."""
+"""Errors of a full disk and of an exhausted quota."""
 
 SUMMARY_BYTES_PER_WRITE = 256
-"""More than what one write adds to the summary: at most one chunk index of 77 + 10 bytes per channel."""
+"""Upper bound of a write's share of the summary: at most one chunk index of 77 + 10 bytes per channel."""
 
 SUMMARY_ROOM = 64 * 1024
-"""How much of the ballast is for the summary; the ballast grows by as much whenever it may be used up."""
+"""The ballast's room for the summary; it grows by this size whenever it may be used up."""
 
 
 class TraceFull(OSError):  # noqa: N818 - it says what is the matter
-    """The trace can take no more.
+    """The trace can't grow any further.
 
     Attributes:
-        complete: all that was recorded up to now is in the file; otherwise the file was cut
-            back to its last whole record, and what came after its last whole chunk is lost.
+        complete: everything recorded so far is in the file; otherwise the file was cut
+            back to its last whole record, and data after its last whole chunk is lost.
     """
 
     def __init__(self, message: str, *, complete: bool) -> None:
@@ -60,10 +60,10 @@ class RawFile(Protocol):
     """An unbuffered file, as `open(path, "wb", buffering=0)` gives it."""
 
     def write(self, data: memoryview, /) -> int | None:
-        """Write as much of `data` as goes; return how much that was."""
+        """Write as much of `data` as fits; return its size."""
 
     def seek(self, place: int, /) -> int:
-        """Go on writing at a place; only used for drafts."""
+        """Continue at a place; only used for drafts."""
 
     def truncate(self, size: int, /) -> int:
         """Cut the file to `size` bytes."""
@@ -73,26 +73,23 @@ class RawFile(Protocol):
 
 
 class Room(Protocol):
-    """Room on the disk that can be given back at once."""
+    """Reserved room on the disk that can be released at once."""
 
     size: int
     """Bytes held."""
 
     def grow(self, size: int) -> None:
-        """Hold `size` bytes more; OSError where they can't be had."""
+        """Reserve `size` more bytes; OSError if that fails."""
 
     def release(self) -> None:
-        """Give all of it back to the disk."""
+        """Release all of it."""
 
 
 class Ballast:
-    """Room held by an anonymous file in a directory.
-
-    Args:
-        directory: where; the file has no name there, and goes with the process.
+    """Room reserved by an anonymous file in a directory; it ends with the process.
 
     Raises:
-        OSError: no file can be made there.
+        OSError: no file can be created there.
     """
 
     def __init__(self, directory: Path) -> None:
@@ -100,7 +97,7 @@ class Ballast:
         self._file: BinaryIO = tempfile.TemporaryFile(dir=directory, buffering=0)  # noqa: SIM115
 
     def grow(self, size: int) -> None:
-        """Hold `size` bytes more, truly allocated: noise, since some file systems store zeros as nothing.
+        """Reserve `size` more bytes, filled with noise, since some file systems do not store zeros.
 
         Raises:
             OSError: the disk has no room for them.
@@ -112,24 +109,24 @@ class Ballast:
             noise = noise[written:]
 
     def release(self) -> None:
-        """Give the room back."""
+        """Release the room."""
         self.size = 0
         self._file.close()
 
 
 class TraceFile:
-    """Takes whole records, and cuts the file back to whole records on an error.
+    """Appends whole records, and cuts the file back to whole records on an error.
 
-    `full` becomes true once the ballast has been used up: what was written by
-    then is safe, the summary still fits, and nothing else should follow.
+    `full` becomes true once the ballast has been used up: the data written so far
+    is safe, the summary still fits, and nothing else should follow.
 
     Args:
-        raw: where the bytes go, empty.
-        name: what messages call it.
-        room: the ballast, None to do without. Without one, a full disk costs the open chunk
+        raw: the empty file.
+        name: its name in messages.
+        room: the ballast, or None. Without one, a full disk costs the open chunk
             and the summary.
-        keeping: keeps the recordings before it; None to keep none.
-        drafts: whether drafts can be written: to a file, but to no device.
+        keeping: keeps earlier recordings, or None.
+        drafts: whether drafts are possible: in a file, but not on a device.
     """
 
     def __init__(
@@ -153,7 +150,7 @@ class TraceFile:
         self._summary_room = SUMMARY_ROOM
 
     def tell(self) -> int:
-        """Return how many bytes have been written."""
+        """Return the number of written bytes."""
         return self._whole
 
     def flush(self) -> None:
@@ -178,13 +175,13 @@ class TraceFile:
         return len(data)
 
     def draft(self, data: bytes, gap: int) -> None:
-        """Write records that the next `write` replaces; until then a killed process leaves them.
+        """Write records that the next `write` replaces; they survive a kill of the process until then.
 
-        Where that fails, such as on a full disk, there are no drafts any more.
+        After a failure, such as a full disk, there are no further drafts.
 
         Args:
             data: whole records, which follow those of earlier calls.
-            gap: room for what the next `write` is given; what is longer is written less safely.
+            gap: room for the next `write`; longer data are written less safely.
         """
         if not self._drafts or self.full:
             return
@@ -200,10 +197,10 @@ class TraceFile:
                 self._cut_draft()
 
     def reserve(self, size: int) -> bool:
-        """Let the ballast grow by `size` bytes, for records larger than it was made for.
+        """Enlarge the ballast by `size` bytes, for larger records than planned.
 
         Returns:
-            Whether the disk has that room; the file is full if it has not.
+            Whether the disk has that room; otherwise the file is full.
         """
         if self._room is not None and not self.full:
             try:
@@ -213,10 +210,10 @@ class TraceFile:
         return not self.full
 
     def close(self) -> None:
-        """Close the file and give the ballast back.
+        """Close the file and release the ballast.
 
         Raises:
-            OSError: the system reports at this late point that data was lost.
+            OSError: the system reports a late loss of data.
         """
         if self._room is not None:
             self._room.release()
@@ -242,13 +239,13 @@ class TraceFile:
             self._cut_draft(len(data))
 
     def _cut_draft(self, more: int = 0) -> None:
-        """Cut the file behind its whole records and so many bytes; go on there."""
+        """Cut the file `more` bytes behind its whole records; continue there."""
         self._draft_end = 0
         self._raw.truncate(self._whole + more)
         self._raw.seek(self._whole + more)
 
     def _put(self, place: int, data: bytes) -> None:
-        """Write at a place, without the help of the ballast."""
+        """Write at a place, without using the ballast."""
         self._raw.seek(place)
         rest = memoryview(data)
         while rest:
@@ -267,7 +264,7 @@ class TraceFile:
                 rest = rest[written:]
 
     def _release(self) -> bool:
-        """Give up the ballast; return whether there was one."""
+        """Release the ballast; return whether there was one."""
         if self._room is None:
             return False
         self._room.release()
@@ -276,7 +273,7 @@ class TraceFile:
         return True
 
     def _keep_up(self) -> None:
-        """Let the ballast grow with the summary; where it can't, the file is full in good time."""
+        """Enlarge the ballast with the summary; if that fails, mark the file as full in time."""
         self._summary_room -= SUMMARY_BYTES_PER_WRITE
         if self._room is not None and self._summary_room < 0:
             try:
@@ -299,15 +296,16 @@ class TraceFile:
 
 
 def open_trace_file(path: Path, ballast_bytes: int, keeping: RecordingKeeper | None = None) -> TraceFile:
-    """Open `path` for a new trace, replacing what is there, or keeping it under another name.
+    """Open `path` for a new trace; replace the existing file, or keep it under another name.
 
-    A device or pipe has no ballast, nor has a file in a directory that takes no new files. The
-    file is locked until it is closed or the process ends, however it ends (not on Windows).
+    A device or pipe has no ballast, nor has a file in a directory that allows no new files. The
+    file is locked until it is closed or the process ends (not on Windows).
 
     Raises:
-        OwnedError: what is there is not a recording, or would have to be moved while it is being recorded.
-        OSError: the path can't be written, another recording goes there, or the ballast found no
-            room; the message says why, and nothing has changed.
+        OwnedError: the existing file is not a recording, or would have to be moved while it is being
+            recorded.
+        OSError: the path can't be written, another process records there, or the ballast found no
+            room; the message has the cause, and nothing has changed.
     """
     if path.is_dir():
         raise _refusal(path, "it is a directory")
@@ -330,7 +328,7 @@ def open_trace_file(path: Path, ballast_bytes: int, keeping: RecordingKeeper | N
 
 
 def _beginning(path: Path, keeping: RecordingKeeper) -> RawFile:
-    """Move the recordings before it aside, and open a new one."""
+    """Move earlier recordings aside, and open a new one."""
     check_recordings([path], keeping)
     keeping.begin()
     try:
@@ -341,7 +339,7 @@ def _beginning(path: Path, keeping: RecordingKeeper) -> RawFile:
 
 
 def _emptied(path: Path) -> RawFile:
-    """Open a file for writing and lock it, and only then empty it; OSError if it is locked."""
+    """Open a file for writing, lock it, then empty it; OSError if it is locked."""
     raw = open(path, "wb", buffering=0, opener=_not_truncating)  # noqa: SIM115
     try:
         if path.is_file():

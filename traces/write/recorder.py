@@ -4,11 +4,11 @@
     /events /stimuli /indicators /forces /cpu /faults      JSON, on change only
 
 `sequence` is the scan number (modulo 2**32), `log_time` and `publish_time` are
-virtual ns. Nothing in the file depends on when, where or in which process it
-was written, so equal runs give equal bytes.
+virtual ns. The file does not depend on when, where or in which process it
+was written, so that equal runs give equal bytes.
 
-The calls must not be interrupted half-way: a caller handles Ctrl-C between
-scans, with a signal handler that takes a note.
+The calls must not be interrupted: a caller handles Ctrl-C between
+scans, with a signal handler that sets a flag.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class Attachment:
 
     Attributes:
         name: its name, without a path of this machine.
-        media_type: what kind of content that is.
+        media_type: kind of its content.
     """
 
     name: str
@@ -74,21 +74,21 @@ class ScanRecorder:
         target: path of the trace, replaced if it exists, or an open file of traces.output.
         memory: the rack's memory block, read at every scan: per slot the output image, then the
             input image, 32 bytes in all.
-        slots: what sits in them, in the order of the memory block.
+        slots: in the order of the memory block.
         scan_period_ns: nominal time from scan to scan.
-        seed: what anything random in the run was seeded with.
+        seed: of the run's random numbers.
         program: source of the logic. It is attached, and its SHA-256 goes into the metadata.
         rack_file: the rack file, likewise.
         metadata: further entries of the metadata record.
-        chunk_scans: most scans in a chunk; fewer lose less when the process is killed.
-        tags: where the values of recorded tags come from; None = no tags.
+        chunk_scans: most scans in a chunk; a smaller number limits the loss if the process is killed.
+        tags: source of the recorded tags' values; None = no tags.
         orders: whether the rack can be operated while it runs: the trace has /orders then.
-        sequences: whether events of /sequences will come.
-        keeping: keeps the recordings before this one; without, `target` is replaced.
+        sequences: whether there will be events of /sequences.
+        keeping: keeps earlier recordings; without, `target` is replaced.
 
     Raises:
         ValueError: slots and memory block do not fit, or a slot is given twice.
-        OSError: the target can't be written; TraceFull if it is the disk that is full.
+        OSError: the target can't be written; TraceFull on a full disk.
     """
 
     def __init__(
@@ -140,7 +140,7 @@ class ScanRecorder:
         self._begin(chunk_bytes, head, files)
 
     def _begin(self, chunk_bytes: int, head: dict[str, str], files: Sequence[Attachment]) -> None:
-        """Write all that comes before the first chunk."""
+        """Write everything before the first chunk."""
         try:
             self._writer: TraceWriter = ChunkWriter(
                 self._file, profile=PROFILE, library=LIBRARY + head["scanrack"], chunk_bytes=chunk_bytes
@@ -174,7 +174,7 @@ class ScanRecorder:
         Args:
             scan: its number, 0 or more.
             now_ns: virtual time of its input latch.
-            flags: what the CPU was doing, 0 to 2**32 - 1.
+            flags: of the CPU, 0 to 2**32 - 1.
 
         Raises:
             TraceFull: the disk is full. This scan is in the trace, later ones are not; `close`
@@ -188,7 +188,7 @@ class ScanRecorder:
                 self._write_pending(scan, now_ns)
 
     def draft_soon(self) -> None:
-        """Write the open chunk as it is with the next scan: a process that is killed leaves it.
+        """Write the open chunk uncompressed with the next scan: it survives a kill of the process.
 
         The bytes of the finished trace do not depend on it.
         """
@@ -205,7 +205,7 @@ class ScanRecorder:
         """Record an event. An unchanged state is not written again.
 
         Args:
-            scan: number of the scan in which it became known.
+            scan: number of the scan that reported it.
             topic: one of traces.topics.TOPICS; "/sequences", if the recorder was made with them.
             fields: its values by name.
 
@@ -243,7 +243,7 @@ class ScanRecorder:
         self._after_writing(scan)
 
     def _hand_over(self, scan: int) -> None:
-        """Give the writer the scans collected so far."""
+        """Pass the collected scans to the writer."""
         if self._refusal is not None:
             raise TraceFull(self._refusal, complete=True)
         if len(self._batch):
@@ -264,7 +264,7 @@ class ScanRecorder:
         """Write further files that travel with the trace.
 
         Args:
-            scan: number of the scan before which they are needed.
+            scan: number of the first scan that needs them.
 
         Raises:
             TraceFull: the disk has no room for them; none is in the trace.
@@ -276,13 +276,13 @@ class ScanRecorder:
         for each in files:
             self._writer.add_attachment(each.name, each.media_type, each.data)
         if self._drafts:
-            self._writer.draft(self._file)  # in place of the one that has gone
+            self._writer.draft(self._file)  # in place of the removed one
 
     def close(self) -> None:
         """Write the open chunk and the summary, and close the file.
 
         Raises:
-            TraceFull: not even the room held for it was enough.
+            TraceFull: not even the reserved room was enough.
         """
         if self._closed:
             return
@@ -330,7 +330,7 @@ def _hashes(**files: Attachment | None) -> dict[str, str]:
 
 
 def _version(distribution: str) -> str:
-    """Return the version of a distribution; "unknown" where it runs without being installed."""
+    """Return the version of a distribution; "unknown" for an uninstalled one."""
     try:
         return version(distribution)
     except PackageNotFoundError:

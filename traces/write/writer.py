@@ -1,4 +1,4 @@
-"""What a recorder needs of the writer of its MCAP records."""
+"""The interface between a recorder and the writer of its MCAP records."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .output import TraceFile
 
 
 class TraceWriter(Protocol):
-    """What a recorder asks of a writer: channels and metadata first, then messages.
+    """A writer of records: channels and metadata first, then messages.
 
     Attachments come at any time.
     """
@@ -32,13 +32,13 @@ class TraceWriter(Protocol):
     def add_message(
         self, channel_id: int, log_time: int, data: bytes, publish_time: int, sequence: int, /
     ) -> None:
-        """Take one message; times in ns."""
+        """Add one message; times in ns."""
 
     def add_block(self, channel_id: int, log_times: NDArray[np.uint64], block: bytes | memoryview) -> None:
-        """Take message records of one size that are laid out already, with their times in ns."""
+        """Add message records of one size, already laid out, with their times in ns."""
 
     def draft(self, file: TraceFile) -> None:
-        """Write the messages of the open chunk that are not in the file yet, as they are."""
+        """Write the new messages of the open chunk uncompressed."""
 
     def finish(self) -> None:
         """Write the open chunk, the summary and the footer. The file stays open."""
