@@ -112,8 +112,8 @@ def is_named(signal: Signal, pattern: str) -> bool:
     `*` and `?` are wildcards, brackets are subscripts; case does not matter. As in a rack file, a name
     means all members and elements below it.
 
-    >>> from .signal import Kind
-    >>> signal = Signal("tags.main_fill_acc", Kind.NUMBER, lambda block: block.flags, title=r"\Main.Fill.ACC")
+    >>> from .signal import SignalKind
+    >>> signal = Signal("tags.main_fill_acc", SignalKind.NUMBER, lambda block: block.flags, title=r"\Main.Fill.ACC")
     >>> [is_named(signal, each) for each in ("tags.*", "main_fill*", r"\main.fill", "fill.acc", "ACC", "Fi")]
     [True, True, True, True, True, False]
     """
