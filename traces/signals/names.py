@@ -113,7 +113,8 @@ def is_named(signal: Signal, pattern: str) -> bool:
     means all members and elements below it.
 
     >>> from .signal import SignalKind
-    >>> signal = Signal("tags.main_fill_acc", SignalKind.NUMBER, lambda block: block.flags, title=r"\Main.Fill.ACC")
+    >>> kind = SignalKind.NUMBER
+    >>> signal = Signal("tags.main_fill_acc", kind, lambda block: block.flags, title=r"\Main.Fill.ACC")
     >>> [is_named(signal, each) for each in ("tags.*", "main_fill*", r"\main.fill", "fill.acc", "ACC", "Fi")]
     [True, True, True, True, True, False]
     """
