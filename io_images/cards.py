@@ -28,19 +28,12 @@ WORD_BITS = 16
 
 
 class RangeBits(NamedTuple):
-    """Place of the range bits in a card's input image.
+    """Place of the range bits in a card's input image."""
 
-    Attributes:
-        status_word: word of the status bits; bit n is that of channel n.
-        word: word of the over- and under-range bits.
-        over: the over-range bit of channel 0.
-        step: distance of the bits from channel to channel.
-    """
-
-    status_word: int
-    word: int
-    over: int
-    step: int
+    status_word: int  # word of the status bits; bit n is that of channel n
+    word: int  # word of the over- and under-range bits
+    over: int  # the over-range bit of channel 0
+    step: int  # distance of the bits from channel to channel
 
     def over_bit(self, channel: int) -> int:
         """Return the over-range bit of a channel; the next bit is its under-range bit."""
@@ -48,17 +41,11 @@ class RangeBits(NamedTuple):
 
 
 class MemberPlace(NamedTuple):
-    """The place of a member.
+    """The place of a member."""
 
-    Attributes:
-        image: "I" or "O".
-        word: 0 to 7.
-        bit: 0 to 15; None for a word, or for a DINT of two words.
-    """
-
-    image: str
-    word: int
-    bit: int | None = None
+    image: str  # "I" or "O"
+    word: int  # 0 to 7
+    bit: int | None = None  # 0 to 15; None for a word, or for a DINT of two words
 
 
 @dataclass(frozen=True, slots=True)

@@ -37,20 +37,13 @@ SIGNAL_MAX = 30
 
 @dataclass(frozen=True, slots=True)
 class SignalRange:
-    """A signal range of a channel.
+    """A signal range of a channel."""
 
-    Attributes:
-        name: as in a rack file.
-        unit: V or mA.
-        low: lower end of the normal range.
-        least: lowest converted signal.
-    """
-
-    name: str
-    unit: str
-    low: Fraction
+    name: str  # as in a rack file
+    unit: str  # V or mA
+    low: Fraction  # lower end of the normal range
     high: Fraction
-    least: Fraction
+    least: Fraction  # lowest converted signal
     most: Fraction
 
     @property

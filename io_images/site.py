@@ -9,25 +9,16 @@ from typing import Self
 
 @dataclass(frozen=True, slots=True)
 class Site:
-    r"""A place in a program or a file; what is not known is empty or None.
-
-    Attributes:
-        routine: full name of the routine: `Main`, in a controller `\Program.Main`.
-        rung: number of the rung in it, from 0; in structured text of the line, from 1.
-        instruction: the instruction as text, in structured text the statement.
-        unit: "rung" or "line", which `rung` counts.
-        line: line in the file, from 1.
-        column: column in that line, from 1.
-    """
+    """A place in a program or a file; what is not known is empty or None."""
 
     program: str = ""
-    routine: str = ""
-    rung: int | None = None
-    instruction: str = ""
-    unit: str = "rung"
+    routine: str = ""  # full name of the routine: `Main`, in a controller `\Program.Main`
+    rung: int | None = None  # number of the rung in it, from 0; in structured text of the line, from 1
+    instruction: str = ""  # the instruction as text, in structured text the statement
+    unit: str = "rung"  # "rung" or "line", which `rung` counts
     file: str = ""
-    line: int | None = None
-    column: int | None = None
+    line: int | None = None  # line in the file, from 1
+    column: int | None = None  # column in that line, from 1
     task: str = ""
     tag: str = ""
 

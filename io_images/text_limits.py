@@ -32,19 +32,12 @@ class TextKind(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class TextLimits:
-    """Limits of a text.
+    """Limits of a text."""
 
-    Attributes:
-        size: bytes of a file, and characters of a text.
-        nesting: depth of brackets.
-        parts: parts of a dotted name.
-        token: characters of a name, a number, a string or a run of blanks.
-    """
-
-    size: int
-    nesting: int = 1000
-    parts: int = 64
-    token: int = 4 * KIB
+    size: int  # bytes of a file, and characters of a text
+    nesting: int = 1000  # depth of brackets
+    parts: int = 64  # parts of a dotted name
+    token: int = 4 * KIB  # characters of a name, a number, a string or a run of blanks
 
 
 LIMITS: Mapping[TextKind, TextLimits] = {

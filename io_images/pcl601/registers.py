@@ -53,30 +53,19 @@ class Register(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One row of the memory map.
-
-    Attributes:
-        reference: 4x reference of its (low) word, from 1.
-        words: registers, 1 or 2.
-        default: after power-up and reset.
-        meaning: the manual's name, with the unit.
-        ascii: the AA ASCII command that writes or reads it, or "".
-        writable: Read/Write in the map.
-        locked: whether it is read-only during motion.
-        kept: non-volatile.
-    """
+    """One row of the memory map."""
 
     register: Register
-    reference: int
-    words: int
+    reference: int  # 4x reference of its (low) word, from 1
+    words: int  # registers, 1 or 2
     low: int
     high: int
-    default: int
-    meaning: str
-    ascii: str = ""
-    writable: bool = True
-    locked: bool = False
-    kept: bool = False
+    default: int  # after power-up and reset
+    meaning: str  # the manual's name, with the unit
+    ascii: str = ""  # the AA ASCII command that writes or reads it, or ""
+    writable: bool = True  # Read/Write in the map
+    locked: bool = False  # whether it is read-only during motion
+    kept: bool = False  # non-volatile
 
     @property
     def address(self) -> int:

@@ -44,23 +44,15 @@ class Action(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """One row of the command summary.
+    """One row of the command summary."""
 
-    Attributes:
-        name: its one or two characters.
-        form: as the manual prints it.
-        meaning: the manual's name.
-        code: the equivalent command code.
-        while_running: whether it is accepted while a stored program runs.
-    """
-
-    name: str
-    form: str
-    meaning: str
+    name: str  # its one or two characters
+    form: str  # as the manual prints it
+    meaning: str  # the manual's name
     action: Action
     register: Register | None = None
-    code: Code | None = None
-    while_running: bool = False
+    code: Code | None = None  # the equivalent command code
+    while_running: bool = False  # whether it is accepted while a stored program runs
 
 
 _ANALOG = Code.POSITION_FROM_ANALOG

@@ -35,17 +35,11 @@ BAUD = 9600
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """A frame with a valid sum.
+    """A frame with a valid sum."""
 
-    Attributes:
-        second: the address in a command, `REPLY` in a reply.
-        third: the instruction in a command, the controller's address in a reply.
-        data: 32 bits, signed.
-    """
-
-    second: int
-    third: int
-    data: int
+    second: int  # the address in a command, `REPLY` in a reply
+    third: int  # the instruction in a command, the controller's address in a reply
+    data: int  # 32 bits, signed
 
 
 def encode(second: int, third: int, data: int = 0) -> bytes:

@@ -51,30 +51,20 @@ class ParameterStorage(Enum):
 
 @dataclass(frozen=True, slots=True)
 class InstructionRow:
-    """One row of the summary table.
+    """One row of the summary table."""
 
-    Attributes:
-        char: the instruction's byte as the manual writes it.
-        name: this project's name, also of its parameter.
-        low: lowest value, None where the data are ignored.
-        high: highest value.
-        values: the only values, where they are not a range.
-        shows: the parameter that a read returns.
-        note: a misprint or a reading of this row.
-    """
-
-    char: str
-    name: str
+    char: str  # the instruction's byte as the manual writes it
+    name: str  # this project's name, also of its parameter
     kind: Kind
     meaning: str
-    low: int | None = None
-    high: int | None = None
-    values: tuple[int, ...] = ()
+    low: int | None = None  # lowest value, None where the data are ignored
+    high: int | None = None  # highest value
+    values: tuple[int, ...] = ()  # the only values, where they are not a range
     unit: str = ""
     default: int = 0
     keeping: ParameterStorage = ParameterStorage.VOLATILE
-    shows: str = ""
-    note: str = ""
+    shows: str = ""  # the parameter that a read returns
+    note: str = ""  # a misprint or a reading of this row
 
     @property
     def code(self) -> int:

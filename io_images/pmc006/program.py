@@ -134,15 +134,10 @@ class UserInstruction:
 
 @dataclass(frozen=True, slots=True)
 class UserProgram:
-    """A user program with the assembler's warnings.
+    """A user program with the assembler's warnings."""
 
-    Attributes:
-        lines: up to `MAX_LINES`.
-        warnings: values beyond the manual's table, each with its line of text.
-    """
-
-    lines: tuple[UserInstruction, ...] = ()
-    warnings: tuple[str, ...] = ()
+    lines: tuple[UserInstruction, ...] = ()  # up to `MAX_LINES`
+    warnings: tuple[str, ...] = ()  # values beyond the manual's table, each with its line of text
 
 
 def assemble(text: str) -> UserProgram:

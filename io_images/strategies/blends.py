@@ -41,14 +41,10 @@ class BlendProfile:
 
 
 class FaultyBlend(NamedTuple):
-    """Output images of blocks with one fault.
-
-    Attributes:
-        rule: id of the broken rule; "" for missing final blocks, which the module ignores silently.
-    """
+    """Output images of blocks with one fault."""
 
     blocks: list[Image]
-    rule: str
+    rule: str  # id of the broken rule; "" for missing final blocks, which the module ignores silently
 
 
 def handshake(blocks: Sequence[Image]) -> list[Image]:

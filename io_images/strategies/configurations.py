@@ -25,15 +25,10 @@ PLAIN_INPUTS = (InputBit.EXTERNAL | InputBit.HOME | InputBit.ESTOP).value | LIMI
 
 
 class FaultyConfiguration(NamedTuple):
-    """Words that break one configuration rule.
+    """Words that break one configuration rule."""
 
-    Attributes:
-        image: the output image; bit 15 of word 0 is set.
-        rule: id of the broken rule.
-    """
-
-    image: Image
-    rule: str
+    image: Image  # the output image; bit 15 of word 0 is set
+    rule: str  # id of the broken rule
 
 
 def configurations(

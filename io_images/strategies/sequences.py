@@ -66,16 +66,11 @@ MOVE_ENDED = COMPLETION_BITS | ERROR_BITS & ~StatusMsw.POSITION_INVALID
 
 
 class Showing(NamedTuple):
-    """An output image and how long it is shown.
-
-    Attributes:
-        ms: duration, or its maximum with `waits`.
-        waits: whether it ends when the module shows the end of a motion, or an error.
-    """
+    """An output image and how long it is shown."""
 
     image: Image
-    ms: int = SETTLE_MS
-    waits: bool = False
+    ms: int = SETTLE_MS  # duration, or its maximum with `waits`
+    waits: bool = False  # whether it ends when the module shows the end of a motion, or an error
 
     def is_over(self, inputs: Image, shown_ms: float) -> bool:
         """Whether the next image follows, after `shown_ms` with these inputs; at least after `SETTLE_MS`."""

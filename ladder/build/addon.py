@@ -84,41 +84,29 @@ class ParameterMode(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """A parameter or a local tag of an add-on instruction.
-
-    Attributes:
-        type: for INOUT, the type of the argument.
-        dims: length per dimension, none for a single value.
-        required: whether a call has an argument for it, as always for an INOUT.
-        initial: initial value in every instance, see `tags.Tag`; None = zero and for INOUT.
-        at: the part of a local tag that it names, "" if it has memory of its own.
-    """
+    """A parameter or a local tag of an add-on instruction."""
 
     name: str
-    type: DataType
+    type: DataType  # for INOUT, the type of the argument
     way: ParameterMode
-    dims: tuple[int, ...] = ()
-    required: bool = False
+    dims: tuple[int, ...] = ()  # length per dimension, none for a single value
+    required: bool = False  # whether a call has an argument for it, as always for an INOUT
     comment: str = ""
-    initial: object = None
-    at: str = ""
+    initial: object = None  # initial value in every instance, see `tags.Tag`; None = zero and for INOUT
+    at: str = ""  # the part of a local tag that it names, "" if it has memory of its own
 
 
 @dataclass(frozen=True)
 class AddOn:
     """The definition of an add-on instruction; called in Python, it returns a call.
 
-    Attributes:
-        parameters: parameters and local tags.
-        routines: Logic, EnableInFalse, Prescan.
-
     Raises:
         LadderError: Logic is missing, a name is taken or unknown, or an instruction is not allowed in it.
     """
 
     name: str
-    parameters: tuple[Parameter, ...]
-    routines: tuple[Routine, ...]
+    parameters: tuple[Parameter, ...]  # parameters and local tags
+    routines: tuple[Routine, ...]  # Logic, EnableInFalse, Prescan
     comment: str = ""
 
     def __post_init__(self) -> None:
@@ -274,17 +262,11 @@ def _uses(instruction: Instruction) -> tuple[Use, ...]:
 
 @dataclass(frozen=True, slots=True)
 class Copies:
-    """The parameters of a call by value, as rungs of the caller, and its InOuts.
+    """The parameters of a call by value, as rungs of the caller, and its InOuts."""
 
-    Attributes:
-        inputs: rungs that copy the arguments in.
-        outputs: rungs that copy the results out.
-        handed: arguments of the InOuts, by name.
-    """
-
-    inputs: tuple[Series, ...]
-    outputs: tuple[Series, ...]
-    handed: Mapping[str, Address]
+    inputs: tuple[Series, ...]  # rungs that copy the arguments in
+    outputs: tuple[Series, ...]  # rungs that copy the results out
+    handed: Mapping[str, Address]  # arguments of the InOuts, by name
 
 
 def copies_of(definition: AddOn, instance: Address, call: Instruction) -> Copies:

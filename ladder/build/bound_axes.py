@@ -32,17 +32,11 @@ ROUTINE = "Axes3601"
 
 @dataclass(frozen=True, slots=True)
 class Axes:
-    """Axes of a program on 3601s of the rack.
+    """Axes of a program on 3601s of the rack."""
 
-    Attributes:
-        settings: by tag.
-        state: the type AXIS_3601.
-        block: the add-on instruction Amci3601.
-    """
-
-    settings: Mapping[str, AxisSettings]
-    state: Structure
-    block: AddOn
+    settings: Mapping[str, AxisSettings]  # by tag
+    state: Structure  # the type AXIS_3601
+    block: AddOn  # the add-on instruction Amci3601
 
 
 def names_of(axis: str) -> tuple[str, str]:

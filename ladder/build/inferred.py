@@ -149,24 +149,15 @@ Missing = Callable[[str, Address], tuple[str, tuple[Step, ...]] | None]
 
 @dataclass(slots=True)
 class Guess:
-    """The evidence for the type of a tag or member.
-
-    Attributes:
-        structures: candidates with all its members.
-        members: by name in capitals.
-        lengths: of its dimensions, from subscripts.
-        votes: types that its uses require.
-        weak: types that its uses suggest.
-        bit: the highest accessed bit, -1 without one.
-    """
+    """The evidence for the type of a tag or member."""
 
     name: str
-    structures: tuple[Structure, ...] = ()
-    members: dict[str, Guess] = field(default_factory=dict)
-    lengths: list[int] = field(default_factory=list)
-    votes: list[DataType] = field(default_factory=list)
-    weak: list[DataType] = field(default_factory=list)
-    bit: int = -1
+    structures: tuple[Structure, ...] = ()  # candidates with all its members
+    members: dict[str, Guess] = field(default_factory=dict)  # by name in capitals
+    lengths: list[int] = field(default_factory=list)  # of its dimensions, from subscripts
+    votes: list[DataType] = field(default_factory=list)  # types that its uses require
+    weak: list[DataType] = field(default_factory=list)  # types that its uses suggest
+    bit: int = -1  # the highest accessed bit, -1 without one
 
     def member(self, name: str) -> Guess:
         """Return a member, created if new."""

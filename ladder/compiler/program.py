@@ -41,21 +41,13 @@ class FunctionText:
 
 @dataclass(frozen=True, slots=True)
 class ProgramText:
-    """The Python of a program.
+    """The Python of a program."""
 
-    Attributes:
-        idents: its variables.
-        parts: its functions.
-        file: the rungs' file.
-        functions: name of the function by routine in capitals, without add-on instructions.
-        noted: the list of noted power.
-    """
-
-    idents: Sequence[str]
-    parts: Sequence[FunctionText]
-    file: str
-    functions: dict[str, str]
-    noted: NoteList
+    idents: Sequence[str]  # its variables
+    parts: Sequence[FunctionText]  # its functions
+    file: str  # the rungs' file
+    functions: dict[str, str]  # name of the function by routine in capitals, without add-on instructions
+    noted: NoteList  # the list of noted power
 
     @property
     def text(self) -> str:

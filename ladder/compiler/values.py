@@ -34,21 +34,13 @@ PYTHON_RELATION = {"=": "==", "<>": "!=", **{each: each for each in RELATIONS[2:
 
 @dataclass(frozen=True, slots=True)
 class Term:
-    """A value as Python text.
+    """A value as Python text."""
 
-    Attributes:
-        text: an expression: a name, a number or something in parentheses.
-        low: lowest possible value, for an integer.
-        high: highest possible value.
-        real: whether it is a floating-point number.
-        double: whether it needs rounding to be a REAL.
-    """
-
-    text: str
-    low: int = 0
-    high: int = 0
-    real: bool = False
-    double: bool = False
+    text: str  # an expression: a name, a number or something in parentheses
+    low: int = 0  # lowest possible value, for an integer
+    high: int = 0  # highest possible value
+    real: bool = False  # whether it is a floating-point number
+    double: bool = False  # whether it needs rounding to be a REAL
 
     def fits(self, bits: int) -> bool:
         """Whether it is an integer that never overflows that many bits."""

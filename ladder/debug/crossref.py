@@ -39,20 +39,14 @@ STRETCHES = frozenset({Use.SOURCE, Use.DESTINATION, Use.TABLE, Use.ARRAY})
 
 @dataclass(frozen=True, slots=True)
 class Mention:
-    """An operand of an instruction.
-
-    Attributes:
-        where: the resolved operand.
-        text: the address as written.
-        stretch: whether it may extend beyond the named element.
-    """
+    """An operand of an instruction."""
 
     site: Site
-    where: Place | Group
-    text: str
+    where: Place | Group  # the resolved operand
+    text: str  # the address as written
     reads: bool
     writes: bool
-    stretch: bool = False
+    stretch: bool = False  # whether it may extend beyond the named element
 
     @property
     def way(self) -> str:

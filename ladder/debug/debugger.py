@@ -35,17 +35,11 @@ PICTURED = 100
 
 @dataclass(frozen=True, slots=True)
 class BreakpointStop:
-    """A breakpoint that was met.
+    """A breakpoint that was met."""
 
-    Attributes:
-        scan: number of the scan, from 0.
-        now_ns: its virtual time.
-        text: the breakpoint and the event.
-    """
-
-    scan: int
-    now_ns: int
-    text: str
+    scan: int  # number of the scan, from 0
+    now_ns: int  # its virtual time
+    text: str  # the breakpoint and the event
 
     def __str__(self) -> str:
         return f"scan {self.scan}, {self.now_ns / 1e9:g} s: {self.text}"

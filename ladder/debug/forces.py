@@ -27,19 +27,12 @@ Forces = Mapping[tuple[str, int], Force]
 
 @dataclass(frozen=True, slots=True)
 class ForcedValue:
-    """A forced value.
+    """A forced value."""
 
-    Attributes:
-        leaf: the forced leaf.
-        index: the forced element.
-        left: mask of the unforced bits, as a value of the leaf's type; None if all are forced.
-        value: the forced bits.
-    """
-
-    leaf: Leaf
-    index: int
-    left: int | None
-    value: Value
+    leaf: Leaf  # the forced leaf
+    index: int  # the forced element
+    left: int | None  # mask of the unforced bits, as a value of the leaf's type; None if all are forced
+    value: Value  # the forced bits
 
     def merged(self, value: Any) -> Any:
         """Return a value with the forced bits."""

@@ -34,19 +34,12 @@ _PACKED = re.compile(r"(?P<host>\w+)\.(?P<bit>\d+)")
 
 @dataclass(frozen=True, slots=True)
 class TagValue:
-    """A value or an array of a program.
+    """A value or an array of a program."""
 
-    Attributes:
-        name: its full name; for an array see `io_images.tag_names`.
-        type: its elementary type, such as DINT; TEXT for a STRING.
-        length: elements of an array; 0 for a single value.
-        source: the expression that reads it: `*name` for an array, length and data for a TEXT.
-    """
-
-    name: str
-    type: str
-    length: int
-    source: str
+    name: str  # its full name; for an array see `io_images.tag_names`
+    type: str  # its elementary type, such as DINT; TEXT for a STRING
+    length: int  # elements of an array; 0 for a single value
+    source: str  # the expression that reads it: `*name` for an array, length and data for a TEXT
 
 
 class ImageNamedError(LadderError):

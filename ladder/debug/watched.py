@@ -26,15 +26,10 @@ def shown(value: object) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Blocker:
-    """A condition that ended the power of a rung.
+    """A condition that ended the power of a rung."""
 
-    Attributes:
-        instruction: as text.
-        values: its tags with their values then.
-    """
-
-    instruction: str
-    values: tuple[tuple[str, Value], ...]
+    instruction: str  # as text
+    values: tuple[tuple[str, Value], ...]  # its tags with their values then
 
     def __str__(self) -> str:
         values = ", ".join(f"{tag} = {shown(value)}" for tag, value in self.values)

@@ -22,52 +22,33 @@ class Wire:
 
 @dataclass(frozen=True, slots=True)
 class Symbol:
-    """A contact or a coil on the wire, its name above.
+    """A contact or a coil on the wire, its name above."""
 
-    Attributes:
-        x: first column of its sign.
-        sign: as in `SYMBOLS`.
-        label_x: first column of the name.
-        feeder: the element before it.
-        value: the tag whose value is beside it, or None.
-    """
-
-    x: int
+    x: int  # first column of its sign
     y: int
-    sign: str
+    sign: str  # as in `SYMBOLS`
     name: str
-    label_x: int
+    label_x: int  # first column of the name
     element: int
-    feeder: int
-    value: str | None = None
+    feeder: int  # the element before it
+    value: str | None = None  # the tag whose value is beside it, or None
 
 
 class BoxLine(NamedTuple):
-    """A line of a box.
-
-    Attributes:
-        operand: its text, or spaces for its value.
-        value: the tag whose value replaces the text, or None.
-    """
+    """A line of a box."""
 
     caption: str
-    operand: str
-    value: str | None = None
+    operand: str  # its text, or spaces for its value
+    value: str | None = None  # the tag whose value replaces the text, or None
 
 
 @dataclass(frozen=True, slots=True)
 class Box:
-    """An instruction with its operands.
+    """An instruction with its operands."""
 
-    Attributes:
-        x: column of the left edge.
-        y: row of the wire, which meets the first line.
-        width: columns, edges included.
-    """
-
-    x: int
-    y: int
-    width: int
+    x: int  # column of the left edge
+    y: int  # row of the wire, which meets the first line
+    width: int  # columns, edges included
     title: str
     lines: tuple[BoxLine, ...]
     element: int
@@ -75,15 +56,11 @@ class Box:
 
 @dataclass(frozen=True, slots=True)
 class Corner:
-    """The place where a lower leg of a branch meets the vertical wire.
-
-    Attributes:
-        opens: whether it is on the branch's left wire, so that the leg continues to its right.
-    """
+    """The place where a lower leg of a branch meets the vertical wire."""
 
     x: int
     y: int
-    opens: bool
+    opens: bool  # whether it is on the branch's left wire, so that the leg continues to its right
     element: int
 
 

@@ -32,17 +32,11 @@ def units(value: float) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Pen:
-    """Draws shapes at a position of the page.
+    """Draws shapes at a position of the page."""
 
-    Attributes:
-        row: units per row.
-        left: columns to the left of column 0.
-        top: rows above row 0.
-    """
-
-    row: int
-    left: float = 0
-    top: float = 0
+    row: int  # units per row
+    left: float = 0  # columns to the left of column 0
+    top: float = 0  # rows above row 0
 
     def x(self, x: float) -> str:
         """Return the units of a column's middle."""

@@ -56,19 +56,13 @@ class Letters:
 
 @dataclass(frozen=True, slots=True)
 class Value:
-    """Place of a tag's value: beside a sign below its wire, or at the right edge of a box.
+    """Place of a tag's value: beside a sign below its wire, or at the right edge of a box."""
 
-    Attributes:
-        x: column of its beginning or end.
-        beside: whether it is small, beside a sign.
-        ends: whether it ends at `x`.
-    """
-
-    x: float
+    x: float  # column of its beginning or end
     y: float
     name: str
-    beside: bool
-    ends: bool
+    beside: bool  # whether it is small, beside a sign
+    ends: bool  # whether it ends at `x`
 
 
 Form = Line | Curve | BoxFrame | Letters | Value

@@ -68,21 +68,13 @@ class StepsScan(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """One step.
+    """One step."""
 
-    Attributes:
-        line: its line in the file.
-        write: writes its words to an output image.
-        rise: status bits that are set at its end.
-        fall: status bits that are clear at its end.
-        for_ns: its duration without listed bits; None = for ever.
-    """
-
-    line: int
-    write: Callable[[Image], None]
-    rise: frozenset[str] = frozenset()
-    fall: frozenset[str] = frozenset()
-    for_ns: int | None = None
+    line: int  # its line in the file
+    write: Callable[[Image], None]  # writes its words to an output image
+    rise: frozenset[str] = frozenset()  # status bits that are set at its end
+    fall: frozenset[str] = frozenset()  # status bits that are clear at its end
+    for_ns: int | None = None  # its duration without listed bits; None = for ever
 
     def over(self, inputs: Image, lasted_ns: int) -> bool:
         """Whether it ends in a scan with these inputs, `lasted_ns` after its beginning."""

@@ -89,17 +89,11 @@ def _member(group: Group, name: str) -> Place | None:
 
 @dataclass(frozen=True, slots=True)
 class TimedCall:
-    """An instruction that takes time.
+    """An instruction that takes time."""
 
-    Attributes:
-        bits: its EN, DN, ER, IP, PC, as far as they exist.
-        error: its ERR, or None.
-        started: its start time, ns.
-    """
-
-    bits: Mapping[str, Place]
-    error: Place | None
-    started: Place
+    bits: Mapping[str, Place]  # its EN, DN, ER, IP, PC, as far as they exist
+    error: Place | None  # its ERR, or None
+    started: Place  # its start time, ns
 
 
 def _timed(resolver: OperandResolver, operands: tuple[Resolved | None, ...]) -> TimedCall:

@@ -25,21 +25,13 @@ class RungTextError(LadderError):
 
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """A reason why a program can't be built.
+    """A reason why a program can't be built."""
 
-    Attributes:
-        where: routine and rung, or the tag, for people.
-        rung: the rung as text, "" if it is not a rung.
-        text: what is wrong, with the value and what is allowed.
-        remedy: what helps.
-        site: where, without `rung` if it is no rung or line.
-    """
-
-    where: str
-    rung: str
-    text: str
-    remedy: str
-    site: Site = NOWHERE
+    where: str  # routine and rung, or the tag, for people
+    rung: str  # the rung as text, "" if it is not a rung
+    text: str  # what is wrong, with the value and what is allowed
+    remedy: str  # what helps
+    site: Site = NOWHERE  # where, without `rung` if it is no rung or line
 
     def __str__(self) -> str:
         shown = f"\n    {self.rung}" if self.rung else ""

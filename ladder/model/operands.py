@@ -28,20 +28,13 @@ class Constant:
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """One elementary value.
-
-    Attributes:
-        indices: one per dimension of the leaf.
-        bit: None for the whole value.
-        text: the address as written.
-        array: dimensions of its array, none if it is not an element.
-    """
+    """One elementary value."""
 
     leaf: Leaf
-    indices: tuple[Resolved, ...]
-    bit: Resolved | None
-    text: str
-    array: tuple[int, ...] = ()
+    indices: tuple[Resolved, ...]  # one per dimension of the leaf
+    bit: Resolved | None  # None for the whole value
+    text: str  # the address as written
+    array: tuple[int, ...] = ()  # dimensions of its array, none if it is not an element
 
     @property
     def type(self) -> Elementary:
@@ -71,23 +64,15 @@ class Place:
 
 @dataclass(frozen=True, slots=True)
 class Group:
-    """A structure, an array, or an array from one element on.
-
-    Attributes:
-        path: tag and members, without subscripts.
-        indices: of the resolved dimensions.
-        dims: the remaining dimensions.
-        text: the address as written.
-        array: dimensions of its array, none if it is not an element.
-    """
+    """A structure, an array, or an array from one element on."""
 
     type: DataType
-    path: str
-    indices: tuple[Resolved, ...]
-    dims: tuple[int, ...]
+    path: str  # tag and members, without subscripts
+    indices: tuple[Resolved, ...]  # of the resolved dimensions
+    dims: tuple[int, ...]  # the remaining dimensions
     layout: Layout
-    text: str
-    array: tuple[int, ...] = ()
+    text: str  # the address as written
+    array: tuple[int, ...] = ()  # dimensions of its array, none if it is not an element
 
     @property
     def frame(self) -> str:

@@ -39,22 +39,16 @@ class TaskKind(Enum):
 class Task:
     """A task of a controller.
 
-    Attributes:
-        programs: in order of execution.
-        rate_ns: period of a periodic task, else 0.
-        priority: 1 to 15, 1 first.
-        preempt: whether it also runs at the end of a rung of the continuous task.
-
     Raises:
         LadderError: rate or priority are out of range, or belong to another kind of task.
     """
 
     name: str
     kind: TaskKind
-    programs: tuple[str, ...]
-    rate_ns: int = 0
-    priority: int = 10
-    preempt: bool = False
+    programs: tuple[str, ...]  # in order of execution
+    rate_ns: int = 0  # period of a periodic task, else 0
+    priority: int = 10  # 1 to 15, 1 first
+    preempt: bool = False  # whether it also runs at the end of a rung of the continuous task
     comment: str = ""
 
     def __post_init__(self) -> None:
@@ -71,39 +65,25 @@ class Task:
 
 @dataclass(frozen=True, slots=True)
 class ScheduledProgram:
-    """A program of a schedule.
-
-    Attributes:
-        main: its main routine, in capitals; None without routines.
-        fault: its fault routine, in capitals; None without one.
-        started: leaf that is true from its first scan on.
-        fault_type: leaf with the type of its latest major fault, 0 without one.
-        fault_code: leaf with the code of its latest major fault, 0 without one.
-    """
+    """A program of a schedule."""
 
     name: str
-    main: str | None
-    fault: str | None
-    started: Leaf
-    fault_type: Leaf
-    fault_code: Leaf
+    main: str | None  # its main routine, in capitals; None without routines
+    fault: str | None  # its fault routine, in capitals; None without one
+    started: Leaf  # leaf that is true from its first scan on
+    fault_type: Leaf  # leaf with the type of its latest major fault, 0 without one
+    fault_code: Leaf  # leaf with the code of its latest major fault, 0 without one
 
 
 @dataclass(frozen=True, slots=True)
 class ScheduledTask:
-    """A task of a schedule.
-
-    Attributes:
-        due: leaf with the time at which it is due next, ns.
-        pending: leaf that is true while an event task is due.
-        overlaps: leaf with the number of its overlaps.
-    """
+    """A task of a schedule."""
 
     task: Task
     programs: tuple[ScheduledProgram, ...]
-    due: Leaf
-    pending: Leaf
-    overlaps: Leaf
+    due: Leaf  # leaf with the time at which it is due next, ns
+    pending: Leaf  # leaf that is true while an event task is due
+    overlaps: Leaf  # leaf with the number of its overlaps
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,13 +91,10 @@ class Schedule:
     """The tasks of a scan, in order of declaration.
 
     Its state is in leaves of the memory: a snapshot of the memory includes it.
-
-    Attributes:
-        before: leaf with the time of the previous scan, ns; -1 before the first.
     """
 
     tasks: tuple[ScheduledTask, ...]
-    before: Leaf
+    before: Leaf  # leaf with the time of the previous scan, ns; -1 before the first
 
     @property
     def continuous(self) -> ScheduledTask | None:

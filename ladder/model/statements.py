@@ -23,15 +23,11 @@ LOOPS = 12
 
 @dataclass(frozen=True, slots=True)
 class Assignment(Statement):
-    """`target := value;`.
-
-    Attributes:
-        retentive: False for `[:=]`, whose target prescan clears.
-    """
+    """`target := value;`."""
 
     target: Address
     value: Operand
-    retentive: bool = True
+    retentive: bool = True  # False for `[:=]`, whose target prescan clears
 
     @property
     def head(self) -> str:
@@ -74,15 +70,10 @@ class Empty(Statement):
 
 @dataclass(frozen=True, slots=True)
 class If(Statement):
-    """IF, ELSIF, ELSE.
+    """IF, ELSIF, ELSE."""
 
-    Attributes:
-        arms: the first one with a true condition runs.
-        otherwise: the block of ELSE, None without one.
-    """
-
-    arms: tuple[Arm, ...]
-    otherwise: Block | None = None
+    arms: tuple[Arm, ...]  # the first one with a true condition runs
+    otherwise: Block | None = None  # the block of ELSE, None without one
 
     @property
     def head(self) -> str:
@@ -102,15 +93,11 @@ class If(Statement):
 
 @dataclass(frozen=True, slots=True)
 class Arm:
-    """A condition of IF or ELSIF, with its block.
-
-    Attributes:
-        line: line of its keyword in the routine, see `Statement`.
-    """
+    """A condition of IF or ELSIF, with its block."""
 
     condition: Operand
     body: Block
-    line: int = field(default=0, compare=False)
+    line: int = field(default=0, compare=False)  # line of its keyword in the routine, see `Statement`
     origin: Origin = field(default=Origin(), compare=False)
 
 
@@ -142,15 +129,11 @@ class Choice:
 
 @dataclass(frozen=True, slots=True)
 class Case(Statement):
-    """CASE: the first choice with the value of the selector runs.
-
-    Attributes:
-        otherwise: the block of ELSE, None without one.
-    """
+    """CASE: the first choice with the value of the selector runs."""
 
     selector: Operand
     choices: tuple[Choice, ...]
-    otherwise: Block | None = None
+    otherwise: Block | None = None  # the block of ELSE, None without one
 
     @property
     def head(self) -> str:
@@ -171,17 +154,12 @@ class Case(Statement):
 
 @dataclass(frozen=True, slots=True)
 class For(Statement):
-    """FOR: a block per value of a counter.
-
-    Attributes:
-        last: evaluated before each pass.
-        step: evaluated and added after each pass, None = 1.
-    """
+    """FOR: a block per value of a counter."""
 
     count: Address
     first: Operand
-    last: Operand
-    step: Operand | None
+    last: Operand  # evaluated before each pass
+    step: Operand | None  # evaluated and added after each pass, None = 1
     body: Block
 
     @property
@@ -218,15 +196,11 @@ class While(Statement):
 
 @dataclass(frozen=True, slots=True)
 class Repeat(Statement):
-    """REPEAT: a block, repeated until a condition is true after the pass.
-
-    Attributes:
-        until_line: line of UNTIL in the routine, see `Statement`.
-    """
+    """REPEAT: a block, repeated until a condition is true after the pass."""
 
     body: Block
     until: Operand
-    until_line: int = field(default=0, compare=False)
+    until_line: int = field(default=0, compare=False)  # line of UNTIL in the routine, see `Statement`
 
     head = "REPEAT"
 

@@ -15,30 +15,19 @@ from .types import HIDDEN, DataType, Elementary, count_of
 
 @dataclass(frozen=True, slots=True)
 class StretchPart:
-    """The values of one path in a stretch.
+    """The values of one path in a stretch."""
 
-    Attributes:
-        offset: of the first value.
-        dims: lengths of the arrays in the structure around it, the outermost first.
-        strides: distance between neighbours, per dimension.
-    """
-
-    offset: int
-    dims: tuple[int, ...] = ()
-    strides: tuple[int, ...] = ()
+    offset: int  # of the first value
+    dims: tuple[int, ...] = ()  # lengths of the arrays in the structure around it, the outermost first
+    strides: tuple[int, ...] = ()  # distance between neighbours, per dimension
 
 
 @dataclass(frozen=True, slots=True)
 class Stretch:
-    """The list of one element of a type.
+    """The list of one element of a type."""
 
-    Attributes:
-        parts: by path in capitals; "" for an elementary type itself.
-        zeros: the initial values.
-    """
-
-    parts: dict[str, StretchPart]
-    zeros: list[bool | int | float]
+    parts: dict[str, StretchPart]  # by path in capitals; "" for an elementary type itself
+    zeros: list[bool | int | float]  # the initial values
 
     @property
     def size(self) -> int:
@@ -84,21 +73,13 @@ def row_strides(dims: tuple[int, ...], size: int) -> tuple[int, ...]:
 
 @dataclass(frozen=True, slots=True)
 class Spot:
-    """The place of a leaf in a list.
+    """The place of a leaf in a list."""
 
-    Attributes:
-        ident: variable of the list in the compiled program.
-        base: variable of the stretch's offset, "" for 0.
-        size: values per element of the tag.
-        part: the leaf in an element.
-        strides: of all dimensions of the leaf, the tag's included.
-    """
-
-    ident: str
-    base: str
-    size: int
-    part: StretchPart
-    strides: tuple[int, ...]
+    ident: str  # variable of the list in the compiled program
+    base: str  # variable of the stretch's offset, "" for 0
+    size: int  # values per element of the tag
+    part: StretchPart  # the leaf in an element
+    strides: tuple[int, ...]  # of all dimensions of the leaf, the tag's included
 
     def at(self, index: int) -> int:
         """Return the offset of a value from its flat index in the leaf."""

@@ -37,14 +37,10 @@ _POWER = {"FALSE": False, "TRUE": True}
 
 @dataclass(frozen=True, slots=True)
 class Ending:
-    """The result of a message or of another instruction that takes time.
-
-    Attributes:
-        error: 0 for success, else its ERR, 1 to 65,535.
-    """
+    """The result of a message or of another instruction that takes time."""
 
     after_ns: int
-    error: int = 0
+    error: int = 0  # 0 for success, else its ERR, 1 to 65,535
 
     def __str__(self) -> str:
         what = f"error 16#{self.error:04X}" if self.error else "done"
@@ -68,12 +64,9 @@ class InPython:
     It is called in every scan as `f(tags, rung, *operands)`: the tags of the program, the rung condition, and
     the operands as numbers, characters or `Argument`. A result other than None is the rung condition after
     it.
-
-    Attributes:
-        address: `path:function`.
     """
 
-    address: str
+    address: str  # `path:function`
     function: Callable[..., Any] = field(compare=False)
 
     def __str__(self) -> str:
@@ -85,19 +78,12 @@ Stub = Ending | Power | InPython
 
 @dataclass(frozen=True, slots=True)
 class Stubs:
-    """The stubs of a rack file for its program.
+    """The stubs of a rack file for its program."""
 
-    Attributes:
-        by_name: by instruction or message tag, in capitals.
-        missing_tags: whether undeclared tags are declared by their use.
-        refused: whether an export runs although parts of it are refused; they do nothing.
-        cards: catalog numbers by slot.
-    """
-
-    by_name: Mapping[str, Stub] = field(default_factory=dict)
-    missing_tags: bool = False
-    refused: bool = False
-    cards: Mapping[int, str] = field(default_factory=dict)
+    by_name: Mapping[str, Stub] = field(default_factory=dict)  # by instruction or message tag, in capitals
+    missing_tags: bool = False  # whether undeclared tags are declared by their use
+    refused: bool = False  # whether an export runs although parts of it are refused; they do nothing
+    cards: Mapping[int, str] = field(default_factory=dict)  # catalog numbers by slot
 
 
 NO_STUBS = Stubs()

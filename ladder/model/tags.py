@@ -40,16 +40,12 @@ class Tag:
 
 @dataclass(frozen=True, slots=True)
 class Alias:
-    """A second name of an address.
-
-    Attributes:
-        type: structure that names the parts of a module's image; None keeps its own.
-    """
+    """A second name of an address."""
 
     name: str
     target: Address
     comment: str = ""
-    type: Structure | None = None
+    type: Structure | None = None  # structure that names the parts of a module's image; None keeps its own
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,28 +62,17 @@ Declaration = Tag | Alias | SlotAlias
 
 @dataclass(frozen=True, slots=True)
 class Leaf:
-    """An elementary value, or all of one path in arrays.
+    """An elementary value, or all of one path in arrays."""
 
-    Attributes:
-        path: tag and members, without subscripts.
-        dims: dimensions of all arrays around it, the outermost first.
-        ident: its identifier in the compiled program.
-        slot: slot of a module's image or fault, else None.
-        output: of a module: whether the program writes it.
-        frame: the add-on instruction whose instances contain it, in capitals; "" for tags.
-        root: in an add-on instruction the start of its path: `OWN`, or an InOut in capitals.
-        outer: in an add-on instruction the number of the InOut's own dimensions.
-    """
-
-    path: str
+    path: str  # tag and members, without subscripts
     type: Elementary
-    dims: tuple[int, ...]
-    ident: str
-    slot: int | None = None
-    output: bool = False
-    frame: str = ""
-    root: str = ""
-    outer: int = 0
+    dims: tuple[int, ...]  # dimensions of all arrays around it, the outermost first
+    ident: str  # its identifier in the compiled program
+    slot: int | None = None  # slot of a module's image or fault, else None
+    output: bool = False  # of a module: whether the program writes it
+    frame: str = ""  # the add-on instruction whose instances contain it, in capitals; "" for tags
+    root: str = ""  # in an add-on instruction the start of its path: `OWN`, or an InOut in capitals
+    outer: int = 0  # in an add-on instruction the number of the InOut's own dimensions
 
     @property
     def size(self) -> int:

@@ -125,13 +125,9 @@ class Address:
 
 @dataclass(frozen=True, slots=True)
 class Operation:
-    """An operator or a function with its operands.
+    """An operator or a function with its operands."""
 
-    Attributes:
-        name: `+ - * / ** MOD AND OR XOR = <> < <= > >=`, `NEG NOT`, or a function.
-    """
-
-    name: str
+    name: str  # `+ - * / ** MOD AND OR XOR = <> < <= > >=`, `NEG NOT`, or a function
     operands: tuple[Operand, ...]
 
     def __str__(self) -> str:

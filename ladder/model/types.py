@@ -336,20 +336,13 @@ TYPES: Mapping[str, DataType] = {
 
 @dataclass(frozen=True, slots=True)
 class Field:
-    """The place of an elementary value in the bytes of its type.
+    """The place of an elementary value in the bytes of its type."""
 
-    Attributes:
-        path: members joined by dots; "" for an elementary type itself.
-        offset: byte.
-        bit: bit from the low end of the byte, for a BOOL.
-        index: its index among the values of the path.
-    """
-
-    path: str
+    path: str  # members joined by dots; "" for an elementary type itself
     type: Elementary
-    offset: int
-    bit: int | None = None
-    index: int = 0
+    offset: int  # byte
+    bit: int | None = None  # bit from the low end of the byte, for a BOOL
+    index: int = 0  # its index among the values of the path
 
 
 @lru_cache(maxsize=1024)

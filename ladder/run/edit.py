@@ -26,21 +26,13 @@ FORMAT = "scanrack tags 1"
 
 @dataclass(frozen=True, slots=True)
 class Edit:
-    """The tags after an online edit.
+    """The tags after an online edit."""
 
-    Attributes:
-        now_ns: virtual time of the previous scan.
-        kept: tags with their old values.
-        new: new tags, with initial values.
-        changed: tags of another type, with initial values.
-        dropped: removed tags.
-    """
-
-    now_ns: int
-    kept: tuple[str, ...]
-    new: tuple[str, ...]
-    changed: tuple[str, ...]
-    dropped: tuple[str, ...]
+    now_ns: int  # virtual time of the previous scan
+    kept: tuple[str, ...]  # tags with their old values
+    new: tuple[str, ...]  # new tags, with initial values
+    changed: tuple[str, ...]  # tags of another type, with initial values
+    dropped: tuple[str, ...]  # removed tags
 
     def __str__(self) -> str:
         groups = (("new", self.new), ("of another type", self.changed), ("gone", self.dropped))

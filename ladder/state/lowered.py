@@ -75,31 +75,18 @@ ADD_ON = "add-on"
 
 @dataclass(frozen=True, slots=True)
 class AddOnCall:
-    """A call of an add-on instruction.
+    """A call of an add-on instruction."""
 
-    Attributes:
-        name: the add-on, in capitals.
-        instance: the instance's tag.
-        handed: arguments of the InOuts, by name in capitals.
-        enable_in: bit of the rung condition before the call.
-        enable_out: bit of the rung condition after the call.
-        inputs: rungs that copy the arguments in.
-        outputs: rungs that copy the results out.
-        logic: the routine for a true rung, in capitals.
-        otherwise: the routine for a false rung, or None.
-        prescan: the routine for prescan, or None.
-    """
-
-    name: str
-    instance: Group
-    handed: Mapping[str, Place | Group]
-    enable_in: Place
-    enable_out: Place
-    inputs: tuple[tuple[Node, ...], ...]
-    outputs: tuple[tuple[Node, ...], ...]
-    logic: str
-    otherwise: str | None
-    prescan: str | None
+    name: str  # the add-on, in capitals
+    instance: Group  # the instance's tag
+    handed: Mapping[str, Place | Group]  # arguments of the InOuts, by name in capitals
+    enable_in: Place  # bit of the rung condition before the call
+    enable_out: Place  # bit of the rung condition after the call
+    inputs: tuple[tuple[Node, ...], ...]  # rungs that copy the arguments in
+    outputs: tuple[tuple[Node, ...], ...]  # rungs that copy the results out
+    logic: str  # the routine for a true rung, in capitals
+    otherwise: str | None  # the routine for a false rung, or None
+    prescan: str | None  # the routine for prescan, or None
 
     @property
     def routines(self) -> tuple[str, ...]:
@@ -191,20 +178,13 @@ class Selection:
 
 @dataclass(frozen=True, slots=True)
 class Loop:
-    """FOR, WHILE or REPEAT.
+    """FOR, WHILE or REPEAT."""
 
-    Attributes:
-        start: runs once before.
-        test: condition of the next pass, before it; None = true.
-        advance: runs after a pass.
-        until: condition of the end, after a pass; None = false.
-    """
-
-    start: LoweredLine | None
-    test: LoweredLine | None
+    start: LoweredLine | None  # runs once before
+    test: LoweredLine | None  # condition of the next pass, before it; None = true
     body: Body
-    advance: LoweredLine | None
-    until: LoweredLine | None
+    advance: LoweredLine | None  # runs after a pass
+    until: LoweredLine | None  # condition of the end, after a pass; None = false
 
     @property
     def condition(self) -> LoweredLine:
@@ -225,22 +205,14 @@ Body = tuple[Act | Arms | Selection | Loop, ...]
 
 @dataclass(frozen=True, slots=True)
 class LoweredRoutine:
-    """A routine, ready to run.
-
-    Attributes:
-        lines: its rungs; of structured text all lines in text order.
-        labels: rung number by label in capitals.
-        parameters: tags of SBR, None without SBR.
-        body: its statements; None in a routine of rungs.
-        frame: its add-on instruction, in capitals; "" in a program.
-    """
+    """A routine, ready to run."""
 
     name: str
-    lines: tuple[LoweredLine, ...]
-    labels: Mapping[str, int]
-    parameters: tuple[Place, ...] | None
-    body: Body | None = None
-    frame: str = ""
+    lines: tuple[LoweredLine, ...]  # its rungs; of structured text all lines in text order
+    labels: Mapping[str, int]  # rung number by label in capitals
+    parameters: tuple[Place, ...] | None  # tags of SBR, None without SBR
+    body: Body | None = None  # its statements; None in a routine of rungs
+    frame: str = ""  # its add-on instruction, in capitals; "" in a program
 
     @property
     def unit(self) -> str:

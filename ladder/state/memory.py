@@ -414,18 +414,13 @@ class InterpretedAddOnStore:
 
 @dataclass(frozen=True, slots=True)
 class AliasTarget:
-    """The part of a structure that a member with `at` names.
-
-    Attributes:
-        index: flat index in the path.
-        bit: a bit of the part, None for the whole.
-    """
+    """The part of a structure that a member with `at` names."""
 
     path: str
     type: DataType
     dims: tuple[int, ...]
-    index: int
-    bit: int | None
+    index: int  # flat index in the path
+    bit: int | None  # a bit of the part, None for the whole
 
 
 def meant_by(path: str, kind: Structure, member: Member, index: int) -> AliasTarget:

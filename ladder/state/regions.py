@@ -28,30 +28,18 @@ class FieldSlice:
 
 @dataclass(frozen=True, slots=True)
 class ArrayRegion:
-    """The start of a copy, and its limits.
+    """The start of a copy, and its limits."""
 
-    Attributes:
-        type: of an element.
-        size: bytes per element.
-        parts: fields of an element.
-        indices: subscripts of the first element.
-        dims: the dimension of each subscript.
-        rest: number of elements per settled subscript.
-        array: number of elements of the array; 1 for a single tag.
-        root: in an add-on instruction its `Leaf.root`; "" in a program.
-        whole: whether it is a whole InOut, whose length the store knows.
-    """
-
-    type: DataType
-    size: int
-    parts: tuple[FieldSlice, ...]
-    indices: tuple[Resolved, ...]
-    dims: tuple[int, ...]
-    rest: int
-    array: int
+    type: DataType  # of an element
+    size: int  # bytes per element
+    parts: tuple[FieldSlice, ...]  # fields of an element
+    indices: tuple[Resolved, ...]  # subscripts of the first element
+    dims: tuple[int, ...]  # the dimension of each subscript
+    rest: int  # number of elements per settled subscript
+    array: int  # number of elements of the array; 1 for a single tag
     text: str
-    root: str = ""
-    whole: bool = False
+    root: str = ""  # in an add-on instruction its `Leaf.root`; "" in a program
+    whole: bool = False  # whether it is a whole InOut, whose length the store knows
 
     def first(self, index_of: Callable[[Resolved, int], int], dims: tuple[int, ...] = ()) -> int:
         """Return the flat index of the first element.

@@ -76,25 +76,16 @@ class ProgramPart:
 
 @dataclass(slots=True)
 class Parts:
-    """A document's parts.
-
-    Attributes:
-        programs: by name in capitals.
-        tasks: none for one task with all programs.
-        add_ons: by name in capitals.
-        stubs: replacements of instructions, by name in capitals.
-        uncalled: add-ons that `harness_of` omits, in capitals.
-        cards: known catalog numbers by slot.
-    """
+    """A document's parts."""
 
     name: str
     declarations: list[Declaration] = field(default_factory=list)
-    programs: dict[str, ProgramPart] = field(default_factory=dict)
-    tasks: list[Task] = field(default_factory=list)
-    add_ons: dict[str, AddOn] = field(default_factory=dict)
-    stubs: dict[str, Stub] = field(default_factory=dict)
-    uncalled: set[str] = field(default_factory=set)
-    cards: Mapping[int, str] = field(default_factory=dict)
+    programs: dict[str, ProgramPart] = field(default_factory=dict)  # by name in capitals
+    tasks: list[Task] = field(default_factory=list)  # none for one task with all programs
+    add_ons: dict[str, AddOn] = field(default_factory=dict)  # by name in capitals
+    stubs: dict[str, Stub] = field(default_factory=dict)  # replacements of instructions, by name in capitals
+    uncalled: set[str] = field(default_factory=set)  # add-ons that `harness_of` omits, in capitals
+    cards: Mapping[int, str] = field(default_factory=dict)  # known catalog numbers by slot
     _indexes: dict[str, tuple[int, dict[str, Declaration]]] = field(default_factory=dict)
 
     def assemble(self, report: Report, tasks: Sequence[Task] | None = None) -> Controller:

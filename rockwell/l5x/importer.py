@@ -37,19 +37,13 @@ TRIAL_STUB = "done after 20 ms"
 
 @dataclass(slots=True)
 class L5xImport:
-    """The result of an import.
-
-    Attributes:
-        controller: None if nothing can be built, or without programs.
-        parts: its parts, with refused rungs empty.
-        reader: has the document's rungs.
-    """
+    """The result of an import."""
 
     document: L5xDocument
     report: Report
-    controller: Controller | None
-    parts: Parts
-    reader: RoutineReader
+    controller: Controller | None  # None if nothing can be built, or without programs
+    parts: Parts  # its parts, with refused rungs empty
+    reader: RoutineReader  # has the document's rungs
 
 
 def import_l5x(

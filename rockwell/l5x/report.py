@@ -18,25 +18,16 @@ LOST_SHOWN = 8
 
 @dataclass(frozen=True, slots=True)
 class Refusal:
-    """A rung or object that is not imported.
-
-    Attributes:
-        program: the program or add-on instruction.
-        routine: "" for an object outside of routines.
-        rung: the number of the rung, None for an object.
-        column: in the rung's text, from 1.
-        text: the rung.
-        reason: the error.
-    """
+    """A rung or object that is not imported."""
 
     file: str
     line: int
-    program: str
-    routine: str
-    rung: int | None
-    column: int
-    text: str
-    reason: str
+    program: str  # the program or add-on instruction
+    routine: str  # "" for an object outside of routines
+    rung: int | None  # the number of the rung, None for an object
+    column: int  # in the rung's text, from 1
+    text: str  # the rung
+    reason: str  # the error
     remedy: str
     tag: str = ""
 
@@ -59,18 +50,12 @@ class Refusal:
 
 @dataclass(slots=True)
 class Note:
-    """A remark that prevents nothing from running.
+    """A remark that prevents nothing from running."""
 
-    Attributes:
-        line: in the file, 0 if unknown.
-        name: its subject.
-        times: number of occurrences for that name.
-    """
-
-    line: int
-    name: str
+    line: int  # in the file, 0 if unknown
+    name: str  # its subject
     text: str
-    times: int = 1
+    times: int = 1  # number of occurrences for that name
 
     def __str__(self) -> str:
         more = f", {self.times} times" if self.times > 1 else ""
@@ -79,21 +64,14 @@ class Note:
 
 @dataclass(slots=True)
 class StructuredRoutine:
-    """Structured text of one routine.
+    """Structured text of one routine."""
 
-    Attributes:
-        owner: the program or add-on instruction.
-        statements: their number, nested ones included.
-        refused: number of refused statements.
-        ran: whether the imported ones ran in the trial.
-    """
-
-    owner: str
+    owner: str  # the program or add-on instruction
     name: str
     lines: int
-    statements: int
-    refused: int = 0
-    ran: bool = False
+    statements: int  # their number, nested ones included
+    refused: int = 0  # number of refused statements
+    ran: bool = False  # whether the imported ones ran in the trial
 
     @property
     def is_refused(self) -> bool:

@@ -9,18 +9,12 @@ from typing import NamedTuple
 
 @dataclass(frozen=True, slots=True)
 class SlcRungRecord:
-    """A rung.
+    """A rung."""
 
-    Attributes:
-        words: the words between SOR and EOR.
-        comment: the comments before it.
-        whole: whether it ends in EOR.
-    """
-
-    words: tuple[str, ...]
+    words: tuple[str, ...]  # the words between SOR and EOR
     line: int
-    comment: str = ""
-    whole: bool = True
+    comment: str = ""  # the comments before it
+    whole: bool = True  # whether it ends in EOR
 
     @property
     def text(self) -> str:
@@ -48,18 +42,12 @@ class DataRow:
 
 @dataclass(slots=True)
 class DataRecord:
-    """Values of a data file.
+    """Values of a data file."""
 
-    Attributes:
-        file: `N7`, `S`, or `I:1` for the words of a slot.
-        element: the one in its header, of an image the word.
-        first: whether that is always the first one.
-    """
-
-    file: str
-    element: int
+    file: str  # `N7`, `S`, or `I:1` for the words of a slot
+    element: int  # the one in its header, of an image the word
     line: int
-    first: bool = False
+    first: bool = False  # whether that is always the first one
     rows: list[DataRow] = field(default_factory=list)
 
     def begin(self, words: int) -> int:

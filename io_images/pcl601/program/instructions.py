@@ -22,17 +22,11 @@ CAPACITY_BYTES = 2046
 
 @dataclass(frozen=True, slots=True)
 class Instruction:
-    """An instruction; `title` is the manual's name.
+    """An instruction; `title` is the manual's name."""
 
-    Attributes:
-        name: in the text format, in upper case.
-        operands: after the name.
-        needs_idle: whether it ends the program with error 1024 during motion.
-    """
-
-    name: str
-    operands: tuple[Operand, ...]
-    needs_idle: bool
+    name: str  # in the text format, in upper case
+    operands: tuple[Operand, ...]  # after the name
+    needs_idle: bool  # whether it ends the program with error 1024 during motion
     title: str
 
     @property

@@ -59,18 +59,12 @@ class Step:
 
 @dataclass(frozen=True)
 class Program:
-    """A stored program.
-
-    Attributes:
-        title: directive `.title`.
-        axis: address of its unit; directive `.axis`.
-        autostart: whether loading it sets autorun on or off; directive `.autostart`.
-    """
+    """A stored program."""
 
     steps: tuple[Step, ...]
-    title: str | None = None
-    axis: int | None = None
-    autostart: bool | None = None
+    title: str | None = None  # directive `.title`
+    axis: int | None = None  # address of its unit; directive `.axis`
+    autostart: bool | None = None  # whether loading it sets autorun on or off; directive `.autostart`
 
     @property
     def size(self) -> int:

@@ -12,17 +12,12 @@ class OperandError(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Number:
-    """A whole number in decimal.
-
-    Attributes:
-        width: bytes in program memory.
-        name: its name in messages.
-    """
+    """A whole number in decimal."""
 
     low: int
     high: int
-    width: int
-    name: str = "a number"
+    width: int  # bytes in program memory
+    name: str = "a number"  # its name in messages
     terminal = "NUMBER"
 
     def value(self, written: str) -> int:

@@ -54,17 +54,11 @@ BITS = {each.name: each.at for each in AXIS_MEMBERS if each.at}
 
 @dataclass(frozen=True, slots=True)
 class BoundAxis:
-    """An axis of a program and its 3601.
+    """An axis of a program and its 3601."""
 
-    Attributes:
-        settings: its table in the rack file.
-        tag: the axis.
-        state: the block's AXIS_3601.
-    """
-
-    settings: AxisSettings
-    tag: Group
-    state: Group
+    settings: AxisSettings  # its table in the rack file
+    tag: Group  # the axis
+    state: Group  # the block's AXIS_3601
 
 
 class Axis:

@@ -21,17 +21,11 @@ RUNNING = 0x4000
 
 @dataclass(frozen=True, slots=True)
 class StoredValue:
-    """A stored attribute.
+    """A stored attribute."""
 
-    Attributes:
-        size: its bytes.
-        initial: initial value of its first eight bytes; the others are 0.
-        set: whether SSV may set it.
-    """
-
-    size: int
-    initial: int = 0
-    set: bool = False
+    size: int  # its bytes
+    initial: int = 0  # initial value of its first eight bytes; the others are 0
+    set: bool = False  # whether SSV may set it
 
 
 def _settings(size: int, *names: str) -> dict[str, StoredValue]:

@@ -15,19 +15,12 @@ from .link import LinkedWait
 
 
 class Handshake(Protocol):
-    """The words of the current command in a `Drive`.
+    """The words of the current command in a `Drive`."""
 
-    Attributes:
-        out: the eight words that are sent.
-        lsw: status word 1.
-        trip_ns: time for words to cross the backplane both ways.
-        parameters_first: whether the command bit follows the parameters a round trip later.
-    """
-
-    out: array[int]
-    lsw: int
-    trip_ns: int
-    parameters_first: bool
+    out: array[int]  # the eight words that are sent
+    lsw: int  # status word 1
+    trip_ns: int  # time for words to cross the backplane both ways
+    parameters_first: bool  # whether the command bit follows the parameters a round trip later
 
     @property
     def under_way(self) -> bool:

@@ -63,13 +63,9 @@ class Clock:
 
 
 class DeclarationError(SiteError):
-    """Parts that a class declares and a rack does not have, or that two own.
+    """Parts that a class declares and a rack does not have, or that two own."""
 
-    Attributes:
-        errors: one for each of them.
-    """
-
-    errors: tuple[ValueError, ...] = ()
+    errors: tuple[ValueError, ...] = ()  # one for each of them
 
 
 class Part:

@@ -12,15 +12,10 @@ from .value_texts import unsaid, value_of
 
 @dataclass(frozen=True, slots=True)
 class How:
-    """How values are read.
+    """How values are read."""
 
-    Attributes:
-        keep: whether zeros are values, as the type has other initial values.
-        say: called with each value that is omitted or truncated.
-    """
-
-    keep: bool = False
-    say: Callable[[str], None] = unsaid
+    keep: bool = False  # whether zeros are values, as the type has other initial values
+    say: Callable[[str], None] = unsaid  # called with each value that is omitted or truncated
 
 
 def scalar(text: str | None, kind: Elementary, how: How) -> Any:

@@ -26,24 +26,16 @@ def number_of(text: str) -> int | None:
 
 @dataclass(frozen=True, slots=True)
 class MemberRecord:
-    """A member of a data type.
-
-    Attributes:
-        type: `BIT` for a packed bit.
-        hidden: whether users do not see it.
-        target: host member of a packed bit.
-        bit: number of a packed bit in its host.
-        wrong_dims: invalid dimensions as text, else "".
-    """
+    """A member of a data type."""
 
     name: str
-    type: str
+    type: str  # `BIT` for a packed bit
     dims: tuple[int, ...]
-    hidden: bool
-    target: str
-    bit: int
+    hidden: bool  # whether users do not see it
+    target: str  # host member of a packed bit
+    bit: int  # number of a packed bit in its host
     line: int
-    wrong_dims: str = ""
+    wrong_dims: str = ""  # invalid dimensions as text, else ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,67 +51,44 @@ class DataTypeRecord:
 
 @dataclass(frozen=True, slots=True)
 class TagRecord:
-    """A tag, or a parameter or local tag of an add-on instruction.
-
-    Attributes:
-        kind: `Base`, `Alias`, `Produced` or `Consumed`.
-        target: address of an alias.
-        usage: `Input`, `Output`, `InOut`, `Public`, `Local` or "".
-        required: whether a call has an argument for it.
-        comments: descriptions of parts, by their address after the name.
-        data: elements with its values, until `L5xDocument.release`.
-        wrong_dims: invalid dimensions as text, else "".
-    """
+    """A tag, or a parameter or local tag of an add-on instruction."""
 
     name: str
-    kind: str
+    kind: str  # `Base`, `Alias`, `Produced` or `Consumed`
     type: str
     dims: tuple[int, ...]
-    target: str
-    usage: str
-    required: bool
+    target: str  # address of an alias
+    usage: str  # `Input`, `Output`, `InOut`, `Public`, `Local` or ""
+    required: bool  # whether a call has an argument for it
     comment: str
-    comments: tuple[tuple[str, str], ...]
-    data: list[Data]
+    comments: tuple[tuple[str, str], ...]  # descriptions of parts, by their address after the name
+    data: list[Data]  # elements with its values, until `L5xDocument.release`
     line: int
-    wrong_dims: str = ""
+    wrong_dims: str = ""  # invalid dimensions as text, else ""
 
 
 @dataclass(frozen=True, slots=True)
 class L5xRungRecord:
-    """A rung.
+    """A rung."""
 
-    Attributes:
-        number: as in the document, else its index.
-        kind: its Type: `N`, or a letter of an edit in progress.
-        line: first line of its text.
-        texts: number of its texts; the first one is read.
-    """
-
-    number: int
-    kind: str
+    number: int  # as in the document, else its index
+    kind: str  # its Type: `N`, or a letter of an edit in progress
     text: str
     comment: str
-    line: int
-    texts: int = 1
+    line: int  # first line of its text
+    texts: int = 1  # number of its texts; the first one is read
 
 
 @dataclass(frozen=True, slots=True)
 class RoutineRecord:
-    """A routine.
-
-    Attributes:
-        kind: `RLL`, `ST`, `FBD` or `SFC`.
-        lines: of structured text: text and line.
-        target: whether it is the exported object, not context.
-    """
+    """A routine."""
 
     name: str
-    kind: str
+    kind: str  # `RLL`, `ST`, `FBD` or `SFC`
     comment: str
     rungs: tuple[L5xRungRecord, ...]
-    lines: tuple[tuple[str, int], ...]
-    target: bool
+    lines: tuple[tuple[str, int], ...]  # of structured text: text and line
+    target: bool  # whether it is the exported object, not context
     line: int
 
 
@@ -162,18 +131,12 @@ class ProgramRecord:
 
 @dataclass(frozen=True, slots=True)
 class TaskRecord:
-    """A task.
-
-    Attributes:
-        kind: `CONTINUOUS`, `PERIODIC` or `EVENT`.
-        rate: ms, as text.
-        priority: as text.
-    """
+    """A task."""
 
     name: str
-    kind: str
-    rate: str
-    priority: str
+    kind: str  # `CONTINUOUS`, `PERIODIC` or `EVENT`
+    rate: str  # ms, as text
+    priority: str  # as text
     programs: tuple[str, ...]
     inhibited: bool
     comment: str
@@ -182,45 +145,29 @@ class TaskRecord:
 
 @dataclass(frozen=True, slots=True)
 class ModuleTagRecord:
-    """A tag of a module.
+    """A tag of a module."""
 
-    Attributes:
-        suffix: `I`, `O`, `C`, `I1`.
-        kind: `InputTag`, `OutputTag`, `ConfigTag`, `InAliasTag` or `OutAliasTag`.
-        comments: descriptions of parts, by their address after the name.
-        data: elements with its values, until `L5xDocument.release`.
-        size: bytes of its connection, 0 if unknown.
-    """
-
-    suffix: str
-    kind: str
-    comments: tuple[tuple[str, str], ...]
-    data: list[Data]
-    size: int
+    suffix: str  # `I`, `O`, `C`, `I1`
+    kind: str  # `InputTag`, `OutputTag`, `ConfigTag`, `InAliasTag` or `OutAliasTag`
+    comments: tuple[tuple[str, str], ...]  # descriptions of parts, by their address after the name
+    data: list[Data]  # elements with its values, until `L5xDocument.release`
+    size: int  # bytes of its connection, 0 if unknown
     line: int
 
 
 @dataclass(frozen=True, slots=True)
 class ModuleRecord:
-    """A module.
-
-    Attributes:
-        type: number of its product type.
-        code: its product code.
-        address: at its upstream port: a slot or a network address, "" without one.
-        bus: type of that port: `ICP`, `Compact`, `PointIO`, `Ethernet`.
-        rpi_us: the shortest RPI of its connections, us; 0 without one.
-    """
+    """A module."""
 
     name: str
     catalog: str
     vendor: str
-    type: str
-    code: str
+    type: str  # number of its product type
+    code: str  # its product code
     parent: str
-    address: str
-    bus: str
-    rpi_us: int
+    address: str  # at its upstream port: a slot or a network address, "" without one
+    bus: str  # type of that port: `ICP`, `Compact`, `PointIO`, `Ethernet`
+    rpi_us: int  # the shortest RPI of its connections, us; 0 without one
     tags: tuple[ModuleTagRecord, ...]
     inhibited: bool
     line: int
@@ -228,27 +175,20 @@ class ModuleRecord:
 
 @dataclass(frozen=True, slots=True)
 class L5xDocument:
-    """An L5X file.
-
-    Attributes:
-        revision: software revision.
-        target: the exported object: `Controller`, `Program`, `Routine`, `Rung`, ...
-        processor: the controller's catalog number.
-        others: ignored parts: name and line.
-    """
+    """An L5X file."""
 
     file: str
-    revision: str
-    target: str
+    revision: str  # software revision
+    target: str  # the exported object: `Controller`, `Program`, `Routine`, `Rung`,
     name: str
-    processor: str
+    processor: str  # the controller's catalog number
     data_types: tuple[DataTypeRecord, ...]
     add_ons: tuple[AddOnRecord, ...]
     tags: tuple[TagRecord, ...]
     programs: tuple[ProgramRecord, ...]
     tasks: tuple[TaskRecord, ...]
     modules: tuple[ModuleRecord, ...]
-    others: tuple[tuple[str, int], ...]
+    others: tuple[tuple[str, int], ...]  # ignored parts: name and line
 
     def release(self) -> None:
         """Release the XML of values, ten times the memory of the rest."""
