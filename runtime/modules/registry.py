@@ -1,10 +1,9 @@
-"""The registry of modules: one line each, its folder's record."""
+"""The registry of modules: the records of their folders."""
 
 from __future__ import annotations
 
 from ...io_images.module_words import PLAIN_WORDS, ModuleWords
-from .adapters.pcl601.record import RECORD as PCL601_ADAPTER
-from .adapters.pmc006.record import RECORD as PMC006_ADAPTER
+from .adapters.record import RECORDS as ADAPTERS
 from .amci3601.record import RECORD as AMCI3601
 from .cards.record import RECORDS as CARDS
 from .record import LivePort, ModuleRecord, Options, Trait
@@ -13,8 +12,7 @@ MODULES: dict[str, ModuleRecord] = {
     record.name: record
     for record in (
         AMCI3601,
-        PCL601_ADAPTER,
-        PMC006_ADAPTER,
+        *ADAPTERS,
         *CARDS,
     )
 }

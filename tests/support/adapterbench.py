@@ -11,9 +11,9 @@ from scanrack.io_images.thousands import join_reported, split_thousands
 from scanrack.runtime.loop.events import JsonValue
 from scanrack.runtime.machine import Machine, MachineSpec, Switch
 from scanrack.runtime.modules.adapters.module import SimulatedAdapter
-from scanrack.runtime.modules.adapters.pcl601.module import Pcl601Adapter
+from scanrack.runtime.modules.adapters.pcl601.module import PCL601
 from scanrack.runtime.modules.adapters.pcl601.simulated import SimulatedPcl601
-from scanrack.runtime.modules.adapters.pmc006.module import Pmc006Adapter
+from scanrack.runtime.modules.adapters.pmc006.module import PMC006
 from scanrack.runtime.modules.adapters.pmc006.simulated import SimulatedPmc006
 
 MS = 1_000_000
@@ -44,7 +44,7 @@ class AdapterBench:
 
     def make(self, machine: Machine, options: Mapping[str, JsonValue]) -> SimulatedAdapter[Any]:
         """Make the adapter."""
-        return Pcl601Adapter(machine, options)
+        return PCL601.simulated(machine, options)
 
     def put(self, *words: int) -> None:
         """Write the output words from now on; missing ones are 0."""
@@ -120,7 +120,7 @@ class AdapterBench006(AdapterBench):
 
     def make(self, machine: Machine, options: Mapping[str, JsonValue]) -> SimulatedAdapter[Any]:
         """Make the adapter."""
-        return Pmc006Adapter(machine, {"home_stroke": 100_000, **options})
+        return PMC006.simulated(machine, {"home_stroke": 100_000, **options})
 
 
 def move(distance: int, speed: int = 5000, acceleration: int = 20, deceleration: int = 20) -> Iterable[int]:

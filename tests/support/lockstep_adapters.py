@@ -36,10 +36,13 @@ from scanrack.io_images.image import Image
 from scanrack.io_images.thousands import join_reported
 from scanrack.runtime.machine import EncoderSpec, Machine, MachineSpec, Switch
 from scanrack.runtime.modules.adapters.module import SimulatedAdapter
-from scanrack.runtime.modules.adapters.pcl601.module import Pcl601Adapter
-from scanrack.runtime.modules.adapters.pmc006.module import Pmc006Adapter
+from scanrack.runtime.modules.adapters.pcl601.module import PCL601
+from scanrack.runtime.modules.adapters.pmc006.module import PMC006
 
-MAKE: dict[str, Callable[..., SimulatedAdapter[Any]]] = {"PCL601": Pcl601Adapter, "PMC006": Pmc006Adapter}
+MAKE: dict[str, Callable[..., SimulatedAdapter[Any]]] = {
+    "PCL601": PCL601.simulated,
+    "PMC006": PMC006.simulated,
+}
 CALM_NS = {"PCL601": 65 * MS, "PMC006": 160 * MS}
 """The longest round trip: what has not changed for so long is settled [docs/adapters.md]."""
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import closing, contextmanager
+from contextlib import AbstractContextManager, closing, contextmanager
 from dataclasses import dataclass
 from threading import Event
-from typing import Annotated, Protocol, TypeVar
+from typing import Annotated, Any, Protocol, TypeVar
 
 import typer
 from rich.console import Console
@@ -30,6 +30,7 @@ from ...terminal.complaints import reported_mistakes
 from ...terminal.status import INTERRUPTED, NO, complain
 from ...terminal.tables import Cells
 from ...terminal.terminal import say
+from ...terminal.trace_options import QuietOption
 from .serve import socket_address
 
 PortOption = Annotated[
@@ -169,6 +170,57 @@ def travel(client: Mover, steps: int, *, quiet: bool) -> None:
     ):
         position = client.move(steps, progress)
     say(position)
+
+
+ClientAt = Callable[[typer.Context], AbstractContextManager[Client]]
+"""Opens the line that the options of a controller's group name."""
+
+
+def add_read(app: typer.Typer, client_at: ClientAt[Any], summary: str) -> None:
+    """Add the command that prints a value by its name."""
+
+    @app.command(help=summary)
+    def read(context: typer.Context, name: NameArgument) -> None:
+        with client_at(context) as client:
+            say(client.firmware if name == "firmware" else client.read(name))
+
+
+def add_move(app: typer.Typer, client_at: ClientAt[Any], example: str) -> None:
+    """Add the command that moves."""
+    summary = "Move over STEPS and wait for the end; a negative number goes after --."
+
+    @app.command(help=f"{summary}\n\nCtrl-C stops the motor at once.\n\nExample: {example}")
+    def move(
+        context: typer.Context, steps: StepsArgument, speed: SpeedOption = None, quiet: QuietOption = False
+    ) -> None:
+        with client_at(context) as client:
+            if speed is not None:
+                client.set("max_speed", speed)
+            travel(client, steps, quiet=quiet)
+
+
+def add_stop_and_clear(
+    app: typer.Typer, client_at: ClientAt[Any], stop_summary: str, clear_summary: str
+) -> None:
+    """Add the commands that stop the motor, and clear its errors."""
+
+    @app.command(help=stop_summary)
+    def stop(context: typer.Context) -> None:
+        with client_at(context) as client:
+            client.stop()
+
+    @app.command(help=clear_summary)
+    def clear(context: typer.Context) -> None:
+        with client_at(context) as client:
+            client.clear()
+
+
+def search_home(client: Mover, find: Callable[[Progress], int], *, quiet: bool) -> None:
+    """Find home, show how far it has come, and print the position; Ctrl-C stops the motor."""
+    with stopped_by_interrupt(client.stop) as look:
+        with shown_travel(client.position, None, look, quiet=quiet) as progress:
+            position = find(progress)
+        say(position)
 
 
 @contextmanager

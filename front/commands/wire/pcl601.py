@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -17,23 +18,21 @@ from ...runtime.controllers.pcl601.program import read_program
 from ...runtime.line.clients.link import Link
 from ...runtime.line.clients.modbus import RtuLine, TcpLine
 from ...runtime.line.clients.pcl601 import READABLE, Pcl601Client
-from ...terminal.terminal import say
 from ...terminal.trace_options import QuietOption
 from .link_commands import (
     TIMEOUT_S,
     LinkPlace,
     NameArgument,
     PortOption,
-    SpeedOption,
-    StepsArgument,
     TimeoutOption,
     ValueArgument,
+    add_move,
+    add_read,
+    add_stop_and_clear,
     opened_client,
     reported_faults,
+    search_home,
     show_state,
-    shown_travel,
-    stopped_by_interrupt,
-    travel,
 )
 
 app = typer.Typer(
@@ -102,11 +101,7 @@ def _state(client: Pcl601Client) -> Iterator[tuple[str, str]]:
             yield name, f"{client.read(name):,}  ({row.meaning})"
 
 
-@app.command()
-def read(context: typer.Context, name: NameArgument) -> None:
-    """Print one register, such as position or base_speed."""
-    with client_at(context) as client:
-        say(client.firmware if name == "firmware" else client.read(name))
+add_read(app, client_at, "Print one register, such as position or base_speed.")
 
 
 @app.command("set")
@@ -131,23 +126,7 @@ def output(
         client.set_output(number, on)
 
 
-@app.command()
-def move(
-    context: typer.Context,
-    steps: StepsArgument,
-    speed: SpeedOption = None,
-    quiet: QuietOption = False,
-) -> None:
-    """Move over STEPS and wait for the end; a negative number goes after --.
-
-    Ctrl-C stops the motor at once.
-
-    Example: scanrack pcl601 --tcp 192.168.0.9:502 move --speed 4000 -- -2000
-    """
-    with client_at(context) as client:
-        if speed is not None:
-            client.set("max_speed", speed)
-        travel(client, steps, quiet=quiet)
+add_move(app, client_at, "scanrack pcl601 --tcp 192.168.0.9:502 move --speed 4000 -- -2000")
 
 
 @app.command()
@@ -157,24 +136,11 @@ def home(
     quiet: QuietOption = False,
 ) -> None:
     """Look for the home switch; Ctrl-C stops the motor at once."""
-    with client_at(context) as client, stopped_by_interrupt(client.stop) as look:
-        with shown_travel(client.position, None, look, quiet=quiet) as progress:
-            position = client.home(kind, progress)
-        say(position)
-
-
-@app.command()
-def stop(context: typer.Context) -> None:
-    """Stop motion and program at once."""
     with client_at(context) as client:
-        client.stop()
+        search_home(client, partial(client.home, kind), quiet=quiet)
 
 
-@app.command()
-def clear(context: typer.Context) -> None:
-    """Clear the error register."""
-    with client_at(context) as client:
-        client.clear()
+add_stop_and_clear(app, client_at, "Stop motion and program at once.", "Clear the error register.")
 
 
 @programs.command("run")

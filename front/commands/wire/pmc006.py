@@ -14,7 +14,7 @@ from ...io_images.input_files import read_checked
 from ...io_images.pmc006.program import UserProgram, assemble
 from ...io_images.pmc006.status import Level
 from ...io_images.text_limits import TextKind
-from ...runtime.line.clients.link import Link
+from ...runtime.line.clients.link import Link, Progress
 from ...runtime.line.clients.pmc006 import BY_ZERO, READABLE, SETTABLE, Pmc006Client
 from ...runtime.line.pmc006_frames import LINE_FORMAT
 from ...terminal.status import complain
@@ -25,16 +25,15 @@ from .link_commands import (
     LinkPlace,
     NameArgument,
     PortOption,
-    SpeedOption,
-    StepsArgument,
     TimeoutOption,
     ValueArgument,
+    add_move,
+    add_read,
+    add_stop_and_clear,
     opened_client,
     reported_faults,
+    search_home,
     show_state,
-    shown_travel,
-    stopped_by_interrupt,
-    travel,
 )
 
 app = typer.Typer(
@@ -120,11 +119,7 @@ def _shown(name: str, value: int) -> str:
     return f"{value:,} {row.unit}".rstrip()
 
 
-@app.command()
-def read(context: typer.Context, name: NameArgument) -> None:
-    """Print one value, such as position or microstepping."""
-    with client_at(context) as client:
-        say(client.firmware if name == "firmware" else client.read(name))
+add_read(app, client_at, "Print one value, such as position or microstepping.")
 
 
 @app.command("set")
@@ -148,23 +143,7 @@ def save(context: typer.Context) -> None:
         client.save()
 
 
-@app.command()
-def move(
-    context: typer.Context,
-    steps: StepsArgument,
-    speed: SpeedOption = None,
-    quiet: QuietOption = False,
-) -> None:
-    """Move over STEPS and wait for the end; a negative number goes after --.
-
-    Ctrl-C stops the motor at once.
-
-    Example: scanrack pmc006 --port /dev/ttyUSB0 move --speed 4000 -- -2000
-    """
-    with client_at(context) as client:
-        if speed is not None:
-            client.set("max_speed", speed)
-        travel(client, steps, quiet=quiet)
+add_move(app, client_at, "scanrack pmc006 --port /dev/ttyUSB0 move --speed 4000 -- -2000")
 
 
 @app.command()
@@ -179,26 +158,19 @@ def home(
     quiet: QuietOption = False,
 ) -> None:
     """Go back to the switch on EXT1; Ctrl-C stops the motor at once."""
-    with client_at(context) as client, stopped_by_interrupt(client.stop) as look:
-        if speed is not None:
-            client.set("zero_back_speed", speed)
-        with shown_travel(client.position, None, look, quiet=quiet) as progress:
-            position = client.home(stroke, progress)
-        say(position)
-
-
-@app.command()
-def stop(context: typer.Context) -> None:
-    """Stop at once, without a ramp."""
     with client_at(context) as client:
-        client.stop()
+
+        def find(progress: Progress) -> int:
+            if speed is not None:
+                client.set("zero_back_speed", speed)
+            return client.home(stroke, progress)
+
+        search_home(client, find, quiet=quiet)
 
 
-@app.command()
-def clear(context: typer.Context) -> None:
-    """Clear the emergency stops of EXT1 and EXT2."""
-    with client_at(context) as client:
-        client.clear()
+add_stop_and_clear(
+    app, client_at, "Stop at once, without a ramp.", "Clear the emergency stops of EXT1 and EXT2."
+)
 
 
 FileArgument = Annotated[Path, typer.Argument(metavar="FILE", help="The listing.", show_default=False)]

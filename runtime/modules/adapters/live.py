@@ -21,10 +21,10 @@ from ....io_images.amci3601 import Configuration
 from ....io_images.image import Image
 from ...line.clients.link import LinkError
 from ...line.liveport import LiveLine, open_port
-from ...line.wire import LineFormat
 from ...loop.pace import Clock
 from ...machine import Machine
-from .module import Adapter, Kit
+from ..record import Options
+from .module import Adapter, AdapterKind
 from .plant import LinkedController
 from .task import Drive
 
@@ -77,11 +77,11 @@ class RealController(LinkedController):
 class LiveAdapter(Adapter[Drive]):
     """An adapter on a real port."""
 
-    def __init__(self, line: LiveLine, kit: Kit[Drive]) -> None:
+    def __init__(self, line: LiveLine, kind: AdapterKind[Drive], options: object, address: int) -> None:
         self._line = line
         self._clock = Clock()
         self._present_ns = 0
-        super().__init__(RealController(line), kit)
+        super().__init__(RealController(line), kind, options, address)
 
     @override
     def update(self, now_ns: int, outputs: Image) -> Image:
@@ -114,17 +114,14 @@ class LiveAdapter(Adapter[Drive]):
         return max(super()._wire_due_ns(), self._present_ns)
 
 
-def open_adapter(port: str, line_format: LineFormat, kit: Kit[Drive]) -> LiveAdapter[Drive]:
-    """Open a port with its adapter.
-
-    Args:
-        port: serial device, or tcp:HOST:PORT.
-        line_format: of the line to the controller.
+def open_adapter(kind: AdapterKind[Drive], port: str, address: int, options: Options) -> LiveAdapter[Drive]:
+    """Open a port, a serial device or tcp:HOST:PORT, with the adapter of a controller at an address.
 
     Raises:
-        ValueError: a port that can't be opened.
+        ValueError: an illegal option, or a port that can't be opened.
     """
+    chosen = kind.options.of(options)
     try:
-        return LiveAdapter(LiveLine(partial(open_port, port, line_format)), kit)
+        return LiveAdapter(LiveLine(partial(open_port, port, kind.line_format)), kind, chosen, address)
     except LinkError as error:
         raise ValueError(str(error)) from error

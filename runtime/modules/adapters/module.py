@@ -11,18 +11,21 @@ during a hard stop or a configuration wait for its end.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, Generic
 
 from ....io_images.amci3601 import Firmware, InputBit, StatusMsw
 from ....io_images.image import Image, signed_word
+from ...line.wire import LineFormat
 from ...loop.events import Event
 from ...loop.incidents import FaultKind
 from ...machine import Machine
 from ..amci3601 import Amci3601Options, CommandLayer, Refusal
 from ..amci3601.report import report
+from ..record import Options
 from .axis import LinkedAxis
+from .capabilities import CommandRow, ConfigurationRow
 from .driver import Driver
 from .exchanges import ControllerState
 from .findings import Finding, FindingKind
@@ -45,16 +48,42 @@ ENDLESS = 1 << 62
 
 
 @dataclass(frozen=True, slots=True)
-class Kit(Generic[Drive]):
-    """The controller-specific parts of an adapter.
+class AdapterKind(Generic[Drive]):
+    """The parts of an adapter that differ by controller.
 
     Attributes:
-        driver: returns a driver that has not sent anything.
+        options: the type of its options.
+        line_format: of the line to the controller.
+        driver: returns a driver, of options and an address, that has not sent anything.
         axis: returns the controller behind such a driver as an axis, not configured.
+        plant: returns a simulated controller of address 1 that moves a machine, wired by the options.
+        configuration_rows: which configurations it refuses.
+        command_rows: which commands it refuses.
     """
 
-    driver: Callable[[], Driver[Drive]]
-    axis: Callable[[Any], LinkedAxis[Drive]]
+    options: type[Any]
+    line_format: LineFormat
+    driver: Callable[[Any, int], Driver[Drive]]
+    axis: Callable[[Any, Any], LinkedAxis[Drive]]
+    plant: Callable[[Machine, Any], Plant]
+    configuration_rows: Sequence[ConfigurationRow[Any]]
+    command_rows: Sequence[CommandRow[Any]]
+
+    def simulated(
+        self, machine: Machine | None = None, options: Options | None = None
+    ) -> SimulatedAdapter[Drive]:
+        """Return an adapter whose controller and line are simulated.
+
+        Args:
+            machine: what is bolted to the controller; by default a machine without switches.
+            options: by name.
+
+        Raises:
+            ValueError: an unknown option, a value that is not allowed, or a machine that slips or jams.
+        """
+        chosen = self.options.of(options)
+        plant = self.plant(Machine() if machine is None else machine, chosen)
+        return SimulatedAdapter(plant, self, chosen)
 
 
 class Adapter(Generic[Drive]):
@@ -69,9 +98,13 @@ class Adapter(Generic[Drive]):
         layer: the 3601's rules.
     """
 
-    def __init__(self, controller: LinkedController, kit: Kit[Drive]) -> None:
+    def __init__(
+        self, controller: LinkedController, kind: AdapterKind[Drive], options: object, address: int = 1
+    ) -> None:
         self.machine = controller.machine
-        self._kit = kit
+        self._kind = kind
+        self._options = options
+        self._address = address
         self.controller: LinkedController = controller
         self.events: list[Event] = []
         self._now_ns = 0
@@ -86,7 +119,7 @@ class Adapter(Generic[Drive]):
         return self.layer.under_way
 
     def _power_up(self) -> None:
-        self.driver = self._kit.driver()
+        self.driver = self._kind.driver(self._options, self._address)
         self.driver.master.now_ns = self._now_ns
         self._locked_out = False
         self._begin_anew()
@@ -95,7 +128,7 @@ class Adapter(Generic[Drive]):
 
     def _begin_anew(self) -> None:
         """Restart the command layer as after power-up, without a configuration."""
-        self.axis = self._kit.axis(self.driver)
+        self.axis = self._kind.axis(self.driver, self._options)
         self.layer = CommandLayer(
             self.axis, Firmware.parse("4.1"), Amci3601Options(), self.events, self._now_ns
         )

@@ -59,6 +59,7 @@ class Plant(ABC):
         if machine.spec.slips or machine.spec.jams:
             raise ValueError("machine: slips and jams are simulated with module amci3601 only")
         self.machine = machine
+        self.device = device
         self.line = SimulatedLine(device)
         self.levels = machine.levels(0)
         self._held = machine.held

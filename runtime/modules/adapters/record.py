@@ -1,44 +1,82 @@
-"""The common part of the adapters' records."""
+"""The adapters as the registry knows them; what takes long to import waits until it is needed."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any
 
+from ....io_images.amci3601 import StatusMsw
 from ....io_images.amci3601.words import WORDS_3601
+from ....io_images.pmc006.frame import FACTORY_ADDRESS
 from ...loop.module import Module
 from ...machine import Machine, MachineSpec
-from ..record import LivePort, ModuleRecord, Options, Trait
+from ..record import LiveModule, LivePort, ModuleRecord, Options, Trait
+
+if TYPE_CHECKING:
+    from .module import AdapterKind
 
 ROUND_TRIP_MS = 400
-"""Longer than the slowest command, a configuration, takes until its answer."""
+"""Longer than the longest command takes until it is answered, which is a configuration."""
 
 
 def adapter_record(
-    name: str,
-    made: Callable[[Machine, Options], Module],
-    live: LivePort,
-    capabilities: Callable[[], str],
+    name: str, kind: Callable[[], AdapterKind[Any]], *, factory_address: int, highest_address: int
 ) -> ModuleRecord:
-    """Return the record of an adapter, which acts as a 3601 of firmware 4.1.
-
-    Args:
-        made: makes one with a simulated controller.
-        capabilities: the table of its refusals.
-    """
+    """Return the record of an adapter, which answers as a 3601 of firmware 4.1."""
 
     def make(firmware: str, machine: MachineSpec, seed: int, options: Options, wiring: str | None) -> Module:
         if firmware != "4.1":
             raise ValueError(f"firmware {firmware}: {name} answers as 4.1")
         if wiring is not None:
             raise ValueError(f"wiring {wiring}: {name} has none; leave it out")
-        return made(Machine(machine, seed), options)
+        return kind().simulated(Machine(machine, seed), options)
+
+    def opened(port: str, address: int, options: Options) -> LiveModule:
+        from .live import open_adapter
+
+        return open_adapter(kind(), port, address, options)
 
     return ModuleRecord(
         name=name,
         make=make,
         words=lambda _options: WORDS_3601,
-        live=live,
+        live=LivePort(opened=opened, factory_address=factory_address, highest_address=highest_address),
         traits=frozenset({Trait.MACHINE, Trait.LINE}),
-        capabilities=capabilities,
+        capabilities=lambda: "\n".join(_refusals(kind())) + "\n",
         round_trip_ms=ROUND_TRIP_MS,
     )
+
+
+def _refusals(kind: AdapterKind[Any]) -> Iterator[str]:
+    """Yield the lines of the table of what an adapter refuses, in Markdown."""
+    from .capabilities import CONFIG_ERROR
+
+    yield from ("| asked for | refused: | shown as |", "|---|---|---|")
+    for limit in kind.configuration_rows:
+        yield f"| configuration: {limit.name} | {limit.reason} | {_names(CONFIG_ERROR)} |"
+    for row in kind.command_rows:
+        features = sorted(feature.value for feature in row.features)
+        asked = features[0] if len(features) == 1 else f"{row.name} of any motion"
+        yield f"| {asked} | {row.reason} | {_names(row.bits)} |"
+
+
+def _names(bits: int) -> str:
+    return ", ".join(str(bit.name) for bit in StatusMsw if bit & bits)
+
+
+def _pcl601() -> AdapterKind[Any]:
+    from .pcl601.module import PCL601
+
+    return PCL601
+
+
+def _pmc006() -> AdapterKind[Any]:
+    from .pmc006.module import PMC006
+
+    return PMC006
+
+
+RECORDS = (
+    adapter_record("pcl601-adapter", _pcl601, factory_address=1, highest_address=99),
+    adapter_record("pmc006-adapter", _pmc006, factory_address=FACTORY_ADDRESS, highest_address=120),
+)

@@ -9,7 +9,7 @@ from scanrack.io_images.amci3601 import InputBit
 from scanrack.io_images.pcl601 import Register
 from scanrack.runtime.machine import Machine, MachineSpec
 from scanrack.runtime.machine.spec import press
-from scanrack.runtime.modules.adapters.pcl601.module import Pcl601Adapter
+from scanrack.runtime.modules.adapters.pcl601.module import PCL601
 
 MOVING = {"MOVING_CW", "ACCELERATING", "DECELERATING"}
 
@@ -27,7 +27,7 @@ def test_a_move_at_its_starting_speed_shows_no_ramp(make: type[AdapterBench]) ->
 
 
 def test_what_the_machine_does_is_among_the_events_once() -> None:
-    module = Pcl601Adapter(Machine(MachineSpec(timeline=press(30 * MS, InputBit.HOME, 20 * MS))), {})
+    module = PCL601.simulated(Machine(MachineSpec(timeline=press(30 * MS, InputBit.HOME, 20 * MS))), {})
     for now_ns in range(0, 200 * MS, 10 * MS):
         module.update(now_ns, Image())
     told = [(event.at_ns, event.name) for event in module.events if event.kind == "stimulus"]

@@ -18,7 +18,7 @@ from scanrack.runtime.line.ports import PortError, PtyPort, SerialPort
 from scanrack.runtime.line.wire import LineFormat
 from scanrack.runtime.modules.adapters.live import LiveAdapter
 from scanrack.runtime.modules.adapters.pcl601.driver import LINE_FORMAT
-from scanrack.runtime.modules.adapters.pcl601.module import kit
+from scanrack.runtime.modules.adapters.pcl601.module import PCL601
 from scanrack.runtime.modules.adapters.pcl601.options import Pcl601Options
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="no termios, and no pseudo-terminals")
@@ -233,7 +233,7 @@ def test_the_stop_at_the_end_is_sent_after_a_loss(monkeypatch: pytest.MonkeyPatc
 def test_an_event_says_why_the_port_was_lost(monkeypatch: pytest.MonkeyPatch) -> None:
     wire = Wire()
     monkeypatch.setattr("scanrack.runtime.line.liveport.REOPEN_S", 0.001)
-    with closing(LiveAdapter(LiveLine(wire.open), kit(Pcl601Options.of({}), 1))) as module:
+    with closing(LiveAdapter(LiveLine(wire.open), PCL601, Pcl601Options.of({}), 1)) as module:
         wire.raises["send"] = UNPLUGGED
         for scan in range(round(PATIENCE_S / 0.002)):
             Event().wait(0.002)
