@@ -91,6 +91,21 @@ class Device(Protocol):
         """
 
 
+class ControllerDevice(Device, Protocol):
+    """A controller on a serial line."""
+
+    @property
+    def motor_position(self) -> int:
+        """Physical position of the motor, steps."""
+
+    @property
+    def motor_turns(self) -> bool:
+        """Whether a motion is under way."""
+
+    def power_cycle(self, now_ns: int) -> None:
+        """Cycle the power."""
+
+
 class _Character(NamedTuple):
     """A character in transit; `order` is the order of sending."""
 

@@ -101,7 +101,7 @@ class AdapterBench:
     @property
     def motor(self) -> int:
         """Where the motor truly stands."""
-        return self.module.controller.motor_position
+        return self.module.controller.device.motor_position
 
     @property
     def reasons(self) -> list[str]:

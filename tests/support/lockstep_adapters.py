@@ -93,7 +93,7 @@ class AdapterLockstep(AloneForAWhile):
     @property
     def motor(self):
         """Where the motor truly stands."""
-        return self.module.controller.motor_position
+        return self.module.controller.device.motor_position
 
     def updated(self):
         """The adapter's image, its status words unsigned."""

@@ -12,62 +12,63 @@ and puts `WireBench(make, New, env)` into the table of `drive`.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from decimal import Decimal
-from typing import Annotated, Any, Generic, Literal, Protocol, TypeVar
+from typing import Annotated, Any, Generic, Literal, TypeVar
 
 from pydantic import BaseModel, Field, model_validator
 
-from ...runtime.line.wire import Device, LineFormat, SerialBus
+from ...runtime.line.wire import ControllerDevice, LineFormat, SerialBus
 from ...runtime.loop.events import JsonValue
 from .image_bench import NS_PER_MS, time_ms
 from .requests import Milliseconds, RequestError, Strict, Tables, read
 
 New = TypeVar("New", bound=BaseModel)
 Env = TypeVar("Env", bound=BaseModel)
-Env_contra = TypeVar("Env_contra", bound=BaseModel, contravariant=True)
+PinState = TypeVar("PinState")
 
 MARKED = "position_minus_mark:"
 
 
-class WireTarget(Protocol[Env_contra]):
+@dataclass(frozen=True, slots=True)
+class WireTarget(Generic[Env]):
     """A controller on the bench.
 
-    All methods are called with the bus's present time, to which the device has been advanced.
+    All functions are called with the bus's present time, to which the device has been advanced.
+
+    Attributes:
+        device: what is on the line.
+        signals: what can be observed, marks left out.
+        set_env: sets pins and voltages; keys that are None are not in the request.
+        silence_ns: how long the bench waits for a reply, from the end of the last byte.
+        quiet_ns: returns the silence that the controller needs at present before a frame.
+        has_reset: whether there is a reset button, which cycles the power.
     """
 
+    device: ControllerDevice
+    signals: Mapping[str, Callable[[], JsonValue]]
+    set_env: Callable[[int, Env], None]
     silence_ns: int
-    """Longest wait for a reply, from the end of the last byte."""
+    quiet_ns: Callable[[], int] = lambda: 0
+    has_reset: bool = False
 
-    signals: Collection[str]
-    """Observable signals, without marks."""
 
-    has_reset: bool
-    """Whether there is a reset button."""
+def pin_state(
+    value: Any, levels: Mapping[str, PinState], followers: Mapping[str, Callable[[int], PinState]], forms: str
+) -> PinState:
+    """Return what a pin's value names: a level, or one that follows the position.
 
-    @property
-    def device(self) -> Device:
-        """The device on the line."""
-
-    @property
-    def quiet_ns(self) -> int:
-        """Silence that the controller needs at present before a frame."""
-
-    @property
-    def position(self) -> int:
-        """Physical position, steps."""
-
-    def power_cycle(self, now_ns: int) -> None:
-        """Remove and restore power."""
-
-    def reset(self, now_ns: int) -> None:
-        """Press the reset button, if there is one."""
-
-    def set_env(self, now_ns: int, env: Env_contra) -> None:
-        """Set pins and voltages; keys that are None are not in the request."""
-
-    def observe(self, name: str) -> JsonValue:
-        """Return a signal."""
+    Raises:
+        ValueError: nothing; `forms` are allowed.
+    """
+    if isinstance(value, str) and value in levels:
+        return levels[value]
+    if isinstance(value, dict) and len(value) == 1:
+        [(key, position)] = value.items()
+        if key in followers and isinstance(position, int) and not isinstance(position, bool):
+            return followers[key](position)
+    raise ValueError(f"allowed are {forms}")
 
 
 class WireRequest(Strict, Generic[New, Env]):
@@ -188,20 +189,20 @@ class WireBench(Generic[New, Env]):
         now_ns = self.bus.now_ns
         self.bus.run_until(now_ns)
         if request.power_cycle:
-            self.target.power_cycle(now_ns)
+            self.target.device.power_cycle(now_ns)
         if request.reset:
-            self.target.reset(now_ns)
+            self.target.device.power_cycle(now_ns)
         if request.env is not None:
             self.target.set_env(now_ns, request.env)
         self.bus.run_until(now_ns)
         if request.mark is not None:
-            self._marks[request.mark] = self.target.position
+            self._marks[request.mark] = self.target.device.motor_position
 
     def _exchange(self, data: bytes, gap_ns: int) -> bytes:
         """Send bytes; run until the reply has arrived, or the silence limit is over."""
         bus, target = self.bus, self.target
         if bus.quiet_since_ns is not None:
-            bus.run_until(max(bus.now_ns, bus.quiet_since_ns + target.quiet_ns))
+            bus.run_until(max(bus.now_ns, bus.quiet_since_ns + target.quiet_ns()))
         bus.take()
         sent_ns = bus.send(data, self._format, gap_ns)
         bus.run_until(sent_ns)
@@ -220,5 +221,5 @@ class WireBench(Generic[New, Env]):
 
     def _value(self, name: str) -> JsonValue:
         if name.startswith(MARKED):
-            return self.target.position - self._marks[name.removeprefix(MARKED)]
-        return self.target.observe(name)
+            return self.target.device.motor_position - self._marks[name.removeprefix(MARKED)]
+        return self.target.signals[name]()

@@ -127,6 +127,16 @@ class Pcl601:
             self.controller.settle(self._now_ns)
         return reply
 
+    @property
+    def motor_position(self) -> int:
+        """Position of the motor, steps."""
+        return self.controller.motor.position
+
+    @property
+    def motor_turns(self) -> bool:
+        """Whether a motion is under way."""
+        return self.controller.axis.busy
+
     def power_cycle(self, now_ns: int) -> None:
         """Cycle the power, as the reset button does."""
         self.controller.power_up(now_ns)

@@ -67,7 +67,17 @@ class Pmc006:
         self._answers.clear()
         return answers
 
-    def power_cycle(self) -> None:
+    @property
+    def motor_position(self) -> int:
+        """Physical position of the motor, steps."""
+        return self.controller.axis.physical
+
+    @property
+    def motor_turns(self) -> bool:
+        """Whether a motion is under way."""
+        return self.controller.axis.moving
+
+    def power_cycle(self, now_ns: int) -> None:
         """Cycle the power: an incomplete frame or answer is lost."""
         self.controller.power_cycle()
         self._framer.drop()

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 from typing_extensions import override
 
@@ -53,17 +53,22 @@ class CommandRow(Generic[AdapterOptions]):
     """The reason to refuse a command.
 
     Attributes:
+        features: what the command asks for, one or any of several.
         name: short name for events.
         applies: returns whether the row refuses.
         bits: error bits of input word 0.
         reason: a sentence for the user.
     """
 
-    features: frozenset[Feature]
+    features: Feature | frozenset[Feature]
     name: str
     applies: Callable[[AxisRequest, AdapterOptions], bool]
     bits: int
     reason: str
+
+    def is_of(self, feature: Feature) -> bool:
+        """Whether the row is of commands that ask for a feature."""
+        return feature is self.features if isinstance(self.features, Feature) else feature in self.features
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,7 +117,7 @@ class RowCapabilities(Capabilities, Generic[AdapterOptions]):
     def lacking_for(self, request: AxisRequest) -> Refusal | None:
         """Return why a command is refused; otherwise note substitutions and return None."""
         for row in self._command_rows:
-            if request.feature in row.features and row.applies(request, self._options):
+            if row.is_of(request.feature) and row.applies(request, self._options):
                 return Refusal(row.name, row.bits, row.reason)
         if request.feature in RAMPED:
             self._note_substitutions(request)
@@ -129,6 +134,17 @@ def always(request: AxisRequest, options: object) -> bool:
     return True
 
 
+def unless(**chosen: str) -> Callable[[object, object], bool]:
+    """Refuse unless an option has a value.
+
+    >>> from types import SimpleNamespace
+    >>> unless(blend="segmented")(None, SimpleNamespace(blend="refuse"))
+    True
+    """
+    [(name, value)] = chosen.items()
+    return lambda _, options: getattr(options, name) != value
+
+
 def speed_of(request: AxisRequest) -> int:
     """Return the programmed speed, steps/s."""
     return request.command.parameters.speed or 0
@@ -137,3 +153,45 @@ def speed_of(request: AxisRequest) -> int:
 def has_ramps(request: AxisRequest) -> bool:
     """Whether the programmed speed is above the starting speed."""
     return speed_of(request) > request.configuration.starting_speed
+
+
+# -- what neither controller can do -----------------------------------------------------------
+
+
+def no_marker(controller: str) -> ConfigurationRow[Any]:
+    """Refuse marker home."""
+    reason = f"the {controller} has no marker input"
+    return ConfigurationRow("marker home", lambda it, _: it.marker_home, reason)
+
+
+def no_feedback(controller: str) -> ConfigurationRow[Any]:
+    """Refuse diagnostic feedback, unless the position is mirrored."""
+    return ConfigurationRow(
+        "diagnostic feedback",
+        lambda it, options: it.diagnostic_feedback and options.diagnostic != "mirror",
+        f"the {controller} can't count its own pulses; option diagnostic = mirror copies the position",
+    )
+
+
+def no_follower(controller: str) -> CommandRow[Any]:
+    """Refuse the encoder follower."""
+    reason = f"the {controller} can't follow an encoder"
+    return CommandRow(Feature.FOLLOWER, "encoder follower", always, FUNCTION, reason)
+
+
+def no_blend(controller: str) -> CommandRow[Any]:
+    """Refuse blend moves, unless they are made of segments."""
+    reason = f"the {controller} can't change speed in motion; option blend = segmented stops in between"
+    return CommandRow(Feature.BLEND, "blend move", unless(blend="segmented"), BLOCK, reason)
+
+
+def no_speed_change(controller: str) -> CommandRow[Any]:
+    """Refuse changes of speed, unless a motion starts anew."""
+    reason = f"the {controller} can't change speed in motion; option respeed = restart stops in between"
+    return CommandRow(Feature.SPEED_CHANGE, "speed change", unless(respeed="restart"), PROFILE, reason)
+
+
+def too_fast(controller: str, most: int) -> CommandRow[Any]:
+    """Refuse speeds above the highest one."""
+    reason = f"the {controller} goes up to {most} steps/s"
+    return CommandRow(TIMED, "speed", lambda request, _: speed_of(request) > most, PROFILE, reason)

@@ -7,7 +7,7 @@ from typing import Protocol
 
 from ....io_images.amci3601 import Configuration, InputBit
 from ...line.adapter_line import Line, SimulatedLine
-from ...line.wire import Device
+from ...line.wire import ControllerDevice
 from ...machine import Machine, Switch
 
 
@@ -55,7 +55,7 @@ class Plant(ABC):
         ValueError: the machine slips or jams, which is simulated with the 3601 only.
     """
 
-    def __init__(self, machine: Machine, device: Device) -> None:
+    def __init__(self, machine: Machine, device: ControllerDevice) -> None:
         if machine.spec.slips or machine.spec.jams:
             raise ValueError("machine: slips and jams are simulated with module amci3601 only")
         self.machine = machine
@@ -71,16 +71,6 @@ class Plant(ABC):
     # -- implemented for each controller -------------------------------------------------------
 
     @property
-    @abstractmethod
-    def motor_position(self) -> int:
-        """Position of the motor."""
-
-    @property
-    @abstractmethod
-    def motor_turns(self) -> bool:
-        """Whether a motion is under way."""
-
-    @property
     def feedback(self) -> int:
         """Outputs that are wired to inputs."""
         return 0
@@ -92,10 +82,6 @@ class Plant(ABC):
     @abstractmethod
     def rewire(self, now_ns: int, configuration: Configuration) -> None:
         """Wire the controller as a configuration requires."""
-
-    @abstractmethod
-    def power_cycle(self, now_ns: int) -> None:
-        """Cycle the controller's power; a reply on the line breaks off."""
 
     # -- time ---------------------------------------------------------------------------------
 
@@ -119,12 +105,18 @@ class Plant(ABC):
             self.levels, self._held, self._feedback = levels, held, feedback
             self.wire(now_ns)
 
+    def power_cycle(self, now_ns: int) -> None:
+        """Cycle the controller's power; a reply on the line breaks off."""
+        self.device.power_cycle(now_ns)
+        self.line.silence()
+        self.sense(now_ns)
+
     def feeds(self, bit: InputBit) -> tuple[Switch, ...]:
         """Return the switches that feed an input now: none while it is held at a level."""
         return () if self._held & bit.value else switches_of(self.machine, bit)
 
     def _follow(self, now_ns: int) -> None:
-        position, turns = self.motor_position, self.motor_turns
+        position, turns = self.device.motor_position, self.device.motor_turns
         steps = position - self._position_before
         if turns and not self._turned:
             self.machine.depart(now_ns)

@@ -49,14 +49,15 @@ def adapter_record(
 
 def _refusals(kind: AdapterKind[Any]) -> Iterator[str]:
     """Yield the lines of the table of what an adapter refuses, in Markdown."""
+    from ..amci3601 import Feature
     from .capabilities import CONFIG_ERROR
 
     yield from ("| asked for | refused: | shown as |", "|---|---|---|")
     for limit in kind.configuration_rows:
         yield f"| configuration: {limit.name} | {limit.reason} | {_names(CONFIG_ERROR)} |"
     for row in kind.command_rows:
-        features = sorted(feature.value for feature in row.features)
-        asked = features[0] if len(features) == 1 else f"{row.name} of any motion"
+        one = row.features
+        asked = one.value if isinstance(one, Feature) else f"{row.name} of any motion"
         yield f"| {asked} | {row.reason} | {_names(row.bits)} |"
 
 

@@ -10,8 +10,6 @@ from .....io_images.amci3601 import Configuration, HomingKind, InputBit
 from ....kinematics import MILLI, PICO, Shape, stopping_distance
 from ...amci3601 import AxisHoming, AxisRequest, Feature
 from ..capabilities import (
-    BLOCK,
-    FUNCTION,
     PROFILE,
     RAMPED,
     TIMED,
@@ -19,9 +17,15 @@ from ..capabilities import (
     ConfigurationRow,
     RowCapabilities,
     SubstitutionRow,
-    always,
     has_ramps,
+    no_blend,
+    no_feedback,
+    no_follower,
+    no_marker,
+    no_speed_change,
     speed_of,
+    too_fast,
+    unless,
 )
 from .options import Pcl601Options
 from .units import BASE_MAX, SPEED_MAX, STEPS_MAX, drive_for
@@ -57,17 +61,13 @@ CONFIGURATION_ROWS: tuple[ConfigurationRow[Pcl601Options], ...] = (
         lambda it, options: it.backplane_proximity and options.proximity != "jumper",
         "a PLC can set no home proximity; option proximity = jumper wires an output to the soft limits",
     ),
-    ConfigurationRow(
-        "diagnostic feedback",
-        lambda it, options: it.diagnostic_feedback and options.diagnostic != "mirror",
-        "the PCL601 can't count its own pulses; option diagnostic = mirror copies the position",
-    ),
+    no_feedback("PCL601"),
     ConfigurationRow(
         "CW/CCW pulses",
         lambda it, _: not it.step_and_direction,
         "the PCL601 has clock and direction outputs",
     ),
-    ConfigurationRow("marker home", lambda it, _: it.marker_home, "the PCL601 has no marker input"),
+    no_marker("PCL601"),
     ConfigurationRow(
         "normally closed end limit",
         lambda it, options: _used_low(it, EITHER_LIMIT) and options.limit_sense != "inputs",
@@ -79,10 +79,6 @@ CONFIGURATION_ROWS: tuple[ConfigurationRow[Pcl601Options], ...] = (
         "home and emergency stop are wired to inputs that act when grounded",
     ),
 )
-
-
-def _too_fast(request: AxisRequest, options: Pcl601Options) -> bool:
-    return speed_of(request) > SPEED_MAX
 
 
 def _one_step_per_second(request: AxisRequest, options: Pcl601Options) -> bool:
@@ -124,53 +120,19 @@ def _too_short_to_stop(request: AxisRequest, options: Pcl601Options) -> bool:
     return target * PICO < stop + late
 
 
-def _no_restart(request: AxisRequest, options: Pcl601Options) -> bool:
-    return options.respeed != "restart"
-
-
 COMMAND_ROWS: tuple[CommandRow[Pcl601Options], ...] = (
     CommandRow(
-        frozenset({Feature.ENCODER_MOVE}),
+        Feature.ENCODER_MOVE,
         "encoder move",
-        lambda request, options: options.encoder_move != "polled",
+        unless(encoder_move="polled"),
         PROFILE,
         "the PCL601 can't end a move by its encoder; option encoder_move = polled stops when it is read",
     ),
-    CommandRow(
-        frozenset({Feature.FOLLOWER}),
-        "encoder follower",
-        always,
-        FUNCTION,
-        "the PCL601 can't follow an encoder",
-    ),
-    CommandRow(
-        frozenset({Feature.BLEND}),
-        "blend move",
-        lambda request, options: options.blend != "segmented",
-        BLOCK,
-        "the PCL601 can't change speed in motion; option blend = segmented stops in between",
-    ),
-    CommandRow(
-        frozenset({Feature.SPEED_CHANGE}),
-        "speed change",
-        _no_restart,
-        PROFILE,
-        "the PCL601 can't change speed in motion; option respeed = restart stops in between",
-    ),
-    CommandRow(
-        TIMED,
-        "speed",
-        _too_fast,
-        PROFILE,
-        f"the PCL601 goes up to {SPEED_MAX} steps/s",
-    ),
-    CommandRow(
-        TIMED,
-        "speed",
-        _one_step_per_second,
-        PROFILE,
-        "the PCL601's slowest motion is 2 steps/s",
-    ),
+    no_follower("PCL601"),
+    no_blend("PCL601"),
+    no_speed_change("PCL601"),
+    too_fast("PCL601", SPEED_MAX),
+    CommandRow(TIMED, "speed", _one_step_per_second, PROFILE, "the PCL601's slowest motion is 2 steps/s"),
     CommandRow(
         RAMPED,
         "different rates",
@@ -178,15 +140,9 @@ COMMAND_ROWS: tuple[CommandRow[Pcl601Options], ...] = (
         PROFILE,
         "the PCL601 has one rate for both ramps, and option strict rejects the lower one for both",
     ),
+    CommandRow(Feature.MOVE, "distance", _too_far, PROFILE, f"the PCL601 indexes by up to {STEPS_MAX} steps"),
     CommandRow(
-        frozenset({Feature.MOVE}),
-        "distance",
-        _too_far,
-        PROFILE,
-        f"the PCL601 indexes by up to {STEPS_MAX} steps",
-    ),
-    CommandRow(
-        frozenset({Feature.REGISTRATION}),
+        Feature.REGISTRATION,
         "registration distance",
         _too_short_to_stop,
         PROFILE,

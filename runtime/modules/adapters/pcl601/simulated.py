@@ -98,6 +98,8 @@ class SimulatedPcl601(Plant):
         ValueError: the machine slips or jams, which this controller's simulation lacks.
     """
 
+    device: Pcl601
+
     def __init__(self, machine: Machine, options: Pcl601Options) -> None:
         self.device = Pcl601()
         self._options = options
@@ -109,16 +111,6 @@ class SimulatedPcl601(Plant):
             for bit in InputBit
         }
         super().__init__(machine, self.device)
-
-    @property
-    @override
-    def motor_position(self) -> int:
-        return self.device.controller.motor.position
-
-    @property
-    @override
-    def motor_turns(self) -> bool:
-        return self.device.controller.axis.busy
 
     @property
     @override
@@ -144,12 +136,6 @@ class SimulatedPcl601(Plant):
         for bit, pin in HARD_LIMITS.items():
             if used_low & bit.value:
                 yield bit, pin
-
-    @override
-    def power_cycle(self, now_ns: int) -> None:
-        self.device.power_cycle(now_ns)
-        self.line.silence()
-        self.sense(now_ns)
 
     @override
     def sense(self, now_ns: int) -> None:

@@ -8,7 +8,6 @@ from .....io_images.amci3601 import CommandMsw, Configuration, InputBit
 from ....controllers.pmc006.ramps import ramp_steps
 from ...amci3601 import AxisHoming, AxisRequest, Feature
 from ..capabilities import (
-    BLOCK,
     FUNCTION,
     HOMING,
     PROFILE,
@@ -20,7 +19,14 @@ from ..capabilities import (
     SubstitutionRow,
     always,
     has_ramps,
+    no_blend,
+    no_feedback,
+    no_follower,
+    no_marker,
+    no_speed_change,
     speed_of,
+    too_fast,
+    unless,
 )
 from .options import Pmc006Options
 from .units import RATE_MIN, SPEED_MAX, START_MAX, START_MIN, speeds_for
@@ -83,22 +89,14 @@ CONFIGURATION_ROWS: tuple[ConfigurationRow[Pmc006Options], ...] = (
         lambda it, _: it.quadrature_encoder,
         "the PMC006 tells no encoder position",
     ),
-    ConfigurationRow(
-        "diagnostic feedback",
-        lambda it, options: it.diagnostic_feedback and options.diagnostic != "mirror",
-        "the PMC006 can't count its own pulses; option diagnostic = mirror copies the position",
-    ),
-    ConfigurationRow("marker home", lambda it, _: it.marker_home, "the PMC006 has no marker input"),
+    no_feedback("PMC006"),
+    no_marker("PMC006"),
     ConfigurationRow(
         "levels of home switch and CCW limit",
         _levels_of_ext1_differ,
         "home switch and CCW limit share EXT1, so both have to be active at the same level",
     ),
 )
-
-
-def _out_of_speed(request: AxisRequest, options: Pmc006Options) -> bool:
-    return speed_of(request) > SPEED_MAX
 
 
 def _too_slow(request: AxisRequest, options: Pmc006Options) -> bool:
@@ -121,77 +119,39 @@ def _too_short_to_stop(request: AxisRequest, options: Pmc006Options) -> bool:
 
 COMMAND_ROWS: tuple[CommandRow[Pmc006Options], ...] = (
     CommandRow(
-        frozenset({Feature.ENCODER_MOVE}),
-        "encoder move",
-        always,
-        PROFILE,
-        "the PMC006 can't end a move by an encoder",
+        Feature.ENCODER_MOVE, "encoder move", always, PROFILE, "the PMC006 can't end a move by an encoder"
     ),
+    no_follower("PMC006"),
     CommandRow(
-        frozenset({Feature.FOLLOWER}),
-        "encoder follower",
-        always,
-        FUNCTION,
-        "the PMC006 can't follow an encoder",
+        Feature.PRESET_ENCODER, "preset encoder", always, FUNCTION, "the PMC006 tells no encoder position"
     ),
+    no_blend("PMC006"),
     CommandRow(
-        frozenset({Feature.PRESET_ENCODER}),
-        "preset encoder",
-        always,
-        FUNCTION,
-        "the PMC006 tells no encoder position",
-    ),
-    CommandRow(
-        frozenset({Feature.BLEND}),
-        "blend move",
-        lambda request, options: options.blend != "segmented",
-        BLOCK,
-        "the PMC006 can't change speed in motion; option blend = segmented stops in between",
-    ),
-    CommandRow(
-        frozenset({Feature.REGISTRATION}),
+        Feature.REGISTRATION,
         "registration move",
-        lambda request, options: options.registration != "polled",
+        unless(registration="polled"),
         PROFILE,
         "the PMC006 can't count steps from an input; option registration = polled stops in between",
     ),
+    no_speed_change("PMC006"),
     CommandRow(
-        frozenset({Feature.SPEED_CHANGE}),
-        "speed change",
-        lambda request, options: options.respeed != "restart",
-        PROFILE,
-        "the PMC006 can't change speed in motion; option respeed = restart stops in between",
-    ),
-    CommandRow(
-        frozenset({Feature.HOLD}),
+        Feature.HOLD,
         "hold",
-        lambda request, options: options.hold != "immediate",
+        unless(hold="immediate"),
         FUNCTION,
         "the PMC006 can't slow down in a move; option hold = immediate stops without a ramp",
     ),
     CommandRow(
-        frozenset({Feature.HOME}),
+        Feature.HOME,
         "find home CW",
         lambda request, _: bool(request.command.msw & FIND_HOME_CW),
         HOMING,
         "the PMC006 searches for home backward only, which is CCW",
     ),
+    too_fast("PMC006", SPEED_MAX),
+    CommandRow(TIMED, "speed", _too_slow, PROFILE, f"the PMC006's slowest motion is {START_MIN} steps/s"),
     CommandRow(
-        TIMED,
-        "speed",
-        _out_of_speed,
-        PROFILE,
-        f"the PMC006 goes up to {SPEED_MAX} steps/s",
-    ),
-    CommandRow(
-        TIMED,
-        "speed",
-        _too_slow,
-        PROFILE,
-        f"the PMC006's slowest motion is {START_MIN} steps/s",
-    ),
-    CommandRow(
-        frozenset({Feature.BLEND_SEGMENT}),
+        Feature.BLEND_SEGMENT,
         "acceleration",
         lambda request, options: (
             options.accel_rounding == "gentler"
@@ -202,7 +162,7 @@ COMMAND_ROWS: tuple[CommandRow[Pmc006Options], ...] = (
         RATE_TOO_LOW,
     ),
     CommandRow(
-        frozenset({Feature.BLEND}),
+        Feature.BLEND,
         "final deceleration",
         lambda request, options: (
             options.accel_rounding == "gentler" and 0 < request.command.words[5] & 0x3FFF < RATE_MIN
@@ -210,15 +170,9 @@ COMMAND_ROWS: tuple[CommandRow[Pmc006Options], ...] = (
         PROFILE,
         RATE_TOO_LOW,
     ),
+    CommandRow(RAMPED, "rate", _rate_too_low, PROFILE, RATE_TOO_LOW),
     CommandRow(
-        RAMPED,
-        "rate",
-        _rate_too_low,
-        PROFILE,
-        RATE_TOO_LOW,
-    ),
-    CommandRow(
-        frozenset({Feature.REGISTRATION}),
+        Feature.REGISTRATION,
         "registration distance",
         _too_short_to_stop,
         PROFILE,

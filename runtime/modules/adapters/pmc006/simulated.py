@@ -57,20 +57,12 @@ class SimulatedPmc006(Plant):
         ValueError: the machine slips or jams, which this controller's simulation lacks.
     """
 
+    device: Pmc006
+
     def __init__(self, machine: Machine) -> None:
         self.device = Pmc006(Pmc006Controller(address=UNIT))
         self._on_fset = InputBit.ESTOP
         super().__init__(machine, self.device)
-
-    @property
-    @override
-    def motor_position(self) -> int:
-        return self.device.controller.axis.physical
-
-    @property
-    @override
-    def motor_turns(self) -> bool:
-        return self.device.controller.axis.moving
 
     @override
     def rewire(self, now_ns: int, configuration: Configuration) -> None:
@@ -80,12 +72,6 @@ class SimulatedPmc006(Plant):
         if wired is not self._on_fset:
             self._on_fset = wired
             self.wire(now_ns)
-
-    @override
-    def power_cycle(self, now_ns: int) -> None:
-        self.device.power_cycle()
-        self.line.silence()
-        self.sense(now_ns)
 
     @override
     def wire(self, now_ns: int) -> None:
