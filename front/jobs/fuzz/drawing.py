@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from dataclasses import replace
 from enum import Enum
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from hypothesis import strategies as st
 
@@ -14,7 +14,6 @@ from ...io_images.amci3601.firmware import KNOWN, Firmware
 from ...io_images.image import WORDS
 from ...runtime.config.rackspec import RackSpec, SlotSpec
 from ...runtime.loop.incidents import FaultKind, Incident
-from ...runtime.machine import MachineSpec
 from ...runtime.modules.record import Trait
 from ...runtime.modules.registry import MODULES, has
 from .scenarios.scenario import LostSteps, Press, Push, Scenario, Shift, Signal
@@ -115,6 +114,7 @@ def scenarios(
     times = st.integers(0, scans - 1).map(lambda scan: scan * spec.scan_ns)
     bolted = [slot for slot in spec.slot if has(slot.module, Trait.MACHINE)]
     slots = st.sampled_from(bolted or spec.slot)
+    numbers = slots.map(lambda slot: slot.number)
     contacts = card_buttons(spec) if Kind.INPUTS in kinds else []
     values = card_signals(spec) if Kind.INPUTS in kinds else []
     nothing: st.SearchStrategy[tuple[()]] = st.just(())
@@ -129,10 +129,12 @@ def scenarios(
         firmware=_firmware(spec) if Kind.FIRMWARE in kinds else nothing,
         presses=some(Kind.INPUTS, slots.flatmap(lambda slot: presses[slot.number])) if bolted else nothing,
         incidents=st.lists(st.one_of(happening), max_size=most).map(tuple) if happening else nothing,
-        shifts=some(Kind.MACHINE, st.builds(Shift, slots.map(_number), st.sampled_from(STEPS)), 1),
+        shifts=some(
+            Kind.MACHINE, st.builds(Shift, numbers, st.sampled_from(STEPS)), 1
+        ),
         lost=some(Kind.MACHINE, _lost(_with(spec, Trait.SLIPS)), 1) if _with(spec, Trait.SLIPS) else nothing,
-        pushes=some(Kind.INPUTS, _pushes(contacts, times)) if contacts else nothing,
-        signals=some(Kind.INPUTS, _signals(values, times)) if values else nothing,
+        pushes=some(Kind.INPUTS, _operated(Push, contacts, times)) if contacts else nothing,
+        signals=some(Kind.INPUTS, _operated(Signal, values, times)) if values else nothing,
     )
     return made if base is None else st.builds(_joined, _parts_of(base, spec.scan_ns), made)
 
@@ -144,10 +146,6 @@ INCIDENTS = (Kind.LINK, Kind.POWER, Kind.MODE, Kind.TORN, Kind.LINE)
 def _lost(slots: Sequence[int]) -> st.SearchStrategy[LostSteps]:
     where = st.integers(-20_000, 20_000)
     return st.builds(LostSteps, st.sampled_from(slots), where, st.sampled_from((1, 5, 200)))
-
-
-def _number(slot: SlotSpec) -> int:
-    return slot.number
 
 
 def _durations() -> st.SearchStrategy[int]:
@@ -167,34 +165,24 @@ def _presses(slot: SlotSpec, times: st.SearchStrategy[int]) -> st.SearchStrategy
     return st.one_of(parts)
 
 
-def _pushes(contacts: Sequence[tuple[int, str]], times: st.SearchStrategy[int]) -> st.SearchStrategy[Push]:
-    def pushed(contact: tuple[int, str], at_ns: int, for_ns: int) -> Push:
-        return Push(*contact, at_ns, for_ns)
+def _operated(
+    part: type[Push | Signal], inputs: Sequence[tuple[Any, ...]], times: st.SearchStrategy[int]
+) -> st.SearchStrategy[Push | Signal]:
+    def made(given: tuple[Any, ...], at_ns: int, for_ns: int) -> Push | Signal:
+        return part(*given, at_ns, for_ns)
 
-    return st.builds(pushed, st.sampled_from(contacts), times, _durations())
-
-
-def _signals(
-    values: Sequence[tuple[int, str, float]], times: st.SearchStrategy[int]
-) -> st.SearchStrategy[Signal]:
-    def given(value: tuple[int, str, float], at_ns: int, for_ns: int) -> Signal:
-        return Signal(*value, at_ns, for_ns)
-
-    return st.builds(given, st.sampled_from(values), times, _durations())
+    return st.builds(made, st.sampled_from(inputs), times, _durations())
 
 
 def sensors(slot: SlotSpec) -> list[InputBit]:
     """Return the inputs that the machine energises."""
-    return sorted({each.input for each in slot.machine.timeline} | _fed(slot.machine))
+    fed = {bit for bit in InputBit if slot.machine.fed_inputs & bit.value}
+    return sorted(fed | {each.input for each in slot.machine.timeline})
 
 
 def buttons(slot: SlotSpec) -> list[InputBit]:
     """Return the inputs that only a person energises."""
     return [bit for bit in InputBit if bit not in sensors(slot)]
-
-
-def _fed(machine: MachineSpec) -> set[InputBit]:
-    return {bit for bit in InputBit if machine.fed_inputs & bit.value}
 
 
 def _firmware(spec: RackSpec) -> st.SearchStrategy[tuple[tuple[int, str], ...]]:

@@ -15,7 +15,7 @@ Times stay on the grid of the scans.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 from itertools import takewhile
 from types import MappingProxyType
 from typing import Any
@@ -32,8 +32,7 @@ Inputs = Mapping[int, Sequence[InputBit]]
 Part = tuple[str, Any]
 """A part of a scenario: its field, and itself."""
 
-FIELDS = ("firmware", "presses", "incidents", "shifts", "lost", "pushes", "signals")
-"""The fields of a scenario that hold parts."""
+FIELDS = tuple(each.name for each in fields(Scenario))
 
 STEPS = (1, 2, 5)
 """Leading digits of round numbers."""

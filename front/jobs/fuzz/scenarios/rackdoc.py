@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from decimal import Decimal
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,7 @@ from ....runtime.config.rackspec import RackSpec
 from ....runtime.loop.incidents import Incident
 from ....runtime.machine import TimelineEntry
 from ....runtime.machine.spec import input_name
-from .scenario import Push, Scenario, Signal, entries_of, signal_entries
+from .scenario import Push, Scenario, entries_of, signal_entries
 
 Table = dict[str, Any]
 
@@ -46,7 +46,8 @@ def rack_text(rack_file: Path, spec: RackSpec, scenario: Scenario, scans: int, f
         for shift in scenario.shifts:
             if shift.slot == slot.number:
                 _shift(machine, shift.steps)
-        _extend(machine, "slips", _slips(scenario, slot.number))
+        lost = [each for each in scenario.lost if each.slot == slot.number]
+        _extend(machine, "slips", ({"at": each.at, "steps": each.steps} for each in lost))
         presses = [each for each in scenario.presses if each.slot == slot.number]
         entries = [entry for each in presses for entry in entries_of(each, slot.machine)]
         _extend(machine, "timeline", map(_entry, entries))
@@ -55,7 +56,10 @@ def rack_text(rack_file: Path, spec: RackSpec, scenario: Scenario, scans: int, f
         if pushes or signals:
             options: Table = table.setdefault("options", {})
             given = list(options.get("timeline", ()))
-            _extend(options, "timeline", [*pushes, *_signals(signals, given)])
+            rows = (
+                {name: _plain(value) for name, value in row.items()} for row in signal_entries(signals, given)
+            )
+            _extend(options, "timeline", [*pushes, *rows])
     _extend(document, "incident", map(_incident, scenario.incidents))
     return tomli_w.dumps(document)
 
@@ -81,10 +85,6 @@ def _extend(table: Table, key: str, more: Iterable[Table]) -> None:
     rows = [*table.get(key, ()), *more]
     if rows:
         table[key] = rows
-
-
-def _slips(scenario: Scenario, slot: int) -> list[Table]:
-    return [{"at": each.at, "steps": each.steps} for each in scenario.lost if each.slot == slot]
 
 
 def _shift(machine: Table, steps: int) -> None:
@@ -113,10 +113,6 @@ def _entry(entry: TimelineEntry) -> Table:
 
 def _push(push: Push) -> Table:
     return {"at_ms": _ms(push.at_ns), "input": push.input, "for_ms": _ms(push.for_ns)}
-
-
-def _signals(signals: Sequence[Signal], rows: Sequence[Table]) -> list[Table]:
-    return [{name: _plain(value) for name, value in row.items()} for row in signal_entries(signals, rows)]
 
 
 def _plain(value: object) -> object:

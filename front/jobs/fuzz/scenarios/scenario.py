@@ -50,12 +50,18 @@ Versions = Annotated[tuple[tuple[int, str], ...], BeforeValidator(_versions), Pl
 
 
 @dataclass(frozen=True, slots=True)
-class Press:
-    """An input is held at a level for a time; on an input with a switch, the switch fails."""
+class Part:
+    """Something that happens in a slot, or is otherwise there."""
 
     __pydantic_config__ = NO_MORE_KEYS
 
     slot: StrictInt
+
+
+@dataclass(frozen=True, slots=True)
+class Press(Part):
+    """An input is held at a level for a time; on an input with a switch, the switch fails."""
+
     input: InputName
     energised: StrictBool
     at_ns: Time
@@ -63,28 +69,22 @@ class Press:
 
 
 @dataclass(frozen=True, slots=True)
-class Push:
+class Push(Part):
     """A contact of a card is operated for a time: a button, a selector switch."""
 
-    __pydantic_config__ = NO_MORE_KEYS
-
-    slot: StrictInt
     input: StrictStr
     at_ns: Time
     for_ns: Annotated[Time, Field(gt=0)]
 
 
 @dataclass(frozen=True, slots=True)
-class Signal:
+class Signal(Part):
     """An analog input of a card has another value for a time.
 
     Attributes:
         value: V or mA of a channel with a range, else the raw number.
     """
 
-    __pydantic_config__ = NO_MORE_KEYS
-
-    slot: StrictInt
     input: StrictStr
     value: float
     at_ns: Time
@@ -92,26 +92,20 @@ class Signal:
 
 
 @dataclass(frozen=True, slots=True)
-class Shift:
+class Shift(Part):
     """A machine whose switches are not where the drawing has them."""
 
-    __pydantic_config__ = NO_MORE_KEYS
-
-    slot: StrictInt
     steps: StrictInt
 
 
 @dataclass(frozen=True, slots=True)
-class LostSteps:
+class LostSteps(Part):
     """Steps that a motor loses.
 
     Attributes:
         at: shaft position, steps.
     """
 
-    __pydantic_config__ = NO_MORE_KEYS
-
-    slot: StrictInt
     at: StrictInt
     steps: StrictInt
 
@@ -190,14 +184,8 @@ class Scenario:
             ValueError: it is about a slot that the rack does not have.
         """
         have = [slot.number for slot in spec.slot]
-        parts: Sequence[Press | Push | Signal | Incident | Shift | LostSteps] = (
-            *self.presses,
-            *self.pushes,
-            *self.signals,
-            *(each for each in self.incidents if each.what is not FaultKind.PROGRAM_MODE),
-            *self.shifts,
-            *self.lost,
-        )
+        happening = (each for each in self.incidents if each.what is not FaultKind.PROGRAM_MODE)
+        parts = (*self.presses, *self.pushes, *self.signals, *happening, *self.shifts, *self.lost)
         for slot in (*dict(self.firmware), *(part.slot for part in parts)):
             if slot not in have:
                 slots = ", ".join(map(str, have))
@@ -225,16 +213,7 @@ class Scenario:
     @property
     def size(self) -> int:
         """How much there is of it: number of parts."""
-        parts: Sequence[Sequence[object]] = (
-            self.firmware,
-            self.presses,
-            self.incidents,
-            self.shifts,
-            self.lost,
-            self.pushes,
-            self.signals,
-        )
-        return sum(map(len, parts))
+        return sum(len(getattr(self, each.name)) for each in fields(self))
 
 
 _SCENARIO = TypeAdapter(Scenario)

@@ -34,8 +34,8 @@ def told(scenario: Scenario) -> list[str]:
     ['nothing: the rack as its file has it']
     """
     timed = [(each.at_ns, _press(each)) for each in scenario.presses]
-    timed += [(each.at_ns, _push(each)) for each in scenario.pushes]
-    timed += [(each.at_ns, _signal(each)) for each in scenario.signals]
+    timed += [(each.at_ns, _input(each, "operated")) for each in scenario.pushes]
+    timed += [(each.at_ns, _input(each, f"{each.value:g}")) for each in scenario.signals]
     timed += [(each.at_ns, _incident(each)) for each in scenario.incidents]
     lines = list(_from_the_start(scenario))
     lines += [f"{at_ns / 1e9:g} s: {text}" for at_ns, text in sorted(timed, key=lambda entry: entry[0])]
@@ -57,12 +57,8 @@ def _press(press: Press) -> str:
     return f"input {input_name(press.input)} of slot {press.slot} is {level}{_for(press.for_ns)}"
 
 
-def _push(push: Push) -> str:
-    return f"input {push.input} of slot {push.slot} is operated{_for(push.for_ns)}"
-
-
-def _signal(signal: Signal) -> str:
-    return f"input {signal.input} of slot {signal.slot} is {signal.value:g}{_for(signal.for_ns)}"
+def _input(part: Push | Signal, state: str) -> str:
+    return f"input {part.input} of slot {part.slot} is {state}{_for(part.for_ns)}"
 
 
 def _incident(incident: Incident) -> str:
