@@ -143,7 +143,7 @@ class Play:
                     trace=trace,
                     live=self._wanted.live,
                     pacer=pacer,
-                    warn=_warn,
+                    warn=complain,
                     handled=True,
                     metadata=start.metadata,
                     keep=self._wanted.keep,
@@ -291,10 +291,6 @@ def _free(path: Path) -> Path:
         tried = path.with_name(f"{path.stem}-{number}{path.suffix}")
         number += 1
     return tried
-
-
-def _warn(hint: str) -> None:
-    complain(str(hint))
 
 
 def _notes(run: JobRun, job: Job, ring: Ring, tap: Tap) -> Notes:

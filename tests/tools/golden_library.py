@@ -22,6 +22,7 @@ from scanrack.io_images.amci3601 import StatusView, status_names
 from scanrack.io_images.image import UNSIGNED_MAX
 from scanrack.jobs.load.loading import load_job
 from scanrack.jobs.run.result import RULES_OF_START
+from scanrack.jobs.run.running import RunOptions
 from scanrack.jobs.trust.extracting import attached_files
 from scanrack.jobs.trust.trust import stored_programs
 from scanrack.runtime.config.rackfile import load_rack_file
@@ -144,7 +145,7 @@ def make(library: Library, scenario: Scenario, folder: Path) -> Made:
     rack.write_text(scenario.rack_text(), "utf-8")
     stored_programs(load_rack_file(rack).spec)  # a library is not always the user's own
     job = load_job(str(rack))
-    if run_job(job, scenario.run_ms // scenario.scan_ms, trace, quiet=True) != DONE:
+    if run_job(job, scenario.run_ms // scenario.scan_ms, RunOptions(trace=trace), quiet=True) != DONE:
         raise ValueError(f"{scenario.name}: the run did not end well")
     with open_trace(trace) as opened:
         return Made(scenario, trace, text_of(scenario, opened), tuple(_wrong(scenario, opened)))

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from contextlib import ExitStack, nullcontext, redirect_stdout
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from ...jobs.load.loading import DEFAULT_RUN, Job, load_job, scans_to_run, with_tags
-from ...jobs.record.recording import NOTHING
 from ...jobs.run.build import check_ports
 from ...jobs.run.result import Tally, result_of
 from ...jobs.run.retained import RetainedMemory
@@ -28,63 +28,33 @@ from ...terminal.terminal import say
 from ...terminal.trace_options import ReplaceOption
 from .summary import summary, summary_row
 
-if TYPE_CHECKING:  # imported late: a run without a session does not need it
-    from ...jobs.record.editions import Editions
-    from ...jobs.record.repeating import RecordedOrder
-
 
 def run_job(
     job: Job,
     scans: int | None,
-    trace: Path | None,
+    options: RunOptions,
     *,
     quiet: bool,
-    realtime: RealTime | None = None,
-    live: bool = False,
     summarised: bool = True,
     as_json: bool = False,
-    orders: Sequence[RecordedOrder] | None = None,
-    editions: Editions | None = None,
-    metadata: Mapping[str, str] = NOTHING,
-    keep: int | None = None,
 ) -> int:
     """Run a job and report its result; return the exit status.
 
     Args:
         scans: their number, None = until Ctrl-C.
-        trace: path of the recording, None = none.
+        options: of the run; its hints are printed.
         quiet: no progress and no summary; error messages are still printed.
-        realtime: keeps step with the wall clock; None = as fast as possible.
-        live: real ports may be driven.
         summarised: whether a run that is not quiet ends with a summary.
         as_json: print the summary as one JSON object, and the program's own output on standard error.
-        orders: of a recorded session, given again; None without one.
-        editions: loads the programs of that session's edits.
-        metadata: further entries of the recording's metadata.
-        keep: number of earlier recordings to keep; None = the rack file's.
     """
     with ExitStack() as ports:
-        if realtime is not None:
+        pacer, trace, tally = options.pacer or FreeRun(), options.trace, Tally()
+        if not pacer.free:
             outcomes = ports.enter_context(real_time())  # before there are ports: their threads inherit it
             _tell_of_real_time(outcomes, quiet=quiet)
-        pacer = FreeRun() if realtime is None else realtime
-        tally = Tally()
         try:
-            run = JobRun(
-                job,
-                ports,
-                RunOptions(
-                    trace=trace,
-                    live=live,
-                    pacer=pacer,
-                    listeners=[tally],
-                    warn=_quiet if quiet else _warn,
-                    orders=orders,
-                    editions=editions,
-                    metadata=metadata,
-                    keep=keep,
-                ),
-            )
+            told = replace(options, pacer=pacer, listeners=[tally], warn=_quiet if quiet else complain)
+            run = JobRun(job, ports, told)
         except ValueError as error:
             return complain(str(error), BAD_INPUT)
         except OSError as error:
@@ -117,10 +87,6 @@ def _tell_of_real_time(outcomes: list[Outcome], *, quiet: bool) -> None:
     if not quiet:
         for outcome in outcomes:
             complain(str(outcome))
-
-
-def _warn(hint: str) -> None:
-    complain(str(hint))
 
 
 def _quiet(_hint: str) -> None: ...
@@ -230,11 +196,8 @@ def _run_command(
     run = partial(
         run_job,
         scans=count,
-        trace=trace,
+        options=RunOptions(trace=trace, live=live, pacer=pacer, keep=keep),
         quiet=quiet,
-        realtime=pacer,
-        live=live,
-        keep=keep,
         as_json=as_json,
     )
     raise typer.Exit(run(job) if retained is None else _run_retained(retained, run))

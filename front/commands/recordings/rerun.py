@@ -12,6 +12,7 @@ import typer
 from ...jobs.record.editions import editions_of
 from ...jobs.record.repeating import is_session, orders_of
 from ...jobs.replay.replaying import lost_edits, lost_notes
+from ...jobs.run.running import RunOptions
 from ...jobs.trust.attachments import job_of
 from ...jobs.trust.owned import check_recording
 from ...terminal.as_json import JsonOption
@@ -87,17 +88,8 @@ def _rerun(
         say(f"note: {note}", err=True)
     scans = ends[-1] + 1
     parent = {key: trace.head.metadata[key] for key in PARENT if key in trace.head.metadata}
-    status = run_job(
-        job,
-        scans,
-        again,
-        quiet=quiet,
-        summarised=False,
-        orders=orders,
-        editions=editions,
-        metadata=parent,
-        keep=keep,
-    )
+    options = RunOptions(trace=again, orders=orders, editions=editions, metadata=parent, keep=keep)
+    status = run_job(job, scans, options, quiet=quiet, summarised=False)
     if status not in (DONE, NO):
         return status
     if not as_json and filecmp.cmp(path, again, shallow=False):

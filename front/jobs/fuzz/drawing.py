@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 from enum import Enum
 from typing import Any, TypeVar
@@ -129,9 +129,7 @@ def scenarios(
         firmware=_firmware(spec) if Kind.FIRMWARE in kinds else nothing,
         presses=some(Kind.INPUTS, slots.flatmap(lambda slot: presses[slot.number])) if bolted else nothing,
         incidents=st.lists(st.one_of(happening), max_size=most).map(tuple) if happening else nothing,
-        shifts=some(
-            Kind.MACHINE, st.builds(Shift, numbers, st.sampled_from(STEPS)), 1
-        ),
+        shifts=some(Kind.MACHINE, st.builds(Shift, numbers, st.sampled_from(STEPS)), 1),
         lost=some(Kind.MACHINE, _lost(_with(spec, Trait.SLIPS)), 1) if _with(spec, Trait.SLIPS) else nothing,
         pushes=some(Kind.INPUTS, _operated(Push, contacts, times)) if contacts else nothing,
         signals=some(Kind.INPUTS, _operated(Signal, values, times)) if values else nothing,
@@ -166,7 +164,7 @@ def _presses(slot: SlotSpec, times: st.SearchStrategy[int]) -> st.SearchStrategy
 
 
 def _operated(
-    part: type[Push | Signal], inputs: Sequence[tuple[Any, ...]], times: st.SearchStrategy[int]
+    part: Callable[..., Push | Signal], inputs: Sequence[tuple[Any, ...]], times: st.SearchStrategy[int]
 ) -> st.SearchStrategy[Push | Signal]:
     def made(given: tuple[Any, ...], at_ns: int, for_ns: int) -> Push | Signal:
         return part(*given, at_ns, for_ns)

@@ -28,7 +28,7 @@ def recorder_for(
     sequences: bool = False,
     metadata: Mapping[str, str] = NOTHING,
     keep: int | None = None,
-    warn: Callable[[str], None] = lambda _cost: None,
+    warn: Callable[[str], object] = lambda _cost: None,
 ) -> ScanRecorder:
     """Return the recorder of a run; `sequence_watch` reports the program's sequences to it.
 

@@ -60,7 +60,7 @@ class Unheard:
 class SlotHints:
     """Watches one module."""
 
-    def __init__(self, slot: Slot, wired: int, tell: Callable[[str], None]) -> None:
+    def __init__(self, slot: Slot, wired: int, tell: Callable[[str], object]) -> None:
         self.number = slot.number
         self.unheard: Unheard | None = None
         self._slot, self._wired, self._tell = slot, wired, tell
@@ -111,7 +111,7 @@ class Hints:
         self,
         rack: Rack,
         spec: RackSpec,
-        tell: Callable[[str], None],
+        tell: Callable[[str], object],
         places: Mapping[int, str] = MappingProxyType({}),
     ) -> None:
         machines = {slot.number: slot.machine for slot in spec.slot}
@@ -138,7 +138,7 @@ class Hints:
         return [f"slot {number}: {unheard}" for number, unheard in told]
 
 
-def _at(place: str | None, tell: Callable[[str], None]) -> Callable[[str], None]:
+def _at(place: str | None, tell: Callable[[str], object]) -> Callable[[str], object]:
     """Return what a hint says, followed by a place."""
     return tell if place is None else lambda hint: tell(f"{hint} [{place}]")
 

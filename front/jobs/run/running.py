@@ -65,7 +65,7 @@ class RunOptions:
     live: bool = False
     pacer: Pacer | None = None
     listeners: Iterable[ScanListener] = ()
-    warn: Callable[[str], None] = lambda _hint: None
+    warn: Callable[[str], object] = lambda _hint: None
     handled: bool = False
     metadata: Mapping[str, str] = field(default_factory=dict)
     keep: int | None = None

@@ -14,6 +14,7 @@ from scanrack.jobs.fuzz.scenarios.recorded import recorded_scenario
 from scanrack.jobs.fuzz.scenarios.scenario import entries_of
 from scanrack.jobs.load.loading import load_job
 from scanrack.jobs.run.playback import Stimulus
+from scanrack.jobs.run.running import RunOptions
 from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.runtime.machine import MachineSpec, Station, Switch
 from typer.testing import CliRunner
@@ -140,7 +141,7 @@ def test_of_a_real_controller_the_status_bits_tell_what_was_pressed(tmp_path):
     )
     job = load_job(str(rack))
     rack.write_text(LINKED + 'port = "/dev/ttyUSB9"\n', encoding="utf-8")
-    assert run_job(job, 250, trace, realtime=None, quiet=True) == 0
+    assert run_job(job, 250, RunOptions(trace=trace), quiet=True) == 0
     learned = learn(trace, tmp_path / "recording", trust=True)
     assert not load_job(str(learned.rack)).spec.slot[0].is_live
     (press,) = learned.scenario.presses

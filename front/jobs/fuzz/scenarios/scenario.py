@@ -185,6 +185,7 @@ class Scenario:
         """
         have = [slot.number for slot in spec.slot]
         happening = (each for each in self.incidents if each.what is not FaultKind.PROGRAM_MODE)
+        parts: tuple[Part | Incident, ...]
         parts = (*self.presses, *self.pushes, *self.signals, *happening, *self.shifts, *self.lost)
         for slot in (*dict(self.firmware), *(part.slot for part in parts)):
             if slot not in have:
