@@ -50,33 +50,19 @@ class MemberPlace(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class CardKind:
-    """A card with terminals or channels, not both.
+    """A card with terminals or channels, not both."""
 
-    Attributes:
-        name: its catalog number.
-        inputs: mask of its digital inputs in each word.
-        outputs: mask of its digital outputs in each word.
-        channels_in: number of its analog inputs.
-        channels_out: number of its analog outputs.
-        echo: whether the input image repeats the current outputs (output data echo).
-        echo_at: of an analog card: the input word that repeats channel 0.
-        bits: of an analog card: the range bits by image, "I" or "O".
-        ranges: of an analog card: names of its signal ranges.
-        formats: of an analog card: its data formats.
-        ignored: of an analog card: number of ignored low bits in an output word.
-    """
-
-    name: str
-    inputs: tuple[int, ...] = ()
-    outputs: tuple[int, ...] = ()
-    channels_in: int = 0
-    channels_out: int = 0
-    echo: bool = False
-    echo_at: int = 0
-    bits: Mapping[str, RangeBits] = field(default_factory=dict)
-    ranges: tuple[str, ...] = ()
-    formats: Mapping[str, Convert] = field(default_factory=dict)
-    ignored: int = 0
+    name: str  # its catalog number
+    inputs: tuple[int, ...] = ()  # mask of its digital inputs in each word
+    outputs: tuple[int, ...] = ()  # mask of its digital outputs in each word
+    channels_in: int = 0  # number of its analog inputs
+    channels_out: int = 0  # number of its analog outputs
+    echo: bool = False  # whether the input image repeats the current outputs (output data echo)
+    echo_at: int = 0  # of an analog card: the input word that repeats channel 0
+    bits: Mapping[str, RangeBits] = field(default_factory=dict)  # range bits of an analog card, by image
+    ranges: tuple[str, ...] = ()  # of an analog card: names of its signal ranges
+    formats: Mapping[str, Convert] = field(default_factory=dict)  # of an analog card: its data formats
+    ignored: int = 0  # of an analog card: number of ignored low bits in an output word
 
     @property
     def analog(self) -> bool:

@@ -94,16 +94,13 @@ class Framer:
 
     Bytes before a head are skipped. Of eight bytes with a wrong sum the first is dropped and the rest
     searched again, so that a good frame after noise is found.
-
-    Attributes:
-        passed_over: skipped bytes so far.
     """
 
     __slots__ = ("_bytes", "passed_over")
 
     def __init__(self) -> None:
         self._bytes = bytearray()
-        self.passed_over = 0
+        self.passed_over = 0  # skipped bytes so far
 
     def __len__(self) -> int:
         """Return the number of bytes of an unfinished frame."""

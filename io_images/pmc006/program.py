@@ -52,21 +52,14 @@ CMP_OPTIONS: dict[int, str] = {
 
 @dataclass(frozen=True, slots=True)
 class UserOp:
-    """One row of the user instruction set summary [5.1.1].
-
-    Attributes:
-        options: first and last option.
-        data: first and last value of the data, or None.
-        values: the only data, where they are not a range.
-        usual: first and last value in the manual's table; other accepted values get a warning.
-    """
+    """One row of the user instruction set summary [5.1.1]."""
 
     name: str
     meaning: str
-    options: tuple[int, int] = (0, 0)
-    data: tuple[int, int] | None = None
-    values: tuple[int, ...] = ()
-    usual: tuple[int, int] | None = None
+    options: tuple[int, int] = (0, 0)  # first and last option
+    data: tuple[int, int] | None = None  # first and last value of the data, or None
+    values: tuple[int, ...] = ()  # the only data, where they are not a range
+    usual: tuple[int, int] | None = None  # the manual's range; other accepted values get a warning
 
     @property
     def allowed_data(self) -> str:

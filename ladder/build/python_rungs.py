@@ -30,15 +30,12 @@ from .text import parse_rung
 class RungMaker:
     """What a routine's function is called with: call it once per rung.
 
-    Attributes:
-        rungs: the rungs so far.
-
     Args:
         specs: the instructions that rung text may name.
     """
 
     def __init__(self, specs: Mapping[str, Spec] = BY_NAME) -> None:
-        self.rungs: list[Rung] = []
+        self.rungs: list[Rung] = []  # the rungs so far
         self._specs = specs
 
     def __call__(self, *elements: object, comment: str = "") -> None:

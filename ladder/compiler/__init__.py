@@ -37,17 +37,11 @@ Scanner = Callable[[Engine], Callable[[int], object]]
 
 
 class ObservedScanner(NamedTuple):
-    """A compiled program that notes power and applies forces.
+    """A compiled program that notes power and applies forces."""
 
-    Attributes:
-        bind: a `Scanner` with additional variables of `observed`: the list of noted power, the forced values.
-        places: length of that list.
-        readings: how to read the places of each noted line, see `truth_of`.
-    """
-
-    bind: Callable[[Engine, Mapping[str, Any]], Callable[[int], object]]
-    places: int
-    readings: Sequence[Reading]
+    bind: Callable[[Engine, Mapping[str, Any]], Callable[[int], object]]  # a `Scanner` with further variables
+    places: int  # length of that list
+    readings: Sequence[Reading]  # how to read the places of each noted line, see `truth_of`
 
 
 def scanner_of(lowered: LoweredProgram) -> Scanner:

@@ -32,15 +32,10 @@ LineKey = tuple[str, int]
 
 @dataclass(frozen=True, slots=True)
 class Observation:
-    """The lines to note and the variables to force.
+    """The lines to note and the variables to force."""
 
-    Attributes:
-        held: forced variables, each with whether only some of its bits are forced.
-        noted: noted lines in list order.
-    """
-
-    held: frozenset[tuple[str, bool]] = frozenset()
-    noted: tuple[LineKey, ...] = ()
+    held: frozenset[tuple[str, bool]] = frozenset()  # forced variables; True: only some of its bits
+    noted: tuple[LineKey, ...] = ()  # noted lines in list order
 
 
 UNOBSERVED = Observation()
@@ -55,16 +50,13 @@ for all further pairs of place and threshold.
 class NoteList:
     """The list of noted power: a place for each line, then further ones.
 
-    Attributes:
-        readings: how to read the places of each line.
-
     Args:
         lines: number of noted lines.
     """
 
     def __init__(self, lines: int) -> None:
         self.size = lines
-        self.readings: list[Reading] = [()] * lines
+        self.readings: list[Reading] = [()] * lines  # how to read the places of each line
         self._places: dict[tuple[int, int], int] = {}
 
     def further(self, line: int, number: int) -> int:

@@ -18,25 +18,17 @@ from .writer import Writer, both, either_of
 
 
 class RungWriter:
-    """Writes the rungs of one routine.
-
-    Attributes:
-        functions: Python function of each routine in capitals.
-        notes: the noted lines.
-        override: variable of the MCR state.
-        sections: numbers of the sections after labels.
-        section: number of the current section.
-    """
+    """Writes the rungs of one routine."""
 
     def __init__(self, writer: Writer, functions: dict[str, str], notes: Notes) -> None:
-        self.notes = notes
+        self.notes = notes  # the noted lines
         self.writer = writer
         self.values = ValueWriter(writer)
-        self.sections: dict[str, int] = {}
-        self.section = 0
-        self.functions = functions
+        self.sections: dict[str, int] = {}  # numbers of the sections after labels
+        self.section = 0  # number of the current section
+        self.functions = functions  # Python function of each routine in capitals
         self._override = writer.lowered.layout.leaf(OVERRIDE)
-        self.override = self._override.ident
+        self.override = self._override.ident  # variable of the MCR state
 
     def set_override(self, text: str) -> None:
         """Write an assignment of the MCR state."""

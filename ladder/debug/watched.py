@@ -38,33 +38,21 @@ class Blocker:
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """A change of a value by the program.
+    """A change of a value by the program."""
 
-    Attributes:
-        scan: number of the scan among those watched, from 0.
-        index: flat index in the leaf.
-        site: the instruction; None for a Python routine or a test.
-        power: whether the rung was true before that instruction.
-        blockers: the false conditions before it.
-        prescan: whether prescan wrote it.
-        read: of structured text: the values that the statement read.
-        inside: of structured text: the conditions around the statement, the outermost first.
-        instance: in an add-on instruction, its instance; "" in a program.
-    """
-
-    scan: int
+    scan: int  # number of the scan among those watched, from 0
     now_ns: int
     leaf: Leaf
-    index: int
+    index: int  # flat index in the leaf
     before: Value
     after: Value
-    site: Site | None
-    power: bool
-    blockers: tuple[Blocker, ...]
-    prescan: bool
-    read: tuple[tuple[str, Value], ...] = ()
-    inside: tuple[Blocker, ...] = ()
-    instance: str = ""
+    site: Site | None  # the instruction; None for a Python routine or a test
+    power: bool  # whether the rung was true before that instruction
+    blockers: tuple[Blocker, ...]  # the false conditions before it
+    prescan: bool  # whether prescan wrote it
+    read: tuple[tuple[str, Value], ...] = ()  # of structured text: the values that the statement read
+    inside: tuple[Blocker, ...] = ()  # conditions around a statement of structured text, outermost first
+    instance: str = ""  # in an add-on instruction, its instance; "" in a program
 
 
 @dataclass(slots=True)
@@ -81,11 +69,11 @@ class WatchedMemory(Memory):
     """Memory that reports changes and holds forces.
 
     Attributes:
-        watcher: called at every change while a scan is watched.
-        outside: collects external writes between scans, unless None.
+        watcher: called at changes of a watched scan
+        outside: collects external writes between scans, or None
         on_outside: called after each external write.
         forces: replaced, never changed, see `hold`.
-        held: the forces with their leaves.
+        held: the same with leaves
     """
 
     watcher: Callable[[Leaf, int, Value, Value], None] | None = None

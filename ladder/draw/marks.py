@@ -69,25 +69,16 @@ Mark = Wire | Symbol | Box | Corner
 
 @dataclass(slots=True)
 class Picture:
-    """The layout of a rung.
-
-    Attributes:
-        elements: number of elements.
-        width: columns between the rails.
-        left: rows of the wires that start at the left rail.
-        right: rows of the wires that end at the right one.
-        continued: (x, y) of the marks at a line break in a wire.
-        power: of each element, as `power` returns it; None if unknown.
-    """
+    """The layout of a rung."""
 
     marks: list[Mark] = field(default_factory=list)
-    elements: int = 0
-    width: int = 0
+    elements: int = 0  # number of elements
+    width: int = 0  # columns between the rails
     rows: int = 0
-    left: list[int] = field(default_factory=list)
-    right: list[int] = field(default_factory=list)
-    continued: list[tuple[int, int]] = field(default_factory=list)
-    power: str | None = None
+    left: list[int] = field(default_factory=list)  # rows of the wires that start at the left rail
+    right: list[int] = field(default_factory=list)  # rows of the wires that end at the right one
+    continued: list[tuple[int, int]] = field(default_factory=list)  # (x, y) of the marks at a line break
+    power: str | None = None  # of each element, as `power` returns it; None if unknown
 
     def live(self, element: int) -> bool:
         """Whether there is known power after an element."""

@@ -60,13 +60,6 @@ class _Exit(Exception):  # noqa: N818
 class Interpreter(PlaceValues):
     """Runs a lowered program on a memory.
 
-    Attributes:
-        inputs: arguments of the current routine.
-        selected: selector of the current CASE.
-        prescanned: recursive routines in prescan, in capitals.
-        scheduler: of a controller; None if a scan calls one routine.
-        lines_left: rungs and statements until an OutOfLinesError; negative without limit.
-
     Args:
         fault_log: collects its faults.
         call_python: calls routines in Python.
@@ -76,11 +69,11 @@ class Interpreter(PlaceValues):
         self, lowered: LoweredProgram, memory: Memory, fault_log: FaultLog, call_python: Caller
     ) -> None:
         super().__init__(lowered, memory, fault_log)
-        self.inputs: Sequence[Value] = ()
-        self.selected: Value = 0
-        self.scheduler: Scheduler | None = None
-        self.prescanned: set[str] = set()
-        self.lines_left = -1
+        self.inputs: Sequence[Value] = ()  # arguments of the current routine
+        self.selected: Value = 0  # selector of the current CASE
+        self.scheduler: Scheduler | None = None  # of a controller; None if a scan calls one routine
+        self.prescanned: set[str] = set()  # recursive routines in prescan, in capitals
+        self.lines_left = -1  # rungs and statements until an OutOfLinesError; negative without limit
         self._call_python = call_python
         self._preempted = frozenset(filter(lowered.is_preempted, lowered.routines))
 

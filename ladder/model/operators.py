@@ -12,24 +12,15 @@ from .arithmetic import decimal, from_decimal, real_decimal, real_from_decimal
 
 @dataclass(frozen=True, slots=True)
 class Function:
-    """A function in expressions.
-
-    Attributes:
-        real: its value for a REAL or an LREAL, in double precision.
-        whole: its value for an integer; None for functions with a REAL or LREAL result.
-        other: its second name, "" without one.
-        safe: `real` is finite for finite values.
-        positive: its value is never negative.
-        most: its highest value for an integer; 0 = the integer's highest.
-    """
+    """A function in expressions."""
 
     name: str
-    real: Callable[[float], float]
-    whole: Callable[[int], int] | None = None
-    other: str = ""
-    safe: bool = False
-    positive: bool = False
-    most: int = 0
+    real: Callable[[float], float]  # its value for a REAL or an LREAL, in double precision
+    whole: Callable[[int], int] | None = None  # its value for an integer; None if the result is REAL or LREAL
+    other: str = ""  # its second name, "" without one
+    safe: bool = False  # `real` is finite for finite values
+    positive: bool = False  # its value is never negative
+    most: int = 0  # its highest value for an integer; 0 = the integer's highest
 
 
 FUNCTIONS = {

@@ -24,17 +24,12 @@ from .types import BOOL, DINT, HIDDEN, INT, DataType, Elementary, Member, Struct
 
 @dataclass(frozen=True, slots=True)
 class Tag:
-    """A tag with memory of its own; case does not matter in its name.
-
-    Attributes:
-        dims: length per dimension, none for a single value.
-        initial: what it starts with: a value, a list per dimension, a dict of members; None = zero.
-    """
+    """A tag with memory of its own; case does not matter in its name."""
 
     name: str
     type: DataType
-    dims: tuple[int, ...] = ()
-    initial: object = None
+    dims: tuple[int, ...] = ()  # length per dimension, none for a single value
+    initial: object = None  # a value, a list per dimension, a dict of members; None = zero
     comment: str = ""
 
 

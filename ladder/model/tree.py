@@ -247,14 +247,10 @@ class Rung:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Statement:
-    """A statement of structured text; `statements` has the kinds.
-
-    Attributes:
-        line: its line in its routine, from 1; 0 without text. Not part of its identity, like `origin`.
-    """
+    """A statement of structured text; `statements` has the kinds."""
 
     comment: str = ""
-    line: int = field(default=0, compare=False)
+    line: int = field(default=0, compare=False)  # from 1; 0 without text. Not part of its identity
     origin: Origin = field(default=Origin(), compare=False)
 
     @property

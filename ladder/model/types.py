@@ -98,8 +98,8 @@ class Member:
 
     Attributes:
         bit: of a predefined structure's BOOL: its bit in the first DINT.
-        initial: see `tags.Tag`; None = zero. Not part of its identity.
-        at: the part of the structure that it names: `Host.3`, `Delay.PRE`; "" if it has memory of its own.
+        initial: see `tags.Tag`; None = zero. No part of its identity
+        at: the part of the structure that it names: `Host.3`, `Delay.PRE`; "" with memory of its own
         hidden: whether views omit it, like the host of packed bits.
     """
 

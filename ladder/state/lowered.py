@@ -96,17 +96,11 @@ class AddOnCall:
 
 @dataclass(frozen=True, slots=True)
 class LoweredStep:
-    """An instruction, ready to run.
-
-    Attributes:
-        operands: resolved, without presets; a label or a mode is a str, JSR has one `Call`, an add-on
-            instruction one `AddOnCall`.
-        site: its number in `LoweredProgram.sites`.
-    """
+    """An instruction, ready to run."""
 
     spec: Spec
-    operands: tuple[Any, ...]
-    site: int
+    operands: tuple[Any, ...]  # resolved, without presets; a label or a mode is a str
+    site: int  # its number in `LoweredProgram.sites`
 
     @property
     def uses(self) -> tuple[Use, ...]:
@@ -162,17 +156,11 @@ class Arms:
 
 @dataclass(frozen=True, slots=True)
 class Selection:
-    """CASE: the body of the first choice with the value of the selector.
+    """CASE: the body of the first choice with the value of the selector."""
 
-    Attributes:
-        line: the selector.
-        width: of selector and labels in comparisons, see `operands.width_of`.
-        choices: ranges of values with their bodies.
-    """
-
-    line: LoweredLine
-    width: int
-    choices: tuple[tuple[tuple[tuple[Constant, Constant], ...], Body], ...]
+    line: LoweredLine  # the selector
+    width: int  # of selector and labels in comparisons, see `operands.width_of`
+    choices: tuple[tuple[tuple[tuple[Constant, Constant], ...], Body], ...]  # ranges of values with bodies
     otherwise: Body
 
 
@@ -228,62 +216,37 @@ class LoweredRoutine:
 
 @dataclass(slots=True)
 class AddOnFrame:
-    """An add-on instruction, ready to run: one for all its instances.
-
-    Attributes:
-        layout: of its routines.
-        written: InOuts that its routines write, in capitals.
-        bits: InOuts whose argument may be a bit of an integer, in capitals.
-        calls: calls of other add-on instructions in its routines.
-        presets: initial values of PRE and ACC from its rungs, by path in an instance and index.
-    """
+    """An add-on instruction, ready to run: one for all its instances."""
 
     name: str
-    layout: FrameLayout
-    written: set[str] = field(default_factory=set)
-    bits: set[str] = field(default_factory=set)
-    calls: list[AddOnCall] = field(default_factory=list)
-    presets: dict[tuple[str, int], int | float] = field(default_factory=dict)
+    layout: FrameLayout  # of its routines
+    written: set[str] = field(default_factory=set)  # InOuts that its routines write, in capitals
+    bits: set[str] = field(default_factory=set)  # InOuts whose argument may be a bit, in capitals
+    calls: list[AddOnCall] = field(default_factory=list)  # calls of other add-on instructions in its routines
+    presets: dict[tuple[str, int], int | float] = field(default_factory=dict)  # PRE and ACC by path and index
 
 
 @dataclass(slots=True)
 class LoweredProgram:
-    """A program, ready to run.
-
-    Attributes:
-        main: the routine of a scan, in capitals; "" with a schedule.
-        routines: routines of rungs, by name in capitals.
-        functions: routines in Python, by name in capitals.
-        sites: every instruction, for messages.
-        presets: initial values of PRE and ACC from the rungs, by path and index.
-        frames: called add-on instructions, by name in capitals.
-        flags: whether it uses S:V, S:Z, S:N or S:C.
-        override: whether it uses MCR.
-        recursive: directly or indirectly recursive routines, in capitals.
-        stubs: results of messages, by name in capitals.
-        axes: axes of the rack by tag in capitals, see `instructions.motion_3601.BoundAxis`.
-        opening: called with the engine before each scan, and whether it is the first.
-        closing: called with the engine after each scan.
-        written_inputs: identifiers of the inputs that it writes.
-    """
+    """A program, ready to run."""
 
     name: str
     layout: Layout
-    main: str
-    routines: dict[str, LoweredRoutine] = field(default_factory=dict)
-    functions: dict[str, Callable[..., Any]] = field(default_factory=dict)
-    sites: list[Site] = field(default_factory=list)
-    presets: dict[tuple[str, int], int | float] = field(default_factory=dict)
-    frames: dict[str, AddOnFrame] = field(default_factory=dict)
-    flags: bool = False
-    override: bool = False
+    main: str  # the routine of a scan, in capitals; "" with a schedule
+    routines: dict[str, LoweredRoutine] = field(default_factory=dict)  # of rungs, by name in capitals
+    functions: dict[str, Callable[..., Any]] = field(default_factory=dict)  # in Python, by name in capitals
+    sites: list[Site] = field(default_factory=list)  # every instruction, for messages
+    presets: dict[tuple[str, int], int | float] = field(default_factory=dict)  # PRE and ACC by path and index
+    frames: dict[str, AddOnFrame] = field(default_factory=dict)  # add-on instructions, by name in capitals
+    flags: bool = False  # whether it uses S:V, S:Z, S:N or S:C
+    override: bool = False  # whether it uses MCR
     schedule: Schedule | None = None
-    recursive: frozenset[str] = frozenset()
-    stubs: dict[str, Stub] = field(default_factory=dict)
-    axes: Mapping[str, Any] = field(default_factory=dict)
-    opening: tuple[Callable[[Any, bool], None], ...] = ()
-    closing: tuple[Callable[[Any], None], ...] = ()
-    written_inputs: set[str] = field(default_factory=set)
+    recursive: frozenset[str] = frozenset()  # directly or indirectly recursive routines, in capitals
+    stubs: dict[str, Stub] = field(default_factory=dict)  # results of messages, by name in capitals
+    axes: Mapping[str, Any] = field(default_factory=dict)  # `BoundAxis` by tag in capitals
+    opening: tuple[Callable[[Any, bool], None], ...] = ()  # called before each scan: engine, first?
+    closing: tuple[Callable[[Any], None], ...] = ()  # called with the engine after each scan
+    written_inputs: set[str] = field(default_factory=set)  # identifiers of the inputs that it writes
 
     @property
     def roots(self) -> frozenset[str]:

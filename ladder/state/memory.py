@@ -39,10 +39,6 @@ class _InputCopy:
 class Memory:
     """Values of all leaves of a layout.
 
-    Attributes:
-        left: unused here, see `Store`.
-        cells: by identifier.
-
     Args:
         presets: initial values by path and index, over those of the declarations.
         defaults: initial values of members by path and index, by structure in capitals.
@@ -55,8 +51,8 @@ class Memory:
         defaults: Mapping[str, Presets] = NOTHING,
     ) -> None:
         self.layout = layout
-        self.left = 1
-        self.cells: dict[str, CellType] = {}
+        self.left = 1  # unused here, see `Store`
+        self.cells: dict[str, CellType] = {}  # by identifier
         self._own: dict[Leaf, Image] = {}
         self._copied: list[_InputCopy] = []
         self._faults = layout.faults

@@ -29,11 +29,7 @@ Run = Callable[[str, int], object]
 
 
 class Scheduler:
-    """Runs the tasks of one controller.
-
-    Attributes:
-        handled: major faults so far that reached a fault routine.
-    """
+    """Runs the tasks of one controller."""
 
     def __init__(
         self, lowered: LoweredProgram, schedule: Schedule, memory: Memory, fault_log: FaultLog
@@ -49,7 +45,7 @@ class Scheduler:
         self._run: Run = lambda _name, _now_ns: None
         self._start_ns = self._end_ns = 0
         self._rungs = 0
-        self.handled = 0
+        self.handled = 0  # major faults so far that reached a fault routine
 
     def begin(self, now_ns: int) -> None:
         """Initialise the state for a first scan."""

@@ -25,17 +25,11 @@ _WAYS = {"INPUT": ParameterMode.INPUT, "OUTPUT": ParameterMode.OUTPUT, "INOUT": 
 
 
 class AddOns:
-    """The add-on instructions of a document, made on demand.
-
-    Attributes:
-        made: by name in capitals.
-        records: by name in capitals, the first of each name.
-        again: further ones of the same names, which are refused.
-    """
+    """The add-on instructions of a document, made on demand."""
 
     def __init__(self, records: tuple[AddOnRecord, ...], types: Types, report: Report) -> None:
-        self.records: dict[str, AddOnRecord] = {}
-        self.again: list[AddOnRecord] = []
+        self.records: dict[str, AddOnRecord] = {}  # by name in capitals, the first of each name
+        self.again: list[AddOnRecord] = []  # further ones of the same names, which are refused
         for each in records:
             if self.records.setdefault(each.name.upper(), each) is not each:
                 self.again.append(each)
@@ -43,7 +37,7 @@ class AddOns:
         self._shapes: dict[str, AddOn] = {}
         self._wrong: dict[str, str] = {}
         self._routines: dict[str, list[Routine]] = {}
-        self.made: dict[str, AddOn] = {}
+        self.made: dict[str, AddOn] = {}  # by name in capitals
         types.add_on = self.structure
 
     def structure(self, name: str) -> Structure | None:

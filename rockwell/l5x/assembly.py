@@ -45,20 +45,14 @@ _ZEROS, _INSTANCE, _ARGUMENT = "scanrack_zeros", "scanrack_instance", "scanrack_
 
 @dataclass(slots=True)
 class ProgramPart:
-    """A program, ready for a controller.
-
-    Attributes:
-        main: its main routine, None for the first.
-        routines: by name in capitals.
-        functions: replacements of missing or refused routines, by name in capitals.
-    """
+    """A program, ready for a controller."""
 
     name: str
-    main: str | None = None
+    main: str | None = None  # its main routine, None for the first
     fault: str | None = None
     declarations: list[Declaration] = field(default_factory=list)
-    routines: dict[str, Routine] = field(default_factory=dict)
-    functions: dict[str, Callable[..., Any]] = field(default_factory=dict)
+    routines: dict[str, Routine] = field(default_factory=dict)  # by name in capitals
+    functions: dict[str, Callable[..., Any]] = field(default_factory=dict)  # for missing or refused routines
 
     def with_fault_routine(self) -> ProgramPart:
         """Return the same program with a routine that clears its major faults."""

@@ -23,23 +23,14 @@ ADDED, REMOVED, CHANGED = "added", "removed", "changed"
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """A difference between two versions.
+    """A difference between two versions."""
 
-    Attributes:
-        kind: "added", "removed" or "changed".
-        what: "rung", "comment", "line", "routine", "tag", "data type", "add-on", "program", "module", "task".
-        where: program or add-on, routine, and name or number.
-        line: its line in the new file, for removals in the old one.
-        before: the old text, "" for additions.
-        after: the new text, "" for removals.
-    """
-
-    kind: str
-    what: str
-    where: str
-    line: int
-    before: str
-    after: str
+    kind: str  # "added", "removed" or "changed"
+    what: str  # "rung", "line", "routine", "tag", "data type", "add-on", "program", "module", "task"
+    where: str  # program or add-on, routine, and name or number
+    line: int  # its line in the new file, for removals in the old one
+    before: str  # the old text, "" for additions
+    after: str  # the new text, "" for removals
 
     def lines(self) -> Iterator[str]:
         """Yield it as text."""

@@ -88,36 +88,22 @@ class StructuredRoutine:
 
 @dataclass(slots=True)
 class Report:
-    """The report of an import.
-
-    Attributes:
-        revision: software revision of the export.
-        target: the exported object.
-        controller: its name.
-        rungs: number of rungs in the file.
-        ran: imported rungs in programs that did all trial scans without a difference between the back ends.
-        objects: refused objects other than rungs.
-        declared: undeclared tags, with types inferred from their use.
-        lost: tags with another initial value than in the file, or undeclared; each has a note.
-        stubs: stubbed instructions, with the stub.
-        faults: major faults and differences in the trial, by program.
-        texts: routines of structured text.
-    """
+    """The report of an import."""
 
     file: str
-    revision: str = ""
-    target: str = ""
-    controller: str = ""
-    rungs: int = 0
-    ran: int = 0
+    revision: str = ""  # software revision of the export
+    target: str = ""  # the exported object
+    controller: str = ""  # its name
+    rungs: int = 0  # number of rungs in the file
+    ran: int = 0  # imported rungs that did all trial scans without a difference between the back ends
     refused: list[Refusal] = field(default_factory=list)
-    objects: list[Refusal] = field(default_factory=list)
-    declared: dict[str, str] = field(default_factory=dict)
+    objects: list[Refusal] = field(default_factory=list)  # refused objects other than rungs
+    declared: dict[str, str] = field(default_factory=dict)  # undeclared tags with their inferred types
     notes: list[Note] = field(default_factory=list)
-    lost: list[str] = field(default_factory=list)
-    stubs: dict[str, str] = field(default_factory=dict)
-    faults: dict[str, str] = field(default_factory=dict)
-    texts: list[StructuredRoutine] = field(default_factory=list)
+    lost: list[str] = field(default_factory=list)  # tags with another initial value than in the file, or none
+    stubs: dict[str, str] = field(default_factory=dict)  # stubbed instructions, with the stub
+    faults: dict[str, str] = field(default_factory=dict)  # faults and differences in the trial, by program
+    texts: list[StructuredRoutine] = field(default_factory=list)  # routines of structured text
     _noted: dict[tuple[str, str], Note] = field(default_factory=dict, repr=False)
 
     @property

@@ -86,12 +86,7 @@ def _lines_of(record: RoutineRecord) -> tuple[list[str], list[int]]:
 
 
 class RoutineReader:
-    """Reads routines and counts rungs.
-
-    Attributes:
-        specs: all instruction specs, by name in capitals.
-        stubbed: stubbed instructions and routines, in capitals.
-    """
+    """Reads routines and counts rungs."""
 
     def __init__(self, report: Report) -> None:
         self._report = report
@@ -99,8 +94,8 @@ class RoutineReader:
         self._refused: set[tuple[str, str, int]] = set()
         self._presets: dict[str, Presets] = {}
         self._texts: dict[tuple[str, str], StructuredRoutine] = {}
-        self.specs: Mapping[str, Spec] = BY_NAME
-        self.stubbed: frozenset[str] = frozenset()
+        self.specs: Mapping[str, Spec] = BY_NAME  # all instruction specs, by name in capitals
+        self.stubbed: frozenset[str] = frozenset()  # stubbed instructions and routines, in capitals
 
     def routine(self, owner: str, record: RoutineRecord, inouts: Collection[str] = ()) -> Routine | None:
         """Read a routine of a program or add-on, whose InOuts are in capitals; None if it is refused."""

@@ -52,16 +52,11 @@ def run_trial(imported: L5xImport, scans: int = SCANS) -> None:
 
 
 class Work:
-    """The budget of a trial.
-
-    Attributes:
-        scans: per controller.
-        left: remaining rungs and statements of all controllers.
-    """
+    """The budget of a trial."""
 
     def __init__(self, scans: int = SCANS) -> None:
-        self.scans = scans
-        self.left = MOST_IN_ALL
+        self.scans = scans  # per controller
+        self.left = MOST_IN_ALL  # remaining rungs and statements of all controllers
 
     def scan(self, interpreted: Engine) -> LadderFault | None:
         """Run a scan in the interpreter; return its fault. OutOfLinesError: the budget is exhausted."""

@@ -105,21 +105,13 @@ class Other(NamedTuple):
 
 @dataclass(slots=True)
 class SlcDocument:
-    """An export.
-
-    Attributes:
-        processor: text of START or PROCESSOR.
-        ladders: by number.
-        slots: by number.
-        forces: lines of forces that are on, with their numbers.
-        others: ignored lines.
-    """
+    """An export."""
 
     file: str
     name: str
-    processor: str = ""
-    ladders: dict[int, LadderRecord] = field(default_factory=dict)
+    processor: str = ""  # text of START or PROCESSOR
+    ladders: dict[int, LadderRecord] = field(default_factory=dict)  # by number
     data: list[DataRecord] = field(default_factory=list)
-    slots: dict[int, SlotRecord] = field(default_factory=dict)
-    forces: list[tuple[int, str]] = field(default_factory=list)
-    others: list[Other] = field(default_factory=list)
+    slots: dict[int, SlotRecord] = field(default_factory=dict)  # by number
+    forces: list[tuple[int, str]] = field(default_factory=list)  # lines with forces that are on
+    others: list[Other] = field(default_factory=list)  # ignored lines

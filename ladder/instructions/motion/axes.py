@@ -20,30 +20,19 @@ WORDS = 8
 class AxisSettings:
     """Settings of a program's axis in the rack.
 
-    Attributes:
-        slot: slot of its 3601.
-        counts_per_unit: steps per unit of the axis, above 0.
-        max_speed: 100 % of maximum, units/s; 0 = MaximumSpeed of the tag.
-        max_acceleration: 100 % of maximum, units/s²; 0 = MaximumAcceleration of the tag.
-        home_speed: units/s; 0 = HomeSpeed of the tag.
-        home_acceleration: both rates, units/s²; 0 = `max_acceleration`.
-        home_direction: 1 clockwise, -1 counterclockwise.
-        configuration: the eight words that MSO sends; none if the program configures the module.
-        round_trip_ms: time for words to cross the backplane both ways, ms.
-
     Raises:
         LadderError: a value is not allowed.
     """
 
-    slot: int
-    counts_per_unit: float = 1.0
-    max_speed: float = 0.0
-    max_acceleration: float = 0.0
-    home_speed: float = 0.0
-    home_acceleration: float = 0.0
-    home_direction: int = 1
-    configuration: tuple[int, ...] = ()
-    round_trip_ms: int = 10
+    slot: int  # slot of its 3601
+    counts_per_unit: float = 1.0  # steps per unit of the axis, above 0
+    max_speed: float = 0.0  # 100 % of maximum, units/s; 0 = MaximumSpeed of the tag
+    max_acceleration: float = 0.0  # 100 % of maximum, units/s²; 0 = MaximumAcceleration of the tag
+    home_speed: float = 0.0  # units/s; 0 = HomeSpeed of the tag
+    home_acceleration: float = 0.0  # both rates, units/s²; 0 = `max_acceleration`
+    home_direction: int = 1  # 1 clockwise, -1 counterclockwise
+    configuration: tuple[int, ...] = ()  # eight words that MSO sends; none if the program configures it
+    round_trip_ms: int = 10  # time for words to cross the backplane both ways, ms
 
     def __post_init__(self) -> None:
         if not 0 < self.counts_per_unit < float("inf"):

@@ -39,15 +39,10 @@ POWER_UP = datetime.datetime(1970, 1, 1)
 
 @dataclass(frozen=True, slots=True)
 class Attribute:
-    """An attribute of an object.
+    """An attribute of an object."""
 
-    Attributes:
-        read: returns it as bytes, from the machine and the instance's name in capitals.
-        write: sets it from bytes; None if it is read-only.
-    """
-
-    read: Callable[[Interpreter, str], bytes]
-    write: Callable[[Interpreter, str, bytes], None] | None = None
+    read: Callable[[Interpreter, str], bytes]  # returns it as bytes, by machine and instance in capitals
+    write: Callable[[Interpreter, str, bytes], None] | None = None  # sets it from bytes; None: read-only
 
 
 # --- PROGRAM

@@ -70,9 +70,6 @@ class EdgeBlock(Block):
 class Timer(Block):
     """A timer.
 
-    Attributes:
-        preset_ns: its time; a change takes effect with the next call.
-
     Args:
         time: a number and its unit, such as "500 ms".
 
@@ -82,7 +79,7 @@ class Timer(Block):
 
     def __init__(self, time: str) -> None:
         super().__init__()
-        self.preset_ns = duration_ns(time)
+        self.preset_ns = duration_ns(time)  # its time; a change takes effect with the next call
         self._clock: Clock | None = None
         self._since_ns: int | None = None
         self._elapsed_ns = 0
@@ -176,10 +173,6 @@ class Fall(EdgeBlock):
 class AnyCounter(EdgeBlock):
     """A counter.
 
-    Attributes:
-        preset: number of rises, -2,147,483,648 to 2,147,483,647.
-        value: the count [CV].
-
     Raises:
         ValueError: the preset is out of range.
     """
@@ -187,8 +180,8 @@ class AnyCounter(EdgeBlock):
     def __init__(self, preset: int) -> None:
         super().__init__()
         require("preset", preset, LEAST, MOST)
-        self.preset = preset
-        self.value = 0
+        self.preset = preset  # number of rises, -2,147,483,648 to 2,147,483,647
+        self.value = 0  # the count [CV]
 
     @override
     def reset_part(self) -> None:

@@ -29,11 +29,6 @@ class Abort(BaseException):
 class Sequence:
     """One coroutine and its wait; `logic.cycle` is one.
 
-    Attributes:
-        starts: whether it begins in the first scan, or waits for `restart`.
-        since_ns: virtual time at which its current wait began, or of its end.
-        value: the return value of its coroutine.
-
     Args:
         name: the name of its method.
         make: makes its coroutine.
@@ -43,9 +38,9 @@ class Sequence:
         self, name: str, make: Callable[[], Coroutine[Any, Any, object]], starts: bool = True
     ) -> None:
         self.name = name
-        self.starts = starts
-        self.since_ns = 0
-        self.value: object = None
+        self.starts = starts  # whether it begins in the first scan, or waits for `restart`
+        self.since_ns = 0  # virtual time at which its current wait began, or of its end
+        self.value: object = None  # the return value of its coroutine
         self._make = make
         self._work: Coroutine[Any, Any, object] | None = None
         self._wait: Wait[Any] | None = None

@@ -44,9 +44,6 @@ def mask_of(bit: int) -> int:
 class Signal(Part):
     """A place in an image.
 
-    Attributes:
-        at: the place, once the logic is attached to a rack.
-
     Args:
         address: see `scanrack.io_images.addresses`; or the bare name of a bit or word in one slot.
     """
@@ -57,7 +54,7 @@ class Signal(Part):
     def __init__(self, address: str) -> None:
         super().__init__()
         self.address = address
-        self.at: Address | None = None
+        self.at: Address | None = None  # the place, once the logic is attached to a rack
 
     def find(self, slots: Slots) -> Address:
         """Return its place in a rack; a ValueError if it is unknown, in the other image, or a word."""

@@ -60,9 +60,6 @@ class UnknownTypeError(LadderError):
 class Types:
     """Types by name.
 
-    Attributes:
-        wrong: unusable types with the reason, by name in capitals.
-
     Args:
         records: the document's types; the first of each name counts.
         revision: software revision of the document.
@@ -81,7 +78,7 @@ class Types:
         self._counts: dict[int, tuple[DataType, int]] = {}
         self._left = MOST_IN_ALL
         self._depth = 0
-        self.wrong: dict[str, str] = {}
+        self.wrong: dict[str, str] = {}  # unusable types with the reason, by name in capitals
         self.add_on: Callable[[str], Structure | None] = lambda _name: None
 
     def names(self) -> list[str]:
