@@ -22,14 +22,10 @@ from .wire import LineFormat
 
 
 class Reply(NamedTuple):
-    """An answer to a request.
-
-    Attributes:
-        refused: the controller's reason for a refusal, None if it has obeyed.
-    """
+    """An answer to a request."""
 
     data: bytes
-    refused: int | None = None
+    refused: int | None = None  # the controller's reason for a refusal, None if it has obeyed
 
 
 class Verdict(Enum):
@@ -44,18 +40,12 @@ Read = Callable[[bytes], Reply | Verdict]
 
 @dataclass(frozen=True, slots=True)
 class LineRequest:
-    """A frame to send.
-
-    Attributes:
-        size: bytes of the reply.
-        read: judges the bytes received so far; returns the reply as soon as it is complete.
-        line_format: format of request and reply; None = the line's usual one.
-    """
+    """A frame to send."""
 
     frame: bytes
-    size: int
-    read: Read
-    line_format: LineFormat | None = None
+    size: int  # bytes of the reply
+    read: Read  # judges the bytes received so far; returns the reply as soon as it is complete
+    line_format: LineFormat | None = None  # format of request and reply; None = the line's usual one
 
 
 @dataclass(frozen=True, slots=True)

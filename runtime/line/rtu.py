@@ -52,17 +52,11 @@ def is_frame(data: bytes) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Timing:
-    """Rules by which the receiver separates frames.
+    """Rules by which the receiver separates frames."""
 
-    Attributes:
-        gap_ns: silence that ends a frame.
-        pause_ns: silence within a frame that spoils it, None where pauses have no meaning.
-        by_length: frames are taken as soon as they are complete.
-    """
-
-    gap_ns: int
-    pause_ns: int | None = None
-    by_length: bool = False
+    gap_ns: int  # silence that ends a frame
+    pause_ns: int | None = None  # silence within a frame that spoils it, None where pauses have no meaning
+    by_length: bool = False  # frames are taken as soon as they are complete
 
 
 class Framer:

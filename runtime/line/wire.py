@@ -31,14 +31,11 @@ class LineFormat:
     >>> LineFormat(9600).span_ns(8)  # an exchange's half on a PMC006
     8333333
 
-    Attributes:
-        baud: bits per second, from 1.
-
     Raises:
         ValueError: a value that is none of these.
     """
 
-    baud: int
+    baud: int  # bits per second, from 1
     parity: str = "N"
     stop_bits: int = 1
     data_bits: int = 8

@@ -27,14 +27,10 @@ class TimeMap:
     >>> clock = TimeMap((100, 200), (90, 190))
     >>> clock(np.array([90, 140, 190, 200])).tolist()
     [100, 150, 200, 210]
-
-    Attributes:
-        first: times in the first trace, ns, ascending.
-        second: what the same instants are in the second trace; as many.
     """
 
-    first: tuple[int, ...] = (0,)
-    second: tuple[int, ...] = (0,)
+    first: tuple[int, ...] = (0,)  # times in the first trace, ns, ascending
+    second: tuple[int, ...] = (0,)  # what the same instants are in the second trace; as many
 
     def __call__(self, times: Times) -> Times:
         """Return times of the second trace as times of the first, ns."""

@@ -31,21 +31,13 @@ BLOCK_SCANS = 1 << 14
 
 
 class Windows(NamedTuple):
-    """What rows of one trace are set against in the other.
+    """What rows of one trace are set against in the other."""
 
-    Attributes:
-        rows: the rows that can be judged, ascending.
-        held: for each of them the row of the other trace that is in force at its time.
-        first: the first row of the other trace that is in force within the tolerance.
-        end: the row after the last one.
-        scans: how many rows have anything to be set against, those that can't be judged included.
-    """
-
-    rows: Rows
-    held: Rows
-    first: Rows
-    end: Rows
-    scans: int = 0
+    rows: Rows  # the rows that can be judged, ascending
+    held: Rows  # for each of them the row of the other trace that is in force at its time
+    first: Rows  # the first row of the other trace that is in force within the tolerance
+    end: Rows  # the row after the last one
+    scans: int = 0  # how many rows have anything to be set against, those that can't be judged included
 
     def at(self, places: Rows) -> Windows:
         """Return some of the rows."""
@@ -54,19 +46,12 @@ class Windows(NamedTuple):
 
 
 class ComparedBlock(NamedTuple):
-    """Scans that are compared at once; all rows are those of the sides.
+    """Scans that are compared at once; all rows are those of the sides."""
 
-    Attributes:
-        one: what is in memory of the first trace.
-        other: what is in memory of the second.
-        there: what the scans of the first are set against.
-        back: what those of the second are set against: scans of the block, in force at their times.
-    """
-
-    one: Side
-    other: Side
-    there: Windows
-    back: Windows
+    one: Side  # what is in memory of the first trace
+    other: Side  # what is in memory of the second
+    there: Windows  # what the scans of the first are set against
+    back: Windows  # what those of the second are set against: scans of the block, in force at their times
 
 
 NONE = np.zeros(0, np.intp)

@@ -31,18 +31,18 @@ class Comparison:
 
     Attributes:
         first: the first scan that differs; None if none does.
-        extents: how much differs in each bit, value and word, by the first scan in which it does.
+        extents: of each bit, value and word, by the first scan in which it differs.
         scans_a: how many scans the first trace has.
         scans_b: how many the second has.
-        only_a: how many scans of the first have nothing in the second to be compared with.
+        only_a: how many scans of the first have no counterpart in the second.
         only_b: the same the other way round.
         differing: in how many scans anything differs.
         slots_only_a: numbers of slots that only the first trace has.
         slots_only_b: those that only the second has.
-        heads: entries of the metadata that differ: name, in the first trace, in the second.
+        heads: metadata that differ: name, in the first trace, in the second.
         tolerance: what was allowed to differ.
         aligned: whether their clocks were brought together.
-        sequences: sequences of the programs that wait otherwise: name, first step that differs in either.
+        sequences: those that wait otherwise: name, first step that differs in either.
     """
 
     first: First | None

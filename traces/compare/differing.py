@@ -44,19 +44,12 @@ def differing(fields: Sequence[Field], block: ComparedBlock, counts: int | None)
 
 
 class _Question(NamedTuple):
-    """Scans of one trace whose image is another one than that in force in the other trace.
+    """Scans of one trace whose image is another one than that in force in the other trace."""
 
-    Attributes:
-        windows: the scans, and what they are set against.
-        own: the images of the scans.
-        held: the images in force in the other trace.
-        others: all images of the other trace that the windows reach.
-    """
-
-    windows: Windows
-    own: Array
-    held: Array
-    others: Array
+    windows: Windows  # the scans, and what they are set against
+    own: Array  # the images of the scans
+    held: Array  # the images in force in the other trace
+    others: Array  # all images of the other trace that the windows reach
 
 
 def _otherwise(own: Array, other: Array, windows: Windows) -> _Question:

@@ -30,16 +30,12 @@ Array = NDArray[Any]
 class Tolerance:
     """How far two traces that count as the same may be apart.
 
-    Attributes:
-        time_ns: by how much an edge, a word or a position may come earlier or later, ns.
-        counts: by how much position, encoder count and captured value of a 3601 may differ.
-
     Raises:
         ValueError: one of them is negative.
     """
 
-    time_ns: int = 0
-    counts: int = 0
+    time_ns: int = 0  # by how much an edge, a word or a position may come earlier or later, ns
+    counts: int = 0  # by how much position, encoder count and captured value of a 3601 may differ
 
     def __post_init__(self) -> None:
         for name, value in (("time_ns", self.time_ns), ("counts", self.counts)):
@@ -77,29 +73,17 @@ class FieldKind(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Field:
-    """A part of an image that is compared.
+    """A part of an image that is compared."""
 
-    Attributes:
-        slot: number of the slot; None for the CPU's flags and for tags.
-        direction: "in", "out", "cpu" or "tags".
-        name: its name in the image.
-        kind: what it is.
-        word: index of its first word in the image.
-        words: how many words it has.
-        key: of images, what has to be equal, a number per scan.
-        bits: names of the sixteen bits, lowest first; of kind BITS only.
-        text: of kind TAG: the value in a row of tags, in words.
-    """
-
-    slot: int | None
-    direction: str
-    name: str
-    kind: FieldKind
-    word: int
-    words: int
-    key: Callable[[Array], Array]
-    bits: tuple[str, ...] = ()
-    text: Callable[[Array], str] = str
+    slot: int | None  # number of the slot; None for the CPU's flags and for tags
+    direction: str  # "in", "out", "cpu" or "tags"
+    name: str  # its name in the image
+    kind: FieldKind  # what it is
+    word: int  # index of its first word in the image
+    words: int  # how many words it has
+    key: Callable[[Array], Array]  # of images, what has to be equal, a number per scan
+    bits: tuple[str, ...] = ()  # names of the sixteen bits, lowest first; of kind BITS only
+    text: Callable[[Array], str] = str  # of kind TAG: the value in a row of tags, in words
 
     @property
     def path(self) -> str:

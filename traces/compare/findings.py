@@ -25,21 +25,13 @@ LOOKED_AT = 4096
 
 @dataclass(frozen=True, slots=True)
 class Extent:
-    """How much of two traces differs in one bit, value or word.
+    """How much of two traces differs in one bit, value or word."""
 
-    Attributes:
-        name: its name, such as "slot1.in.COMMAND_ERROR".
-        scans: in how many scans.
-        first: number of the first of them, in the first trace.
-        last: number of the last.
-        most: the greatest difference of a number; None for a bit.
-    """
-
-    name: str
-    scans: int
-    first: int
-    last: int
-    most: int | None = None
+    name: str  # its name, such as "slot1.in.COMMAND_ERROR"
+    scans: int  # in how many scans
+    first: int  # number of the first of them, in the first trace
+    last: int  # number of the last
+    most: int | None = None  # the greatest difference of a number; None for a bit
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +47,7 @@ class Detail:
         words_b: the same in the second.
         a: the value that the words stand for; None for bits, and where they stand for none.
         b: the same in the second trace.
-        bits: of a word of bits, each that differs: name, level in the first trace, in the second.
+        bits: those that differ: name, level in the first trace, in the second.
         text_a: of a tag, its value in the first trace in words.
         text_b: the same in the second.
     """
@@ -75,29 +67,17 @@ class Detail:
 
 @dataclass(frozen=True, slots=True)
 class First:
-    """The first scan that differs.
+    """The first scan that differs."""
 
-    Attributes:
-        scan: its number in the first trace.
-        time_ns: its virtual time there.
-        scan_b: number of the scan that it is set against in the second trace.
-        time_b_ns: the time of that.
-        details: what differs in it, inputs before outputs.
-        before_a: what changed in the first trace in the scans before it, and in it.
-        before_b: the same of the second trace.
-        rules_a: the rules that fired in it in the first trace, in words.
-        rules_b: those that fired in the second.
-    """
-
-    scan: int
-    time_ns: int
-    scan_b: int
-    time_b_ns: int
-    details: tuple[Detail, ...]
-    before_a: tuple[Row, ...] = ()
-    before_b: tuple[Row, ...] = ()
-    rules_a: tuple[str, ...] = ()
-    rules_b: tuple[str, ...] = ()
+    scan: int  # its number in the first trace
+    time_ns: int  # its virtual time there
+    scan_b: int  # number of the scan that it is set against in the second trace
+    time_b_ns: int  # the time of that
+    details: tuple[Detail, ...]  # what differs in it, inputs before outputs
+    before_a: tuple[Row, ...] = ()  # what changed in the first trace in the scans before it, and in it
+    before_b: tuple[Row, ...] = ()  # the same of the second trace
+    rules_a: tuple[str, ...] = ()  # the rules that fired in it in the first trace, in words
+    rules_b: tuple[str, ...] = ()  # those that fired in the second
 
 
 class FieldDifference(NamedTuple):

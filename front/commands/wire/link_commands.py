@@ -77,19 +77,12 @@ class Mover(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class LinkPlace:
-    """The place of a controller, from the options before the command.
+    """The place of a controller, from the options before the command."""
 
-    Attributes:
-        port: serial port, or None.
-        tcp: HOST:PORT, or None.
-        address: of the controller on its line.
-        answer_s: longest time of an answer.
-    """
-
-    port: str | None
-    tcp: str | None
-    address: int
-    answer_s: float
+    port: str | None  # serial port, or None
+    tcp: str | None  # HOST:PORT, or None
+    address: int  # of the controller on its line
+    answer_s: float  # longest time of an answer
 
 
 Client = TypeVar("Client", bound=Mover)

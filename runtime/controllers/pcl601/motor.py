@@ -21,17 +21,11 @@ STEPS_BEFORE_LOSS = 100
 
 @dataclass(frozen=True, slots=True)
 class EncoderModel:
-    """An encoder on the motor's shaft.
+    """An encoder on the motor's shaft."""
 
-    Attributes:
-        ratio: counts per motor step.
-        model: see above.
-        steps: motor steps lost, for "lose_steps_once".
-    """
-
-    ratio: int = 1
-    model: EncoderKind = "ideal"
-    steps: int = 0
+    ratio: int = 1  # counts per motor step
+    model: EncoderKind = "ideal"  # see above
+    steps: int = 0  # motor steps lost, for "lose_steps_once"
 
 
 class Motor:

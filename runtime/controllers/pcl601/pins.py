@@ -23,12 +23,9 @@ class Contact:
     >>> limit = Contact(9000)  # from 9000 on
     >>> limit.closed(8999), limit.closed(9000), limit.edge_after(0, +1), limit.edge_after(9500, -1)
     (False, True, 9000, 8999)
-
-    Attributes:
-        low: first position at which it is closed, steps.
     """
 
-    low: int = -FAR
+    low: int = -FAR  # first position at which it is closed, steps
     high: int = FAR
 
     def closed(self, position: int) -> bool:

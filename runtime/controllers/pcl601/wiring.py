@@ -7,12 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Wiring:
-    """Settings by hand.
+    """Settings by hand."""
 
-    Attributes:
-        thumbwheel_selected: SW2 is in position TWS, which disconnects inputs 5 and 6; else IN5/6.
-        thumbwheel: the value of its seven digits, None without a thumbwheel.
-    """
-
-    thumbwheel_selected: bool = False
-    thumbwheel: int | None = None
+    thumbwheel_selected: bool = False  # SW2 is in position TWS, which disconnects inputs 5 and 6; else IN5/6
+    thumbwheel: int | None = None  # the value of its seven digits, None without a thumbwheel

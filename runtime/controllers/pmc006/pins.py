@@ -20,15 +20,10 @@ class Pin(IntFlag):
 
 @dataclass(frozen=True, slots=True)
 class SwitchPin:
-    """A switch on the machine: high on one side of a point, low on the other.
+    """A switch on the machine: high on one side of a point, low on the other."""
 
-    Attributes:
-        last: the last physical position, in steps, of the lower side.
-        high_below: whether the lower side is the high one.
-    """
-
-    last: int
-    high_below: bool
+    last: int  # the last physical position, in steps, of the lower side
+    high_below: bool  # whether the lower side is the high one
 
     def high(self, position: int) -> bool:
         """Return whether the pin is high with the motor at a position."""

@@ -28,21 +28,13 @@ RAISED_COSINE: tuple[Phase, ...] = ((0, 24, 0, 0, 0, 54), (24, 48, 2, 18, 54, 0)
 
 @dataclass(frozen=True, slots=True)
 class Pmc006Speeds:
-    """Speeds and ramps of a motion.
+    """Speeds and ramps of a motion."""
 
-    Attributes:
-        start_sps: speed immediately after the start from rest.
-        max_sps: speed between the ramps.
-        stop_sps: speed immediately before rest.
-        acceleration: coefficient 0 to 8; 0 means no ramp.
-        deceleration: coefficient 0 to 8; 0 means no ramp.
-    """
-
-    start_sps: int
-    max_sps: int
-    stop_sps: int
-    acceleration: int
-    deceleration: int
+    start_sps: int  # speed immediately after the start from rest
+    max_sps: int  # speed between the ramps
+    stop_sps: int  # speed immediately before rest
+    acceleration: int  # coefficient 0 to 8; 0 means no ramp
+    deceleration: int  # coefficient 0 to 8; 0 means no ramp
 
 
 def plan_move(now_ns: int, origin: int, distance: int, speeds: Pmc006Speeds) -> Motion:

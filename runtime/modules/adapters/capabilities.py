@@ -35,36 +35,22 @@ AdapterOptions = TypeVar("AdapterOptions")
 
 @dataclass(frozen=True, slots=True)
 class ConfigurationRow(Generic[AdapterOptions]):
-    """The reason to refuse a configuration.
+    """The reason to refuse a configuration."""
 
-    Attributes:
-        name: short name for events.
-        applies: returns whether the row refuses.
-        reason: a sentence for the user.
-    """
-
-    name: str
-    applies: Callable[[Configuration, AdapterOptions], bool]
-    reason: str
+    name: str  # short name for events
+    applies: Callable[[Configuration, AdapterOptions], bool]  # returns whether the row refuses
+    reason: str  # a sentence for the user
 
 
 @dataclass(frozen=True, slots=True)
 class CommandRow(Generic[AdapterOptions]):
-    """The reason to refuse a command.
+    """The reason to refuse a command."""
 
-    Attributes:
-        features: what the command asks for, one or any of several.
-        name: short name for events.
-        applies: returns whether the row refuses.
-        bits: error bits of input word 0.
-        reason: a sentence for the user.
-    """
-
-    features: Feature | frozenset[Feature]
-    name: str
-    applies: Callable[[AxisRequest, AdapterOptions], bool]
-    bits: int
-    reason: str
+    features: Feature | frozenset[Feature]  # what the command asks for, one or any of several
+    name: str  # short name for events
+    applies: Callable[[AxisRequest, AdapterOptions], bool]  # returns whether the row refuses
+    bits: int  # error bits of input word 0
+    reason: str  # a sentence for the user
 
     def is_of(self, feature: Feature) -> bool:
         """Whether the row is of commands that ask for a feature."""

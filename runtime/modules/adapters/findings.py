@@ -25,16 +25,11 @@ class FindingKind(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One finding.
-
-    Attributes:
-        bits: of a complaint: its bits of input word 0.
-        text: of a complaint: the reason.
-    """
+    """One finding."""
 
     kind: FindingKind
-    bits: int = 0
-    text: str = ""
+    bits: int = 0  # of a complaint: its bits of input word 0
+    text: str = ""  # of a complaint: the reason
 
 
 class Findings:

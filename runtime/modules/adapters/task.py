@@ -21,29 +21,18 @@ class TaskKind(Enum):
 
 @dataclass(slots=True)
 class Task(Generic[Drive]):
-    """One motion.
-
-    Attributes:
-        drive: speeds and ramps in the controller's terms.
-        ramps_up: whether it begins with a ramp that lasts.
-        steps: of an index; of a slew the steps after its mark, 0 without a mark.
-        shown: whether the command layer counts it as a motion.
-        stopping: a soft stop is requested or in progress.
-        marked: the mark of a slew is requested.
-        following: the motion that starts when this one has stopped.
-        model: the motion that the controller is assumed to make; None before its start.
-    """
+    """One motion."""
 
     kind: TaskKind
     direction: int
-    drive: Drive
-    ramps_up: bool
-    steps: int = 0
-    shown: bool = True
-    stopping: bool = False
-    marked: bool = False
-    following: Task[Drive] | None = None
-    model: Motion | None = None
+    drive: Drive  # speeds and ramps in the controller's terms
+    ramps_up: bool  # whether it begins with a ramp that lasts
+    steps: int = 0  # of an index; of a slew the steps after its mark, 0 without a mark
+    shown: bool = True  # whether the command layer counts it as a motion
+    stopping: bool = False  # a soft stop is requested or in progress
+    marked: bool = False  # the mark of a slew is requested
+    following: Task[Drive] | None = None  # the motion that starts when this one has stopped
+    model: Motion | None = None  # the motion that the controller is assumed to make; None before its start
 
     @property
     def registers(self) -> bool:

@@ -11,24 +11,15 @@ from .axis import BlendProgram
 
 @dataclass(slots=True)
 class BlendSession:
-    """One session of the handshake, from the first block to the fall of the program bit.
-
-    Attributes:
-        good: no faulty block so far.
-        blocks: number received, including the header.
-        wanted: segments announced by the header.
-        types: acceleration type of each segment, from the header.
-        segments: those received.
-        final_deceleration: of the ramp at the end, steps/ms/s.
-    """
+    """One session of the handshake, from the first block to the fall of the program bit."""
 
     acknowledged: bool = False
-    good: bool = True
-    blocks: int = 0
-    wanted: int = 0
-    types: list[Shape] = field(default_factory=list)
-    segments: list[BlendLeg] = field(default_factory=list)
-    final_deceleration: int = 1
+    good: bool = True  # no faulty block so far
+    blocks: int = 0  # number received, including the header
+    wanted: int = 0  # segments announced by the header
+    types: list[Shape] = field(default_factory=list)  # acceleration type of each segment, from the header
+    segments: list[BlendLeg] = field(default_factory=list)  # those received
+    final_deceleration: int = 1  # of the ramp at the end, steps/ms/s
     final_shape: Shape = Shape.CONSTANT
 
     @property

@@ -31,34 +31,22 @@ class Feature(Enum):
 
 @dataclass(frozen=True, slots=True)
 class AxisRequest:
-    """A request to an axis that the 3601's own rules allow.
-
-    Attributes:
-        command: the output words.
-        distance: of a move, steps, signed.
-        minimum_registration: the stored distance, steps.
-    """
+    """A request to an axis that the 3601's own rules allow."""
 
     feature: Feature
-    command: CommandWords
+    command: CommandWords  # the output words
     configuration: Configuration
-    distance: int = 0
-    minimum_registration: int = 0
+    distance: int = 0  # of a move, steps, signed
+    minimum_registration: int = 0  # the stored distance, steps
 
 
 @dataclass(frozen=True, slots=True)
 class Refusal:
-    """The reason why an axis does not carry out a request.
+    """The reason why an axis does not carry out a request."""
 
-    Attributes:
-        name: short name of the missing function, for events.
-        bits: error bits of input word 0 that are set.
-        reason: a sentence for the user.
-    """
-
-    name: str
-    bits: int
-    reason: str
+    name: str  # short name of the missing function, for events
+    bits: int  # error bits of input word 0 that are set
+    reason: str  # a sentence for the user
 
 
 class AxisHoming(Enum):

@@ -31,13 +31,9 @@ class Light(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Indicators:
-    """The lights at an instant.
+    """The lights at an instant."""
 
-    Attributes:
-        module: Module, green.
-    """
-
-    module: Light
+    module: Light  # Module, green
     axis_ok: Light
     axis_error: Light
 

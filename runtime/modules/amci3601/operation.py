@@ -48,14 +48,10 @@ def limit_in(host: Host, direction: int) -> bool:
 
 
 class Host(Protocol):
-    """The command layer, as operations see it.
-
-    Attributes:
-        firmware: decides which functions exist.
-    """
+    """The command layer, as operations see it."""
 
     axis: Axis
-    firmware: Firmware
+    firmware: Firmware  # decides which functions exist
     options: Amci3601Options
     state: ModuleState
     operation: Operation | None

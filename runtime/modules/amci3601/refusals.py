@@ -29,16 +29,11 @@ Check = Callable[[Host, CommandWords], bool]
 
 
 class RefusalRule(NamedTuple):
-    """One reason to refuse a command.
+    """One reason to refuse a command."""
 
-    Attributes:
-        rule: the rule of the manual; its row of `RULES` has its bits.
-        alone: the rule fires without the rows that usually share its cause.
-    """
-
-    rule: str
+    rule: str  # the rule of the manual; its row of `RULES` has its bits
     broken: Check
-    alone: bool = False
+    alone: bool = False  # the rule fires without the rows that usually share its cause
 
     @property
     def fault(self) -> BrokenRule:

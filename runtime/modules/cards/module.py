@@ -36,17 +36,12 @@ Contact = Callable[[int], bool]
 
 
 class Change(NamedTuple):
-    """A change of an input.
-
-    Attributes:
-        acted_on: of a contact: True = operated from then on, False = released.
-        value: of an analog input: its value from then on.
-    """
+    """A change of an input."""
 
     at_ns: int
     input: str
-    acted_on: bool
-    value: Decimal | None
+    acted_on: bool  # of a contact: True = operated from then on, False = released
+    value: Decimal | None  # of an analog input: its value from then on
 
 
 class GenericCard(Module):

@@ -24,17 +24,11 @@ WITHOUT_RAMP = 9_999_999
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """Speeds and acceleration in the controller's registers.
+    """Speeds and acceleration in the controller's registers."""
 
-    Attributes:
-        base_sps: speed at which a motion begins and ends.
-        speed_sps: maximum speed, above the base speed.
-        accel_sps2: of both ramps, steps/s/s.
-    """
-
-    base_sps: int
-    speed_sps: int
-    accel_sps2: int
+    base_sps: int  # speed at which a motion begins and ends
+    speed_sps: int  # maximum speed, above the base speed
+    accel_sps2: int  # of both ramps, steps/s/s
 
     @property
     def rate_spmss(self) -> Fraction:
