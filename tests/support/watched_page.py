@@ -13,6 +13,8 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
+from forked import start
+
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 DRIVER = shutil.which("chromedriver")
 PATIENCE_S = 120
@@ -91,7 +93,7 @@ def watching(*words: object) -> Iterator[Session]:
         "import sys; from scanrack.commands import main; sys.exit(main())",
         "watch",
     ]
-    process = subprocess.Popen([*command, *map(str, words)], stdout=subprocess.PIPE, text=True)
+    process = start([*command, *words], stdout=subprocess.PIPE, text=True)
     assert process.stdout is not None
     try:
         link = process.stdout.readline().split(" ")[0]

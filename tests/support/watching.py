@@ -12,6 +12,7 @@ import time
 from contextlib import asynccontextmanager, contextmanager
 from pathlib import Path
 
+from forked import start
 from websockets.asyncio.client import connect
 
 FEEDER = Path(__file__).parents[2] / "examples" / "feeder" / "feeder.toml"
@@ -54,13 +55,7 @@ class Watched:
 def watched(*options, rack=FEEDER, cwd=None):
     """Start a session, and end it."""
     command = [sys.executable, "-c", "from scanrack.commands import main; main()", "watch", str(rack)]
-    process = subprocess.Popen(
-        [*command, *map(str, options)],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        cwd=cwd,
-    )
+    process = start([*command, *options], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=cwd)
     try:
         assert process.stdout is not None
         line = process.stdout.readline()

@@ -12,6 +12,7 @@ from pathlib import Path
 from threading import Event
 from typing import Any
 
+import forked
 import pytest
 from scanrack.commands import build
 from scanrack.io_images import Image
@@ -45,7 +46,7 @@ LONG_MOVE = (2, 0, 60, 0, 2, 0, 50, 50)
 def served(*arguments: str) -> Iterator[tuple[str, subprocess.Popen[str]]]:
     """Serve a controller in a process of its own; yield where it is."""
     words = [sys.executable, "-m", "scanrack", "serve", *arguments, "--quiet"]
-    process = subprocess.Popen(words, stdout=subprocess.PIPE, text=True)
+    process = forked.start(words, stdout=subprocess.PIPE, text=True)
     assert process.stdout is not None
     try:
         yield process.stdout.readline().split("  ")[0], process
@@ -378,7 +379,7 @@ def running(folder: Path, path: str, logic: str) -> Iterator[subprocess.Popen[st
     rack = rack_file(folder, f'port = "{path}"')
     (folder / "logic.py").write_text(logic)
     words = [sys.executable, "-m", "scanrack", "run", rack, "--realtime", "--live", "--no-record"]
-    process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    process = forked.start(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     assert process.stdout is not None
     try:
         assert process.stdout.readline() == "moving\n"

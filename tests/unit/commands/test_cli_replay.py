@@ -6,11 +6,11 @@ Broken on purpose: outputs sent one scan late, the recorded modes ignored, force
 
 from __future__ import annotations
 
-import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
 
+import forked
 import pytest
 from scanrack.commands import build
 from scanrack.jobs.load.loading import load_job
@@ -252,7 +252,7 @@ def test_a_rerun_in_a_process_of_its_own_uses_the_files_of_the_trace(folder: Pat
     trace = record(folder)
     (folder / "speeds.py").write_text("SPEED = 700\n")
     command = [sys.executable, "-m", "scanrack", "rerun", str(trace), "--trust"]
-    result = subprocess.run(command, capture_output=True, text=True, check=False, cwd=folder)
+    result = forked.run(command, capture_output=True, text=True, check=False, cwd=folder)
     assert (result.returncode, result.stderr) == (0, ""), result.stdout
 
 
@@ -286,7 +286,7 @@ def test_what_a_program_imports_stays_beside_it(folder: Path, monkeypatch: pytes
     assert "speeds.py" not in names
     monkeypatch.chdir(elsewhere)
     command = [sys.executable, "-m", "scanrack", "rerun", str(folder / "line.mcap"), "--trust"]
-    result = subprocess.run(command, capture_output=True, text=True, check=False)
+    result = forked.run(command, capture_output=True, text=True, check=False)
     assert (result.returncode, result.stderr) == (0, ""), result.stdout
 
 

@@ -3,9 +3,9 @@
 # ruff: noqa: E501 - messages are one line each
 
 import os
-import subprocess
 import sys
 
+import forked
 import pytest
 from scanrack.commands import build
 from scanrack.jobs.record import recording
@@ -144,7 +144,7 @@ def test_a_trace_holds_what_decided_it(folder):
 
 def test_two_processes_write_the_same_bytes(folder):
     for name, seed in (("one.mcap", "1"), ("two.mcap", "2")):
-        subprocess.run(
+        forked.run(
             [sys.executable, "-m", "scanrack", "run", "line.toml", "--record", name, "--quiet"],
             env={**os.environ, "PYTHONHASHSEED": seed},
             cwd=folder,

@@ -14,6 +14,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import forked
 import pytest
 from mcap.reader import make_reader
 from scanrack.commands import build
@@ -32,7 +33,7 @@ READ_POSITION = BY_NAME["read_position"].code
 def serving(*arguments: str) -> Iterator[str]:
     """Serve; yield where. It is ended by the signal of Ctrl-C, and has to end without a word."""
     words = [sys.executable, "-m", "scanrack", "serve", *arguments]
-    process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    process = forked.start(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     try:
         assert process.stdout is not None
         yield process.stdout.readline().split("  ")[0]

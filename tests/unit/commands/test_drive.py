@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import io
 import json
-import subprocess
 import sys
 
+import forked
 import pytest
 from scanrack.commands.wire.drive import bench_for, converse
 
@@ -169,8 +169,6 @@ def test_two_processes_answer_byte_for_byte_the_same():
         )
     )
     command = [sys.executable, "-m", "scanrack", "drive", "amci3601"]
-    runs = [
-        subprocess.run(command, input=lines, capture_output=True, text=True, check=True) for _ in range(2)
-    ]
+    runs = [forked.run(command, input=lines, capture_output=True, text=True, check=True) for _ in range(2)]
     assert runs[0].stdout == runs[1].stdout
     assert len(runs[0].stdout.splitlines()) == 4

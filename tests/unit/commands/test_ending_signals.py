@@ -7,6 +7,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+import forked
 import pytest
 from mcap.reader import make_reader
 from scanrack.commands import build
@@ -35,7 +36,7 @@ def logic(scan):
 def started(folder: Path, *arguments: str, before: str = "pass") -> Iterator[subprocess.Popen[str]]:
     """Run a command in a process of its own."""
     code = f"import signal, sys; {before}; from scanrack.commands import main; main()"
-    process = subprocess.Popen(
+    process = forked.start(
         [sys.executable, "-c", code, *arguments],
         cwd=folder,
         stdout=subprocess.PIPE,

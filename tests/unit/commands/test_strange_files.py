@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import os
-import subprocess
 import sys
 from pathlib import Path
 
+import forked
 import pytest
 from scanrack.commands import build
 from scanrack.jobs.replay.replaying import lost_edits
@@ -157,6 +157,6 @@ def test_a_thread_that_goes_on_is_named_and_ended(place: Path) -> None:
     (place / "line.py").write_text(GOES_ON, encoding="utf-8")
     (place / "rack.toml").write_text(RACK.format("line.py"))
     words = [sys.executable, "-m", "scanrack", "run", "rack.toml", "--for", "20ms", "--no-record", "--quiet"]
-    done = subprocess.run(words, capture_output=True, text=True, timeout=300)
+    done = forked.run(words, capture_output=True, text=True, timeout=300)
     assert done.returncode == 0
     assert done.stderr == "scanrack: the program's thread goes on and is ended in 2 s: pump\n"

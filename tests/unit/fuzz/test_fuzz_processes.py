@@ -10,6 +10,7 @@ import time
 from contextlib import suppress
 from pathlib import Path
 
+import forked
 import pytest
 from scanrack.commands import build
 from scanrack.commands.programs.fuzz_session import noting_ctrl_c
@@ -48,9 +49,7 @@ def folder(tmp_path):
 def started(folder, *words, cwd=None):
     """Start a campaign in a process of its own."""
     command = [sys.executable, "-m", "scanrack", "fuzz", str(folder / "line.toml"), *words]
-    return subprocess.Popen(
-        command, cwd=cwd or folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    )
+    return forked.start(command, cwd=cwd or folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
 def finished(process):

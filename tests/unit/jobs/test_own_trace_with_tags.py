@@ -6,6 +6,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import forked
+
 PROGRAM = """
 from scanrack import Logic
 
@@ -29,7 +31,7 @@ module = "amci3601"
 
 
 def scanrack(*words: str, folder: Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
+    return forked.run(
         [sys.executable, "-m", "scanrack", *words], cwd=folder, capture_output=True, text=True, timeout=60
     )
 

@@ -7,6 +7,7 @@ import asyncio
 import subprocess
 import sys
 
+import forked
 import pytest
 from scanrack.commands import build
 from scanrack.io_images.amci3601 import status_names
@@ -35,7 +36,7 @@ WAITS: list[tuple[str, dict[str, object]]] = [
 def rack(tmp_path):
     """A rack file whose module is on the port of a PCL601 in a process of its own."""
     words = [sys.executable, "-m", "scanrack", "serve", "pcl601", "--tcp", "0", "--rtu-over-tcp", "--quiet"]
-    process = subprocess.Popen(words, stdout=subprocess.PIPE, text=True)
+    process = forked.start(words, stdout=subprocess.PIPE, text=True)
     try:
         assert process.stdout is not None
         place = process.stdout.readline().split("  ")[0]

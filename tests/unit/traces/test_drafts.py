@@ -6,12 +6,12 @@ import errno
 import io
 import random
 import signal
-import subprocess
 import sys
 from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
 
+import forked
 import pytest
 from scanrack.runtime.loop import pace
 from scanrack.traces.files.locking import could_lock
@@ -244,7 +244,7 @@ def test_a_session_in_real_time_that_ends_at_once_leaves_its_scans(tmp_path: Pat
     (tmp_path / "line.py").write_text(KILLED.format(end))
     (tmp_path / "line.toml").write_text('program = "line.py"\n[[slot]]\nnumber = 1\nmodule = "amci3601"\n')
     words = [sys.executable, "-m", "scanrack", "run", "line.toml", "--realtime", "-q"]
-    done = subprocess.run(words, cwd=tmp_path, check=False, timeout=60)
+    done = forked.run(words, cwd=tmp_path, check=False, timeout=60)
     assert done.returncode in (-signal.SIGKILL, 0)
     with open_trace(tmp_path / "line.mcap") as trace:
         assert len(list(trace.scans())) > 1  # how many, depends on the machine: those up to 0.1 s before

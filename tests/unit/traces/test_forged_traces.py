@@ -11,12 +11,12 @@ from __future__ import annotations
 
 import importlib.util
 import socket
-import subprocess
 import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
+import forked
 import made_traces
 import pytest
 from golden import app as golden_app
@@ -335,7 +335,7 @@ def test_the_users_own_program_does_not_find_modules_of_the_trace(place: Path) -
 def test_a_process_of_its_own_runs_none_either(place: Path, name: str) -> None:
     forge(place, FORGERIES[name])
     command = [sys.executable, "-m", "scanrack", "fuzz", "forged.mcap", "--runs", "2", "-j", "2"]
-    result = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
+    result = forked.run(command, capture_output=True, text=True, check=False, timeout=60)
     assert result.returncode == 2, result.stderr
     assert not (place.parent / "canary").exists()
 

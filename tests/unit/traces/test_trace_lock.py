@@ -5,6 +5,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import forked
 import pytest
 from scanrack.commands import build
 from scanrack.traces.files.locking import is_being_recorded
@@ -54,7 +55,7 @@ def test_a_second_recording_to_the_same_file_is_refused_and_the_first_goes_on(tm
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM])
 def test_the_lock_goes_with_the_process(tmp_path: Path, number: signal.Signals) -> None:
     path = tmp_path / "run.mcap"
-    process = subprocess.Popen(
+    process = forked.start(
         [sys.executable, "-c", HOLDER, str(path)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
     )
     assert process.stdout is not None

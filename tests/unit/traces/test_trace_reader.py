@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import re
 import signal
-import subprocess
 import sys
 from itertools import chain
 from pathlib import Path
 
+import forked
 import pytest
 from mcap.opcode import Opcode
 from mcap.writer import Writer
@@ -106,7 +106,7 @@ for scan in range(1050):
     recorder.scan(scan, scan, 0)
 os.kill(os.getpid(), signal.SIGKILL)
 """
-    killed = subprocess.run([sys.executable, "-c", program, str(path)], timeout=60, check=False)
+    killed = forked.run([sys.executable, "-c", program, str(path)], timeout=60, check=False)
     assert killed.returncode == -signal.SIGKILL
     scans, notes = numbers(path)
     assert scans == list(range(len(scans)))

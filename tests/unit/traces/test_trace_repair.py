@@ -9,6 +9,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import forked
 import numpy as np
 import pytest
 from made_traces import record
@@ -254,7 +255,7 @@ while True:
 @pytest.mark.parametrize("lines", [2, 40, 700])
 def test_a_killed_recording_loses_the_open_chunk_at_most(tmp_path: Path, lines: int) -> None:
     path = tmp_path / "killed.mcap"
-    process = subprocess.Popen([sys.executable, "-c", KILLED, str(path)], stdout=subprocess.PIPE, text=True)
+    process = forked.start([sys.executable, "-c", KILLED, str(path)], stdout=subprocess.PIPE, text=True)
     assert process.stdout is not None
     told = [int(process.stdout.readline()) for _ in range(lines)]
     process.kill()
