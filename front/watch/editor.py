@@ -143,6 +143,7 @@ class Editor:
 def mistake_of(error: Exception, program: Path) -> Json:
     """Return a mistake as a page shows it: its text, the program's file, and the line in it if that is known.
 
+    >>> from scanrack.io_images.site import Site, SiteError
     >>> mistake_of(SiteError.at(Site(file="demo.rung", line=12), "there is no tag Rum"), Path("demo.rung"))
     {'text': 'demo.rung:12: there is no tag Rum', 'file': 'demo.rung', 'line': 12}
     """
