@@ -48,8 +48,6 @@ def align(one: Trace, other: Trace, at: str) -> TimeMap:
     """Return the clock by which something is at one time in both traces.
 
     Args:
-        one: the first trace.
-        other: the second.
         at: "start", their first scans; or the name of a bit, the first scan in which it rises.
 
     Raises:

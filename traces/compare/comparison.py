@@ -27,37 +27,21 @@ Difference = tuple[str, str, str]
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """The result of comparing two traces.
+    """The result of comparing two traces."""
 
-    Attributes:
-        first: the first scan that differs; None if none does.
-        extents: of each bit, value and word, by the first scan in which it differs.
-        scans_a: how many scans the first trace has.
-        scans_b: how many the second has.
-        only_a: how many scans of the first have no counterpart in the second.
-        only_b: the same the other way round.
-        differing: in how many scans anything differs.
-        slots_only_a: numbers of slots that only the first trace has.
-        slots_only_b: those that only the second has.
-        heads: metadata that differ: name, in the first trace, in the second.
-        tolerance: what was allowed to differ.
-        aligned: whether their clocks were brought together.
-        sequences: those that wait otherwise: name, first step that differs in either.
-    """
-
-    first: First | None
-    extents: tuple[Extent, ...]
-    scans_a: int
-    scans_b: int
-    only_a: int
-    only_b: int
-    differing: int
-    slots_only_a: tuple[int, ...]
-    slots_only_b: tuple[int, ...]
-    heads: tuple[tuple[str, str, str], ...]
-    tolerance: Tolerance
-    aligned: bool = False
-    sequences: tuple[Difference, ...] = ()
+    first: First | None  # the first scan that differs; None if none does
+    extents: tuple[Extent, ...]  # of each bit, value and word, by the first scan in which it differs
+    scans_a: int  # how many scans the first trace has
+    scans_b: int  # how many the second has
+    only_a: int  # how many scans of the first have no counterpart in the second
+    only_b: int  # the same the other way round
+    differing: int  # in how many scans anything differs
+    slots_only_a: tuple[int, ...]  # numbers of slots that only the first trace has
+    slots_only_b: tuple[int, ...]  # those that only the second has
+    heads: tuple[tuple[str, str, str], ...]  # metadata that differ: name, in the first trace, in the second
+    tolerance: Tolerance  # what was allowed to differ
+    aligned: bool = False  # whether their clocks were brought together
+    sequences: tuple[Difference, ...] = ()  # name, and the first step that differs in either
 
     @property
     def same(self) -> bool:
@@ -88,9 +72,6 @@ def compare(
     flat however long they are; a block holds the scans within the tolerance as well.
 
     Args:
-        one: the first trace.
-        other: the second.
-        tolerance: what may differ.
         clock: turns times of the second trace into times of the first, see `align`; another than
             that of both makes it a comparison by time.
         progress: called at each chunk with the number of further scans of the first trace read.
@@ -140,8 +121,6 @@ def compare_parts(
     Args:
         one: slots and scans of the first trace.
         other: those of the second.
-        tolerance: what may differ.
-        clock: turns times of the second into times of the first.
         only: which images are compared: slot and direction; all if left out. (None, "cpu") stands
             for flags and times.
         tags: the recorded tags of the scans; None = they have none.
@@ -206,8 +185,6 @@ def differing_sequences(one: Trace, other: Trace, *, exact: bool) -> Iterator[Di
     memory stays flat however often their sequences go on.
 
     Args:
-        one: the first trace.
-        other: the second.
         exact: whether waits are compared with their scans.
     """
     waiting: dict[str, tuple[deque[Step], deque[Step]]] = {}

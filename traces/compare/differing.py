@@ -25,8 +25,6 @@ def differing(fields: Sequence[Field], block: ComparedBlock, counts: int | None)
     """Return the fields that differ in a block.
 
     Args:
-        fields: what is compared.
-        block: the scans of either trace, and what they are set against.
         counts: by how much a count may differ from what it passes; None = every bit of it counts.
     """
     one, other = block.one, block.other
@@ -119,7 +117,6 @@ def over_windows(values: Array, first: Rows, end: Rows, join: np.ufunc) -> Array
     [3, 1, 1]
 
     Args:
-        values: the values.
         first: first row of each window.
         end: the row after its last; more than `first`.
         join: of two values; the same value twice must make that value.

@@ -45,7 +45,7 @@ class Detail:
         word: index of the (first) word in the image.
         words_a: the word or words in the first trace.
         words_b: the same in the second.
-        a: the value that the words stand for; None for bits, and where they stand for none.
+        a: value of the words; None for bits, and where they have none.
         b: the same in the second trace.
         bits: those that differ: name, level in the first trace, in the second.
         text_a: of a tag, its value in the first trace in words.
@@ -153,13 +153,7 @@ class Findings:
         self.differing = 0
 
     def add(self, one: Side, other: Side, found: Sequence[FieldDifference]) -> None:
-        """Add what was found in a block that follows those before.
-
-        Args:
-            one: what is in memory of the first trace; the rows of the fields are rows of it.
-            other: the same of the second.
-            found: the fields that differ, each with its rows in ascending order.
-        """
+        """Add the fields that differ in the next block; their rows ascend."""
         if not found:
             return
         if self.first is None:

@@ -30,10 +30,6 @@ WIDE = "<c16"
 class CommonTags:
     """The tags that two traces share.
 
-    Args:
-        one: the first trace.
-        other: the second.
-
     Attributes:
         dtype: a row of them, a field per value, called by its full name.
         only: full names of the tags that only the first trace has, and only the second.
