@@ -67,7 +67,7 @@ class Rule:
     Attributes:
         id: prefix and number, e.g. "CMD-03"; rows of a chapter 6 list have the list's numbers.
         section: of the manual.
-        text: the rule for users of a module; for a fault, the mistake.
+        event: the words that recordings have when the rule applies; they never change.
         sets: status bits that the rule sets; of MOVING_CW and MOVING_CCW, and of ACCELERATING and
             DECELERATING, the applicable one. A row of a chapter 6 list sets the bit of its list only.
         if_broken: status bits that the simulated module sets instead of `sets` when a command breaks
@@ -79,11 +79,12 @@ class Rule:
         firmware_until: the first version without it; None for none.
         untestable_because: why no image can show whether the rule holds; "" if one can.
         reading: readings ("A-36") of contradictions and gaps in the manual, see docs/readings.md.
+        says: better words than `event`, for everything but recordings; "" without any.
     """
 
     id: str
     section: str
-    text: str
+    event: str
     sets: StatusBits = NONE
     clears: StatusBits = NONE
     list_of: StatusBits | None = None
@@ -93,6 +94,16 @@ class Rule:
     untestable_because: str = ""
     reading: tuple[str, ...] = ()
     if_broken: StatusBits = NONE
+    says: str = ""
+
+    @property
+    def text(self) -> str:
+        """What it says, in words for the user of a module; for a fault, what was done wrong.
+
+        >>> Rule("CFG-02", "chapter 3", "The configuration has no limit.", says="No limit is set.").text
+        'No limit is set.'
+        """
+        return self.says or self.event
 
     @property
     def clause(self) -> str:

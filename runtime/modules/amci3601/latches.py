@@ -76,7 +76,10 @@ class Latches:
         self._events = events
 
     def fire(self, now_ns: int, rule_id: str, *, alone: bool = False) -> int:
-        """Set the bits of a rule and of those that share its cause; return them all.
+        """Set the bits of a rule and of those that share its cause, and record its rows; return the bits.
+
+        This is how a rule sets bits; `note` records a rule that sets none, `show` bits that no rule sets.
+        A recording has the id of a rule, and its `event` as text.
 
         Args:
             rule_id: a row of the rule table.
@@ -99,7 +102,7 @@ class Latches:
         self.bits |= bits
         names = [str(bit.name) for bit in StatusMsw if bit & bits]
         fields: dict[str, JsonValue] = {"bits": names, "section": rule.section}
-        self._events.append(Event(now_ns, "rule", rule_id, rule.text, fields))
+        self._events.append(Event(now_ns, "rule", rule_id, rule.event, fields))
 
     def show(self, now_ns: int, kind: str, name: str, bits: int, text: str) -> int:
         """Set bits for a reason outside the manual's rules, and record it; return them."""
