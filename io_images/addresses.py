@@ -26,6 +26,7 @@ from dataclasses import dataclass, replace
 from .cards import member_of, members_of
 from .image import WORDS
 from .module_words import BitPlace, Groups, ModuleWords
+from .site import SiteError
 
 BITS = 16
 _DIRECTIONS = {"in": "I", "out": "O"}
@@ -99,6 +100,12 @@ def parse_address(text: str, slots: Mapping[int, ModuleWords]) -> Address:
     raise ValueError(f"{text!r} is not an address: write it like {FORMS}")
 
 
+def _refusal(text: str, reason: str) -> SiteError:
+    refused = SiteError(f"{text!r}: {reason}")
+    refused.reason = reason
+    return refused
+
+
 def _data_bits(slot: int, slots: Mapping[int, ModuleWords]) -> int:
     return slots[slot].data_bits if slot in slots else 0
 
@@ -107,11 +114,11 @@ def _of_card(text: str, match: re.Match[str], bits: int) -> Address:
     slot, image = int(match["slot"]), match["image"].upper()
     if match["bit"] is None:
         if bits > BITS:
-            raise ValueError(f"{text!r}: Data of slot {slot} has {bits} bits: write Data[0] or Data[1]")
+            raise _refusal(text, f"Data of slot {slot} has {bits} bits: write Data[0] or Data[1]")
         return Address(slot, image, 0, None)
     bit = int(match["bit"])
     if bit >= bits:
-        raise ValueError(f"{text!r}: there is no bit {bit}, bits are 0 to {bits - 1}")
+        raise _refusal(text, f"there is no bit {bit}, bits are 0 to {bits - 1}")
     return Address(slot, image, *divmod(bit, BITS))
 
 
@@ -121,9 +128,9 @@ def _raw(text: str, match: re.Match[str], slots: Mapping[int, ModuleWords]) -> A
     bit = None if match["bit"] is None else int(match["bit"])
     _check_slot(text, slot, slots)
     if word >= WORDS:
-        raise ValueError(f"{text!r}: there is no word {word}, words are 0 to {WORDS - 1}")
+        raise _refusal(text, f"there is no word {word}, words are 0 to {WORDS - 1}")
     if bit is not None and bit >= BITS:
-        raise ValueError(f"{text!r}: there is no bit {bit}, bits are 0 to {BITS - 1}")
+        raise _refusal(text, f"there is no bit {bit}, bits are 0 to {BITS - 1}")
     return Address(slot, match["image"].upper(), word, bit)
 
 
@@ -131,9 +138,7 @@ def _of_profile(text: str, match: re.Match[str], slots: Mapping[int, ModuleWords
     slot, name = int(match["slot"]), match["name"].upper()
     _check_slot(text, slot, slots)
     if name == "FAULT":
-        raise ValueError(
-            f"{text!r}: the fault of a connection is not a word of an image; a ladder program reads it"
-        )
+        raise _refusal(text, "the fault of a connection is not a word of an image; a ladder program reads it")
     image, words = match["image"].upper(), slots[slot]
     place = member_of(words.card, image, name) if words.card else None
     if place is not None:
@@ -147,7 +152,7 @@ def _of_profile(text: str, match: re.Match[str], slots: Mapping[int, ModuleWords
     if name not in bits:
         names = allowed(match["name"], (*profile, *members_of(words.card, image), *channels, "Data0"))
         what = "input" if image == "I" else "output"
-        raise ValueError(f"{text!r}: slot {slot} has no {what} {match['name']!r}; {names}")
+        raise _refusal(text, f"slot {slot} has no {what} {match['name']!r}; {names}")
     return Address(slot, "I", 0, bits[name])
 
 
@@ -155,11 +160,11 @@ def _of_member(text: str, at: Address, bit: str | None, data_bits: int) -> Addre
     """Return a member of a card's tag, or its bit; bits 16 to 31 of `ReadBack` are in the next word."""
     if bit is None or at.bit is not None:
         if at.bit is not None and bit is not None:
-            raise ValueError(f"{text!r}: nothing can follow a bit")
+            raise _refusal(text, "nothing can follow a bit")
         return at
     bits = max(BITS, data_bits)
     if int(bit) >= bits:
-        raise ValueError(f"{text!r}: there is no bit {bit}, bits are 0 to {bits - 1}")
+        raise _refusal(text, f"there is no bit {bit}, bits are 0 to {bits - 1}")
     word, number = divmod(int(bit), BITS)
     return replace(at, word=at.word + word, bit=number)
 
@@ -168,7 +173,7 @@ def _word_of_profile(text: str, word: Address, bit: str | None) -> Address:
     if bit is None:
         return word
     if int(bit) >= BITS:
-        raise ValueError(f"{text!r}: there is no bit {bit}, bits are 0 to {BITS - 1}")
+        raise _refusal(text, f"there is no bit {bit}, bits are 0 to {BITS - 1}")
     return replace(word, bit=int(bit))
 
 
@@ -180,11 +185,11 @@ def _named(text: str, match: re.Match[str], slots: Mapping[int, ModuleWords]) ->
     if group in _DIRECTIONS and group not in groups:
         groups = {**groups, group: _of_image(groups, _DIRECTIONS[group])}
     if group not in groups:
-        raise ValueError(f"{text!r}: there is no {match['group']!r} in slot {slot}; {allowed(group, groups)}")
+        raise _refusal(text, f"there is no {match['group']!r} in slot {slot}; {allowed(group, groups)}")
     places = {each.upper(): place for each, place in groups[group].items()}
     if name not in places:
-        raise ValueError(
-            f"{text!r}: slot {slot} has no {group} bit {match['name']!r}; {_allowed_bit(name, groups[group])}"
+        raise _refusal(
+            text, f"slot {slot} has no {group} bit {match['name']!r}; {_allowed_bit(name, groups[group])}"
         )
     return Address(slot, *places[name])
 
@@ -202,7 +207,7 @@ def _allowed_bit(name: str, names: Iterable[str]) -> str:
 
 def _check_slot(text: str, slot: int, slots: Mapping[int, ModuleWords]) -> None:
     if slot not in slots:
-        raise ValueError(f"{text!r}: slot {slot} is empty; {allowed(slot, slots)}")
+        raise _refusal(text, f"slot {slot} is empty; {allowed(slot, slots)}")
 
 
 def allowed(given: object, choices: Iterable[object]) -> str:

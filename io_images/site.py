@@ -21,6 +21,7 @@ class Site:
     column: int | None = None  # column in that line, from 1
     task: str = ""
     tag: str = ""
+    key: str = ""  # in a table of a file
 
     @property
     def place(self) -> str:
@@ -77,6 +78,13 @@ class SiteError(ValueError):
     def site(self) -> Site:
         """The place of the first mistake."""
         return self.sites[0] if self.sites else NOWHERE
+
+
+class SettingError(SiteError):
+    """A value that a key of a table, or a parameter, does not allow."""
+
+    def __init__(self, key: str, text: str) -> None:
+        super().__init__(text, Site(key=key))
 
 
 def sites_of(error: BaseException | None) -> Iterator[Site]:

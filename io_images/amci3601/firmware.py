@@ -15,6 +15,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from ..site import SettingError
+
 
 @dataclass(frozen=True, slots=True, order=True)
 class Firmware:
@@ -41,9 +43,8 @@ class Firmware:
             if str(known) == text.strip():
                 return known
         allowed = ", ".join(map(str, KNOWN))
-        raise ValueError(
-            f"unknown 3601 firmware {text!r}: allowed are {allowed}, or a serial number: serial 96317"
-        )
+        text = f"unknown 3601 firmware {text!r}: allowed are {allowed}, or a serial number: serial 96317"
+        raise SettingError("firmware", text)
 
     @classmethod
     def of_serial(cls, serial: int | str) -> Firmware:
@@ -59,7 +60,9 @@ class Firmware:
         """
         number = int(serial) if str(serial).strip().isdecimal() else 0
         if number < 1:
-            raise ValueError(f"serial number {serial!r} of a 3601: a positive decimal number is needed")
+            raise SettingError(
+                "firmware", f"serial number {serial!r} of a 3601: a positive decimal number is needed"
+            )
         return next((version for first, version in _SERIALS if number >= first), FW_2_0)
 
     def __str__(self) -> str:

@@ -11,6 +11,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, PlainValidator, model_validator
 from pydantic_core import PydanticCustomError
 
+from ...io_images.site import SettingError
 from ..machine.spec import (
     EncoderSpec,
     InputName,
@@ -39,7 +40,8 @@ class Table(BaseModel):
         given = {unit: getattr(self, f"{name}_{unit}") for unit in ("ms", "s")}
         units = [unit for unit, value in given.items() if value is not None]
         if len(units) != 1:
-            raise ValueError(f"one of {name}_ms and {name}_s is needed, not {'both' if units else 'none'}")
+            text = f"one of {name}_ms and {name}_s is needed, not {'both' if units else 'none'}"
+            raise SettingError(f"{name}_ms", text)
         return exact_ns(given[units[0]], units[0], key=f"{name}_{units[0]}")
 
 
@@ -80,7 +82,7 @@ class TimelineTable(Part):
             level = None if self.energised == "wired" else self.energised
             return (TimelineEntry(self.ns("at"), self.input, level),)
         if self.energised == "wired":
-            raise ValueError('energised = "wired" has no end: leave for_ms and for_s out')
+            raise SettingError("energised", 'energised = "wired" has no end: leave for_ms and for_s out')
         return press(self.ns("at"), self.input, self.ns("for"), normally_closed=not self.energised)
 
 

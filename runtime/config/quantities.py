@@ -9,6 +9,7 @@ from typing import Annotated
 from pydantic import AfterValidator, BeforeValidator
 from pydantic_core import PydanticCustomError
 
+from ...io_images.site import SettingError
 from ...io_images.times import UNITS_NS
 
 
@@ -53,7 +54,7 @@ def exact_ns(value: Decimal, unit: str, key: str = "time") -> int:
     """
     whole, rest = divmod(value * UNITS_NS[unit], 1)
     if rest:
-        raise ValueError(f"{key} of {value} {unit} is not a whole number of nanoseconds")
+        raise SettingError(key, f"{key} of {value} {unit} is not a whole number of nanoseconds")
     return int(whole)
 
 

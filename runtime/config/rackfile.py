@@ -19,6 +19,7 @@ from pydantic_core import ErrorDetails
 
 from ...io_images.addresses import allowed
 from ...io_images.input_files import read_input_text
+from ...io_images.site import sites_of
 from ...io_images.text_limits import TextKind, TextLimitError, check_text
 from ..machine import EncoderSpec, Jam, Slip, Switch
 from .axis_tables import AxisTable
@@ -169,7 +170,7 @@ def _mistake(details: ErrorDetails) -> _Mistake:
     if isinstance(cause, MisplacedError):
         return _Mistake(cause.path, _value(cause.value), str(cause))
     if cause is not None:
-        below = _named_key(str(cause), value)
+        below = _key_of(cause, value)
         return _Mistake((*path, *below), _value(_look_up(value, below)) if below else "", str(cause))
     return _Mistake(path, _value(value), _problem(kind, details["msg"], details.get("ctx", {})))
 
@@ -224,11 +225,10 @@ def _keys_at(path: KeyPath) -> Iterable[str]:
     return [field.name for field in fields(described)]
 
 
-def _named_key(message: str, table: object) -> KeyPath:
-    """Return the path of the key of `table` that a refusal names first, or nothing."""
+def _key_of(cause: ValueError, table: object) -> KeyPath:
+    """Return the path in `table` of the key that a refusal is about, or nothing."""
     paths = {str(path[-1]): path for path in _keys_in(table)}
-    named = (paths[word] for word in re.findall(r"\w+", message) if word in paths)
-    return next(named, ())
+    return next((paths[site.key] for site in sites_of(cause) if site.key in paths), ())
 
 
 def _keys_in(table: object) -> Iterable[KeyPath]:

@@ -22,6 +22,7 @@ from pydantic_core import PydanticCustomError, core_schema
 from ...io_images.addresses import allowed, parse_address
 from ...io_images.amci3601.firmware import KNOWN, Firmware
 from ...io_images.module_words import ModuleWords
+from ...io_images.site import SettingError, SiteError
 from ..loop.events import JsonValue
 from ..loop.forces import check_value
 from ..loop.incidents import ON_THE_LINE, FaultKind, Incident
@@ -173,13 +174,12 @@ class SlotSpec(Table):
         self.make(seed=0)
         needed = "needs_firmware" in self.model_fields_set  # another module's firmware has no order
         if needed and Firmware.parse(self.firmware) < Firmware.parse(self.needs_firmware):
-            raise ValueError(
-                f"firmware {self.firmware}: the program needs {self.needs_firmware} or newer (needs_firmware)"
-            )
+            text = f"the program needs {self.needs_firmware} or newer (needs_firmware)"
+            raise SettingError("firmware", f"firmware {self.firmware}: {text}")
         if self.is_live:
             live_port(self.module, self.port, self.address)
         elif self.address is not None:
-            raise ValueError(f"address {self.address}: it goes with a real port only")
+            raise SettingError("address", f"address {self.address}: it goes with a real port only")
         return self
 
 
@@ -429,4 +429,5 @@ def _at(path: KeyPath, value: object, check: Callable[..., Result], *arguments: 
     try:
         return check(*arguments)
     except ValueError as error:
-        raise MisplacedError(path, value, str(error).removeprefix(f"{value!r}: ")) from None
+        reason = error.reason if isinstance(error, SiteError) else str(error)
+        raise MisplacedError(path, value, reason) from None

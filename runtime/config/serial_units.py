@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from ...io_images.pcl601 import Code
+from ...io_images.site import SettingError
 from ..controllers.pcl601.pins import Pcl601Pins
 from ..controllers.pcl601.pinstates import connect
 from .machine_tables import Table
@@ -81,7 +82,7 @@ class UnitSpec(Table):
         for name, state in self.pins.items():
             connect(Pcl601Pins(), name, state)
         if self.program is not None and not self.program.endswith(STORED):
-            raise ValueError(f"a stored program is a {STORED} file")
+            raise SettingError("program", f"a stored program is a {STORED} file")
         if self.start and self.program is None:
-            raise ValueError("start needs a program")
+            raise SettingError("start", "start needs a program")
         return self

@@ -17,6 +17,7 @@ from typing import TypeVar
 
 from typing_extensions import override
 
+from ...io_images.site import SettingError
 from .adapter_line import Line
 from .clients.link import Link, LinkError, SerialLink, TcpLink
 from .hosts import split_address
@@ -44,11 +45,14 @@ def check_address(port: str) -> None:
         except ValueError:
             host, number = "", 0
         if not host or number == 0:
-            raise ValueError(
-                f"port {port}: over TCP it is tcp:HOST:PORT or tcp:[IPV6]:PORT, and a port is 1 to 65535"
+            raise SettingError(
+                "port",
+                f"port {port}: over TCP it is tcp:HOST:PORT or tcp:[IPV6]:PORT, and a port is 1 to 65535",
             )
     elif not port.strip():
-        raise ValueError('port: "sim", a serial device such as /dev/ttyUSB0 or COM3, or tcp:HOST:PORT')
+        raise SettingError(
+            "port", 'port: "sim", a serial device such as /dev/ttyUSB0 or COM3, or tcp:HOST:PORT'
+        )
 
 
 def open_port(port: str, line_format: LineFormat) -> Link:

@@ -16,6 +16,7 @@ from enum import Enum
 from pydantic import ConfigDict, StrictInt
 
 from ...io_images.image import WORDS
+from ...io_images.site import SettingError
 from .module_fault import ModuleFault
 
 
@@ -92,8 +93,12 @@ class Incident:
     def __post_init__(self) -> None:
         for field, value in (("at_ns", self.at_ns), ("for_ns", self.for_ns)):
             if value < 0:
-                raise ValueError(f"{field} of {value} is not allowed: 0 or more")
+                raise SettingError(field, f"{field} of {value} is not allowed: 0 or more")
         if not set(self.late_words) <= set(range(WORDS)):
-            raise ValueError(f"late_words {list(self.late_words)} are not allowed: 0 to {WORDS - 1}")
+            raise SettingError(
+                "late_words", f"late_words {list(self.late_words)} are not allowed: 0 to {WORDS - 1}"
+            )
         if bool(self.late_words) is not (self.what is FaultKind.TORN_UPDATE):
-            raise ValueError("late_words and torn-update go together: name the words that come late")
+            raise SettingError(
+                "late_words", "late_words and torn-update go together: name the words that come late"
+            )

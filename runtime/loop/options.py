@@ -10,6 +10,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
+from ...io_images.site import SettingError
 from .events import JsonValue
 
 
@@ -33,7 +34,9 @@ class Options(BaseModel):
         try:
             super().__init__(**given)
         except ValidationError as error:
-            raise ValueError(self._mistake(error.errors(include_url=False)[0])) from None
+            details = error.errors(include_url=False)[0]
+            key = str(details["loc"][0]) if details["loc"] else "options"
+            raise SettingError(key, self._mistake(details)) from None
 
     @classmethod
     def of(cls, given: Mapping[str, JsonValue] | None) -> Self:

@@ -20,6 +20,7 @@ from pydantic_core import PydanticCustomError
 
 from ...io_images.addresses import allowed
 from ...io_images.amci3601.bits import InputBit
+from ...io_images.site import SettingError
 
 
 def input_name(bit: InputBit) -> str:
@@ -85,7 +86,7 @@ NO_MORE_KEYS = ConfigDict(extra="forbid")
 
 def refusal(owner: object, field: str, value: object, allowed: str) -> ValueError:
     """Return the error for an illegal value of a field of `owner`."""
-    return ValueError(f"{type(owner).__name__}.{field} is {value!r}; allowed: {allowed}")
+    return SettingError(field, f"{type(owner).__name__}.{field} is {value!r}; allowed: {allowed}")
 
 
 def _check_whole(owner: object, field: str, least: int | None = None) -> None:

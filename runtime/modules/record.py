@@ -10,6 +10,7 @@ from typing import Any, Protocol, runtime_checkable
 from ...io_images.amci3601 import InputBit, StatusView
 from ...io_images.image import Image
 from ...io_images.module_words import PLAIN_WORDS, ModuleWords
+from ...io_images.site import SettingError
 from ..loop.events import JsonValue
 from ..loop.module import Module
 from ..machine import Machine
@@ -113,7 +114,7 @@ class LivePort:
         allowed = f"1 to {self.highest_address}"
         if self.factory_address > self.highest_address:
             allowed += f", or {self.factory_address} as from the factory"
-        raise ValueError(f"address {address}: allowed is {allowed}")
+        raise SettingError("address", f"address {address}: allowed is {allowed}")
 
     def open(self, port: str, address: int | None, options: Options) -> LiveModule:
         """Open the port with its adapter.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ...io_images.module_words import PLAIN_WORDS, ModuleWords
+from ...io_images.site import SettingError
 from .adapters.record import RECORDS as ADAPTERS
 from .amci3601.record import RECORD as AMCI3601
 from .cards.record import RECORDS as CARDS
@@ -45,6 +46,6 @@ def live_port(module: str, port: str, address: int | None) -> LivePort:
     live = MODULES[module].live
     if live is None:
         can = ", ".join(name for name, record in MODULES.items() if record.live is not None)
-        raise ValueError(f"port {port}: {module} has no port; only {can} can use one")
+        raise SettingError("port", f"port {port}: {module} has no port; only {can} can use one")
     live.check_address(address)
     return live

@@ -182,7 +182,7 @@ def _explain(fault: Any, tables: Tables) -> str:
         allowed = f"; allowed are {', '.join(table.model_fields)}" if table is not None else ""
         return f"{key}: unknown key{allowed}"
     value = "" if isinstance(fault["input"], BaseModel | dict) else f" {_shown(fault['input'])}"
-    message = str(fault["msg"]).removeprefix("Value error, ")
+    message = fault.get("ctx", {}).get("error") or fault["msg"]
     return f"{key}:{value} is not allowed: {message}" if value else f"{key}: {message}"
 
 

@@ -211,6 +211,7 @@ class Catalog:
         hits: list[Json] = [
             {
                 "text": f"{each['name']} : {each['type']}  {each['description']}".strip(),
+                "says": f"{each['type']}  {each['description']}".strip(),
                 "rung": None,
                 "tag": each["name"],
             }

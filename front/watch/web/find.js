@@ -26,7 +26,7 @@ async function asked() {
 function show(found) {
   hits.replaceChildren(...found.slice(0, 40).map(hit =>
     el("li", {}, el("button", { type: "button", click: () => open(hit) },
-      el("b", {}, hit.rung ?? hit.tag ?? ""), el("span", {}, hit.text.replace(`${hit.tag} : `, ""))))));
+      el("b", {}, hit.rung ?? hit.tag ?? ""), el("span", {}, hit.says ?? hit.text)))));
   if (!found.length && field.value.trim()) hits.append(el("li", { class: "none" }, "nothing found"));
   hits.hidden = !hits.children.length;
 }

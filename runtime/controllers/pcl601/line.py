@@ -9,6 +9,7 @@ a line ends with CR, and the reply follows at once.
 from __future__ import annotations
 
 from ....io_images.pcl601 import Register
+from ....io_images.site import SettingError
 from ...line import pcl601_ascii, pcl601_frames
 from ...line.rtu import Framer, Timing, frame
 from ...line.wire import LineFormat
@@ -57,7 +58,7 @@ class Pcl601:
         timing: Timing = SERIAL_TIMING,
     ) -> None:
         if not 0 <= address <= 99:
-            raise ValueError(f"address {address}: allowed is 0 to 99")
+            raise SettingError("address", f"address {address}: allowed is 0 to 99")
         self.controller = Pcl601Controller(encoder, wiring)
         self.controller.values[Register.ADDRESS] = address
         self.controller.runner = runner

@@ -14,6 +14,7 @@ from ....io_images.pmc006.frame import FACTORY_ADDRESS, STATE_ERROR, UNKNOWN_ERR
 from ....io_images.pmc006.instructions import ATTENUATION_PERCENT, BY_CODE, BY_NAME, InstructionRow, Kind
 from ....io_images.pmc006.program import UserProgram
 from ....io_images.pmc006.status import GPIO_EFFECTIVE, Gpio, Level, Status1, Status2
+from ....io_images.site import SettingError
 from .axis import MotorActivity, SimulatedPmc006Axis
 from .interpreter import Interpreter
 from .memory import Memory
@@ -51,7 +52,9 @@ class Pmc006Controller:
         program: UserProgram | None = None,
     ) -> None:
         if address != FACTORY_ADDRESS and not BY_NAME["device_address"].allows(address):
-            raise ValueError(f"address {address}: allowed is 1 to 120, or the factory's {FACTORY_ADDRESS}")
+            raise SettingError(
+                "address", f"address {address}: allowed is 1 to 120, or the factory's {FACTORY_ADDRESS}"
+            )
         self.options = options or Pmc006Switches()
         self.memory = Memory()
         self.memory.preset("device_address", address)

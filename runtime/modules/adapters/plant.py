@@ -6,6 +6,7 @@ from abc import ABC, abstractmethod
 from typing import Protocol
 
 from ....io_images.amci3601 import Configuration, InputBit
+from ....io_images.site import SettingError
 from ...line.adapter_line import Line, SimulatedLine
 from ...line.wire import ControllerDevice
 from ...machine import Machine, Switch
@@ -57,7 +58,7 @@ class Plant(ABC):
 
     def __init__(self, machine: Machine, device: ControllerDevice) -> None:
         if machine.spec.slips or machine.spec.jams:
-            raise ValueError("machine: slips and jams are simulated with module amci3601 only")
+            raise SettingError("machine", "machine: slips and jams are simulated with module amci3601 only")
         self.machine = machine
         self.device = device
         self.line = SimulatedLine(device)

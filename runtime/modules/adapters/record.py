@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from ....io_images.amci3601 import StatusMsw
 from ....io_images.amci3601.words import WORDS_3601
 from ....io_images.pmc006.frame import FACTORY_ADDRESS
+from ....io_images.site import SettingError
 from ...loop.module import Module
 from ...machine import Machine, MachineSpec
 from ..record import LiveModule, LivePort, ModuleRecord, Options, Trait
@@ -26,9 +27,9 @@ def adapter_record(
 
     def make(firmware: str, machine: MachineSpec, seed: int, options: Options, wiring: str | None) -> Module:
         if firmware != "4.1":
-            raise ValueError(f"firmware {firmware}: {name} answers as 4.1")
+            raise SettingError("firmware", f"firmware {firmware}: {name} answers as 4.1")
         if wiring is not None:
-            raise ValueError(f"wiring {wiring}: {name} has none; leave it out")
+            raise SettingError("wiring", f"wiring {wiring}: {name} has none; leave it out")
         return kind().simulated(Machine(machine, seed), options)
 
     def opened(port: str, address: int, options: Options) -> LiveModule:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from ....io_images.amci3601.firmware import Firmware
 from ....io_images.amci3601.words import WORDS_3601
+from ....io_images.site import SettingError
 from ...loop.module import Module
 from ...machine import Machine, MachineSpec
 from ..record import ModuleRecord, Options, Trait
@@ -31,7 +32,9 @@ def check_controller(firmware: str, controller: str) -> None:
     A 3601 needs firmware 2.2 behind a MicroLogix 1500 [chapter 1, MicroLogix 1500 Configuration].
     """
     if controller == "micrologix" and not Firmware.parse(firmware).micrologix:
-        raise ValueError(f"firmware {firmware} does not run in a MicroLogix rack: 2.2 or later does")
+        raise SettingError(
+            "firmware", f"firmware {firmware} does not run in a MicroLogix rack: 2.2 or later does"
+        )
 
 
 RECORD = ModuleRecord(

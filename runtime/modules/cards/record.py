@@ -7,6 +7,7 @@ from functools import partial
 from ....io_images.cards import KINDS, CardKind
 from ....io_images.image import Image
 from ....io_images.module_words import BitPlace, ModuleWords
+from ....io_images.site import SettingError
 from ...loop.module import Module
 from ...machine import MachineSpec
 from ..record import ModuleRecord, Options
@@ -55,9 +56,11 @@ def make(
     from .module import GenericCard
 
     if machine != MachineSpec():
-        raise ValueError(f"machine: a {kind.name} is bolted to none; its inputs are wired in its options")
+        raise SettingError(
+            "machine", f"machine: a {kind.name} is bolted to none; its inputs are wired in its options"
+        )
     if wiring is not None:
-        raise ValueError(f"wiring {wiring}: a {kind.name} has none; leave it out")
+        raise SettingError("wiring", f"wiring {wiring}: a {kind.name} has none; leave it out")
     return GenericCard(CardOptions.of(options), kind)
 
 
