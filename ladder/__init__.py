@@ -17,11 +17,14 @@ tasks (`Controller`). Both are logic of a scan. The rooms, each importing only f
 
 To add an instruction:
 
-1. In the file of its family in `instructions/`, write its row, the functions that the row names, and the
-   name in `__all__`. `spec.Spec` says what the functions get and return. A rare instruction needs no
-   `write`: the compiled program then calls its `run`.
+1. In the file of its family in `instructions/`, write its row and the functions that the row names.
+   `spec.Spec` says what the functions get and return, and has what the pictures and structured text need. A
+   rare instruction needs no `write`: the compiled program then calls its `run`.
 2. In `tests/manual/test_ladder_semantics_*.py`, add a row with the manual's page.
-3. In `docs/ladder.md`, add its name to the list; a test compares the list with the rows.
+3. `python tests/tools/instructions_page.py --write` adds its name to `docs/ladder.md`.
+
+`tests/unit/ladder/test_ladder_instruction_rows.py` names what is forgotten. Random programs have the
+instruction by the uses of its operands, see `tests/support/ladder_programs.py`.
 
 A use of operands that no instruction has yet is one more member of `spec.Use`, with its row in
 `operand_checks.OPERAND_CHECKS`.

@@ -1,9 +1,8 @@
 """The instruction set: one file per family, one row per instruction.
 
-A row is a `Spec`: name, operands, and the functions that check, execute and compile the instruction. To
-add an instruction, write its row and its functions in the file of its family, and its name in `__all__`
-there; parser, Python front end, back ends, debugger and drawing read it from here. `FAMILIES` is the
-only list besides, for a new family. Names are those of the Logix 5000 general instructions manual.
+A row is a `Spec`: name, operands, and the functions that check, execute and compile the instruction; parser,
+Python front end, back ends, debugger and drawing read it from here. `FAMILIES` is the only list, for a new
+family. Names are those of the Logix 5000 general instructions manual.
 """
 
 from __future__ import annotations
@@ -28,34 +27,9 @@ from . import (
     timing,
     trigonometry,
 )
-from .arrays import *  # noqa: F403
-from .bits import *  # noqa: F403
-from .blocks import *  # noqa: F403
-from .compare import *  # noqa: F403
-from .compute import *  # noqa: F403
-from .control import *  # noqa: F403
-from .decimal import *  # noqa: F403
-from .diagnostics import *  # noqa: F403
-from .files import *  # noqa: F403
 from .motion import motion
-from .motion.motion import *  # noqa: F403
-from .move import *  # noqa: F403
 from .process import alarms, process, regulation, safety
-from .process.alarms import *  # noqa: F403
-from .process.process import *  # noqa: F403
-from .process.regulation import *  # noqa: F403
-from .process.safety import *  # noqa: F403
-from .sequencers import *  # noqa: F403
-from .shifts import *  # noqa: F403
-from .strings import *  # noqa: F403
 from .system import immediate, messages, phases, ports, system
-from .system.immediate import *  # noqa: F403
-from .system.messages import *  # noqa: F403
-from .system.phases import *  # noqa: F403
-from .system.ports import *  # noqa: F403
-from .system.system import *  # noqa: F403
-from .timing import *  # noqa: F403
-from .trigonometry import *  # noqa: F403
 
 FAMILIES = (
     bits,
@@ -84,16 +58,43 @@ FAMILIES = (
     safety,
     motion,
 )
-"""The family files, in the manual's order; `__all__` lists their instructions."""
+"""The family files, in the manual's order."""
 
-SPECS: tuple[Spec, ...] = tuple(getattr(family, name) for family in FAMILIES for name in family.__all__)
+SPECS = tuple(each for family in FAMILIES for each in vars(family).values() if isinstance(each, Spec))
 """All instructions, in the manual's order."""
 
 BY_NAME = {name: spec for spec in SPECS for name in (spec.name, spec.other) if name}
 """Instructions by either name, in capitals."""
 
-NAMES = tuple(name for family in FAMILIES for name in family.__all__)
+NAMES = tuple(spec.name for spec in SPECS)
 """Names for `from .instructions import *`."""
 
-if not TYPE_CHECKING:  # mypy understands literal lists only; without one it takes every public name
+if TYPE_CHECKING:
+    from .arrays import *  # noqa: F403
+    from .bits import *  # noqa: F403
+    from .blocks import *  # noqa: F403
+    from .compare import *  # noqa: F403
+    from .compute import *  # noqa: F403
+    from .control import *  # noqa: F403
+    from .decimal import *  # noqa: F403
+    from .diagnostics import *  # noqa: F403
+    from .files import *  # noqa: F403
+    from .motion.motion import *  # noqa: F403
+    from .move import *  # noqa: F403
+    from .process.alarms import *  # noqa: F403
+    from .process.process import *  # noqa: F403
+    from .process.regulation import *  # noqa: F403
+    from .process.safety import *  # noqa: F403
+    from .sequencers import *  # noqa: F403
+    from .shifts import *  # noqa: F403
+    from .strings import *  # noqa: F403
+    from .system.immediate import *  # noqa: F403
+    from .system.messages import *  # noqa: F403
+    from .system.phases import *  # noqa: F403
+    from .system.ports import *  # noqa: F403
+    from .system.system import *  # noqa: F403
+    from .timing import *  # noqa: F403
+    from .trigonometry import *  # noqa: F403
+else:
+    globals().update({spec.name: spec for spec in SPECS})
     __all__ = NAMES

@@ -8,8 +8,6 @@ from ..interpreter import Interpreter
 from ..model.spec import always
 from ..state.lowered import ADD_ON, AddOnCall, Node
 
-__all__ = ["ADD_ON_CALL"]
-
 
 def _run(machine: Interpreter, power: bool, call: AddOnCall) -> bool:
     """Copy in, run the routine for the rung's state if there is one, copy out."""

@@ -26,8 +26,6 @@ from ..model.types import Elementary, count_of
 from ..state.regions import converted
 from .compute import store_expression
 
-__all__ = ["FAL", "FSC", "SIZE", "AVE", "SRT", "STD"]  # noqa: RUF022 - the manual's order
-
 # --- FAL, FSC: passes
 
 

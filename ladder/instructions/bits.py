@@ -8,8 +8,6 @@ from ..interpreter import Interpreter
 from ..model.operands import Place
 from ..model.spec import Use, action, always, condition
 
-__all__ = ["XIC", "XIO", "OTE", "OTL", "OTU", "ONS", "OSR", "OSF"]  # noqa: RUF022 - the manual's order
-
 # --- contacts and coils
 
 

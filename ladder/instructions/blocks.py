@@ -17,8 +17,6 @@ from ..model.spec import Spec, Use, action
 from ..model.types import DINT, FBD_COUNTER, FBD_ONESHOT, FBD_TIMER, Structure
 from . import timing
 
-__all__ = ["TONR", "TOFR", "RTOR", "CTUD", "OSRI", "OSFI"]  # noqa: RUF022 - the manual's order
-
 
 def _takes(kind: Structure) -> Callable[[Group], None]:
     def check(block: Group) -> None:

@@ -11,8 +11,6 @@ from ..model.operands import Constant, Resolved, can_fault, width_of
 from ..model.spec import Spec, Use, condition
 from ..model.types import LINT
 
-__all__ = ["CMP", "EQU", "GEQ", "GRT", "ISINF", "ISNAN", "LEQ", "LES", "LIM", "MEQ", "NEQ"]
-
 
 def _check_same_kind(a: Resolved, b: Resolved) -> None:
     if is_string(a) != is_string(b):

@@ -12,8 +12,6 @@ from ..model.operands import Place, Resolved, width_of
 from ..model.spec import Spec, Use, action
 from ..model.types import LINT
 
-__all__ = ["CPT", "ADD", "SUB", "MUL", "DIV", "MOD", "SQR", "NEG", "ABS", "TRN"]  # noqa: RUF022
-
 
 def computation(name: str, operator: str, *operands: Use, **parts: Any) -> Spec:
     """Return an instruction that stores an operator's result in its last operand."""

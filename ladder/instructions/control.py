@@ -17,8 +17,6 @@ from ..model.types import DINT
 from ..state.lowered import BROKEN, Call, OperandResolver
 from ..state.memory import Value
 
-__all__ = ["JMP", "LBL", "JSR", "RET", "SBR", "TND", "MCR", "AFI", "NOP", "FOR", "BRK"]  # noqa: RUF022
-
 
 def _write_jmp(rungs: RungWriter, label: str) -> None:
     if rungs.sections[label] <= rungs.section:

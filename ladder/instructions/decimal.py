@@ -7,8 +7,6 @@ from ..model.arithmetic import from_digits, to_digits
 from ..model.operands import Place, Resolved
 from ..model.spec import Use, action
 
-__all__ = ["TOD", "FRD"]  # noqa: RUF022 - the manual's order
-
 
 def _tod(machine: Interpreter, source: Resolved, target: Place) -> None:
     value = machine.integer(source)

@@ -14,8 +14,6 @@ from ..model.spec import WITH_CONTROL, Use, always
 from ..model.types import Elementary
 from ..state.regions import converted
 
-__all__ = ["FBC", "DDT", "DTR"]  # noqa: RUF022 - the manual's order
-
 
 class _Bits:
     """The bits of an array by their number from the operand on."""

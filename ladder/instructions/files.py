@@ -10,8 +10,6 @@ from ..model.tags import Leaf
 from ..model.types import LINT
 from ..state.regions import ArrayRegion, copy, fill, plain, region_of
 
-__all__ = ["COP", "CPS", "FLL"]
-
 # --- COP, CPS: bytes from one place to another
 
 

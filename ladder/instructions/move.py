@@ -14,8 +14,6 @@ from ..model.types import LINT
 from .compute import ASSIGNED, BINARY, SOURCE_DEST, UNARY
 from .statements import set_text, write_set_text
 
-__all__ = ["MOV", "MVM", "BTD", "CLR", "SWPB", "AND", "OR", "XOR", "NOT"]  # noqa: RUF022
-
 
 def _check_mov(source: Resolved, target: Resolved) -> None:
     if is_string(source) != is_string(target):

@@ -13,9 +13,6 @@ from ..model.types import DINT
 from ..state.regions import converted
 from .shifts import check_dints, set_enable
 
-__all__ = ["SQI", "SQO", "SQL"]  # noqa: RUF022 - the manual's order
-
-
 # --- SQI: whether an input is as the step says
 
 

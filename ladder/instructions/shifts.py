@@ -17,8 +17,6 @@ from ..model.spec import IN_RUNGS, Spec, Use, always, on_control
 from ..model.types import DINT, Elementary
 from ..state.regions import converted
 
-__all__ = ["BSL", "BSR", "FFL", "FFU", "LFL", "LFU"]
-
 # --- BSL, BSR: all bits of the DINTs that LEN reaches move by one
 
 

@@ -11,8 +11,6 @@ from ..model.operands import Group, Place, Resolved, width_of
 from ..model.spec import Spec, Use, action, condition
 from .compute import CPT
 
-__all__ = ["CASE", "CONDITION", "EXIT", "RETURN", "assignment"]
-
 # --- bits
 
 

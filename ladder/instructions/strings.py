@@ -23,20 +23,6 @@ from ..model.operands import Group, Place, Resolved, StringConstant, width_of
 from ..model.spec import Spec, Use, action
 from ..state.regions import converted
 
-__all__ = [  # noqa: RUF022 - the manual's order
-    "CONCAT",
-    "DELETE",
-    "FIND",
-    "INSERT",
-    "MID",
-    "STOD",
-    "STOR",
-    "DTOS",
-    "RTOS",
-    "UPPER",
-    "LOWER",
-]
-
 _WHOLE = re.compile(rb"-?\d+")
 _DECIMAL = re.compile(rb"-?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 

@@ -23,8 +23,6 @@ from ..model.types import DINT, Structure
 from ..state.lowered import OperandResolver
 from ..state.memory import Value
 
-__all__ = ["specs_of_stubs", "stub_spec"]
-
 STARTED = "started_ns"
 """Hidden member with the start time of an instruction."""
 

@@ -12,8 +12,6 @@ from ..model.operands import Group, Place
 from ..model.spec import Spec, Use, action, always
 from ..model.types import DINT, Elementary, Structure
 
-__all__ = ["TON", "TOF", "RTO", "CTU", "CTD", "RES"]  # noqa: RUF022 - the manual's order
-
 _MS = 1_000_000
 """Nanoseconds of a millisecond."""
 

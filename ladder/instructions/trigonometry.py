@@ -13,21 +13,6 @@ from ..model.operands import Place, Resolved, width_of
 from ..model.spec import Spec, Use, action
 from .compute import computation
 
-__all__ = [  # noqa: RUF022 - the manual's order
-    "SIN",
-    "COS",
-    "TAN",
-    "ASN",
-    "ACS",
-    "ATN",
-    "ATAN2",
-    "LN",
-    "LOG",
-    "XPY",
-    "DEG",
-    "RAD",
-]
-
 
 def _function(name: str) -> Spec:
     return computation(name, name.partition("/")[0], Use.NUMBER)

@@ -1,6 +1,8 @@
 """Hypothesis strategies for ladder programs: every instruction, every type, over one fixed set of tags."""
 
 from hypothesis import strategies as st
+from scanrack.ladder.instructions import SPECS
+from scanrack.ladder.model.spec import InstructionKind, Use
 
 TAGS = """PROGRAM generated
 ALLOW repeated coils
@@ -141,11 +143,17 @@ integer_values = st.sampled_from((*INTEGERS, *CONSTANTS, "Local:1:I.Data[2]"))
 values = st.sampled_from((*INTEGERS, *REALS, *CONSTANTS, *REAL_CONSTANTS))
 
 
+WRITTEN = {"AFI", "NOP", "MSG", "JSR", "SBR", "RET", "FOR", "BRK", "JMP", "LBL", "TND", "MCR"}
+"""Instructions of the strategies below."""
+
+
 def _joined(name, *operands):
+    WRITTEN.add(name)
     return st.tuples(*operands).map(lambda found: f"{name}({','.join(found)})")
 
 
 def _any_of(names, *operands):
+    WRITTEN.update(names)
     return st.sampled_from(names).flatmap(lambda name: _joined(name, *operands))
 
 
@@ -261,6 +269,66 @@ _STRING_OUTPUTS = (
     _any_of(("UPPER", "LOWER"), texts, strings),
     st.sampled_from(("MOV(85,Name.LEN)", "MOV(Index,Text.LEN)")),
 )
+BY_USE = {
+    Use.BIT: read_bits,
+    Use.COIL: bits,
+    Use.LATCH: bits,
+    Use.STORAGE: st.sampled_from(STORAGE),
+    Use.NUMBER: values,
+    Use.INTEGER: integer_values,
+    Use.TARGET: targets,
+    Use.INTEGER_TARGET: integers,
+    Use.TEXT: texts,
+    Use.TEXT_TARGET: strings,
+    Use.TEXT_OR_NUMBER: values,
+    Use.TEXT_OR_NUMBER_TARGET: targets,
+    Use.EXPRESSION: expressions,
+    Use.CONDITION: conditions,
+    Use.TIMER: st.sampled_from(TIMERS),
+    Use.COUNTER: st.sampled_from(COUNTERS),
+    Use.CONTROL: controls,
+    Use.PRESET: unset,
+    Use.PASSES: modes,
+    Use.RESETTABLE: st.sampled_from((*TIMERS, *COUNTERS)),
+    Use.SOURCE: st.sampled_from(REGIONS),
+    Use.DESTINATION: st.sampled_from(REGIONS),
+    Use.SWITCH: st.sampled_from(("A", "B", "0", "1")),
+}
+"""Operands of an instruction that has no strategy of its own, by their use."""
+
+OUT = {
+    **dict.fromkeys((Use.AXIS, Use.MOTION, Use.MOTION_GROUP, Use.COORDINATE_SYSTEM), "test_motion_*.py"),
+    **dict.fromkeys((Use.BLOCK, Use.KEYWORD), "test_ladder_semantics_safety.py"),
+    **dict.fromkeys((Use.LABEL, Use.ROUTINE, Use.PARAMETERS), "names of the program, see `jumping_routines`"),
+    **dict.fromkeys((Use.SERIAL, Use.IGNORED, Use.HMI_BUTTON), "no effect"),
+    **dict.fromkeys((Use.TABLE, Use.ARRAY), "the arrays must fit each other"),
+}
+"""Uses of operands that instructions without a strategy of their own do not get at random, and why."""
+
+
+def _by_uses(*kinds):
+    specs = [
+        spec
+        for spec in SPECS
+        if spec.kind in kinds
+        and spec.in_rungs
+        and spec.name not in WRITTEN
+        and BY_USE.keys() >= set(spec.operands)
+    ]
+    return [_joined(spec.name, *(BY_USE[use] for use in spec.operands)) for spec in specs]
+
+
+def without_strategy() -> set[str]:
+    """Return the instructions that random rungs can't have, with the uses without operands."""
+    return {
+        f"{spec.name}: {use.name}"
+        for spec in SPECS
+        if spec.in_rungs and spec.name not in WRITTEN and not OUT.keys() & set(spec.operands)
+        for use in set(spec.operands) - BY_USE.keys()
+    }
+
+
+_CONDITIONS = (*_INPUTS, *_by_uses(InstructionKind.INPUT))
 _OUTPUTS = (
     _any_of(("OTE", "OTL", "OTU"), bits),
     _any_of(("OSR", "OSF"), st.sampled_from(STORAGE), bits),
@@ -292,6 +360,7 @@ _OUTPUTS = (
         st.sampled_from(("Block", "Grid[0,1]", "Block[Index]", "Local:1:O.Data")),
         st.sampled_from(("2", "9", "Index")),
     ),
+    *_by_uses(InstructionKind.OUTPUT, InstructionKind.BOTH),
     st.just("MOV(2,Index)"),
     st.just("MOV(0,Index)"),
     st.sampled_from(
@@ -311,7 +380,7 @@ def series(draw, depth=2):
             legs = [draw(series(depth - 1)) for _ in range(draw(st.integers(1, 3)))]
             text += f"[{','.join(legs)}]"
         else:
-            choices = _INPUTS if kind == "input" else _OUTPUTS[:-1]
+            choices = _CONDITIONS if kind == "input" else _OUTPUTS[:-1]
             text += draw(choices[draw(st.integers(0, len(choices) - 1))])
     return text
 

@@ -20,8 +20,6 @@ from ...model.operands import Group, Resolved
 from ...model.spec import IN_RUNGS, Use, always
 from ...model.types import ALARM_LEVELS
 
-__all__ = ["ALMD", "ALMA"]  # noqa: RUF022 - the manual's order
-
 _NS_PER_MS, _NS_PER_US = 1_000_000, 1_000
 
 

@@ -23,8 +23,6 @@ from ...model.operands import Constant, Group, Place, Resolved
 from ...model.spec import Use, always
 from ...model.types import DINT, PID_BITS
 
-__all__ = ["PID"]
-
 
 class _Loop(Members):
     """A PID in a scan; its bits lie in CTL."""

@@ -24,21 +24,6 @@ from ...model.operands import Group
 from ...model.predefined.block_types import BLOCKS
 from ...model.spec import Spec, Use, action
 
-__all__ = [  # noqa: RUF022 - the manual's order
-    "SCL",
-    "RLIM",
-    "UPDN",
-    "SEL",
-    "SNEG",
-    "HLL",
-    "MAXC",
-    "MINC",
-    "DFF",
-    "JKFF",
-    "RESD",
-    "SETD",
-]
-
 FAULT = 1
 """Bit 0 of Status: InstructFault."""
 

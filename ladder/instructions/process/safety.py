@@ -44,8 +44,6 @@ from ...model.predefined.safety_types import FEEDBACKS, FUNCTIONS, INPUT_TYPES, 
 from ...model.predefined.words import plain
 from ...model.spec import Use, always
 
-__all__ = ["DCS", "CROUT"]  # noqa: RUF022 - the manual's order
-
 _NS_PER_MS = 1_000_000
 INPUT_OFF, OUTPUT_OFF, RESET_HELD, ACTUATE_HELD = 0x20, 0x21, 5, 0x5000
 DIFFERED, LEFT = 0x4000, 0x4002

@@ -12,8 +12,6 @@ from ...interpreter.files import Members
 from ...model.operands import Group, Resolved
 from ...model.spec import Use, action, always
 
-__all__ = ["IOT", "UID", "UIE", "HMIBC"]  # noqa: RUF022 - the manual's order
-
 
 def _nothing(_machine: Interpreter, *_operands: Resolved) -> None: ...
 

@@ -27,8 +27,6 @@ from ...model.types import DINT, MESSAGE_BITS, count_of
 from ...state.lowered import LoweredProgram, steps_of
 from ...state.memory import Memory
 
-__all__ = ["MSG"]
-
 TIMEOUT = 1
 """ERR of a message stopped by its TO bit: connection failure."""
 

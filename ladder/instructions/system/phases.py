@@ -11,25 +11,6 @@ from ...model.operands import Place, Resolved
 from ...model.spec import Spec, Use, action
 from ...state.regions import converted
 
-__all__ = [  # noqa: RUF022 - the manual's order
-    "PSC",
-    "PCMD",
-    "PCLF",
-    "PXRQ",
-    "PRNP",
-    "PPD",
-    "PATT",
-    "PDET",
-    "PFL",
-    "POVR",
-    "SATT",
-    "SDET",
-    "SCMD",
-    "SCLF",
-    "SOVR",
-    "SASI",
-]
-
 NOT_SCHEDULED = 24594
 """Result: the phase is not scheduled, inhibited, or in a task that is inhibited."""
 

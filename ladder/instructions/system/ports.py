@@ -12,8 +12,6 @@ from ...model.operands import Group, Resolved
 from ...model.predefined.structures import SERIAL_PORT_CONTROL
 from ...model.spec import Spec, Use, always
 
-__all__ = ["ABL", "ACB", "ACL", "AHL", "ARD", "ARL", "AWA", "AWT"]
-
 SYSTEM_MODE = 4
 
 

@@ -28,8 +28,6 @@ from ...state.lowered import OperandResolver
 from ...state.regions import End, put, take
 from .objects import OBJECTS, StoredValue
 
-__all__ = ["EVENT", "GSV", "SSV"]
-
 THIS = "THIS"
 """Instance name of the instruction's program."""
 

@@ -1,5 +1,6 @@
 """The rows of the instruction set: complete, in one order, and the same in Python, text and docs."""
 
+import ast
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -7,27 +8,93 @@ from typing import Any
 
 import pytest
 import scanrack.ladder
+from instructions_page import PAGE, REMEDY, missing, written
+from ladder_programs import without_strategy
 from scanrack.ladder import BOOL, COUNTER, DINT, TIMER, LadderError, LadderFault, Program, instructions
 from scanrack.ladder.build.text import parse_rung
+from scanrack.ladder.draw import rung_text
 from scanrack.ladder.instructions import BY_NAME, FAMILIES, SPECS
 from scanrack.ladder.model.operand_checks import OPERAND_CHECKS
 from scanrack.ladder.model.spec import InstructionKind, Spec, Use
 
-PAGE = Path(__file__).parents[3] / "docs" / "ladder.md"
+TESTS = Path(__file__).parents[2]
+AS_THEIR_NEIGHBOURS = set(
+    re.findall(
+        "[A-Z]+",
+        "MASR MDO MDS MCSV MDAC MGSD MGSR MGSP MDW MAOC MDOC MAAT MRAT MAHD MRHD MCCD MCSD MCSR MCT MCTP "
+        "MCTO MDCC MDSC",
+    )
+)
+"""Motion instructions that no axis here does: read and answered as those in `test_motion_rows`."""
+
 RESOLVED_AS_NAMES = {Use.LABEL, Use.MODE, Use.PASSES, Use.PRESET, Use.KEYWORD}
 
 
-def test_the_page_lists_the_instructions_and_their_second_names():
-    section = PAGE.read_text(encoding="utf-8").split("## Instructions\n", 1)[1].split("Sources:", 1)[0]
-    listed, second = section.split("The newer names (", 1)
-    assert sorted(re.findall(r"\b[A-Z][A-Z0-9]+\b", listed)) == sorted(each.name for each in SPECS)
-    assert set(second.split(")", 1)[0].split()) == {each.other for each in SPECS if each.other}
+def test_the_page_has_every_instruction_and_every_missing_one():
+    page = PAGE.read_text(encoding="utf-8")
+    assert not missing(page), REMEDY
+    assert written(page) == page, REMEDY
+
+
+def test_an_instruction_that_the_page_lacks_is_named():
+    page = PAGE.read_text(encoding="utf-8")
+    added = replace(BY_NAME["TON"], name="PIDE", other="PIE")
+    assert missing(page, [*SPECS, added]) == [
+        "missing: PIDE of no family",
+        "missing: PIE of newer names",
+        "missing: PIDE of newer names",
+        "in no file: PIDE of missing",
+    ]
+
+
+def names_in_tests() -> set[str]:
+    """Return the names of instructions that rungs or parameters of tests have."""
+    strings = {
+        node.value
+        for folder in ("manual", "unit/ladder")
+        for path in (TESTS / folder).glob("test_*.py")
+        for node in ast.walk(ast.parse(path.read_text("utf-8")))
+        if isinstance(node, ast.Constant) and isinstance(node.value, str)
+    }
+    return strings | {name for text in strings for name in re.findall(r"\b([A-Z][A-Z0-9_]+)\(", text)}
+
+
+def test_every_instruction_has_a_row_of_its_semantics():
+    """Instructions that share their functions share a row."""
+    named = names_in_tests()
+    proved = {spec.run for spec in SPECS if {spec.name, spec.other} & named}
+    rest = {spec.name for spec in SPECS if spec.run not in proved}
+    assert rest - AS_THEIR_NEIGHBOURS == set(), "add a row to tests/manual/test_ladder_semantics_*.py"
+    assert rest >= AS_THEIR_NEIGHBOURS
+
+
+def sample(spec: Spec) -> str:
+    """Return rung text of an instruction, with a tag for each operand."""
+    return f"{spec.name}({','.join(f'Tag{number}' for number, _ in enumerate(spec.operands))});"
+
+
+@pytest.mark.parametrize("spec", [spec for spec in SPECS if spec.in_rungs], ids=lambda spec: spec.name)
+def test_a_picture_has_the_name_and_the_captions_of_a_row(spec):
+    lines = rung_text(parse_rung(sample(spec)), 80)
+    if spec.symbol:
+        assert spec.symbol in lines[1]
+        return
+    assert len(spec.captions) <= len(spec.operands)
+    assert spec.name in lines[0]
+    captions = [*spec.captions, *[""] * (len(spec.operands) - len(spec.captions))]
+    for number, (caption, line) in enumerate(zip(captions, lines[1:], strict=False)):
+        assert f"{caption} " in line
+        assert f"Tag{number} " in line
+
+
+def test_random_programs_have_every_instruction_whose_operands_they_know():
+    assert without_strategy() == set(), "add the use to BY_USE, or the name to OUT with the reason"
 
 
 @pytest.mark.parametrize("family", FAMILIES, ids=lambda family: family.__name__.rpartition(".")[2])
-def test_every_row_of_a_family_is_listed_in_it(family):
-    rows = {name for name, value in vars(family).items() if isinstance(value, Spec)}
-    assert rows == set(family.__all__)
+def test_a_row_has_the_name_of_its_variable(family):
+    rows = {name: value.name for name, value in vars(family).items() if isinstance(value, Spec)}
+    assert rows == {name: name for name in rows}
 
 
 @pytest.mark.parametrize("spec", SPECS, ids=lambda spec: spec.name)
