@@ -49,23 +49,12 @@ def read_input(path: Path, most: int) -> bytes:
 
 
 def read_input_text(path: Path, kind: TextKind) -> str:
-    """Return a UTF-8 file within the size limit of its kind.
-
-    Raises:
-        OSError: see `read_input`.
-        UnicodeDecodeError: it is not UTF-8.
-    """
+    """Return a UTF-8 file within the size limit of its kind; OSError and UnicodeDecodeError are raised."""
     return read_input(path, LIMITS[kind].size).decode("utf-8").replace("\r\n", "\n").replace("\r", "\n")
 
 
 def read_checked(path: Path, kind: TextKind) -> str:
-    """Return a UTF-8 file within the limits of its kind.
-
-    Raises:
-        OSError: see `read_input`.
-        UnicodeDecodeError: it is not UTF-8.
-        TextLimitError: it exceeds a limit.
-    """
+    """Return a UTF-8 file within the limits of its kind, see `read_input_text`; or raise a TextLimitError."""
     text = read_input_text(path, kind)
     check_text(text, kind)
     return text

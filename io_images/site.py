@@ -56,12 +56,7 @@ NOWHERE = Site()
 
 
 class SiteError(ValueError):
-    """Something that a user has written can't be used.
-
-    Attributes:
-        reason: what is wrong, without its place.
-        sites: the place of each mistake, the first one first.
-    """
+    """An error in a user's text: the reason without its place, and the site of each mistake."""
 
     def __init__(self, text: str, *sites: Site) -> None:
         super().__init__(text)

@@ -61,15 +61,7 @@ class Controller(LadderLogic):
     # --- declaring
 
     def program(self, name: str, *, main: str | None = None, fault: str | None = None) -> Program:
-        """Add and return an empty program.
-
-        Args:
-            main: its main routine, if not the first.
-            fault: its fault routine.
-
-        Raises:
-            LadderError: the name is taken or not allowed.
-        """
+        """Add and return an empty program with names of its main (by default the first) and fault routine."""
         self._refuse_if_built()
         if not name.isidentifier() or not name.isascii():
             raise LadderError(f"{name!r} is not a program name: letters, digits and _ are allowed")

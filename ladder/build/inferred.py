@@ -230,15 +230,7 @@ class Guess:
 
 
 class Guesses:
-    """Collects the uses of undeclared tags.
-
-    Args:
-        missing: returns the undeclared part of an address.
-        known: returns the type of a declared address.
-        of_call: returns the operand types of an add-on call; none for any other instruction.
-        specs: all instruction specs.
-        structures: further candidate structures.
-    """
+    """Collects the uses of undeclared tags."""
 
     def __init__(
         self,

@@ -28,25 +28,14 @@ from .text import parse_rung
 
 
 class RungMaker:
-    """What a routine's function is called with: call it once per rung.
-
-    Args:
-        specs: the instructions that rung text may name.
-    """
+    """The argument of a routine's function: call it once per rung, with instructions of `specs`."""
 
     def __init__(self, specs: Mapping[str, Spec] = BY_NAME) -> None:
         self.rungs: list[Rung] = []  # the rungs so far
         self._specs = specs
 
     def __call__(self, *elements: object, comment: str = "") -> None:
-        """Add a rung.
-
-        Args:
-            elements: tags, instructions, lists as branches; or one str of rung text.
-
-        Raises:
-            LadderError: something is not part of a rung; file and line, and a remedy.
-        """
+        """Add a rung of tags, instructions, lists as branches, or of one str as rung text."""
         caller = sys._getframe(1)
         origin = Origin(caller.f_code.co_filename, caller.f_lineno)
         try:
@@ -94,11 +83,7 @@ def _element(given: object) -> Element:
 
 
 def make(name: str, *given: object) -> Instruction:
-    """Return an instruction by its name, see `Spec`.
-
-    Raises:
-        LadderError: there is no such instruction, or it takes other operands.
-    """
+    """Return an instruction by its name, see `Spec`, or raise a LadderError."""
     spec = BY_NAME.get(name.upper())
     if spec is None:
         raise LadderError(f"there is no instruction {name}")

@@ -129,11 +129,7 @@ class LadderLogic(ABC):
             self.take_stubs(Stubs({name.upper(): parse_stub(text)}))
 
     def take_stubs(self, stubs: Stubs) -> None:
-        """Add stubs; they replace existing ones of the same name.
-
-        Raises:
-            LadderError: an instruction can't be stubbed, or the program has been built.
-        """
+        """Add stubs, or replace those of the same name; a LadderError once the program is built."""
         if stubs == NO_STUBS:
             return
         self._refuse_if_built()

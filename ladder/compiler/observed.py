@@ -42,17 +42,11 @@ UNOBSERVED = Observation()
 
 
 Reading = tuple[tuple[int, int, tuple[tuple[int, int], ...]], ...]
-"""For each instruction of a rung: there is power after it if the value at the place exceeds the threshold, as
-for all further pairs of place and threshold.
-"""
+"""For each instruction pairs of place and threshold: power after it if all places exceed theirs."""
 
 
 class NoteList:
-    """The list of noted power: a place for each line, then further ones.
-
-    Args:
-        lines: number of noted lines.
-    """
+    """The list of noted power: a place for each line, then further ones."""
 
     def __init__(self, lines: int) -> None:
         self.size = lines

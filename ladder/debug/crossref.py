@@ -71,14 +71,7 @@ class CrossReference:
         return tuple(_once(_mentions(self._lowered, lambda _operand: True)))
 
     def of(self, tag: str) -> tuple[Mention, ...]:
-        """Return the mentions of a tag, of its parts, and of what contains it.
-
-        Args:
-            tag: an address: `Run`, `Fill.DN`, `Data[3]`, `axis.status.MOVE_COMPLETE`.
-
-        Raises:
-            LadderError: there is no such tag.
-        """
+        """Return the mentions of an address, its parts, and what contains it, or raise a LadderError."""
         wanted = self._resolver.named(tag)
         found = _mentions(self._lowered, lambda operand: overlap(wanted, operand, stretch=True))
         return tuple(each for each in _once(found) if overlap(wanted, each.where, stretch=each.stretch))

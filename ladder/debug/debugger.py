@@ -165,11 +165,7 @@ class Debugger:
             self._do_noted(self._engine, scan.now_ns, first=scan.first)
 
     def scan(self, scans: int = 1, ms: float = STEP_MS) -> tuple[BreakpointStop, ...]:
-        """Do at most `scans` scans without a rack, `ms` apart; return the breakpoints met.
-
-        Raises:
-            LadderFault: a major fault.
-        """
+        """Do at most `scans` scans without a rack, `ms` apart; return the breakpoints met."""
         for _ in range(scans):
             first = self.scans == 0
             self._do(0 if first else self.now_ns + round(ms * 1_000_000), first=first)
@@ -222,12 +218,7 @@ class Debugger:
             engine.note(tuple(self._on_rungs))
 
     def run_until(self, condition: Condition, limit: int, ms: float = STEP_MS) -> bool:
-        """Do at most `limit` scans without a rack until a condition or a breakpoint; return the condition.
-
-        Raises:
-            LadderError: there is no such tag.
-            LadderFault: a major fault.
-        """
+        """Do scans without a rack until a condition, a breakpoint or the limit; return the condition."""
         for _ in range(limit):
             if self.scan(1, ms) or self.holds(condition):
                 break

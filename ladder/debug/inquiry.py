@@ -29,11 +29,7 @@ class Inquiry:
         self._resolver = Resolver(engine.lowered.layout)
 
     def last_change(self, tag: str) -> Change | None:
-        """Return the last remembered change of a tag from the end of a scan to the end of the next, or None.
-
-        Raises:
-            LadderError: there is no such tag.
-        """
+        """Return the last remembered change of a tag from scan to scan, or None."""
         where = self._resolver.named(tag)
         scan = None
         if is_counted(where):  # ACC changes in most scans, and says less than the bits

@@ -30,11 +30,7 @@ class Chapter:
 
 
 class Journal:
-    """What has gone into a program, the latest scans; see `replay.Source`.
-
-    Args:
-        most: snapshots that are kept, the latest ones.
-    """
+    """The inputs of the latest scans, with at most `most` snapshots; see `replay.Source`."""
 
     def __init__(self, most: int = MOST) -> None:
         self._chapters: deque[Chapter] = deque(maxlen=most)

@@ -47,11 +47,7 @@ class ImageNamedError(LadderError):
 
 
 def tag_values(layout: Layout, patterns: Sequence[str]) -> list[TagValue]:
-    """Return the values of patterns, each once, in the patterns' order.
-
-    Raises:
-        LadderError: a pattern without a match, with the closest tag; or part of an image.
-    """
+    """Return the values of patterns, each once; a LadderError for an image, or a pattern without a match."""
     found: dict[str, TagValue] = {}
     known = list(_all_values(layout))
     for pattern in patterns:

@@ -11,10 +11,7 @@ from ..run.view import Tags
 
 
 def with_values(routine: Routine, tags: Tags) -> Routine:
-    """Return a routine with the current PRE and ACC of timers, LEN and POS of file instructions.
-
-    A timer with a computed subscript, or one out of range, keeps the rung's values.
-    """
+    """Return a routine with current PRE, ACC, LEN and POS; computed subscripts keep the rung's values."""
     rungs = tuple(replace(rung, series=_series(rung.series, tags)) for rung in routine.rungs)
     return replace(routine, rungs=rungs)
 

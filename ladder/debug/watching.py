@@ -106,10 +106,7 @@ class WatchedEngine(Engine):
         return truths
 
     def true_at_end(self, key: LineKey) -> bool:
-        """Whether a line was true at its end in the latest, compiled scan.
-
-        A line that does nothing when compiled is not noted, and never true.
-        """
+        """Whether a noted line was true at its end in the latest, compiled scan."""
         place = self._places.get(key)
         if place is None or not self._notes:
             return False

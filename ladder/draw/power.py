@@ -52,11 +52,7 @@ def power(rung: Rung, truth: Sequence[bool] | None) -> str:
     '000000'
 
     Args:
-        truth: power after each instruction, in order of execution, without instructions that a fault has
-            prevented; None if the rung was not scanned.
-
-    Raises:
-        ValueError: `truth` is longer than the rung.
+        truth: power after each executed instruction, in order; None if the rung was not scanned.
     """
     numbering = Numbering(rung.series)
     if truth is None:

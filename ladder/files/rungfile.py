@@ -91,13 +91,7 @@ def parse_program(text: str, *, file: str = "", stubs: Stubs = NO_STUBS) -> Prog
 
 
 def parse_structured(text: str, name: str, *, file: str = "", stubs: Stubs = NO_STUBS) -> Program:
-    """Read a program from structured text, see `read_program`.
-
-    Args:
-        text: declarations, then statements.
-        name: default for a missing line PROGRAM.
-        stubs: they override the text's.
-    """
+    """Read declarations and structured text, see `parse_program`; `name` is the default for PROGRAM."""
     _check(text, TextKind.STRUCTURED, file)
     return Reader(text, file, stubs).structured(name)
 
@@ -110,11 +104,7 @@ def _check(text: str, kind: TextKind, file: str) -> None:
 
 
 def write_program(program: Program | Controller, path: Path | str) -> None:
-    """Write a program to a file; a `.st` file holds structured text only.
-
-    Raises:
-        LadderError: it has routines in Python, or does not fit a `.st` file.
-    """
+    """Write a program to a file; a LadderError if it has no form there, like routines in Python."""
     flat = Path(path).suffix == STRUCTURED_SUFFIX
     Path(path).write_text(structured_text(program) if flat else program_text(program), encoding="utf-8")
 

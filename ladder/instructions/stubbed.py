@@ -28,13 +28,7 @@ STARTED = "started_ns"
 
 
 class Argument:
-    """A tag operand for a stub in Python.
-
-    `argument.value` is the value of a plain tag, `argument["PRE"]` a member of a structure; both can be set.
-
-    Attributes:
-        name: the address as the rung has it.
-    """
+    """A tag operand of a Python stub: `argument.value`, or `argument["PRE"]` of a structure."""
 
     __slots__ = ("_machine", "_tag", "name")
 

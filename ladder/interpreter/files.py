@@ -43,12 +43,7 @@ class Control(Members):
 
 
 class Elements:
-    """Elements of an array, counted from the operand; a number out of range faults.
-
-    Args:
-        operand: an array or one of its elements.
-        dimension: the dimension to vary; None counts through all.
-    """
+    """Elements of an array from the operand on, along one or all dimensions; out of range they fault."""
 
     def __init__(self, machine: PlaceValues, operand: Resolved, dimension: int | None = None) -> None:
         self._machine = machine

@@ -58,12 +58,7 @@ class _Exit(Exception):  # noqa: N818
 
 
 class Interpreter(PlaceValues):
-    """Runs a lowered program on a memory.
-
-    Args:
-        fault_log: collects its faults.
-        call_python: calls routines in Python.
-    """
+    """Runs a lowered program on a memory."""
 
     def __init__(
         self, lowered: LoweredProgram, memory: Memory, fault_log: FaultLog, call_python: Caller

@@ -28,13 +28,7 @@ from ..state.regions import End, region_of
 
 
 class PlaceValues:
-    """Reads and writes the places of a program, and computes.
-
-    Attributes:
-        site: number of the current instruction.
-        frame: in an add-on instruction the instance and the arguments, by `Leaf.root`.
-        now_ns: virtual time of the scan, ns.
-    """
+    """Reads and writes the places of a program, and computes; `frame` has arguments by `Leaf.root`."""
 
     def __init__(self, lowered: LoweredProgram, memory: Memory, fault_log: FaultLog) -> None:
         self.lowered, self.memory, self.fault_log = lowered, memory, fault_log

@@ -136,11 +136,7 @@ def slot_of_image(name: str) -> int | None:
 
 
 class Resolver:
-    """Resolves addresses in a memory.
-
-    Args:
-        program: its tags precede the controller's; "" for none.
-    """
+    """Resolves addresses in a memory; tags of `program` precede the controller's."""
 
     def __init__(self, layout: Layout, program: str = "") -> None:
         self._layout = layout
@@ -181,11 +177,7 @@ class Resolver:
         return known
 
     def meant(self, text: str) -> Address:
-        """Return the address that a tag name of a user means, see `io_images.tag_names`.
-
-        Raises:
-            LadderError: it is not a name, or several programs declare it.
-        """
+        """Return the address of a user's tag name, see `io_images.tag_names`, or raise a LadderError."""
         address = parse_address(normal(text))
         name = address.name.upper()
         if is_image(name) or self._layout.declaration(name, self._program) is not None:

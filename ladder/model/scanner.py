@@ -12,12 +12,7 @@ _SPACE = re.compile(r"\s*")
 
 
 class Scanner:
-    """Reads a text from left to right.
-
-    Args:
-        line: number of its first line.
-        rung: number of the rung, None outside of rungs.
-    """
+    """Reads a text from left to right; `line` and `rung` are numbers for messages."""
 
     def __init__(self, text: str, *, file: str, line: int, rung: int | None) -> None:
         self.text, self.at = text.rstrip(), 0

@@ -37,11 +37,7 @@ class TaskKind(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """A task of a controller.
-
-    Raises:
-        LadderError: rate or priority are out of range, or belong to another kind of task.
-    """
+    """A task of a controller; a LadderError for rate or priority out of range or of another kind."""
 
     name: str
     kind: TaskKind
@@ -88,10 +84,7 @@ class ScheduledTask:
 
 @dataclass(frozen=True, slots=True)
 class Schedule:
-    """The tasks of a scan, in order of declaration.
-
-    Its state is in leaves of the memory: a snapshot of the memory includes it.
-    """
+    """The tasks in order of declaration; leaves of the memory hold its state, as snapshots do."""
 
     tasks: tuple[ScheduledTask, ...]
     before: Leaf  # leaf with the time of the previous scan, ns; -1 before the first

@@ -237,11 +237,7 @@ class Region(Statement):
 
 
 def numbered_lines(block: Block, *, closed: bool = True) -> Iterator[NumberedLine]:
-    """Yield the lines of a block, comments included.
-
-    Args:
-        closed: whether a keyword or the end follows, so that a final comment needs no statement.
-    """
+    """Yield a block's lines with comments; if not `closed`, a final comment needs a statement."""
     for number, each in enumerate(block, start=1):
         if isinstance(each, Empty) and each.comment and closed and number == len(block):
             yield from comment_lines(each.comment)

@@ -95,15 +95,7 @@ class Spot:
 
 
 def spot_of(kind: DataType, dims: tuple[int, ...], rest: str, ident: str, base: str = "") -> Spot:
-    """Return the place of a path of a tag.
-
-    Args:
-        kind: type of the tag.
-        dims: dimensions of the tag.
-        rest: members, in any case.
-        ident: variable of the list.
-        base: variable of the offset.
-    """
+    """Return the place of members `rest` of a tag, in the list `ident` from the variable `base` on."""
     stretch = stretch_of(kind)
     part = stretch.parts[rest.upper()]
     return Spot(ident, base, stretch.size, part, row_strides(dims, stretch.size) + part.strides)

@@ -377,10 +377,7 @@ def levels_of(operand: Operand) -> int:
 
 
 def addresses_in(operand: Operand) -> Iterator[Address]:
-    """Yield the addresses in an operand, those in subscripts included, from left to right.
-
-    Iterative: a sum of 90 terms is 90 levels deep.
-    """
+    """Yield the addresses in an operand and its subscripts, left to right; iterative, for deep operands."""
     todo: list[Operand] = [operand]
     while todo:
         node = todo.pop()

@@ -97,14 +97,7 @@ def retained_text(engine: Engine) -> str:
 
 
 def retain(engine: Engine, text: str) -> list[str]:
-    """Load retained tags into a fresh engine.
-
-    Returns:
-        A sentence per rejected value; those tags have their initial values.
-
-    Raises:
-        LadderError: the text is not a file of retained tags.
-    """
+    """Load retained tags to a fresh engine; return a sentence per rejected value, or raise a LadderError."""
     stored = _stored(text)
     tags = {tag.name.upper(): tag for tag in engine.lowered.layout.tags().values()}
     said = [f"{name} is not a tag of the program any more" for name in stored if name.upper() not in tags]

@@ -15,10 +15,8 @@ class Tags:
     """A program's tags by name: `tags["Fill.ACC"]`, or `tags.Run` for a plain name.
 
     Values are bool, int, float, a str for a STRING, a list per dimension of an array, a dict of a structure's
-    members. Setting a list or dict sets only its parts. Case does not matter.
-
-    Args:
-        program: its tags precede the controller's; "" for none.
+    members. Setting a list or dict sets only its parts. Case does not matter. Tags of `program` precede the
+    controller's.
     """
 
     __slots__ = ("_known", "_lowered", "_memory", "_resolver")

@@ -82,11 +82,7 @@ class FaultLog:
         raise LadderFault(self._lowered.sites[site], tag, text, SUBSCRIPT_CODE)
 
     def jumped_back(self, site: int) -> None:
-        """Count a backward jump; fault if there are too many in a scan.
-
-        The limit is a count, not a time, so that a run can be repeated. In a rack the CPU's watchdog may come
-        first.
-        """
+        """Count a backward jump; fault if there are too many: a count, so that a run can be repeated."""
         self._jumps += 1
         if self._jumps > MOST_JUMPS:
             text = f"watchdog: more than {MOST_JUMPS:,} jumps backwards in one scan"

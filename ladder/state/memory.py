@@ -37,12 +37,7 @@ class _InputCopy:
 
 
 class Memory:
-    """Values of all leaves of a layout.
-
-    Args:
-        presets: initial values by path and index, over those of the declarations.
-        defaults: initial values of members by path and index, by structure in capitals.
-    """
+    """Values of all leaves of a layout, with initial values of tags and, as `defaults`, of structures."""
 
     def __init__(
         self,
@@ -289,14 +284,7 @@ Column = tuple[list[Any], slice]
 
 
 def column_in(values: Any, at: Callable[[int], int], begin: int, step: int, count: int) -> Column | None:
-    """Return the places of every `step`th value in a list, None if they are not equidistant.
-
-    Args:
-        values: a list; anything else, such as an image or a list with forces, gives None.
-        at: returns the place of a value by its number.
-        begin: number of the first value.
-        count: values, two at least.
-    """
+    """Return the places of every `step`th value, at least two, in a list; None if not equidistant."""
     if type(values) is not list or count < 2:
         return None
     first, last = at(begin), at(begin + step * (count - 1))

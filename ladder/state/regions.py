@@ -42,12 +42,7 @@ class ArrayRegion:
     whole: bool = False  # whether it is a whole InOut, whose length the store knows
 
     def first(self, index_of: Callable[[Resolved, int], int], dims: tuple[int, ...] = ()) -> int:
-        """Return the flat index of the first element.
-
-        Args:
-            index_of: returns the value of a subscript below a length.
-            dims: lengths, if not the declared ones.
-        """
+        """Return the flat index of the first element; `index_of` evaluates a subscript below a length."""
         flat = 0
         for index, length in zip(self.indices, dims or self.dims, strict=True):
             flat = flat * length + index_of(index, length)

@@ -115,10 +115,7 @@ class AddOns:
             yield from ((self.records[name].name, each) for each in routines)
 
     def make(self, reader: RoutineReader) -> Mapping[str, str]:
-        """Make the add-ons; return the unusable ones with the reason.
-
-        An encoded one is refused, and made of its parameters only: a call copies them.
-        """
+        """Make the add-ons, encoded ones of parameters only; return the unusable ones with the reason."""
         withheld: dict[str, str] = {}
         self._wrong.clear()  # types may have been defined since
         self._shapes.clear()

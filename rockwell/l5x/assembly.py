@@ -186,10 +186,7 @@ def without(routine: Routine, *places: int) -> Routine:
 
 
 def harness_of(parts: Parts) -> Parts:
-    """Return a controller that calls every add-on instruction once, in a program of its name.
-
-    Add-ons whose InOuts are too large, or that can't be called so, are omitted.
-    """
+    """Return a controller that calls every add-on once, in a program of its name, if that is possible."""
     programs: dict[str, ProgramPart] = {}
     counts: dict[int, int] = {}
     left = MOST_MADE

@@ -82,10 +82,7 @@ class Builder:
         remedy: str,
         site: Site = NOWHERE,
     ) -> bool:
-        """Refuse a rung of a program or add-on, or a text routine; return whether there was one.
-
-        The rung stays in its routine until `empty`.
-        """
+        """Refuse a rung or a text routine, removed by `empty`; return whether there was one."""
         found = self._routine(owner, routine)
         record = self._reader.record(owner, routine)
         emptied = self._emptied.setdefault((owner.upper(), routine.upper()), set())

@@ -21,12 +21,7 @@ from .values.datatypes import NAME
 
 
 class Completion:
-    """Completes parts.
-
-    Args:
-        slots: slots of the rack with bound modules; None without a rack.
-        all_of_it: whether any tag may be missing, or only tags of modules.
-    """
+    """Completes parts: declares all missing tags, or those of modules."""
 
     def __init__(
         self,

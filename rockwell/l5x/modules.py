@@ -63,13 +63,7 @@ def slot_of(module: ModuleRecord) -> int | None:
 def module_tags(
     document: L5xDocument, types: Types, report: Report, slots: Collection[int] | None = None
 ) -> list[Declaration]:
-    """Return the tags of modules that are memory.
-
-    Args:
-        types: gets the types of the tags.
-        report: gets a note for each module without a slot in the rack.
-        slots: slots of the rack, whose images are not memory; None without a rack.
-    """
+    """Return the tags of modules that are memory, not images of `slots`; report modules without a slot."""
     found: dict[str, Declaration] = {}
     aliases: list[tuple[ModuleRecord, ModuleTagRecord]] = []
     for module in document.modules:

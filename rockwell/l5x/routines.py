@@ -190,12 +190,7 @@ class RoutineReader:
     def refuse(
         self, owner: str, routine: str, place: int, reason: str, remedy: str, site: Site = NOWHERE
     ) -> None:
-        """Refuse a rung by its index, once.
-
-        Args:
-            reason: may begin with the instruction.
-            column: from 1; 0 for that of the instruction.
-        """
+        """Refuse a rung by its index, once; `column` 0 is that of the instruction."""
         key = (owner.upper(), routine.upper(), place)
         if key in self._refused:
             return

@@ -44,12 +44,7 @@ def scope_of(
 
 
 def type_of(record: TagRecord, types: Types) -> DataType:
-    """Return the type of a tag: by name, else as its values show it.
-
-    Raises:
-        UnknownTypeError: neither the file nor its values show it.
-        LadderError: the type is unusable.
-    """
+    """Return a tag's type by name or by its values; an UnknownTypeError or LadderError if unusable."""
     try:
         return types.find(record.type)
     except LadderError:
@@ -90,12 +85,7 @@ def read_initial(
     name: str,
     what: str = "it starts with zeros",
 ) -> Any:
-    """Return the initial value of a tag or parameter; note an unreadable one.
-
-    Args:
-        name: its name in the note.
-        what: consequence of an unreadable value, for the note.
-    """
+    """Return the initial value of a tag or parameter; note an unreadable one by name and consequence."""
     said: list[str] = []
     try:
         initial = initial_of(record.data, kind, record.dims, types, said.append)

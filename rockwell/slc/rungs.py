@@ -50,11 +50,7 @@ ROUTINE = "U"
 
 
 class RungError(LadderError):
-    """An unreadable rung.
-
-    Attributes:
-        column: in the rung's text, from 1.
-    """
+    """An unreadable rung, with the column in its text from 1."""
 
     def __init__(self, text: str, column: int, remedy: str) -> None:
         self.column, self.remedy = column, remedy

@@ -18,14 +18,7 @@ class _Loop(NamedTuple):
 
 
 def check_structure(program: Program, lines: Sequence[int] | None = None) -> None:
-    """Raise a ProgramError for a program that can't be stored.
-
-    A label is unknown or duplicate, a loop's label is not above it, loops nest incorrectly, END is not the
-    last instruction, or memory is exceeded.
-
-    Args:
-        lines: the text's line of each step, for the message.
-    """
+    """Raise a ProgramError for wrong labels, loops, end or size; `lines` are those of the steps."""
     for step, reason in _mistakes(program):
         raise ProgramError(reason, None if lines is None else lines[step])
     if not program.steps or program.steps[-1].name != "END":

@@ -18,11 +18,7 @@ WORDS = 8
 
 @dataclass(frozen=True, slots=True)
 class AxisSettings:
-    """Settings of a program's axis in the rack.
-
-    Raises:
-        LadderError: a value is not allowed.
-    """
+    """Settings of a program's axis in the rack; a LadderError for a value that is not allowed."""
 
     slot: int  # slot of its 3601
     counts_per_unit: float = 1.0  # steps per unit of the axis, above 0

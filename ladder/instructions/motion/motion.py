@@ -92,12 +92,7 @@ def _is_control(operand: Group) -> bool:
 
 
 def motion(name: str, operands: str, *, optional: int = 0) -> Spec:
-    """Return a row.
-
-    Args:
-        operands: operand names between commas, each followed by its kind, see `USES`.
-        optional: number of last operands that older exports omit.
-    """
+    """Return a row from operand names with their kinds, see `USES`; `optional` last ones may be missing."""
     uses = tuple(map(_use, operands.split(", ")))
 
     def run(machine: Interpreter, power: bool, *given: Resolved) -> None:

@@ -136,10 +136,7 @@ class Axis3601(Device):
     # -- commands
 
     def configure(self) -> Command:
-        """Configure the module and bring it to command mode [Configure3601].
-
-        The position is then invalid: `home` or `set_position`.
-        """
+        """Configure the module, to command mode; the position is then invalid [Configure3601]."""
         return self._ask(Command(self.name, CONFIGURE, "configure()"), self.configuration.to_image)
 
     def home(
@@ -252,11 +249,7 @@ class Axis3601(Device):
         return self._ask(Registration(self.name, f"run({speed}, register={register})"), manual)
 
     def store_minimum(self, distance: int) -> Command:
-        """Store the distance before which a registration input is ignored [StoreMinimum3601, firmware 3.1].
-
-        Args:
-            distance: 0 to 8,388,607 steps; 0 disables it.
-        """
+        """Store the distance, 0 to 8,388,607 steps, without registration [StoreMinimum3601, firmware 3.1]."""
         command = Command(self.name, MINIMUM, f"store_minimum({distance})")
         return self._ask(command, lambda: StoreMinimumRegistration(distance).to_image())
 

@@ -90,12 +90,7 @@ class Evidence:
         return self.taken or kind not in _COMPLETION
 
     def rests_too_long(self, kind: CommandKind, phase: int, now_ns: int, *, idle: bool) -> bool:
-        """Whether the axis has neither moved nor progressed for too long.
-
-        Args:
-            phase: output word 1: that of a blend in programming.
-            idle: whether the axis is at rest with a good link and a command in force.
-        """
+        """Whether the axis has neither moved nor progressed (`phase`: output word 1) for too long."""
         waits = idle and self._in[0] & _MODULE_OK and phase == self._phase
         self._phase = phase
         if not waits or (kind is GEAR and self._in[1] & _FOLLOWING):

@@ -68,14 +68,7 @@ class EdgeBlock(Block):
 
 
 class Timer(Block):
-    """A timer.
-
-    Args:
-        time: a number and its unit, such as "500 ms".
-
-    Raises:
-        ValueError: it is not a time.
-    """
+    """A timer with a time such as "500 ms", or a ValueError."""
 
     def __init__(self, time: str) -> None:
         super().__init__()
@@ -171,11 +164,7 @@ class Fall(EdgeBlock):
 
 
 class AnyCounter(EdgeBlock):
-    """A counter.
-
-    Raises:
-        ValueError: the preset is out of range.
-    """
+    """A counter; a ValueError for a preset out of range."""
 
     def __init__(self, preset: int) -> None:
         super().__init__()

@@ -27,12 +27,7 @@ class Abort(BaseException):
 
 
 class Sequence:
-    """One coroutine and its wait; `logic.cycle` is one.
-
-    Args:
-        name: the name of its method.
-        make: makes its coroutine.
-    """
+    """One coroutine and its wait; `logic.cycle` is one."""
 
     def __init__(
         self, name: str, make: Callable[[], Coroutine[Any, Any, object]], starts: bool = True

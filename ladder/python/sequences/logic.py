@@ -104,11 +104,7 @@ class Logic:
             turn(scan.now_ns)
 
     def __attach_logic__(self, slots: Slots) -> None:
-        """Attach the parts to the slots of a rack; the CPU does that before its first scan.
-
-        Raises:
-            ValueError: all unknown slots, words, bits and names, and places with two owners.
-        """
+        """Attach the parts to a rack's slots; a ValueError lists all unknown places and shared ones."""
         errors: list[ValueError] = _undeclared(self)
         for part in self._logic_parts:
             try:

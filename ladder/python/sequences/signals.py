@@ -42,11 +42,7 @@ def mask_of(bit: int) -> int:
 
 
 class Signal(Part):
-    """A place in an image.
-
-    Args:
-        address: see `scanrack.io_images.addresses`; or the bare name of a bit or word in one slot.
-    """
+    """A place in an image, by address or by a bare name of one slot, see `scanrack.io_images.addresses`."""
 
     image = "I"
     search = staticmethod(find_bit)
@@ -169,10 +165,7 @@ _LEVELS = (bool, int, Level)
 
 
 class Output(Signal):
-    """A bit of an output image: `self.lamp = True` writes it, `self.lamp` is a `bool`.
-
-    Declare it with its type, `lamp: Output = Output(...)`, for pyright.
-    """
+    """A bit of an output image as a `bool`; for pyright declare `lamp: Output = Output(...)`."""
 
     image = "O"
 

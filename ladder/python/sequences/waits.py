@@ -54,10 +54,7 @@ DROPS = 100
 
 
 class Wait(Generic[T_co]):
-    """An awaitable. Subclass it, with `poll` at least, for waits of your own.
-
-    `show`, the chart and the debugger show its `repr`.
-    """
+    """An awaitable; subclass it, with `poll` at least. Charts and the debugger show its `repr`."""
 
     __slots__ = ("__weakref__",)
 
@@ -131,12 +128,7 @@ def text_of(condition: Condition) -> str:
 
 
 class until(Wait[None]):  # noqa: N801 - it reads as a word of the language
-    """A condition that is true, from the next scan on.
-
-    Args:
-        condition: a function without arguments.
-        text: its name in charts and messages.
-    """
+    """A condition, a function without arguments, that is true, from the next scan on; `text` names it."""
 
     __slots__ = ("condition", "text")
 
@@ -215,13 +207,7 @@ class steady(Wait[None]):  # noqa: N801
 
 
 class Edge(Wait[None]):
-    """A change of a signal to a level after the scan of the await.
-
-    Args:
-        read: returns the signal's level.
-        to: the level after the change.
-        text: its name.
-    """
+    """A change of a signal to the level `to` after the scan of the await."""
 
     __slots__ = ("_before", "_read", "_to", "text")
 

@@ -58,12 +58,7 @@ class UnknownTypeError(LadderError):
 
 
 class Types:
-    """Types by name.
-
-    Args:
-        records: the document's types; the first of each name counts.
-        revision: software revision of the document.
-    """
+    """The document's types by name (the first of each name counts), and all others."""
 
     def __init__(self, records: Iterable[DataTypeRecord], revision: str = "") -> None:
         self._records: dict[str, DataTypeRecord] = {}
@@ -86,12 +81,7 @@ class Types:
         return [each.name for each in self._records.values()]
 
     def find(self, name: str) -> DataType:
-        """Return a type by name.
-
-        Raises:
-            UnknownTypeError: the document does not define it.
-            LadderError: its definition is unusable.
-        """
+        """Return a type by name; an UnknownTypeError if undefined, a LadderError if unusable."""
         key = name.upper()
         known = self._known.get(key)
         if known is not None:

@@ -43,14 +43,7 @@ def unsaid(_text: str) -> None:
 
 
 def value_of(text: str, kind: Elementary, say: Callable[[str], None] = unsaid) -> bool | int | float:
-    """Return a value from text in any radix, truncated to the type's bits.
-
-    Args:
-        say: called with a value that does not fit. Bit patterns, such as `16#FFFF` of an INT, fit.
-
-    Raises:
-        ValueTextError: it is not a value.
-    """
+    """Return a value from text in any radix, truncated to the type's bits, or raise a ValueTextError."""
     if kind.is_real or kind.is_double:
         value = _real_of(text)
         if kind.is_real and math.isfinite(value) and math.isinf(real(value)):

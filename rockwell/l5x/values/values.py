@@ -44,15 +44,7 @@ def initial_of(
     types: Types,
     say: Callable[[str], None] = unsaid,
 ) -> Any:
-    """Return an initial value from `Data` elements, None for the type's own.
-
-    Args:
-        types: the document's types, for the byte layout.
-        say: called with a value that does not fit.
-
-    Raises:
-        ValueTextError: an unreadable value.
-    """
+    """Return an initial value from `Data` elements, None for the type's own, or raise a ValueTextError."""
     found = {each.get("Format", ""): each for each in data}
     how = How(has_initials(kind), say)
     inner = next(found["Decorated"].iterchildren("*"), None) if "Decorated" in found else None
