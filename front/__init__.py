@@ -36,6 +36,7 @@ if TYPE_CHECKING:  # the names of the front door: type checkers import these lin
     from .jobs.fuzz.laws.invariants import always as always
     from .jobs.fuzz.laws.invariants import eventually as eventually
     from .jobs.fuzz.laws.invariants import never as never
+    from .jobs.fuzz.laws.scan_view import Moment as Moment
     from .jobs.load.loading import Job as Job
     from .jobs.load.loading import load_rack as load_rack
     from .jobs.run.result import RunResult as RunResult

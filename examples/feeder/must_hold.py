@@ -1,7 +1,6 @@
 """What must hold of the feeder, whatever happens around it: `scanrack fuzz feeder.toml -i must_hold.py`."""
 
-from scanrack import always, eventually, never
-from scanrack.jobs.fuzz import Moment
+from scanrack import Moment, always, eventually, never
 
 
 @never

@@ -1,7 +1,6 @@
 """What must hold of every program here, whatever happens: `scanrack fuzz stations.toml -i must_hold.py`."""
 
-from scanrack import always, eventually, never
-from scanrack.jobs.fuzz import Moment
+from scanrack import Moment, always, eventually, never
 
 
 @always

@@ -1,7 +1,6 @@
 """What must hold of the shared zone, besides: `scanrack fuzz shared_zone.toml -i zone_must_hold.py`."""
 
-from scanrack import never
-from scanrack.jobs.fuzz import Moment
+from scanrack import Moment, never
 
 
 @never

@@ -3,9 +3,8 @@
 The same line as examples/three_stations, and the same images in every scan.
 """
 
-from scanrack import Configuration, InputBit, Move, MoveKind, PresetPosition
+from scanrack import Configuration, InputBit, Move, MoveKind, PresetPosition, RungMaker
 from scanrack.ladder import ADD, BOOL, CLR, COP, DINT, FLL, INT, MOD, MUL, ONS, OTE, Program
-from scanrack.ladder.build.python_rungs import RungMaker
 
 CONFIGURATION = Configuration(
     inputs_used=InputBit.CAPTURE | InputBit.HOME | InputBit.CW_LIMIT | InputBit.CCW_LIMIT,
