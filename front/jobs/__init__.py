@@ -3,7 +3,7 @@
 | room | content |
 |---|---|
 | `fuzz/` | a search for surroundings that break a program: scenarios, laws, campaigns |
-| `check/`, `bench/`, `drive/` | mistakes found without a run; a rack in a test's hands; one module, request by request |
+| `check/`, `bench/`, `drive/` | mistakes without a run; a rack in a test; one module alone |
 | `why/` | which line of a program changed what, and what the modules wait for |
 | `replay/` | a recording in place of modules, logic or stimuli |
 | `run/` | a rack and a CPU from a specification; a job, run, and its result |
@@ -12,5 +12,5 @@
 | `load/`, `imports/` | from the path of a rack to a `Job`; rack files for exports |
 
 Each imports only from those below it. The application prints nothing: it returns values, raises exceptions,
-and takes callbacks for what a terminal shows meanwhile. `front/commands` turns them into words and an exit status.
+and takes callbacks for progress. `front/commands` turns them into words and an exit status.
 """
