@@ -1,4 +1,4 @@
-"""Announces to the monitor which program runs from which scan on, and that a branch begins."""
+"""Announces programs with their first scans, and branches, to the monitor."""
 
 from __future__ import annotations
 
@@ -18,17 +18,13 @@ from .monitors.session_monitor import SessionProgram
 def programs_of(
     run: JobRun, editions: Editions, orders: Sequence[RecordedOrder]
 ) -> tuple[SessionProgram, ...]:
-    """Return the programs that a run has had so far."""
+    """Return the programs of a run so far."""
     edits = [each.scan for each in orders if isinstance(each.order, Edit)][: run.program.edits]
     return tuple(_ran(editions[number], first) for number, first in enumerate((0, *edits)))
 
 
 class Announcer:
-    """Announces the programs of a run.
-
-    Args:
-        keeper: starts monitors, which begin with the latest announcement.
-    """
+    """Announces the programs of a run; later monitors of the keeper begin with the latest announcement."""
 
     def __init__(
         self,
@@ -52,10 +48,10 @@ class Announcer:
         self._tell({"edited": {"text": edited.text, **edited.tags, **fields}})
 
     def tell_branch(self, ring: Ring, trace: Path, record: str | None) -> None:
-        """Let the monitor begin again, also one that is started later.
+        """Announce a branch, also to monitors that are started later.
 
         Args:
-            ring: what the branch writes comes next in it.
+            ring: the branch writes into it from here on.
             trace: path of its recording.
             record: the same, if it is kept.
         """

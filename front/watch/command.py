@@ -23,7 +23,7 @@ def _speed(text: str) -> float | None:
     """Return a speed; None = as fast as possible.
 
     Raises:
-        ValueError: it is none.
+        ValueError: an illegal speed.
     """
     if text == MAX:
         return None

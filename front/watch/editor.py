@@ -1,12 +1,14 @@
-"""Edits while a rack runs: the program's file is saved, checked beside the scans, and taken over between two.
+"""Edits while a rack runs: a saved file is checked beside the scans, and its program replaced between two.
 
     file      saved
     thread          loaded, built, compiled
     scans     n     n+1   n+2 | n+3            the edited program begins with scan n+3
 
-A ladder program keeps the values of its tags, as in an online edit. A Python program is loaded again: objects
-of its module begin again. The page shows a mistake with its file and line, and the running program goes on.
-An edit is an order of its own, recorded with the program's files: see `app.editions`.
+A ladder program keeps the values of its tags, as in an online edit. A Python program is loaded again:
+objects
+of its module begin again. The page shows a mistake with its file and line, and the running program
+continues.
+An edit is an order of its own, recorded with the program's files: see `jobs.record.editions`.
 """
 
 from __future__ import annotations
@@ -26,19 +28,19 @@ from ..ladder import LadderLogic
 from ..runtime.live.orders import Edit
 
 LOOK_S = 0.3
-"""Time between two looks at the file."""
+"""Time between two checks of the file."""
 
 Json = dict[str, Any]
 Takeover = Callable[[], Edit | None]
-"""Gives the order of an edit, or reports a mistake; called between two scans."""
+"""Returns the order of an edit, or reports a mistake; called between two scans."""
 
 
 class Editor:
     """Watches the files of a program, and passes on edited ones.
 
     Args:
-        editions: take the edited programs.
-        hand_over: takes what gives the order of an edit, or None for a mistake, between two scans.
+        editions: receive the edited programs.
+        hand_over: receives a `Takeover`, to be called between two scans.
     """
 
     def __init__(
@@ -62,13 +64,13 @@ class Editor:
         self._thread.start()
 
     def end(self) -> None:
-        """End it."""
+        """End the thread."""
         self._ending.set()
         self._wake.set()
         self._thread.join()
 
     def load_soon(self) -> None:
-        """Load the program as it is now, beside the scans."""
+        """Load the program's present version beside the scans."""
         self._wanted = True
         self._wake.set()
 
@@ -83,7 +85,7 @@ class Editor:
                 self._load()
 
     def _stamped(self) -> tuple[int, int] | None:
-        """Return what differs between versions of a file; None while it is missing or empty, half saved."""
+        """Return a version stamp of the file; None while it is missing, empty or half saved."""
         try:
             stat = self._job.program.stat()
         except OSError:
@@ -91,9 +93,8 @@ class Editor:
         return (stat.st_mtime_ns, stat.st_size) if stat.st_size else None
 
     def _load(self) -> None:
-        """Load the program, and pass it on or report the mistake."""
         takeover = self._takeover()
-        if self._stamped() == self._stamp:  # if not, it is being saved: the next look takes it
+        if self._stamped() == self._stamp:  # otherwise it is being saved: the next check loads it
             self._hand_over(takeover)
 
     def _takeover(self) -> Takeover:
@@ -109,7 +110,7 @@ class Editor:
         self._tell({"mistake": mistake})
 
     def _order(self, edition: Edition, job: Job) -> Edit | None:
-        """Return the order that goes on with a program; None if it is the one that runs."""
+        """Return the order that continues with a program; None if it already runs."""
         number = self._run.program.edits + 1
         if edition.files == self._editions[number - 1].files:
             self._tell({"mistake": None})
@@ -141,7 +142,7 @@ class Editor:
 
 
 def mistake_of(error: Exception, program: Path) -> Json:
-    """Return a mistake as a page shows it: its text, the program's file, and the line in it if that is known.
+    """Return a mistake for a page: its text, the program's file, and its line if that is known.
 
     >>> from scanrack.io_images.site import Site, SiteError
     >>> mistake_of(SiteError.at(Site(file="demo.rung", line=12), "there is no tag Rum"), Path("demo.rung"))

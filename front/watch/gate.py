@@ -26,7 +26,7 @@ TYPES = {
     ".ico": "image/x-icon",
     ".woff2": "font/woff2",
 }
-"""Files of `web/` that are served, by suffix."""
+"""Served files of `web/`, by suffix."""
 
 HEADERS = {
     "Content-Security-Policy": (
@@ -40,7 +40,7 @@ HEADERS = {
     "Cross-Origin-Resource-Policy": "same-origin",
     "Cache-Control": "no-store",
 }
-"""Of every answer."""
+"""Headers of every answer."""
 
 
 class Answer(NamedTuple):
@@ -83,7 +83,7 @@ class Gate:
         return Answer(200, {"Content-Type": kind, "Content-Length": str(len(body)), **HEADERS}, body)
 
     def fits(self, key: object) -> bool:
-        """Compare a key with the session's, in a time that does not depend on it."""
+        """Compare a key with the session's in constant time."""
         return isinstance(key, str) and hmac.compare_digest(key.encode("utf-8", "replace"), self._key)
 
 

@@ -1,4 +1,4 @@
-"""Starts the monitor process, and starts it again when it dies. The scan loop does not notice."""
+"""Starts the monitor process, and restarts it when it dies; the scan loop is not affected."""
 
 from __future__ import annotations
 
@@ -16,26 +16,26 @@ from ..runtime.loop.pace import wall_ns
 from .monitors.session_monitor import SessionProgram, Setup
 
 MAIN = f"{__package__}.server:main"
-"""The program of a monitor process. It is not this program again, whose main module may do anything."""
+"""Main function of a monitor process; the program's own main module could do anything."""
 
 PATIENCE_S = 2
-"""How long a monitor may take to end."""
+"""Longest time of a monitor to end."""
 
 GRACE_S = 0.05
 """A monitor that ends within this time of the session is not started again."""
 
 STARTS_MOST = 10
-"""A monitor that dies more often in a row is not started again."""
+"""Most restarts in a row."""
 
 SOON_NS = 30_000_000_000
-"""A monitor that has lived longer dies for the first time."""
+"""A death after a longer life than this begins a new row."""
 
 PAUSES_S = (0, 0.2, 1, 3)
-"""Waits before it is started again, by deaths in a row; then the last one."""
+"""Waits before a restart, by deaths in a row; then the last one."""
 
 
 class OrderReader(Protocol):
-    """What reads the orders."""
+    """The reader of the orders."""
 
     def connect(self, pipe: Connection) -> None:
         """Read them from another pipe."""
@@ -45,7 +45,7 @@ class Keeper:
     """Keeps a monitor alive.
 
     Args:
-        listening: its socket, which outlives it.
+        listening: the server's socket, which survives a monitor.
     """
 
     def __init__(
@@ -59,18 +59,18 @@ class Keeper:
         self._watch = threading.Thread(target=self._keep, name="monitor's keeper", daemon=True)
 
     def keep(self, inbox: OrderReader) -> None:
-        """Start it again from now on, and connect the orders."""
+        """Restart it from now on, and connect the orders."""
         self._inbox = inbox
         self._watch.start()
 
     def go_on_with(
         self, *, programs: tuple[SessionProgram, ...], trace: str | None = None, record: str | None = None
     ) -> None:
-        """Give monitors that are started from now on other programs, and another recording.
+        """Set the programs and the recording of later monitors.
 
         Args:
             programs: all programs of the session.
-            trace: path of the recording of a branch; None = the same as before.
+            trace: path of a branch's recording; None = unchanged.
             record: the same, if it is kept.
         """
         with self._changing:
@@ -81,7 +81,7 @@ class Keeper:
 
     @property
     def pid(self) -> int:
-        """Number of the monitor's process."""
+        """Process id of the monitor."""
         return self._process.pid
 
     def _start(self) -> Connection:

@@ -61,7 +61,7 @@ def listen(port: int) -> socket.socket:
 
 
 def watch_job(job: Job, wanted: WatchOptions) -> int:
-    """Run a job in a session that pages can look at; return the exit status."""
+    """Run a job in a session for pages; return the exit status."""
     with ExitStack() as stack:
         try:
             listening = stack.enter_context(listen(wanted.port))
@@ -75,9 +75,9 @@ class Play:
     """The sessions of one command.
 
     Args:
-        folder: for recordings that are not kept, and copies of programs.
-        stack: closes what outlives a session.
-        key: that pages have to give, of a link that has been printed; None = a new one.
+        folder: for temporary recordings, and copies of programs.
+        stack: closes what survives a session.
+        key: that pages must send, of an existing link; None = a new one.
     """
 
     def __init__(
@@ -108,7 +108,7 @@ class Play:
         return self.go_on(job)
 
     def go_on(self, job: Job) -> int:
-        """Play what has been prepared, and its branches; return the exit status."""
+        """Play the prepared run and its branches; return the exit status."""
         status = DONE
         while self._next is not None:
             prepared, self._next = self._next, None
@@ -162,15 +162,15 @@ class Play:
         *,
         paused: bool = False,
     ) -> None:
-        """Prepare a branch: a new rack, which the orders up to a scan will lead there.
+        """Prepare a branch: a new rack, in which the orders are repeated up to a scan.
 
         Args:
             scan: the first one that may differ.
             parent: path of its recording.
-            paused: the branch stands where it begins; else it goes on.
+            paused: the branch begins paused.
 
         Raises:
-            ValueError: that can't be; nothing has changed.
+            ValueError: that is impossible; nothing has changed.
         """
         given = [each for each in orders if each.scan <= scan]
         edits = sum(isinstance(each.order, Edit) for each in given)
@@ -181,14 +181,14 @@ class Play:
             raise ValueError(f"the recording of a branch can't be written: {reason(error)}") from error
 
     def _trace(self, start: Start) -> Path:
-        """Return where the recording goes: the path wanted, a name after it, or a temporary file."""
+        """Return the path of the recording: the requested one, a name after it, or a temporary file."""
         kept = self._wanted.record
         if kept is None:
             return _free(self._folder / "session.mcap")
         return kept if start.orders is None else _free(kept.with_name(f"{kept.stem}-{start.scan}.mcap"))
 
     def _session(self, prepared: PreparedRun, job: Job) -> Session:
-        """Put a session around a run, and let the monitor know."""
+        """Make the session of a run, and inform the monitor."""
         run, start, pacer, wanted = prepared.run, prepared.start, prepared.pacer, self._wanted
         figures = MachineFigures(run.rack)
         if self._ring is None:
@@ -285,7 +285,7 @@ class Play:
 
 
 def _free(path: Path) -> Path:
-    """Return a path that does not exist yet: with a number, if it has to be."""
+    """Return a path that does not exist yet, numbered if necessary."""
     number, tried = 2, path
     while tried.exists():
         tried = path.with_name(f"{path.stem}-{number}{path.suffix}")
@@ -294,7 +294,7 @@ def _free(path: Path) -> Path:
 
 
 def _notes(run: JobRun, job: Job, ring: Ring, tap: Tap) -> Notes:
-    """Return what sends the monitor the program's values."""
+    """Return the sender of the program's values to the monitor."""
     if run.program.debugger is not None:
         return LadderNotes(run.program.debugger, ring.snapshots)
     return PythonNotes(lambda: run.program.logic, job.spec.tags, tap.tell)

@@ -18,18 +18,16 @@ class WatchOptions:
     """The options of the command line.
 
     Attributes:
-        rack: path of the rack file.
         port: of the server; 0 = any free one.
         speed: times real time; None = as fast as possible.
-        paused: begin with a pause.
         read_only: refuse orders, and edits of the program.
-        record: where the recording is kept; None = it is not.
-        scans: how many scans; None = until Ctrl-C.
+        record: path of a permanent recording, or None.
+        scans: their number; None = until Ctrl-C.
         live: real ports may be driven.
         opened: open the page in the browser.
         text: show the session in the terminal, too.
-        editable: the program's files are on the disk, and a saved one is taken over.
-        keep: how many earlier recordings are kept; None = as the rack file says.
+        editable: the program's files are on the disk, and saved changes are used.
+        keep: number of earlier recordings to keep; None = the rack file's.
     """
 
     rack: str
@@ -48,12 +46,12 @@ class WatchOptions:
 
 @dataclass(frozen=True, slots=True)
 class Start:
-    """Where a session begins.
+    """The begin of a session.
 
     Attributes:
         scan: the first scan that is not a repetition; 0 without a parent.
         orders: of the parent, those before that scan and before earlier ones.
-        metadata: what the recording says of its parent.
+        metadata: entries about the parent.
         paused: it begins with a pause.
     """
 
@@ -69,7 +67,7 @@ class PreparedRun:
 
     Attributes:
         trace: path of its recording.
-        ports: closes what it has open.
+        ports: closes its open ports.
     """
 
     start: Start

@@ -1,4 +1,4 @@
-"""`scanrack watch TRACE`: a recording in the same page as a rack that runs."""
+"""`scanrack watch TRACE`: a recording in the same page as a running rack."""
 
 from __future__ import annotations
 
@@ -47,11 +47,11 @@ UNTRUSTED = (
 
 
 class TracePlace(NamedTuple):
-    """What `TRACE#scan=12345&rung=Main.6` names.
+    """The place `TRACE#scan=12345&rung=Main.6`.
 
     Attributes:
-        scan: the scan; None = the last one.
-        rung: the rung; "" = none.
+        scan: None = the last one.
+        rung: "" = none.
     """
 
     path: Path
@@ -60,7 +60,7 @@ class TracePlace(NamedTuple):
 
 
 def place_of(text: str) -> TracePlace:
-    """Return what names a place in a trace.
+    """Parse a place in a trace.
 
     >>> place_of("run.mcap#scan=12&rung=Main.6")
     TracePlace(path=PosixPath('run.mcap'), scan=12, rung='Main.6')
@@ -115,15 +115,15 @@ def _fragment(place: TracePlace) -> str:
 
 
 class OpenedRecording:
-    """A recording with what it was made by, as far as that may be used.
+    """A recording with the usable parts of its rack and programs.
 
     Args:
-        place: its path, and the scan that pages begin with.
+        place: its path, and the first scan of pages.
         folder: for copies of its files.
-        trust: run Python that came with it.
+        trust: run its Python.
 
     Raises:
-        ValueError: the trace does not say what its rack is, or its files can't be used.
+        ValueError: the trace does not name its rack, or its files can't be used.
     """
 
     def __init__(self, trace: Trace, place: TracePlace, folder: Path, *, trust: bool) -> None:
@@ -140,7 +140,7 @@ class OpenedRecording:
             self.job, self._spec = None, spec_of(trace, folder / "rack", trust=trust)
 
     def monitor(self, prepare: Prepare) -> TraceMonitor:
-        """Return what pages look at; a branch is prepared by `prepare`, see `Play.prepare_branch`."""
+        """Return the monitor of the recording; `prepare` prepares branches, see `Play.prepare_branch`."""
         trace, path = self._trace, str(self._place.path)
         name = trace.head.metadata.get("name", self._place.path.stem)
         about = About(
@@ -171,7 +171,7 @@ class OpenedRecording:
         """Prepare a session that repeats the recording up to a scan.
 
         Raises:
-            ValueError: that can't be.
+            ValueError: that is impossible.
         """
         if self.job is None or self._editions is None:
             raise ValueError("the program may not run here: see --trust")
@@ -191,10 +191,10 @@ class OpenedRecording:
         prepare(scan, orders, editions, self._place.path)
 
     def _check_untouched(self, scan: int) -> None:
-        """Refuse a recording of a bench that was operated: its orders are not in it.
+        """Refuse a recording of an operated bench, which has no orders.
 
         Raises:
-            ValueError: tags were set, or inputs pressed, by a script.
+            ValueError: a script set tags, or pressed inputs.
         """
         flags = read_columns(self._trace, Selection(0, scan)).flags
         touched = (flags & (ScanFlag.TAGS_FROM_OUTSIDE | ScanFlag.INPUT_FORCES | ScanFlag.OUTPUT_FORCES)) != 0

@@ -28,21 +28,21 @@ from .monitors.questions import ask
 from .monitors.session_monitor import SessionMonitor, Setup
 
 HZ, IDLE_HZ = 30, 10
-"""Pictures a second, with pages and without."""
+"""Frames per second, with pages and without."""
 
 BUSY_S = 0.025
-"""Longest work of a monitor between two pictures."""
+"""Longest work of a monitor between two frames."""
 
 MESSAGE_MOST = 1 << 16
 OUTBOX_MOST = 200
-"""Messages that wait for a page: one that reads none of so many gets no further answers."""
+"""Most waiting messages of a page: one that does not read them gets no further answers."""
 
 PAGES_MOST = 8
 STRANGERS_MOST = 16
-"""Sockets that have not given the key yet."""
+"""Most sockets that have not sent the key yet."""
 
 KEY_S = 5
-"""How long a socket may take to give the key."""
+"""Longest time of a socket to send the key."""
 
 WRONG_KEY, FAILED, TOO_MANY = 1008, 1011, 1013
 """Reasons to close a socket [RFC 6455, section 7.4.1, and IANA's registry]."""
@@ -56,7 +56,7 @@ class Server:
         self._strangers = 0
 
     async def run(self, listening: socket.socket) -> None:
-        """Serve until the scan process has ended, or a recording goes on as a session."""
+        """Serve until the scan process has ended, or a recording continues as a session."""
         async with serve(
             self._socket,
             sock=listening,
@@ -72,7 +72,7 @@ class Server:
                 self._monitor.elsewhere.close()
 
     async def _pump(self) -> None:
-        """Let the monitor tick."""
+        """Call the monitor's `tick` regularly."""
         loop = asyncio.get_running_loop()
         due = loop.time()
         while not self._ended():
@@ -83,7 +83,7 @@ class Server:
                 await asyncio.sleep(0)
 
     async def _flush(self) -> None:
-        """Give the last answers a second to leave."""
+        """Wait up to a second until the last answers have left."""
         for _ in range(HZ):
             if any(page.outbox for page in self._monitor.pages):
                 await asyncio.sleep(1 / HZ)
@@ -162,7 +162,7 @@ class Server:
         ask(self._monitor, page, said)
 
     async def _send(self, connection: ServerConnection, page: Page) -> None:
-        """Send what is due. A page that is slow waits here by itself, and gets fewer frames."""
+        """Send due messages. A slow page delays only itself, and gets fewer frames."""
         while True:
             await page.due.wait()
             page.due.clear()
@@ -176,7 +176,7 @@ class Server:
                 await connection.send(_json({"frame": frame}))
 
     def _frame(self, page: Page) -> dict[str, Any] | None:
-        """Return what is new for a page; None after a mistake of ours, which ends this page only."""
+        """Return the changes for a page; None after a mistake of ours, which ends this page only."""
         try:
             return self._monitor.frame(page)
         except Exception:  # a mistake of ours: printed where the session was started
@@ -192,7 +192,7 @@ def main(orders: str, listening: str, ring: str) -> None:
     """Run a monitor until the scan process ends: the main function of its process, see `keeper`.
 
     Args:
-        orders: number of the file descriptor of the pipe to the scan process.
+        orders: file descriptor of the pipe to the scan process.
         listening: that of the socket.
         ring: that of the shared memory.
     """

@@ -21,7 +21,7 @@ from ..terminal.terminal import on_a_line
 
 HZ = 4
 EVENTS = 8
-"""Events that are shown, the latest last."""
+"""Number of shown events, the latest last."""
 
 
 class TextView:
@@ -89,7 +89,6 @@ class TextView:
 
 
 def _names_on(slot: Slot, image: str, words: list[int]) -> list[str]:
-    """Return the names of the bits that are on."""
     return [
         name for word in range(WORDS) for name, bit in slot.words.bits(image, word) if words[word] >> bit & 1
     ]

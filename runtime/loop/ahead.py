@@ -1,16 +1,17 @@
-"""Looking ahead: the rack's memory of the coming scans, while no module has anything new to show.
+"""Looking ahead: the rack's memory of the coming scans, computed while the modules only continue.
 
     ordinary scans      block of rows, each one scan's memory          ordinary scan
     | . . . . . . . . | row row row row row row row row row row ... |  . (a ramp ends here)
-      wait              calm: outputs stay, nothing happens
+      wait              calm: outputs stay, no event
 
-Between two events of a module, position and count are closed forms of time. A `ForeseeingModule` gives
-the end of that time, and its words of all scans up to there at once; what does not change stays
-in the rows as it is. A scan then copies a row into the rack's memory instead of updating the modules.
+Between two events of a module, position and count are closed forms of time. A `ForeseeingModule` returns
+the end of that time, and its words of all scans until then at once; other words stay
+unchanged in the rows. A scan then copies a row into the rack's memory instead of updating the modules.
 
-Rows hold as long as nothing acts on a module. New outputs are seen by comparing the memory with the row
-after the logic; whatever else acts on a module calls its `before_change`. Either way the modules are brought
-up to the present by one `update`, which their contract allows.
+Rows are valid as long as nothing acts on a module. New outputs are detected by comparing the memory with the
+row after the logic; any other action on a module calls its `before_change`. Either way one `update` brings
+the
+modules up to the present, which their contract allows.
 """
 
 from __future__ import annotations
@@ -38,11 +39,11 @@ PAYING_SCANS = 64
 """Scans that make up for the cost of a block."""
 
 NUMPY_WORTH_SCANS = 50_000
-"""Loading numpy takes as long as so many scans of a module: for fewer it isn't loaded."""
+"""Loading numpy takes as long as this many scans of a module: for fewer it isn't loaded."""
 
 
 class Block(NamedTuple):
-    """The coming scans, as far as they are foreseen.
+    """The foreseen scans.
 
     Attributes:
         scans: for each the rack's memory before the logic, and whether the modules update their inputs.
@@ -65,10 +66,10 @@ class Block(NamedTuple):
 
 
 class Outlook:
-    """What the modules of a rack foretell together.
+    """The combined prediction of a rack's modules.
 
     Attributes:
-        possible: whether all of them can; otherwise nothing is foreseen.
+        possible: whether all of them can predict; otherwise nothing is foreseen.
 
     Args:
         sent: the output images in force, in order of the slots.
@@ -83,12 +84,12 @@ class Outlook:
         self.possible = bool(modules) and len(self._modules) == len(modules)
 
     def tell_before_change(self, notice: Callable[[], None]) -> None:
-        """Have `notice` called before anything acts on a module."""
+        """Call `notice` before anything acts on a module."""
         for module in self._modules:
             module.before_change = notice
 
     def calm_until_ns(self) -> int:
-        """Return the instant before which nothing but closed forms changes, 0 if that isn't known."""
+        """Return the instant before which only closed forms change, 0 if unknown."""
         if not self.possible:
             return 0
         until_ns = []
@@ -104,8 +105,6 @@ class Outlook:
         Args:
             latest_ns: the instant of the modules' last `update`.
             first_ns: the first instant.
-            every_ns: from instant to instant.
-            count: 1 or more.
         """
         told = [module.foretell(first_ns, every_ns, count) for module in self._modules]
         present = self._present(latest_ns)
@@ -115,7 +114,7 @@ class Outlook:
 
         words = np.frombuffer(present, "<i2")
         if self._block is None or len(self._block) < count:
-            self._block = np.empty((count, len(words)), "<i2")  # kept: memory that is new has to be cleared
+            self._block = np.empty((count, len(words)), "<i2")  # reused: new memory must be cleared
         block = self._block[:count]
         block[:] = words
         for place, changing in enumerate(told):
@@ -125,7 +124,7 @@ class Outlook:
         return rows
 
     def _present(self, latest_ns: int) -> bytes:
-        """Return the memory with the inputs that the modules show, which a force may have covered."""
+        """Return the memory with the modules' own inputs, which a force may have covered."""
         present = bytearray(self._memory)
         for place, (module, outputs) in enumerate(zip(self._modules, self._sent, strict=True)):
             at = SLOT_BYTES * place + IMAGE_BYTES
@@ -143,12 +142,12 @@ def outputs_of(memory: bytes | bytearray) -> list[bytes]:
 
 
 def numpy_is_worth_it(scans: int) -> bool:
-    """Return whether rows may be computed after so many scans: numpy is loaded, or worth loading."""
+    """Return whether rows may be computed after a number of scans: numpy is loaded, or worth loading."""
     return "numpy" in sys.modules or scans >= NUMPY_WORTH_SCANS
 
 
 class Patience:
-    """When to look ahead again, and how far: less often where it did not pay, farther where it did.
+    """The interval and range of looking ahead: rarer after failures, farther after successes.
 
     Attributes:
         wait: ordinary scans to run first.
@@ -163,11 +162,11 @@ class Patience:
         self.most_rows = self.FEWEST_ROWS
 
     def not_calm(self, scans: int) -> None:
-        """Wait because an event comes within so many scans; 0 = the modules can't tell."""
+        """Wait because an event comes within `scans` scans; 0 = the modules can't tell."""
         self.wait = scans + 1 if scans else min(2 * self.wait, self.LONGEST_WAIT)
 
     def ended(self, used: int, count: int) -> None:
-        """Learn from a block of which so many scans were used."""
+        """Adapt to a block of which `used` scans were run."""
         if used == count:
             self.wait = 1
             self.most_rows = min(2 * self.most_rows, self.MOST_ROWS)

@@ -1,8 +1,8 @@
 """The CPU: runs scans in virtual time, changes modes, and stops in order.
 
-The phases of a scan are in `runtime.loop.phases`. Requests (a mode, a force) made
-while a scan runs wait for its housekeeping; the scan after it is the first to
-show them, and the listeners hear of them with that scan.
+The phases of a scan are in `runtime.loop.phases`. Requests (a mode, a force) during a scan
+take effect after it; the next scan is the first to show them, and the listeners receive them
+with that scan.
 """
 
 from __future__ import annotations
@@ -39,22 +39,22 @@ class Cpu:
     Use it as a context manager, or call `close` at the end: that closes the listeners.
 
     Attributes:
-        forces: the forces; changes take effect with the next scan.
-        pacer: what makes scans wait; its overruns count the late ones.
-        fault: why the CPU stopped, or None.
+        forces: changes take effect with the next scan.
+        pacer: makes scans wait; its overruns count the late ones.
+        fault: the cause of a stop, or None.
 
     Args:
         rack: modules in their slots, just powered up.
         logic: called once per scan with the `LogicScan`.
         period_ns: time from scan to scan, at least 1 ns.
-        exchange: how images cross the backplane; at the ends of the scan if left out.
+        exchange: of images across the backplane; by default at the ends of the scan.
         mode: the mode at power-up.
         listeners: called after every scan, in this order.
-        pacer: makes scans wait for the wall clock; as fast as possible if left out.
-        watchdog: ends logic that does not come back, by default after 500 ms.
+        pacer: makes scans wait for the wall clock; by default as fast as possible.
+        watchdog: ends endless logic, by default after 500 ms.
 
     Raises:
-        ValueError: the period is not positive, or the logic finds no place in this rack.
+        ValueError: the period is not positive, or the rack lacks a slot of the logic.
     """
 
     def __init__(
@@ -116,7 +116,7 @@ class Cpu:
 
     @property
     def stop_requested(self) -> bool:
-        """Whether `stop` was called; the next `run` takes it back."""
+        """Whether `stop` was called; the next `run` resets it."""
         return self._ahead.stop_requested
 
     @property
@@ -140,19 +140,19 @@ class Cpu:
         self._ask_for_attention()
 
     def add_listener(self, listener: ScanListener) -> None:
-        """Tell a further listener, from the next scan on."""
+        """Add a listener from the next scan on."""
         self._listeners.add(listener)
 
     def announce(self, event: Event) -> None:
-        """Tell the listeners of an event of the program's own, with the next scan."""
+        """Announce an event of the program's own to the listeners with the next scan."""
         self._phases.announce(event)
         self._ask_for_attention()
 
     def tags_from_outside(self, forces: Mapping[str, str | int | float | bool]) -> None:
-        """Take note that a tag of the program was set from outside, or a force of one changed.
+        """Note that a tag of the program was set from outside, or a force of one changed.
 
         The next scan shows it, in its flags and on /forces. The program keeps the forces; the CPU only
-        tells of them.
+        reports them.
         """
         self._tags_set_before = self._next_scan
         if forces != self._tag_forces:
@@ -161,13 +161,13 @@ class Cpu:
         self._ask_for_attention()
 
     def run(self, scans: int | None = None) -> None:
-        """Run scans in virtual time (or as the pacer says), until they are done or `stop` is called.
+        """Run scans in virtual time (or at the pacer's speed), until they are done or `stop` is called.
 
         Args:
-            scans: how many; None = until `stop`.
+            scans: their number; None = until `stop`.
 
         Raises:
-            CpuFault: the logic raised, did not come back, or a module or listener failed. Outputs
+            CpuFault: the logic raised or did not end, or a module or listener failed. Outputs
                 are zero, the modules stopped, all listeners closed.
             ValueError: the CPU has faulted before or is closed.
         """
@@ -199,9 +199,9 @@ class Cpu:
         self._ahead.stop_requested = True
 
     def stopping_on_ctrl_c(self) -> AbstractContextManager[None]:
-        """Let Ctrl-C stop the CPU between scans, for as long as the context lasts.
+        """Let Ctrl-C stop the CPU between scans within the context.
 
-        A second Ctrl-C breaks off logic that does not come back, see `pace.stopping_on_interrupt`.
+        A second Ctrl-C breaks off endless logic, see `pace.stopping_on_interrupt`.
         """
         return stopping_on_interrupt(self.stop, inside=ScanPhases.logic.__code__)
 
@@ -209,7 +209,7 @@ class Cpu:
         """Close the logic, if it can be closed, and all listeners, in order; further scans are refused.
 
         Raises:
-            Exception: what logic or a listener raised that could not be closed; the others are closed.
+            Exception: an error of logic or a listener during its close; the others are closed.
         """
         self._closed = True
         with ExitStack() as stack:
@@ -236,14 +236,14 @@ class Cpu:
             self._fail(error, self._ahead.present)
 
     def _ask_for_attention(self) -> None:
-        """Serve requests in the housekeeping of the present scan, or now if there is none."""
+        """Apply requests after this scan, or now if idle."""
         self._phases.attention = True
         if not self._scanning:
             self._serve_requests()
 
     @property
     def _next_scan(self) -> int:
-        """Number of the scan in which a request that is made now takes effect."""
+        """Number of the scan in which a present request takes effect."""
         return self.scan + self._scanning
 
     def _prepare(self) -> None:
@@ -251,7 +251,7 @@ class Cpu:
         self._phases.prepare(self._mode, tags_set=tags_set, tags_forced=bool(self._tag_forces))
 
     def housekeeping(self) -> None:
-        """Let requests take effect, and move on to the next scan."""
+        """Apply requests, and move on to the next scan."""
         if self._phases.attention:
             self._attend()
         view = self._view
@@ -259,7 +259,7 @@ class Cpu:
         view.now_ns += self.period_ns
 
     def _attend(self) -> None:
-        """End what was special about this scan, and serve requests."""
+        """Reset the special conditions of this scan, and apply requests."""
         if "logic" not in IDLE_PHASES[self._mode]:
             self._view.first = False
         if self._mode is self._wanted_mode is CpuMode.SINGLE_SCAN:
@@ -300,7 +300,7 @@ class Cpu:
         if cause is Cause.LISTENER:
             self._listeners.dismiss_present()
         failure = CpuFault(self.fault)
-        recorded = phase in (self._phases.record, self.housekeeping)  # the scan is, at least in part
+        recorded = phase in (self._phases.record, self.housekeeping)  # the scan is recorded, at least in part
         last_words = self._tell_fault if recorded else self._record_fault
         for step in (self._phases.drop_outputs, last_words, self.close):
             try:
@@ -312,18 +312,17 @@ class Cpu:
         raise failure from error
 
     def _record_fault(self) -> None:
-        """Tell of the scan that was not finished, and why."""
+        """Report the unfinished scan and its fault to the listeners."""
         self._phases.tell_news()
         self._tell_fault()
         self._listeners.scan(self.scan, self.now_ns, self._phases.flags | ScanFlag.FAULT)
 
     def _tell_fault(self) -> None:
-        """Report why no further scan runs."""
         if self.fault is not None:
             self._phases.tell_module_events()
             self._listeners.event(self.scan, self.now_ns, "/faults", self.fault.fields)
 
 
 def _watchdog_words(error: BaseException) -> str:
-    """Return what the watchdog says, and where the program was: its engine has noted that."""
+    """Return the watchdog's message, and the program's place, which its engine has noted."""
     return ", ".join([str(error), *getattr(error, "__notes__", ())])

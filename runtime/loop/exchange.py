@@ -1,23 +1,23 @@
-"""How images cross the backplane, between the rack's memory and the modules.
+"""The exchange of images across the backplane, between the rack's memory and the modules.
 
-End of scan (MicroLogix): inputs are taken at a scan's beginning, outputs sent
-at its end. A scan takes no virtual time, so what scan n writes is in force from
-its own instant on, and scan n + 1 sees the module after one period of it.
+End of scan (MicroLogix): inputs are read at a scan's beginning, outputs sent
+at its end. A scan takes no virtual time, so that the outputs of scan n are in force from
+its own instant on, and scan n + 1 sees the module after one period of them.
 
     scans      n ------------- n+1 ------------ n+2
     outputs    |   of scan n   |  of scan n+1   |
     inputs     ^               ^                ^
 
 Every RPI (CompactLogix): the adapter on the backplane exchanges images on its
-own, every 2 ms for this module, whatever the scan does. Scans between two
-exchanges see the same inputs, and only the last of their outputs gets across.
+own, every 2 ms for this module, independently of the scan. Scans between two
+exchanges see the same inputs, and only the last of their outputs is sent.
 
     exchanges  R0 ------------------- R1 ------------------- R2
     scans         n    n+1    n+2        n+3    n+4    n+5
     outputs    |  ...of scan n-1      |  of scan n+2         |
     inputs     all three see R0       all three see R1
 
-An exchange at the same instant as a scan comes before it: the scan sees its
+An exchange at the same instant as a scan precedes it: the scan sees its
 inputs, and its outputs wait for the next one.
 """
 
@@ -38,32 +38,28 @@ RPI_NS = 2_000_000
 
 
 class Exchange(Protocol):
-    """What the scan loop asks of the backplane."""
+    """The backplane, as the scan loop uses it."""
 
     def attach(self, rack: Rack) -> None:
         """Use a rack's memory and modules; nothing has been sent yet, all outputs are 0."""
 
     def latch_inputs(self, now_ns: int) -> bool:
-        """Advance the modules and write the input images of a scan at `now_ns` to the rack's memory.
-
-        Returns:
-            Whether there was an exchange, even one that changed nothing.
-        """
+        """Advance the modules and write their inputs at `now_ns`; return whether there was an exchange."""
 
     def latch_outputs(self) -> None:
         """Send the output images in the rack's memory."""
 
     def start(self) -> None:
-        """Tell the modules that the PLC runs, together with the outputs that were latched last."""
+        """Inform the modules that the PLC runs, together with the latest outputs."""
 
     def stop(self) -> None:
-        """Tell the modules at once that the PLC does not run; the outputs sent last stay in force."""
+        """Inform the modules at once that the PLC does not run; the last outputs stay in force."""
 
     def tell_before_change(self, notice: Callable[[], None]) -> None:
-        """Have `notice` called before anything but this exchange acts on a module."""
+        """Call `notice` before anything but this exchange acts on a module."""
 
     def calm_scans(self, now_ns: int, period_ns: int) -> int:
-        """Return how many scans from `now_ns` on are foreseen if the outputs stay as they are; 0 = none."""
+        """Return the number of foreseen scans from `now_ns` on with unchanged outputs; 0 = none."""
         return 0
 
     def foresee(self, now_ns: int, period_ns: int, count: int, most_rows: int) -> Block:
@@ -71,22 +67,21 @@ class Exchange(Protocol):
 
         Args:
             now_ns: virtual time of the next scan.
-            period_ns: from scan to scan.
-            count: how many, at most `calm_scans`.
-            most_rows: how many at most if anything moves.
+            count: their number, at most `calm_scans`.
+            most_rows: their largest number if an axis moves.
         """
         return Block((), 0)
 
     def catch_up(self, now_ns: int) -> None:
-        """Advance the modules to the scan at `now_ns` after scans that were foreseen."""
+        """Advance the modules to the scan at `now_ns` after foreseen scans."""
 
 
 Line: TypeAlias = tuple[Callable[[int, Image], Image], Image, memoryview]
-"""One module's end of the backplane: its `update`, the outputs in force there, where its inputs go."""
+"""One module's end of the backplane: its `update`, the outputs in force there, the place of its inputs."""
 
 
 class EndOfScan(Exchange):
-    """Inputs at the beginning of the scan, outputs at its end, as a MicroLogix does it."""
+    """Inputs at the beginning of the scan, outputs at its end, like a MicroLogix."""
 
     __slots__ = ("_latest_ns", "_lines", "_memory", "_outlook", "_rack", "_sent")
 
@@ -111,7 +106,7 @@ class EndOfScan(Exchange):
 
     @override
     def start(self) -> None:
-        """Tell the modules with the end of this scan."""
+        """Inform the modules at the end of this scan."""
         _tell_modules(self._rack, True)
 
     @override
@@ -154,7 +149,7 @@ class RecordedAtRpi(EndOfScan):
 
     @override
     def latch_inputs(self, now_ns: int) -> bool:
-        """Take the inputs of every scan; there was an exchange if one was due by `now_ns`."""
+        """Read the inputs of every scan; there was an exchange if one was due by `now_ns`."""
         super().latch_inputs(now_ns)
         due = self._next_ns <= now_ns
         if due:
@@ -163,9 +158,9 @@ class RecordedAtRpi(EndOfScan):
 
 
 class EveryRpi(Exchange):
-    """An exchange every RPI, independent of the scan, as a CompactLogix does it.
+    """An exchange every RPI, independent of the scan, like a CompactLogix.
 
-    Exchanges happen at 0, rpi, 2 * rpi, ...; every module is advanced at every one of them.
+    Exchanges happen at 0, rpi, 2 * rpi, ...; every module is advanced at each of them.
 
     Args:
         rpi_ns: interval between exchanges, at least 1 ns.
@@ -216,7 +211,7 @@ class EveryRpi(Exchange):
 
     @override
     def start(self) -> None:
-        """Tell the modules with the next exchange, which carries the outputs."""
+        """Inform the modules with the next exchange, which sends the outputs."""
         self._starting = True
 
     @override
@@ -269,9 +264,9 @@ class EveryRpi(Exchange):
 
 
 def _lines(rack: Rack, sent: bytearray) -> tuple[Line, ...]:
-    """Wire every slot to its place in `sent`, a block laid out like the rack's memory.
+    """Connect every slot to its place in `sent`, a block with the layout of the rack's memory.
 
-    Modules that follow others come after them, so that both are at the same instant.
+    Modules that follow others are updated after them, so that both are at the same instant.
     """
     slots = rack.slots.values()
     lines = [

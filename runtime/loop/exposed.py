@@ -1,4 +1,4 @@
-"""A module exposed to incidents: its power goes, it stops answering, an update comes in two parts."""
+"""A module exposed to incidents: loss of power or link, torn updates."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from .module import Words
 
 WORST_FIRST = (FaultKind.REMOVED, FaultKind.FATAL_ERROR, FaultKind.ASIC_LOST, FaultKind.LINK_LOST)
-"""Of several faults at a time, a module shows the first."""
+"""Of several simultaneous faults, a module shows the first."""
 
 _BEGUN = {
     FaultKind.POWER_CYCLE: "The module's power goes and comes back.",
@@ -39,7 +39,7 @@ _OVER_ON_THE_LINE = "The line is as it should be."
 
 @runtime_checkable
 class Fallible(Module, Protocol):
-    """A module that can be made to stop answering."""
+    """A module that can simulate faults."""
 
     def inject(self, trouble: ModuleFault | None) -> None:
         """Put the module into a fault, or end it with None."""
@@ -54,10 +54,10 @@ class OnALine(Module, Protocol):
 
 
 class ExposedModule(Module):
-    """A module with incidents coming; satisfies `runtime.loop.module.Module`.
+    """A module with scheduled incidents; satisfies `runtime.loop.module.Module`.
 
     Raises:
-        ValueError: the module can't be made to stop answering.
+        ValueError: the module can't simulate faults.
     """
 
     def __init__(self, module: Module, incidents: Iterable[Incident]) -> None:
@@ -80,10 +80,10 @@ class ExposedModule(Module):
         self._torn = Image()
 
     def happen(self, incident: Incident) -> None:
-        """Let a further incident come, not earlier than the last `update`.
+        """Add an incident, not earlier than the last `update`.
 
         Raises:
-            ValueError: it can't happen to the module.
+            ValueError: the module does not support it.
         """
         if not _can_happen(incident.what, self.module):
             raise ValueError(f"{incident.what.value} can't happen to {type(self.module).__name__}")
@@ -95,7 +95,7 @@ class ExposedModule(Module):
 
     @property
     def under_way(self) -> str | None:
-        """The kind of the motion that runs, None while there is none."""
+        """The kind of the running motion, or None."""
         kind: str | None = getattr(self.module, "under_way", None)
         return kind
 
@@ -120,7 +120,7 @@ class ExposedModule(Module):
 
     @property
     def before_change(self) -> Callable[[], None]:
-        """What the module calls before a change; see `ForeseeingModule`."""
+        """Called by the module before a change; see `ForeseeingModule`."""
         return self.module.before_change if isinstance(self.module, ForeseeingModule) else unnoticed
 
     @before_change.setter
@@ -129,7 +129,7 @@ class ExposedModule(Module):
             self.module.before_change = notice
 
     def calm_until_ns(self, outputs: Image) -> int:
-        """Return the instant before which only the module itself goes on; see `ForeseeingModule`."""
+        """Return the instant before which the module only continues; see `ForeseeingModule`."""
         if (
             not isinstance(self.module, ForeseeingModule)
             or self._now_ns < self._late_ns
@@ -140,7 +140,7 @@ class ExposedModule(Module):
         return min(calm_ns, self._acts[0][0]) if self._acts else calm_ns
 
     def foretell(self, first_ns: int, every_ns: int, count: int) -> Words:
-        """Return what the module foretells."""
+        """Return the module's prediction."""
         assert isinstance(self.module, ForeseeingModule)
         return self.module.foretell(first_ns, every_ns, count)
 
@@ -199,12 +199,12 @@ class ExposedModule(Module):
         self._settle()
 
     def _settle(self) -> None:
-        """Put the module into the worst of its present faults."""
+        """Show the worst of the present faults."""
         worst = next((each for each in WORST_FIRST if each in self._faults), None)
         if worst is self._current or not isinstance(self.module, Fallible):
             return
         if worst is FaultKind.REMOVED:
-            self._faults.discard(FaultKind.FATAL_ERROR)  # without power it is forgotten
+            self._faults.discard(FaultKind.FATAL_ERROR)  # without power it is reset
         elif self._current is FaultKind.FATAL_ERROR:
             self.module.power_cycle()
         if worst is not None or self._current is not FaultKind.FATAL_ERROR:

@@ -1,4 +1,4 @@
-"""What stops a CPU: the fault, its report, and the line of the user's code where it began."""
+"""Faults of a CPU: their report, and the line of the user's code where they began."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .events import JsonValue
 
 
 class Cause(Enum):
-    """Who is to blame."""
+    """The responsible part."""
 
     PROGRAM = "program"
     WATCHDOG = "watchdog"
@@ -27,14 +27,14 @@ class Cause(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """Why a CPU stopped.
+    """The cause of a stopped CPU.
 
     Attributes:
-        scan: number of the scan in which it happened.
+        scan: number of its scan.
         now_ns: virtual time of that scan.
-        cause: who is to blame.
+        cause: the responsible part.
         where: file:line of the user's code, or of the innermost code known.
-        text: what happened, in the words of the error.
+        text: the error's message.
         site: routine and rung of a ladder program.
     """
 
@@ -75,13 +75,13 @@ class CpuFault(Exception):  # noqa: N818 - what the trade calls it
 
 
 class Ending(BaseException):
-    """Ends the command that runs scans; no fault, whichever code meets it."""
+    """Ends the command that runs scans; it is no fault, whichever code receives it."""
 
 
 def ends_the_run(error: BaseException) -> bool:
     """Return whether an error of a program is no fault: an `Ending`, or a real Ctrl-C.
 
-    A `raise KeyboardInterrupt` of the program's own is a fault as any other. A real Ctrl-C is raised by a
+    A `raise KeyboardInterrupt` of the program's own is a fault like any other. A real Ctrl-C is raised by a
     signal handler of ours, or between two instructions of the program.
     """
     if not isinstance(error, KeyboardInterrupt):
@@ -109,7 +109,7 @@ def words_of(error: BaseException) -> str:
 def place_of(error: BaseException) -> str:
     """Return file:line of the user's innermost code that an exception came from.
 
-    The user's is what is neither ours nor installed and comes from a file (the constructor of a
+    The user's code is neither ours nor installed and comes from a file (the constructor of a
     dataclass comes from "<string>"); without such code it is the innermost code of all.
     """
     steps = [(frame.f_code, line) for frame, line in traceback.walk_tb(error.__traceback__)]
@@ -132,7 +132,8 @@ _ROOMS = (
 )
 _INSTALLED = tuple(f"{sysconfig.get_path(kind)}/" for kind in ("stdlib", "platstdlib", "purelib", "platlib"))
 _GENERATED = "<"
-"""Begins the file name of code without a file: "<string>", "<frozen importlib>", "<attrs generated ...>"."""
+"""Prefix of the file name of code without a file: "<string>", "<frozen importlib>", "<attrs generated ...>".
+"""
 
 _PACKAGES = ("/site-packages/", "/dist-packages/")
 _NOT_THE_USERS = (*_ROOMS, *_INSTALLED, _GENERATED)

@@ -1,10 +1,10 @@
-"""Forces: words and bits held at a value whatever the module or the logic says.
+"""Forces: words and bits held at a value regardless of the module or the logic.
 
 An input force acts between the input latch and the logic, an output force
-between the logic and the output latch. Both hold from scan to scan until they
-are removed. An output force acts on what is sent (and recorded); the logic
-finds its own outputs back as it left them, forced or not, so that nothing of a
-force is left when it goes.
+between the logic and the output latch. Both stay in effect until they
+are removed. An output force acts on the sent (and recorded) outputs; the logic
+always finds its own outputs, forced or not, so that a removed force leaves no
+trace.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class Forces:
     """The forces of a rack, changed by address at any time, in effect from the next scan on.
 
     Args:
-        on_change: called after every change; the scan loop then asks for `commit`.
+        on_change: called after every change; the scan loop then calls `commit`.
     """
 
     def __init__(self, rack: Rack, on_change: Callable[[], None] = lambda: None) -> None:
@@ -48,7 +48,7 @@ class Forces:
 
     @property
     def active(self) -> Mapping[str, int]:
-        """The forces by address, the latest last: it wins where two meet in a bit."""
+        """The forces by address, the latest last: it wins for a common bit."""
         return {str(address): value for address, value in self._wanted.items()}
 
     def set(self, address: str, value: int) -> None:
@@ -68,7 +68,7 @@ class Forces:
         self._changed()
 
     def remove(self, address: str) -> None:
-        """Let a word or bit go, from the next scan on.
+        """Release a word or bit from the next scan on.
 
         Raises:
             ValueError: no such address, or it is not forced.
@@ -80,7 +80,7 @@ class Forces:
         self._changed()
 
     def clear(self) -> None:
-        """Let everything go, from the next scan on."""
+        """Release everything from the next scan on."""
         self._wanted.clear()
         self._changed()
 
@@ -105,18 +105,18 @@ class Forces:
         return bool(self._outputs)
 
     def apply_inputs(self) -> None:
-        """Put the input forces over the input images."""
+        """Overwrite the input images with the input forces."""
         for masked in self._inputs:
             masked.words[masked.index] = masked.words[masked.index] & masked.keep | masked.put
 
     def apply_outputs(self) -> None:
-        """Put the output forces over the output images, and remember what the logic had there."""
+        """Overwrite the output images with the output forces; remember the logic's own words."""
         for masked in self._outputs:
             masked.own = masked.words[masked.index]
             masked.words[masked.index] = masked.own & masked.keep | masked.put
 
     def restore_outputs(self) -> None:
-        """Give the logic its own output words back."""
+        """Restore the logic's own output words."""
         for masked in self._outputs:
             if masked.own is not None:
                 masked.words[masked.index], masked.own = masked.own, None

@@ -1,10 +1,10 @@
-"""What happens to a module and its CPU beside commands and inputs: power, a lost link, a torn update.
+"""Incidents of a module and its CPU beside commands and inputs: power, a lost link, a torn update.
 
     scan               n          n+1         n+2
     outputs written    A          B           B
     torn update of B:  A          B A A ...   B        (words 1 and 2 of B come one update late)
 
-Incidents are data with an instant each; the rack is wired with those of its
+Incidents are data with an instant each; the rack is built with those of its
 specification, so that a run with them is as repeatable as one without.
 """
 
@@ -24,7 +24,7 @@ class FaultKind(Enum):
     """What may happen."""
 
     POWER_CYCLE = "power-cycle"
-    """The module's power goes and comes back at once."""
+    """The module's power goes and returns at once."""
     LINK_LOST = "link-lost"
     """See `runtime.loop.module_fault`."""
     REMOVED = "removed"
@@ -34,7 +34,7 @@ class FaultKind(Enum):
     ASIC_LOST = "asic-lost"
     """See `runtime.loop.module_fault`."""
     TORN_UPDATE = "torn-update"
-    """The next change of the outputs comes in two updates: some words late."""
+    """The next change of the outputs arrives in two updates: some words late."""
     PROGRAM_MODE = "program-mode"
     """The CPU's key is turned to program, and back to run."""
     LINE_DOWN = "line-down"
@@ -44,7 +44,7 @@ class FaultKind(Enum):
     REPLIES_DAMAGED = "replies-damaged"
     """Replies of an adapter's controller arrive with a bit flipped."""
     CONTROLLER_POWER_CYCLE = "controller-power-cycle"
-    """The power of an adapter's controller goes and comes back at once; the adapter's does not."""
+    """The power of an adapter's controller goes and returns at once; the adapter's does not."""
 
 
 TROUBLES = {
@@ -71,15 +71,14 @@ LASTING = TROUBLES.keys() | ON_THE_LINE - {FaultKind.CONTROLLER_POWER_CYCLE}
 
 @dataclass(frozen=True, slots=True)
 class Incident:
-    """One thing that happens.
+    """One incident.
 
     Attributes:
-        at_ns: when, ns since power-up.
-        what: which.
-        slot: to which module; 0 for `PROGRAM_MODE`.
-        for_ns: how long; 0 = for good. A fatal error ends with a power cycle then. Of a torn update:
-            after which time the late words come, an RPI if 0. Of replies: 0 = the next one only.
-        late_words: of a torn update: which of the eight output words come late.
+        at_ns: its begin, ns since power-up.
+        slot: its module; 0 for `PROGRAM_MODE`.
+        for_ns: duration; 0 = unlimited: a fatal error then ends with a power cycle. Of a torn update:
+            delay of the late words, an RPI if 0. Of replies: 0 = the next one only.
+        late_words: of a torn update: the output words, of eight, that arrive late.
     """
 
     __pydantic_config__ = ConfigDict(extra="forbid")

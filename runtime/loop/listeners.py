@@ -16,32 +16,32 @@ TOPIC_OF_KIND = {"stimulus": "/stimuli", "indicator": "/indicators", "order": "/
 class ScanListener(Protocol):
     """A listener of the scan loop. Within a scan it receives the events first, then the scan.
 
-    The images are in the rack's memory block (`Rack.memory`). A listener gets that
+    The images are in the rack's memory block (`Rack.memory`). A listener receives that
     block when it is made; while `scan` runs, the block holds the scan's images.
     """
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
-        """Take an event: anything that is not an image.
+        """Receive an event: anything but an image.
 
         Args:
-            scan: number of the scan in which the event became known.
-            now_ns: when it happened; times never decrease within a topic.
+            scan: number of the scan that reports it.
+            now_ns: its time; times never decrease within a topic.
             topic: "/events", "/stimuli", "/indicators", "/forces", "/cpu", "/faults" or
                 "/orders".
             fields: its values by name.
         """
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
-        """Take a finished scan; its input and output images are in the rack's memory.
+        """Receive a finished scan; its input and output images are in the rack's memory.
 
         Args:
-            scan: number of the scan, from 0.
+            scan: its number, from 0.
             now_ns: virtual time of its input latch.
-            flags: what the CPU was doing, see `runtime.loop.cpu.ScanFlag`.
+            flags: of the CPU, see `runtime.loop.scan.ScanFlag`.
         """
 
     def close(self) -> None:
-        """Finish. Called exactly once; nothing follows."""
+        """Finish. Called exactly once, as the last call."""
 
 
 class Listeners:
@@ -49,7 +49,7 @@ class Listeners:
 
     Attributes:
         listeners: those that receive events and scans, in order.
-        called_last: the listener called last; if that call raised, this listener is to blame.
+        called_last: the listener called last, which is responsible if that call raised.
     """
 
     __slots__ = ("_to_close", "called_last", "listeners")
@@ -80,7 +80,7 @@ class Listeners:
         """Pass on an event of a module, or of the CPU itself.
 
         Args:
-            scan: number of the scan in which it became known.
+            scan: number of the scan that reports it.
             origin: `slot`, the number of the module's slot.
         """
         own = {"kind": event.kind, "name": event.name, "text": event.text}
@@ -101,7 +101,7 @@ class Listeners:
             self.listeners.remove(self.called_last)
 
     def close(self) -> None:
-        """Close every listener once, in order, even if one of them raises; then raise what it raised."""
+        """Close every listener once, in order, even if one of them raises; then raise its error."""
         with ExitStack() as stack:
             while self._to_close:
                 stack.callback(self._to_close.pop().close)

@@ -1,9 +1,9 @@
-"""The one contract for everything that sits in a slot of the rack.
+"""The one contract for every module in a slot of the rack.
 
 A simulated 3601, an adapter over a real controller, a module that replays a
 trace and a fault wrapped around any of them look the same to the scan loop.
-None of them owns a clock, a thread or unseeded randomness: time is what
-`update` gets, an integer number of nanoseconds since power-up.
+None of them owns a clock, a thread or unseeded randomness: time is the argument
+of `update`, an integer number of nanoseconds since power-up.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from .events import Event
 
 if (
     TYPE_CHECKING
-):  # numpy takes longer to load than 50,000 scans do; a module that foresees nothing needs none
+):  # numpy takes longer to load than 50,000 scans; a module without prediction does not need it
     import numpy as np
     from numpy.typing import NDArray
 
@@ -25,60 +25,60 @@ if (
 
 
 class Module(Protocol):
-    """What the scan loop asks of a module."""
+    """A module, as the scan loop uses it."""
 
     events: list[Event]
-    """What happened since the list was last emptied, in order of time; the scan loop empties it."""
+    """Events since the list was last emptied, in order of time; the scan loop empties it."""
 
     def update(self, now_ns: int, outputs: Image) -> Image:
         """Advance to `now_ns` with `outputs` in force since the last call; return the input image then.
 
-        The result must not depend on how often this is called: advancing once
+        The result must not depend on the number of calls: advancing once
         or in pieces gives the same images at the same instants.
 
         Args:
-            now_ns: virtual time in ns since power-up, never less than in the call before.
-            outputs: the output image that has been in force since the call before (since
+            now_ns: virtual time in ns since power-up, never less than in the previous call.
+            outputs: the output image in force since the previous call (since
                 power-up in the first call). The module keeps no reference to it.
 
         Returns:
-            The input image at `now_ns`. It belongs to the module and is good until the next
+            The input image at `now_ns`. It belongs to the module and is valid until the next
             call; copy it to keep it.
         """
 
     def plc_run(self, running: bool) -> None:
-        """Tell the module whether the PLC is in run mode, from the last `now_ns` on.
+        """Set whether the PLC is in run mode, from the last `now_ns` on.
 
         A module starts with a running PLC. Program, test and single-scan mode all
         count as not running: outputs are not sent to the module.
         """
 
     def power_cycle(self) -> None:
-        """Remove and restore power at the last `now_ns`; what is volatile is lost, the clock goes on."""
+        """Remove and restore power at the last `now_ns`; volatile data are lost, the clock continues."""
 
 
 @runtime_checkable
 class ForeseeingModule(Module, Protocol):
     """A module that can compute its coming inputs while nothing acts on it, see `runtime.loop.ahead`.
 
-    They are those that `update` would return, bit by bit.
+    They equal those of `update` bit by bit.
 
     Attributes:
-        before_change: what the module calls before anything but `update` acts on it, from its PLC's
-            mode to its machine's inputs, or looks at what changes in between; afterwards it has been
-            brought up to the present.
+        before_change: called by the module before anything but `update` acts on it, from its PLC's
+            mode to its machine's inputs, or reads values that change in between; afterwards it is
+            up to date.
     """
 
     before_change: Callable[[], None]
 
     def calm_until_ns(self, outputs: Image) -> int:
-        """Return the instant before which the module only goes on as it does, without an event.
+        """Return the instant before which the module only continues, without an event.
 
         Args:
             outputs: the output image that stays in force.
 
         Returns:
-            An instant; one that is not later than the last `update` if the module can't tell.
+            An instant; one that is not later than the last `update` if it is unknown.
         """
 
     def foretell(self, first_ns: int, every_ns: int, count: int) -> Words:
@@ -86,26 +86,25 @@ class ForeseeingModule(Module, Protocol):
 
         Args:
             first_ns: the first instant, later than the last `update`.
-            every_ns: from instant to instant, 1 or more.
             count: 1 or more; all instants lie before `calm_until_ns`.
         """
 
 
 def unnoticed() -> None:
-    """Notice no change: what `before_change` is while nothing has been computed ahead."""
+    """Ignore a change: the value of `before_change` while nothing has been computed ahead."""
 
 
 @runtime_checkable
 class Follower(Module, Protocol):
-    """A module whose inputs depend on what other slots' modules do at the same instant."""
+    """A module whose inputs depend on other slots' modules at the same instant."""
 
     @property
     def follows(self) -> frozenset[int]:
         """The slots to be advanced before this one in every exchange; none of them follows another."""
 
     def join(self, modules: Mapping[int, Module]) -> None:
-        """Take the modules of the rack by slot number, before the first `update`.
+        """Connect to the modules of the rack, by slot number, before the first `update`.
 
         Raises:
-            ValueError: a slot that it follows has no module it can follow.
+            ValueError: a slot without a module that it can follow.
         """

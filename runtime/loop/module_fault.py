@@ -1,12 +1,12 @@
-"""Faults that no command causes: what the PLC sees of a module that stops answering.
+"""Faults that no command causes: the PLC's view of a module that stops answering.
 
     fault           input image the PLC sees        the module itself
-    LINK_LOST       as it was last                  goes on without words: as if the PLC had left
-                                                    run mode; Axis Err solid
-    REMOVED         zeros                           without power; put back, it powers up
-    FATAL_ERROR     MODULE_OK clear, rest frozen    stops at once and does nothing until power is
-                                                    cycled; both axis lights alternate
-    ASIC_LOST       as it was last                  as LINK_LOST; both axis lights blink
+    LINK_LOST       the last one                    continues without words, like a PLC that
+                                                    leaves run mode; Axis Err solid
+    REMOVED         zeros                           without power; reinserted, it powers up
+    FATAL_ERROR     MODULE_OK clear, rest frozen    stops at once until power is cycled;
+                                                    both axis lights alternate
+    ASIC_LOST       the last one                    like LINK_LOST; both axis lights blink
 
 The manual names these states by their lights and by the Module OK bit only
 [chapter 1, Front Panel; chapter 6, The Module OK Flag; reading A-88]. They are

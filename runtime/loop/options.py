@@ -18,11 +18,11 @@ class Options(BaseModel):
     """The options of a module or a controller; a subclass declares name, type, range and default of each.
 
     Attributes:
-        owner: what has these options, as messages call it.
-        noun: what messages call one of them.
+        owner: name of the device in messages.
+        noun: name of an option in messages.
 
     Raises:
-        ValueError: an unknown name, or a value that is not allowed; the message says what is.
+        ValueError: an unknown name, or an illegal value; the message has the allowed ones.
     """
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True)

@@ -1,15 +1,15 @@
-"""Everything that has to do with the clock on the wall; no other file imports `time`.
+"""Everything about the wall clock; no other file imports `time`.
 
-    FreeRun           scans follow each other as fast as they come; virtual time only
+    FreeRun           scans as fast as possible; virtual time only
     RealTime          scan n of a run is due at start + n * period on the monotonic clock
     AdjustablePace    the same at a multiple of real time, which may change while scans run
-    Clock             virtual time that keeps step with the clock on the wall
-    Watchdog          ends logic that does not come back
-    stopping_on_interrupt    Ctrl-C asks for a stop between scans
-    ending_as_interrupt      SIGTERM and SIGHUP do what Ctrl-C does
+    Clock             virtual time in step with the wall clock
+    Watchdog          ends endless logic
+    stopping_on_interrupt    Ctrl-C requests a stop between scans
+    ending_as_interrupt      SIGTERM and SIGHUP act like Ctrl-C
 
 None of it decides an image: a paced run and a free one give the same scans,
-but for the OVERRUN flag.
+except for the OVERRUN flag.
 """
 
 from __future__ import annotations
@@ -27,60 +27,59 @@ from typing import Any, Protocol
 from typing_extensions import override
 
 WATCHDOG_NS = 500_000_000
-"""Default watchdog, as a CompactLogix main task has it."""
+"""Default watchdog, that of a CompactLogix main task."""
 
 WAITING = 10
-"""How many times as long as its limit of processor time logic may take on the wall clock."""
+"""Limit on the wall clock as a multiple of the limit of processor time."""
 
 TICKS_PER_LIMIT = 4
-"""How often the watchdog looks, per limit: logic is ended within 1 to 1.25 limits."""
+"""Checks of the watchdog per limit: logic is ended within 1 to 1.25 limits."""
 
 
 LATE_FROM_NS = (100_000, 300_000, 1_000_000, 3_000_000, 10_000_000, 30_000_000, 100_000_000)
-"""Sizes by which late scans are counted; a scan that begins within the first after it was due is on time."""
+"""Sizes by which late scans are counted; up to the first size a scan is on time."""
 
 SPIN_SHARE = 10
-"""A tenth of a period at most is waited without sleeping."""
+"""Longest wait without sleeping, as a divisor of the period."""
 
 SPIN_MAX_NS = 200_000
-"""And no longer than this: a sleep on a system that has the time rarely ends later."""
+"""Its upper limit: with free capacity a sleep rarely ends later."""
 
 
 BEAT_NS = 100_000_000
 """Within this time of the wall clock a recording is on its way to the disk."""
 
 
-def _nothing() -> None:
-    """Do nothing."""
+def _nothing() -> None: ...
 
 
 class Pacer(Protocol):
-    """Says when scans begin."""
+    """Decides when scans begin."""
 
     free: bool
-    """Whether scans need not wait at all, and the scan loop need not ask."""
+    """Whether scans never wait, and the scan loop need not ask."""
 
     overruns: int
-    """Scans that began late, because the one before was not finished in time."""
+    """Scans that began late, because the previous one was not finished in time."""
 
     worst_late_ns: int
-    """The longest that a scan began after it was due."""
+    """The longest delay of a scan."""
 
     late: list[int]
-    """Scans by how late they began: on time, then those of each size in `LATE_FROM_NS`; empty if free."""
+    """Scans by their delay: on time, then those of each size in `LATE_FROM_NS`; empty if free."""
 
     beat: Callable[[], object]
-    """Called between two scans, within `BEAT_NS` again where scans are shorter than that; never, if free."""
+    """Called between two scans, at least every `BEAT_NS` if scans are shorter than that; never, if free."""
 
     def begin(self, period_ns: int) -> None:
-        """A run begins: its first scan is due now."""
+        """Begin a run: its first scan is due now."""
 
     def wait(self) -> bool:
-        """Wait until the next scan is due; return whether it begins late all the same."""
+        """Wait until the next scan is due; return whether it begins late nevertheless."""
 
 
 class FreeRun(Pacer):
-    """No pacing: the next scan begins as soon as the one before is done."""
+    """No pacing: the next scan begins as soon as the previous one is done."""
 
     free = True
     overruns = 0
@@ -102,13 +101,13 @@ class FreeRun(Pacer):
 class RealTime(Pacer):
     """Scans begin in step with the wall clock: scan n of a run at its start + n * period.
 
-    A scan that comes late does not shift the ones after it: they follow without
-    a pause until the loop has caught up. It is late whatever the reason: the scan before
+    A late scan does not shift the following ones: they follow without
+    a pause until the loop has caught up. It is late for any reason: the previous scan
     was not finished (an overrun), or the sleep took too long.
 
     Args:
-        spin: sleep only until shortly before a scan is due, and look at the clock from there on. That
-            costs a tenth of a processor at most, and begins scans within some microseconds.
+        spin: sleep only until shortly before a scan is due, then poll the clock. That
+            takes a tenth of a processor at most, and begins scans within some microseconds.
     """
 
     free = False
@@ -152,7 +151,7 @@ class RealTime(Pacer):
         self.beat()
 
     def _wait_until(self, due_ns: int, now_ns: int) -> int:
-        """Sleep, and spin if that is wanted, until an instant; return when it was over."""
+        """Sleep, and spin if requested, until an instant; return the time of its end."""
         sleep_ns = due_ns - self._spin_ns - now_ns
         if sleep_ns > 0:
             time.sleep(sleep_ns / 1e9)
@@ -165,11 +164,11 @@ class RealTime(Pacer):
 class AdjustablePace(RealTime):
     """Scans in step with the wall clock, at a speed that may change between two scans.
 
-    As fast as possible it is free: modules may be run ahead, as without a session. The CPU takes note of
-    another speed when it prepares the next scans.
+    At full speed it is free: modules may be run ahead, as without a session. The CPU reads the
+    speed when it prepares the next scans.
 
     Args:
-        speed: how many seconds of virtual time pass in one second, above 0; None = as fast as possible.
+        speed: seconds of virtual time per second, above 0; None = as fast as possible.
     """
 
     def __init__(self, speed: float | None = 1.0) -> None:
@@ -180,7 +179,7 @@ class AdjustablePace(RealTime):
 
     @property
     def speed(self) -> float | None:
-        """How many seconds of virtual time pass in one second; None = as fast as possible."""
+        """Seconds of virtual time per second; None = as fast as possible."""
         return self._speed
 
     @speed.setter
@@ -209,7 +208,7 @@ class Clock:
     """Virtual time in step with the wall clock; it begins at 0 when it is made.
 
     Args:
-        speed: how many seconds of virtual time pass in one second, above 0.
+        speed: seconds of virtual time per second, above 0.
 
     Raises:
         ValueError: the speed is not above 0.
@@ -226,11 +225,11 @@ class Clock:
         return int((time.monotonic_ns() - self._start_ns) * self.speed)
 
     def seconds_until(self, at_ns: int | None, longest_s: float) -> float:
-        """Return how long to wait on the wall clock for an instant of virtual time.
+        """Return the wait on the wall clock until an instant of virtual time.
 
         Args:
-            at_ns: the instant; None = there is none to wait for.
-            longest_s: the longest that is waited.
+            at_ns: the instant; None = `longest_s`.
+            longest_s: longest wait.
         """
         if at_ns is None:
             return longest_s
@@ -240,27 +239,27 @@ class Clock:
 class WatchdogTimeout(BaseException):
     """The logic has taken longer than the watchdog allows.
 
-    Not an Exception, lest a program that catches everything in a loop also catches this.
+    It is no Exception, so that a program that catches everything in a loop does not catch it.
     """
 
 
 class Watchdog:
-    """Ends logic that does not come back.
+    """Ends endless logic.
 
-    What counts is the processor time that the logic takes: on a busy machine it is not to blame for the
-    time in which others ran. On the wall clock it has ten times as long, for logic that waits.
+    The limit is processor time: on a busy machine the time of other processes does not count. On
+    the wall clock logic has ten times as long, for logic that waits.
 
     In the main thread of a system with interval timers it costs the scans nothing: a timer
-    looks in now and then whether it still finds the same scan inside the logic, and after the
-    limit raises `WatchdogTimeout` right there, even in an endless loop. (One long call of a C
-    function can only be ended when it returns.) Anywhere else the time is taken before and
-    after the logic, which notices an overlong scan, but not one that never ends; see `timed`.
+    checks regularly whether the same scan is still inside the logic, and after the
+    limit raises `WatchdogTimeout` there, even in an endless loop. (One long call of a C
+    function can only be ended when it returns.) Elsewhere the time is measured before and
+    after the logic, which detects a long scan, but not an endless one; see `timed`.
 
-    Under a debugger there is no watchdog: a timer that finds one on the stack stops for the rest of
-    the run, and the time of a scan does not count that is traced or calls `breakpoint()`.
+    A debugger disables the watchdog: a timer that finds one on the stack stops for the rest of
+    the run, and the time of a scan that is traced or calls `breakpoint()` does not count.
 
     Args:
-        limit_ns: the longest that the logic of one scan may take of the processor; 0 = no watchdog.
+        limit_ns: longest processor time of the logic of one scan; 0 = no watchdog.
 
     Raises:
         ValueError: the limit is negative.
@@ -275,7 +274,7 @@ class Watchdog:
 
     @property
     def timed(self) -> bool:
-        """Whether the scan loop has to take the time, since no interval timer will."""
+        """Whether the scan loop must measure the time, since no interval timer does."""
         return self.limit_ns > 0 and not _timer_usable()
 
     @contextmanager
@@ -284,7 +283,7 @@ class Watchdog:
 
         Args:
             scan: returns the number of the present scan.
-            inside: the function that calls the logic; on the stack means inside the logic.
+            inside: the function that calls the logic; on the stack it means inside the logic.
         """
         if self.limit_ns == 0 or not _timer_usable():
             yield
@@ -301,7 +300,7 @@ class Watchdog:
             yield
 
     def call(self, logic: Callable[[], None]) -> None:
-        """Call `logic` and take the time, where `timed` says so.
+        """Call `logic` and measure its time, if `timed`.
 
         Raises:
             WatchdogTimeout: it took longer than the limit.
@@ -319,11 +318,7 @@ class Watchdog:
             self._expire_if_over(self._since)
 
     def _expire_if_over(self, since: tuple[int, int]) -> None:
-        """Raise `WatchdogTimeout` if the logic has taken too long.
-
-        Args:
-            since: what `_clocks` was when it began.
-        """
+        """Raise `WatchdogTimeout` if the logic has taken too long since `_clocks` returned `since`."""
         used_ns, passed_ns = (now - then for now, then in zip(_clocks(), since, strict=True))
         limit_ms = self.limit_ns / 1e6
         if used_ns >= self.limit_ns:
@@ -360,7 +355,7 @@ def _in_debugger(frame: FrameType | None) -> bool:
 
 
 def _traced_by_debugger() -> bool:
-    """Return whether a debugger traces this thread; measuring coverage is a trace function, too."""
+    """Return whether a debugger traces this thread; coverage tools set a trace function, too."""
     return _of_debugger(getattr(sys.gettrace(), "__module__", None))
 
 
@@ -370,7 +365,7 @@ def _of_debugger(module: object) -> bool:
 
 @contextmanager
 def _noticing_breakpoints() -> Iterator[list[None]]:
-    """Collect one entry for each call of `breakpoint()`; the hook is called as ever."""
+    """Collect one entry for each call of `breakpoint()`, whose hook still runs."""
     met: list[None] = []
     hook = sys.breakpointhook
 
@@ -387,7 +382,7 @@ def _noticing_breakpoints() -> Iterator[list[None]]:
 
 @contextmanager
 def _interval_timer(interval: float, handler: Callable[[int, FrameType | None], None]) -> Iterator[None]:
-    """Run `handler` every `interval` seconds; afterwards handler and timer are as they were."""
+    """Run `handler` every `interval` seconds; restore handler and timer afterwards."""
     start = time.monotonic()
     previous = signal.signal(signal.SIGALRM, handler)
     left, every = signal.setitimer(signal.ITIMER_REAL, interval, interval)
@@ -402,16 +397,16 @@ def _interval_timer(interval: float, handler: Callable[[int, FrameType | None], 
 
 @contextmanager
 def stopping_on_interrupt(stop: Callable[[], None], inside: CodeType) -> Iterator[None]:
-    """Let Ctrl-C call `stop`; what does not stop by that can be broken off, but gently.
+    """Let Ctrl-C call `stop`; further ones break off a run that does not stop.
 
-    The first Ctrl-C only asks. The second raises KeyboardInterrupt if it finds the logic running,
-    which may never end; anywhere else the scan is about to be done, and a recorder is better not
-    broken off half-way. The third raises wherever it is. Afterwards the handler is as it was.
+    The first Ctrl-C only requests a stop. The second raises KeyboardInterrupt if it finds the logic running,
+    which may never end; elsewhere the scan is about to end, and a recorder must not be
+    broken off. The third raises anywhere. Afterwards the handler is restored.
     Outside the main thread nothing is changed.
 
     Args:
-        stop: asks for a stop between scans.
-        inside: the function that calls the logic; on the stack means inside the logic.
+        stop: requests a stop between scans.
+        inside: the function that calls the logic; on the stack it means inside the logic.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -434,11 +429,11 @@ def stopping_on_interrupt(stop: Callable[[], None], inside: CodeType) -> Iterato
 
 @contextmanager
 def ending_as_interrupt() -> Iterator[None]:
-    """Let what asks the process to end, SIGTERM or a terminal that is closed, do what Ctrl-C does.
+    """Let SIGTERM and SIGHUP (a closed terminal) act like Ctrl-C.
 
-    A signal that is ignored stays ignored, as SIGHUP is under nohup. Where Ctrl-C is ignored, as in
-    the background of a shell, the others raise KeyboardInterrupt. Afterwards the handlers are as
-    they were. Outside the main thread nothing is changed.
+    A signal that is ignored stays ignored, such as SIGHUP under nohup. Where Ctrl-C is ignored, such as in
+    the background of a shell, the others raise KeyboardInterrupt. Afterwards the handlers are
+    restored. Outside the main thread nothing is changed.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -458,7 +453,7 @@ def ending_as_interrupt() -> Iterator[None]:
 
 
 def interrupted_by() -> str:
-    """Return what ends the process, for messages: Ctrl-C, or the signal that acts as Ctrl-C does."""
+    """Return the cause of the end, for messages: Ctrl-C, or the signal that acted like it."""
     return _ended_by[0] if _ended_by else "Ctrl-C"
 
 
@@ -474,7 +469,7 @@ def _interrupt(number: int, _frame: FrameType | None) -> None:
 
 
 def rest(seconds: float) -> None:
-    """Do nothing for a while."""
+    """Sleep."""
     time.sleep(seconds)
 
 

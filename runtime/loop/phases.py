@@ -1,16 +1,16 @@
 """The phases of a scan, in their order, each a short method.
 
-    scan n            phase            in mode           what it does
-    at n * period     input_latch      all               modules come up to now, their inputs are taken
-                      input_forces     all               forced input bits are put over them
-                      logic            run, test         the program is called once
-                      output_forces    run, test         forced output bits are put over its outputs
-                      output_latch     run               outputs are sent to the modules
-                      record           all               listeners hear of events, then of the scan
-                      housekeeping     all               requests take effect, time moves on
+    scan n            phase            in mode           action
+    at n * period     input_latch      all               update the modules, read their inputs
+                      input_forces     all               overwrite forced input bits
+                      logic            run, test         call the program once
+                      output_forces    run, test         overwrite forced output bits
+                      output_latch     run               send the outputs to the modules
+                      record           all               pass events, then the scan, to the listeners
+                      housekeeping     all               apply requests, advance the time
 
 Scan 0 is at t = 0 and sees the modules as they power up. A scan takes no virtual
-time: what it does happens at its instant.
+time: it happens at its instant.
 """
 
 from __future__ import annotations
@@ -49,19 +49,19 @@ IDLE_PHASES = {
 
 
 class ScanPhases:
-    """The phases of a scan, and those of them that have something to do in the next one.
+    """The phases of a scan, and the active ones of the next scan.
 
-    `prepare` lists them again whenever that changes, so that a scan without forces does not ask about forces.
+    `prepare` lists these after every change, so that a scan without forces does not test for forces.
 
     Attributes:
-        listeners: hear of every scan and event.
+        listeners: receive every scan and event.
         housekeeping: the last phase.
-        order: the phases that have something to do.
+        order: the active phases.
         blame: the cause of an error in each of them.
-        flags: what the CPU is doing in this scan.
+        flags: of the CPU in this scan.
         call_logic: the phase that calls the program.
-        attention: the housekeeping of this scan has more to do than to move on.
-        plain: there is nothing to do but input latch, logic, output latch, record and moving on.
+        attention: the housekeeping of this scan has requests.
+        plain: only input latch, logic, output latch, record and housekeeping are active.
     """
 
     def __init__(
@@ -94,11 +94,11 @@ class ScanPhases:
         self._announced: list[Event] = []
 
     def input_latch(self) -> None:
-        """Bring the modules up to now and take their inputs."""
+        """Advance the modules to now and read their inputs."""
         self.view.updated = self._exchange.latch_inputs(self.view.now_ns)
 
     def input_forces(self) -> None:
-        """Give the logic its own outputs back, and put the input forces over the inputs."""
+        """Restore the logic's own outputs, and overwrite the inputs with the input forces."""
         self._forces.restore_outputs()
         self._forces.apply_inputs()
 
@@ -107,7 +107,7 @@ class ScanPhases:
         self.program(self.view)
 
     def output_forces(self) -> None:
-        """Put the output forces over what the program wrote."""
+        """Overwrite the program's outputs with the output forces."""
         self._forces.apply_outputs()
 
     def output_latch(self) -> None:
@@ -115,7 +115,7 @@ class ScanPhases:
         self._exchange.latch_outputs()
 
     def record(self) -> None:
-        """Tell the listeners what happened and that the scan is done."""
+        """Pass the events, then the scan, to the listeners."""
         view = self.view
         for module in self._modules:
             if module.events:
@@ -123,7 +123,7 @@ class ScanPhases:
                 break
         self.listeners.scan(view.number, view.now_ns, self.flags)
 
-    # phases of special occasions
+    # phases of special scans
 
     def _pace(self) -> None:
         """Wait for the wall clock, before the scan."""
@@ -135,13 +135,13 @@ class ScanPhases:
         self._watchdog.call(self.logic)
 
     def _first_output_latch(self) -> None:
-        """Send the outputs, and with them the news that the PLC runs."""
+        """Send the outputs, and with them the start of the PLC."""
         self._exchange.latch_outputs()
         self._exchange.start()
         self._modules_run = True
 
     def tell_news(self) -> None:
-        """Tell the listeners what has taken effect with this scan."""
+        """Report the changes that took effect with this scan."""
         for topic, fields in self._news.items():
             self.listeners.event(self.view.number, self.view.now_ns, topic, fields)
         self._news.clear()
@@ -149,22 +149,22 @@ class ScanPhases:
             self.listeners.raised(self.view.number, event)
         self._announced.clear()
 
-    # what the CPU asks for
+    # requests of the CPU
 
     def tell_module_events(self) -> None:
-        """Tell the listeners what has happened at the modules."""
+        """Pass the modules' events to the listeners."""
         self.listeners.module_events(self.view.number, self._rack.slots.values())
 
     def take_news(self, topic: str, fields: Mapping[str, JsonValue]) -> None:
-        """Tell the listeners of a change of the CPU with the next scan."""
+        """Report a change of the CPU to the listeners with the next scan."""
         self._news[topic] = fields
 
     def announce(self, event: Event) -> None:
-        """Tell the listeners of an event with the next scan."""
+        """Pass an event to the listeners with the next scan."""
         self._announced.append(event)
 
     def stop_modules(self) -> None:
-        """Tell the modules that the PLC does not run, if it did."""
+        """Inform the modules that the PLC does not run, if it did."""
         if self._modules_run:
             self._modules_run = False
             self._exchange.stop()
@@ -177,7 +177,7 @@ class ScanPhases:
         self.stop_modules()
 
     def prepare(self, mode: CpuMode, *, tags_set: bool, tags_forced: bool) -> None:
-        """List the phases that have something to do in the next scan, and the cause of an error in each."""
+        """List the active phases of the next scan, and the cause of an error in each."""
         idle = IDLE_PHASES[mode]
         logic_runs = "logic" not in idle
         first = logic_runs and self.view.first

@@ -3,8 +3,8 @@
     memory   | slot 1 outputs | slot 1 inputs | slot 3 outputs | slot 3 inputs | ...
     bytes      0           16              32               48              64
 
-The block is what a recorder takes as it is, scan by scan; the images that logic
-and modules work on are views of it.
+A recorder copies the block unchanged, scan by scan; the images of logic and modules
+are views of it.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ class Card:
     """A module on its way into a rack.
 
     Attributes:
-        slot: number of the slot it goes into, from 1 (0 is the controller's own place).
-        catalog: what it is sold as, such as "amci3601"; for the record only.
-        firmware: its firmware, such as "4.1"; for the record only.
-        words: what its words and bits are called; names in addresses follow from it.
-        round_trip_ms: how long a command and its answer take at most, ms; 0 = as long as the scan loop takes.
+        slot: number of its slot, from 1 (0 is the controller's own place).
+        catalog: catalog name, such as "amci3601"; for the record only.
+        firmware: such as "4.1"; for the record only.
+        words: names of its words and bits, from which addresses follow.
+        round_trip_ms: longest time of a command and its answer, ms; 0 = only that of the scan loop.
     """
 
     slot: int
@@ -56,27 +56,27 @@ class Slot:
 
     @property
     def fault(self) -> int:
-        """Fault of the connection, as a CompactLogix has it: -1 while the module does not answer, else 0.
+        """Fault of the connection, as on a CompactLogix: -1 while the module does not answer, else 0.
 
-        A module that knows nothing of a link always answers (reading A-90).
+        A module without a link always answers (reading A-90).
         """
         return 0 if getattr(self.module, "linked", True) else -1
 
 
 Seat = TypeVar("Seat")
-"""What there is for each slot: the slot itself, its bench."""
+"""An item for each slot: the slot itself, its bench."""
 
 
 class Slots(dict[int, Seat]):
-    """The slots of a rack by number, in ascending order; an empty slot is a ValueError that says so."""
+    """The slots of a rack by number, in ascending order; an empty slot raises a ValueError."""
 
     def __missing__(self, number: object) -> Slot:
-        """Refuse a slot that is not there."""
+        """Raise ValueError for an empty slot."""
         raise ValueError(f"slot {number!r} is empty: modules sit in {', '.join(map(str, self)) or 'none'}")
 
 
 class Rack:
-    """Modules in their slots and one block of memory that holds all of their images.
+    """Modules in their slots and one block of memory with all of their images.
 
     Attributes:
         memory: 32 bytes per slot in order of the slot numbers: output image, then input image.

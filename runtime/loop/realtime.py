@@ -1,10 +1,10 @@
-"""What a process asks of the system so that its scans begin on time.
+"""Requests of a process to the system, so that its scans begin on time.
 
-    scheduling   SCHED_FIFO    no ordinary process keeps a scan waiting
+    scheduling   SCHED_FIFO    no ordinary process delays a scan
     memory       mlockall      no page is swapped out
-    collector    gc.freeze     what exists at the start is never searched for garbage again
+    collector    gc.freeze     objects that exist at the start are never searched for garbage again
 
-The system may refuse the first two. A refusal is reported with what to do, and the run goes on without.
+The system may refuse the first two. A refusal is reported with its remedy, and the run continues without.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ PRIORITY = 40
 """Above all ordinary processes, below the interrupt threads of a real-time Linux, which have 50."""
 
 MCL_CURRENT, MCL_FUTURE, MCL_ONFAULT = 1, 2, 4
-"""Flags of mlockall: pages there now, later ones, and each only once it is in memory [mlock(2)]."""
+"""Flags of mlockall: present pages, later ones, and each only once it is in memory [mlock(2)]."""
 
 
 CAP_IPC_LOCK = 14
@@ -32,11 +32,11 @@ CAP_IPC_LOCK = 14
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a request to the system.
+    """The result of a request to the system.
 
     Attributes:
-        refusal: why the system refused it; empty = it was granted.
-        advice: what to do about a refusal.
+        refusal: the reason of a refusal; empty = granted.
+        advice: the remedy.
     """
 
     name: str
@@ -50,7 +50,7 @@ class Outcome:
 
 
 Undo = Callable[[], object]
-"""Takes back what was granted."""
+"""Undoes a granted request."""
 
 
 @dataclass(frozen=True)
@@ -58,10 +58,9 @@ class SystemRequest:
     """A request to the system.
 
     Attributes:
-        name: what is asked for.
-        ask: makes the request and returns how to take it back.
-            It raises OSError for a refusal, NotImplementedError on a system that has no such thing.
-        advice: what to do about a refusal.
+        ask: makes the request and returns its undo function.
+            It raises OSError for a refusal, NotImplementedError on a system without the function.
+        advice: the remedy of a refusal.
     """
 
     name: str
@@ -69,7 +68,7 @@ class SystemRequest:
     advice: str
 
     def outcome(self, undo: ExitStack) -> Outcome:
-        """Make the request, and leave what takes it back with `undo`."""
+        """Make the request, and add its undo function to `undo`."""
         try:
             undo.callback(self.ask())
         except NotImplementedError:
@@ -89,7 +88,7 @@ def ask_for_fifo() -> Undo:
     if not hasattr(os, "sched_setscheduler"):
         raise NotImplementedError
     policy, parameter = os.sched_getscheduler(0), os.sched_getparam(0)
-    if policy not in (os.SCHED_FIFO, os.SCHED_RR):  # else the user has chosen a priority, with chrt
+    if policy not in (os.SCHED_FIFO, os.SCHED_RR):  # otherwise the user has chosen a priority, with chrt
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY))
     return lambda: os.sched_setscheduler(0, policy, parameter)
 
@@ -141,9 +140,9 @@ REQUESTS = (
 
 @contextmanager
 def real_time(requests: tuple[SystemRequest, ...] = REQUESTS) -> Iterator[list[Outcome]]:
-    """Ask the system for all that makes scans begin on time; take it back at the end.
+    """Make all requests for punctual scans; undo them at the end.
 
-    Threads that are started inside have it, too. Enter it before a port is opened.
+    Threads that are started inside are included. Enter it before a port is opened.
     """
     with ExitStack() as undo:
         yield [request.outcome(undo) for request in requests]
@@ -151,7 +150,7 @@ def real_time(requests: tuple[SystemRequest, ...] = REQUESTS) -> Iterator[list[O
 
 @contextmanager
 def frozen_collector() -> Iterator[None]:
-    """Collect garbage once, and then leave what exists now out of every later search for garbage."""
+    """Collect garbage once, then exclude existing objects from every later collection."""
     gc.collect()
     gc.freeze()
     try:

@@ -1,4 +1,4 @@
-"""One scan as logic and listeners see it: its mode, its flags, and the object the logic is called with."""
+"""One scan as logic and listeners see it: its mode, its flags, and the argument of the logic."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .rack import Slot, as_logic_sees
 
 
 class CpuMode(IntEnum):
-    """What the CPU does with its logic."""
+    """The CPU's use of its logic."""
 
     PROGRAM = 0
     """Logic rests, outputs are not sent."""
@@ -26,7 +26,7 @@ class CpuMode(IntEnum):
 
 
 class ScanFlag(IntFlag):
-    """What the CPU was doing in a scan, as recorded with it; bits 0 and 1 are the `CpuMode`."""
+    """The CPU's flags of a scan; bits 0 and 1 are the `CpuMode`."""
 
     RUN = 1 << 0
     TEST = 1 << 1
@@ -59,7 +59,7 @@ def mode_name(mode: CpuMode) -> str:
 
 
 class LogicScan:
-    """What the logic gets: the scan it is called in, and the slots of the rack.
+    """The argument of the logic: its scan, and the slots of the rack.
 
     Attributes:
         slot: the slots by number; `scan.slot[1].inputs` and `.outputs` are the images. Inputs are
@@ -69,8 +69,8 @@ class LogicScan:
         period_ns: time from scan to scan.
         first: the logic is called for the first time: since power-up, or since the CPU left
             program mode for run or test mode.
-        updated: the modules have updated their inputs since the scan before; on a CompactLogix that
-            is so in scans after an exchange.
+        updated: the modules have updated their inputs since the previous scan; on a CompactLogix only
+            after an exchange.
     """
 
     __slots__ = ("first", "now_ns", "number", "period_ns", "slot", "updated")
@@ -90,17 +90,17 @@ ScanLogic = Callable[[LogicScan], None]
 
 @runtime_checkable
 class AttachedLogic(Protocol):
-    """Logic that looks at the rack before its first scan, and has something to end."""
+    """Logic that is prepared with the rack before its first scan, and closed after its last."""
 
     def __call__(self, scan: LogicScan) -> None:
         """Do one scan."""
 
     def __attach_logic__(self, slots: Mapping[int, Slot]) -> None:
-        """Find what it needs in the slots, before the first scan.
+        """Find the required slots, before the first scan.
 
         Raises:
-            ValueError: it is not there; the message says what there is.
+            ValueError: one is missing; the message has the existing ones.
         """
 
     def __close_logic__(self) -> None:
-        """End what is under way; no scan follows. May be called twice."""
+        """End unfinished work; no scan follows. May be called twice."""

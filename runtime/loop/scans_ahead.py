@@ -1,14 +1,14 @@
-"""Scans by rows: what the phases do, scan by scan, while the inputs are known ahead (`runtime.loop.ahead`).
+"""Scans by rows: the phases' work, scan by scan, while the inputs are known ahead (`runtime.loop.ahead`).
 
     scan n            phase           by rows
     at n * period     input_latch     copies the scan's row into the rack's memory
                       logic           the same
-                      output_latch    compares: the memory is still the row, so nothing new is to be sent
+                      output_latch    compares: the memory still equals the row, nothing is to be sent
                       record          passes on the scan; there are no events
                       housekeeping    moves on
 
-New outputs, a request, a stop, or anything that acts on a module ends the block in the same scan, which
-goes on by its phases.
+New outputs, a request, a stop, or any action on a module ends the block in the same scan, which
+continues with its phases.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ class ScansAhead:
     """Runs scans, by their phases or by rows.
 
     Attributes:
-        enabled: False = every scan by its phases, as in tests and where scans are not a period apart.
-        stop_requested: no further scan is to be run.
+        enabled: False = every scan by its phases, as in tests and for irregular scans.
+        stop_requested: run no further scan.
         present: the phase that ran last.
-        patience: when it looks ahead.
+        patience: decides when it looks ahead.
     """
 
     def __init__(self, phases: ScanPhases, rack: Rack, exchange: Exchange, period_ns: int) -> None:
@@ -66,13 +66,13 @@ class ScansAhead:
         return scans
 
     def _ahead(self, most: int) -> int:
-        """Run scans by rows, as far as they are foreseen; return how many."""
+        """Run foreseen scans by rows; return their number."""
         view, patience = self._phases.view, self.patience
         if not (self._phases.plain and self.enabled and numpy_is_worth_it(view.number)):
             patience.not_calm(0)
             return 0
         if self.stop_requested or most < LEAST_ROWS or any(module.events for module in self._modules):
-            return 0  # events of a module on which a listener has acted go through the next scan's phases
+            return 0  # the next scan's phases handle events of a module that a listener has acted on
         calm = self._exchange.calm_scans(view.now_ns, self._period_ns)
         if calm < LEAST_ROWS:
             patience.not_calm(calm)
@@ -120,7 +120,7 @@ class ScansAhead:
             self.present = phase
 
     def _catch_up(self) -> None:
-        """Bring the modules up to the present scan, if they are behind."""
+        """Advance the modules to the present scan, if they are behind."""
         if self._by_rows:
             self._by_rows = False
             self._exchange.catch_up(self._phases.view.now_ns)

@@ -1,4 +1,4 @@
-"""Two traces side by side: the first scan that differs, and how they differ altogether.
+"""Two traces side by side: the first scan that differs, and all differences.
 
     with open_trace(a) as one, open_trace(b) as other:
         found = compare(one, other, Tolerance(time_ns=4_000_000, counts=2))
@@ -8,13 +8,13 @@
 Both are read block by block, in one pass:
 
     stream      scans of a trace in memory, in the order of a key: their number, or their time
-    blocks      the scans of two streams that are set against each other
-    differing   the fields of them that differ, those of `fields` and `tagged`
+    blocks      the scans of two streams that are compared with each other
+    differing   their differing fields, those of `fields` and `tagged`
     findings    the first difference, and the extent of each, over all blocks
     report      the findings as text
 
 Exactly, scans are paired by number, and every word counts. With a tolerance, as for recordings of real
-hardware, they are paired by time, and what one trace shows the other shows within the tolerance.
+hardware, they are paired by time, and each trace must show the other's values within the tolerance.
 """
 
 from .alignment import SAME_CLOCK, TimeMap, align, realign

@@ -1,7 +1,7 @@
-"""Two traces cut into blocks that can be compared one after the other.
+"""Two traces cut into blocks that are compared one after the other.
 
     one     | o  o  o  o | o  o  o  o | o  o        a block: some scans of one, and those of the
-    other      o  o  o    o  o  o  o    o  o  o     other that are set against them
+    other      o  o  o    o  o  o  o    o  o  o     other that they are compared with
 
 by number    scan n of one against scan n of the other
 by time      each scan against the one in force in the other trace at its time, and against
@@ -11,8 +11,8 @@ by time      each scan against the one in force in the other trace at its time, 
     other       |  o  |  o  |  o  |  o  |
                    <-- tolerance -->
 
-By time, a block of one trace needs the scans of the other within the tolerance as well, and
-the other way round: these stay in memory, and so do as many scans as a report looks back.
+By time, a block of one trace also needs the scans of the other within the tolerance, and
+vice versa: these stay in memory, and so do the scans before a difference that a report shows.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ def blocks_by_number(a: Stream, b: Stream, block_scans: int) -> Iterator[Compare
 
 
 def _read_rows(a: Stream, b: Stream, block_scans: int) -> bool:
-    """Have more than a block of both traces in memory; return whether there is anything left of either."""
+    """Read more than a block of both traces into memory; return whether there is anything left of either."""
     for stream in (a, b):
         stream.read_rows(block_scans)
     return a.row < len(a) or b.row < len(b)
@@ -105,7 +105,7 @@ def _pairs(a: Keys, b: Keys) -> tuple[Rows, Rows]:
 
 
 def _unequal(a: Columns, b: Columns) -> Rows:
-    """Return which rows differ anywhere."""
+    """Return the rows that differ anywhere."""
     unequal = (a.time_ns != b.time_ns) | (a.flags != b.flags)
     if not np.array_equal(a.words, b.words):
         unequal |= (a.words != b.words).any(axis=1)
@@ -124,8 +124,8 @@ def _at(columns: Columns, rows: Rows) -> Columns:
 def blocks_by_time(a: Stream, b: Stream, tolerance_ns: int, block_scans: int) -> Iterator[ComparedBlock]:
     """Yield two traces block by block, their scans paired by time.
 
-    A scan of the second trace belongs to the block of the scan of the first that is in force at
-    its time. So a block is longer than it should be where the first trace has a gap.
+    A scan of the second trace belongs to the block of the first trace's scan in force at
+    its time. A block is therefore longer where the first trace has a gap.
     """
     _skip_to(b, a, tolerance_ns)
     while _read_rows(a, b, block_scans) and a.row < len(a):
@@ -145,17 +145,17 @@ def blocks_by_time(a: Stream, b: Stream, tolerance_ns: int, block_scans: int) ->
 
 
 def windows(own: Stream, end: int, other: Stream, tolerance_ns: int) -> Windows:
-    """Set the rows of a block against those of the other trace by time.
+    """Return the windows of a block's rows in the other trace, by time.
 
     A scan is in force until the next one. Rows beyond the other trace's ends by more than the
-    tolerance are left out, and not judged are those whose window it does not fill.
+    tolerance are left out; those whose window it does not fill are not judged.
     """
     if other.first_key is None:
         return Windows(NONE, NONE, NONE, NONE)
     times = own.keys[own.row : end]
     met = (times >= other.first_key - tolerance_ns) & (times <= other.reach_ns(tolerance_ns))
     judged = met & (times + tolerance_ns < other.last_key + other.period_ns)
-    if other.first_scan:  # something was before it
+    if other.first_scan:  # there was something before it
         judged &= times - tolerance_ns >= other.first_key
     times = times[judged]
     held, first = (np.maximum(other.in_force(at), 0) for at in (times, times - tolerance_ns))
@@ -164,7 +164,7 @@ def windows(own: Stream, end: int, other: Stream, tolerance_ns: int) -> Windows:
 
 
 def _skip_to(stream: Stream, other: Stream, tolerance_ns: int) -> None:
-    """Leave out the scans of a trace that are too early to be set against anything in the other."""
+    """Skip the scans of a trace that are too early for a window in the other."""
     other.read_rows(0)
     if other.first_key is None:
         return
@@ -186,7 +186,7 @@ def _end_by_time(a: Stream, b: Stream, block_scans: int) -> int:
 
 
 def _go_on(a: Stream, b: Stream, ends: tuple[int, int], tolerance_ns: int) -> None:
-    """Begin the next block; forget what neither its windows nor a report of it look back at."""
+    """Begin the next block; drop rows that neither its windows nor a report need."""
     if ends[0] == len(a):
         a.row, b.row = ends
         return

@@ -47,8 +47,8 @@ class Comparison:
     def same(self) -> bool:
         """Whether both show the same: every scan, in the slots of both, and no more of them in one.
 
-        Metadata and sequences may differ: the same images from another program are the same images.
-        Traces whose clocks were brought together need not begin and end together.
+        Metadata and sequences may differ: equal images from another program are equal.
+        Traces with aligned clocks need not begin and end together.
         """
         if self.first is not None or self.slots_only_a or self.slots_only_b:
             return False

@@ -1,8 +1,8 @@
 """Finding the fields that differ in a block of two traces.
 
-What one trace shows, the other shows within the tolerance: a word, or the level of a bit, at some time
-within it; a count may lie between those that are shown. So an edge may be early or late by the tolerance,
-and a position that moves may be off by as much as it moves meanwhile and the tolerance in counts.
+Each trace must show the other's values within the tolerance: a word, or the level of a bit, at some time
+within it; a count may lie between the shown ones. An edge may therefore be early or late by the tolerance,
+and a moving position may be off by its motion in that time and the tolerance in counts.
 
 Paired by number, a window is one scan and every bit of it counts: the tolerance is zero.
 """
@@ -51,7 +51,7 @@ class _Question(NamedTuple):
 
 
 def _otherwise(own: Array, other: Array, windows: Windows) -> _Question:
-    """Return the scans in which anything can be missing."""
+    """Return the scans whose values may be missing."""
     mine, held = own[windows.rows], other[windows.held]
     unequal = mine != held
     there = np.flatnonzero(unequal if unequal.ndim == 1 else unequal.any(axis=1))
@@ -59,12 +59,12 @@ def _otherwise(own: Array, other: Array, windows: Windows) -> _Question:
 
 
 def _missing(field: Field, asked: _Question, counts: int | None) -> FieldDifference:
-    """Return the scans whose value the other trace does not have within the tolerance."""
+    """Return the scans whose value the other trace lacks within the tolerance."""
     wanted, held = field.key(asked.own), field.key(asked.held)
     rows = np.flatnonzero(wanted != held)
     wanted, windows = wanted[rows], asked.windows.at(rows)
     span = windows.first, windows.end
-    alone = bool((windows.end - windows.first == 1).all())  # only what is in force is within the tolerance
+    alone = bool((windows.end - windows.first == 1).all())  # only the one in force is within the tolerance
     bits = None
     if field.kind is FieldKind.BITS:
         bits = wanted ^ held[rows] if alone else _missing_bits(wanted, field.key(asked.others), *span)
@@ -78,7 +78,7 @@ def _missing(field: Field, asked: _Question, counts: int | None) -> FieldDiffere
 
 
 def _missing_bits(wanted: Array, values: Array, first: Rows, end: Rows) -> Array:
-    """Return which bits differ throughout the window."""
+    """Return the bits that differ throughout the window."""
     never_set = ~over_windows(values, first, end, np.bitwise_or)
     always_set = over_windows(values, first, end, np.bitwise_and)
     missing: Array = (wanted & never_set) | (~wanted & always_set)
@@ -86,7 +86,7 @@ def _missing_bits(wanted: Array, values: Array, first: Rows, end: Rows) -> Array
 
 
 def _beyond(wanted: Array, values: Array, first: Rows, end: Rows, counts: int) -> Array:
-    """Return which counts lie outside what the window spans; nothing does where there are none."""
+    """Return the counts outside the range of their window; missing counts are inside."""
     least = over_windows(values, first, end, np.fmin)
     most = over_windows(values, first, end, np.fmax)
     beyond: Array = (wanted < least - counts) | (wanted > most + counts)
@@ -133,7 +133,7 @@ def over_windows(values: Array, first: Rows, end: Rows, join: np.ufunc) -> Array
 
 
 def occurs(wanted: Array, values: Array, first: Rows, end: Rows) -> Array:
-    """Return for each window of some values whether the wanted value is in it.
+    """Return for each window of some values whether it contains the wanted value.
 
     >>> occurs(np.array([8, 8]), np.array([5, 3, 8, 1]), np.array([0, 1]), np.array([2, 4])).tolist()
     [False, True]

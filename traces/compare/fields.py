@@ -1,7 +1,7 @@
-"""What is compared of a scan: bits, decoded values and words, and how far they may be off.
+"""The compared fields of a scan: bits, decoded values and words, and their tolerances.
 
-A 3601's image means something else in configuration mode, where its words echo the
-configuration. So a bit or value of command mode is 0 or missing there, and a
+A 3601's image has another meaning in configuration mode, where its words mirror the
+configuration. A bit or value of command mode is therefore 0 or missing there, and a
 configuration's word is 0 in command mode: every word counts once in either mode.
 """
 
@@ -53,13 +53,13 @@ EXACT = Tolerance()
 
 
 class FieldKind(Enum):
-    """What a field is."""
+    """Kind of a field."""
 
     BITS = "bits"
-    """A word of sixteen bits, each of which is compared by itself."""
+    """A word of sixteen bits, each compared by itself."""
 
     COUNT = "count"
-    """A number that the module counts: a tolerance in counts applies, and it passes what lies between."""
+    """A number that the module counts: a tolerance in counts applies, and it passes intermediate values."""
 
     VALUE = "value"
     """A number made of two words."""
@@ -123,10 +123,10 @@ FLAGS = Field(
     lambda flags: (flags & _COMPARED_FLAGS).astype(np.uint16),
     FLAG_BITS,
 )
-"""What the CPU was doing; that a scan began late is a matter of the computer it ran on, and may differ."""
+"""The CPU's flags, without late scans, which depend on the computer."""
 
 TIME = Field(None, "cpu", "time_ns", FieldKind.WORD, 0, 1, lambda times: times)
-"""When the scan was; compared where scans are paired by number."""
+"""The time of a scan; compared where scans are paired by number."""
 
 
 def all_fields(slots: Sequence[SlotInfo]) -> list[Field]:

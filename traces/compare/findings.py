@@ -1,4 +1,4 @@
-"""The findings of all blocks: the first scan that differs, what led to it, and how much differs in all."""
+"""The findings of all blocks: the first scan that differs, the changes before it, and all extents."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from .fields import Array, Field, FieldKind
 from .stream import Rows, Side
 
 SCANS_BEFORE = 5
-"""How many scans with changes a report lists."""
+"""Number of scans with changes in a report."""
 
 LOOKED_AT = 4096
-"""How far back these are looked for, scans."""
+"""Number of earlier scans that are searched for them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +110,7 @@ class FieldDifference(NamedTuple):
         return (one, self.a), (other, self.b)
 
     def detail(self, one: Side, other: Side, row_a: int) -> Detail | None:
-        """Return what differs in one row of the first trace, None if nothing does."""
+        """Return the difference in one row of the first trace, or None."""
         places = np.flatnonzero(self.a == row_a)[:1]
         if not len(places):
             return None
@@ -139,11 +139,11 @@ def _extent(name: str, numbers: Array, most: int | None) -> Extent:
 
 
 class Findings:
-    """What differs in the blocks of two traces.
+    """The differences in the blocks of two traces.
 
     Attributes:
-        first: the first scan that differs; None if none does.
-        differing: in how many scans anything differs.
+        first: the first scan that differs, or None.
+        differing: number of scans with a difference.
     """
 
     def __init__(self, slots: Sequence[SlotInfo]) -> None:
@@ -165,7 +165,7 @@ class Findings:
 
     @property
     def extents(self) -> tuple[Extent, ...]:
-        """How much differs in each bit, value and word, by the first scan in which it does."""
+        """The extent in each bit, value and word, by the first scan in which it differs."""
         return tuple(sorted(self._extents.values(), key=lambda extent: extent.first))
 
 
@@ -189,7 +189,7 @@ def _joined(before: Extent, after: Extent) -> Extent:
 
 
 def changes_before(side: Side, slots: Sequence[SlotInfo], row: int) -> tuple[Row, ...]:
-    """Return what changed in the last scans before a row, and in it."""
+    """Return the changes in the last scans before a row, and in it."""
     begin = max(0, row - LOOKED_AT)
     words, flags = side.columns.words[begin : row + 1], side.columns.flags[begin : row + 1]
     changed = (words[1:] != words[:-1]).any(axis=1) | (flags[1:] != flags[:-1])
@@ -213,7 +213,7 @@ def _scan(side: Side, row: int) -> Scan:
 
 
 _LONGEST_EXCHANGE_NS = 2_000_000_000
-"""Longest time from an event to the scan that it is known in: two exchanges of the slowest rack."""
+"""Longest time from an event to its scan: two exchanges of the slowest rack."""
 
 
 def rules_in(trace: Trace, scan: int, time_ns: int, slots: Set[int | None]) -> tuple[str, ...]:

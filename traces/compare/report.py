@@ -10,7 +10,7 @@ from .comparison import Comparison
 from .findings import Detail, Extent, First
 
 Names = tuple[str, str]
-"""What the two traces are called."""
+"""Names of the two traces."""
 
 _UNITS = ((1_000_000_000, "s"), (1_000_000, "ms"), (1_000, "µs"), (1, "ns"))
 
@@ -45,7 +45,7 @@ def first_lines(first: First, names: Names) -> Iterator[str]:
 
 
 def _alike(a: Sequence[Row], b: Sequence[Row]) -> int:
-    """Return how many rows at the beginning are the same."""
+    """Return the number of equal rows at the beginning."""
     same = (one == other for one, other in zip(a, b, strict=False))
     return next((place for place, equal in enumerate(same) if not equal), min(len(a), len(b)))
 
@@ -147,7 +147,7 @@ def _extent(extent: Extent) -> tuple[str, ...]:
 
 
 def _beside(found: Comparison, names: Names) -> Iterator[str]:
-    """Yield what differs beside the scans that both have."""
+    """Yield the differences beside the scans that both have."""
     for name, only, slots in (
         (names[0], found.only_a, found.slots_only_a),
         (names[1], found.only_b, found.slots_only_b),

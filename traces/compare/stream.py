@@ -1,12 +1,12 @@
-"""Scans of one trace, read part by part and forgotten block by block.
+"""Scans of one trace, read part by part and dropped block by block.
 
-    forgotten        in memory                         not read yet
+    dropped          in memory                         not read yet
     . . . . . . | o o o o o o o o o o o o o o o o o | . . . . . .
-                  before  ^ `row`, where the next
-                            block begins
+                  before  ^ `row`, the begin
+                            of the next block
 
 Scans lie in the order of a key: their time, or their number. Rows count from the
-first scan in memory, so they change when scans are forgotten.
+first scan in memory, so that they change when scans are dropped.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ class Side(NamedTuple):
     places: Mapping[int, int]
 
     def images(self, field: Field, rows: Rows | None = None) -> Array:
-        """Return what a field is read from, in all rows or some."""
+        """Return the values of a field's image, in all rows or some."""
         if field.kind is FieldKind.TAG:
             assert self.columns.tags is not None, "tags are compared"
             images: Array = self.columns.tags
@@ -91,14 +91,12 @@ class Stream:
     """Scans of one trace in blocks: those of the present block, some before it and some after it.
 
     Args:
-        slots: the slots of the trace.
-        wanted: numbers of the slots whose words are wanted.
-        parts: its scans.
-        tags: a row of their tags, None without any.
+        wanted: numbers of the slots whose words are needed.
+        tags: a row of their tags, or None.
 
     Attributes:
         row: the row at which the next block begins.
-        scans: how many scans have been read.
+        scans: number of scans read.
         ended: whether all have been read.
         first_scan: number of the first scan of all.
         first_key: its key; None if there is none, or it has not been read.
@@ -125,19 +123,19 @@ class Stream:
         self.last_key = 0
 
     def __len__(self) -> int:
-        """How many rows are in memory."""
+        """Return the number of rows in memory."""
         return self._rows
 
     @property
     def side(self) -> Side:
-        """What is in memory."""
+        """The scans in memory."""
         if len(self._columns) > 1:
             self._columns = [join(self._columns)]
         return Side(self._columns[0], self._places)
 
     @property
     def keys(self) -> Keys:
-        """The keys of what is in memory."""
+        """The keys of the scans in memory."""
         if len(self._keys) > 1:
             self._keys = [np.concatenate(self._keys)]
         return self._keys[0]
@@ -151,27 +149,27 @@ class Stream:
         return np.searchsorted(self.keys, at, "right") - 1
 
     def reach_ns(self, tolerance_ns: int) -> int:
-        """Return the last time at which anything can be compared with the scans read so far."""
+        """Return the last time that can be compared with the scans read so far."""
         return self.last_key + max(self.period_ns, tolerance_ns)
 
     @property
     def period_ns(self) -> int:
-        """How long the last scan is in force: as long as scans last on the average."""
+        """The duration of the last scan, estimated by the average."""
         assert self.first_key is not None, "scans have been read"
         return (self.last_key - self.first_key) // (self.scans - 1) if self.scans > 1 else 0
 
     def read_rows(self, count: int) -> None:
-        """Have more than so many rows of the next block in memory, if there are."""
+        """Read until more than `count` rows of the next block are in memory, if there are."""
         while len(self) - self.row <= count and not self.ended:
             self._read_on()
 
     def read_beyond(self, key: int) -> None:
-        """Have the scans with keys up to this one in memory, and one after them, if there is any."""
+        """Read the scans with keys up to this one, and one after them, if there is any."""
         while (self.first_key is None or self.last_key <= key) and not self.ended:
             self._read_on()
 
     def go_to(self, row: int, keep: int) -> None:
-        """Begin the next block at a row, and forget the rows before another one."""
+        """Begin the next block at a row, and drop the rows before another one."""
         keep = max(0, keep)
         if keep:
             columns = self.side.columns

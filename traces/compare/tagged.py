@@ -24,7 +24,7 @@ from .fields import Field, FieldKind
 Array = NDArray[Any]
 
 WIDE = "<c16"
-"""Pairs of floats: the type of numbers for which numpy has no common one."""
+"""Pairs of floats: the type for numbers without a common numpy type."""
 
 
 class CommonTags:
@@ -96,7 +96,7 @@ def _by_name(trace: Trace) -> dict[str, TagField]:
 
 
 def _alike(name: str, one: Mapping[str, TagField], other: Mapping[str, TagField]) -> bool:
-    """Return whether both have a tag of that name that can be compared."""
+    """Return whether both have a comparable tag of that name."""
     if name not in other:
         return False
     a, b = one[name].tag, other[name].tag
@@ -115,7 +115,7 @@ def _dtypes(*fields: TagField) -> list[np.dtype[Any]]:
 
 
 def _are_mixed(one: TagField, other: TagField) -> bool:
-    """Return whether numpy has no type for the values of both: LINT with ULINT, either with a float."""
+    """Return whether numpy has no common type: LINT with ULINT, either with a float."""
     kinds = _dtypes(one, other)
     widest = any(kind.kind in "iu" and kind.itemsize == 8 for kind in kinds)
     return widest and np.result_type(*kinds).kind == "f"

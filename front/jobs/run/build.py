@@ -24,14 +24,15 @@ from .playback import Playback, RecordedInputs, Score
 def build_rack(spec: RackSpec, ports: ExitStack | None = None, *, handled: bool = False) -> Rack:
     """Put new modules into a new rack.
 
-    Chance in slot n is seeded with the rack's seed and n, so that slots do not repeat each other.
+    The random numbers of slot n are seeded with the rack's seed and n, so that slots do not repeat each
+    other.
 
     Args:
-        ports: closes the real ports that are opened; None = there must be none.
+        ports: closes the real ports that are opened; None = real ports are not allowed.
         handled: incidents may happen to every module while the rack runs, see `ExposedModule.happen`.
 
     Raises:
-        ValueError: there is a real port and should be none, or it can't be opened.
+        ValueError: a real port that is not allowed, or can't be opened.
     """
     modules = {slot.number: _module(slot, slot_seed(spec.seed, slot.number), ports) for slot in spec.slot}
     for module in modules.values():
@@ -51,7 +52,7 @@ def build_rack(spec: RackSpec, ports: ExitStack | None = None, *, handled: bool 
 
 
 def round_trip_ms(spec: RackSpec, slot: SlotSpec) -> int:
-    """Return how long a command to a slot and its answer take: over the backplane, and behind the module.
+    """Return the time of a command to a slot and its answer: over the backplane, and behind the module.
 
     A CompactLogix exchanges images at its own interval: a command waits for one, its answer for the next.
     """
@@ -62,7 +63,7 @@ def round_trip_ms(spec: RackSpec, slot: SlotSpec) -> int:
 
 
 def _exposed(spec: RackSpec, slot: int, module: Module, *, handled: bool) -> Module:
-    """Return a slot's module, exposed to the incidents of the rack file and to those still to be ordered."""
+    """Return a slot's module, exposed to the incidents of the rack file and to later orders."""
     coming = [each for each in spec.incidents if each.slot == slot]
     return ExposedModule(module, coming) if coming or handled else module
 
@@ -87,7 +88,7 @@ def build_cpu(
     pacer: Pacer | None = None,
     watchdog: Watchdog | None = None,
 ) -> Cpu:
-    """Make the CPU that runs `logic` on `rack` as `spec` says, its forces set."""
+    """Make the CPU of a specification with its logic, rack and forces."""
     cpu = Cpu(
         rack,
         logic,
@@ -117,9 +118,9 @@ def build_playback(
 ) -> Playback:
     """Make the CPU that repeats the scans of a recording with `logic` on `rack`.
 
-    Modes and forces are the recording's, whatever `spec` says. Recorded inputs are taken as they
-    stand in each scan, so a rack of `RecordedInputs` has no exchange of its own. `watchdog` is that of
-    `spec` if left out.
+    Modes and forces are the recording's, instead of `spec`'s. Recorded inputs are read unchanged
+    in each scan, so that a rack of `RecordedInputs` has no exchange of its own. `watchdog` is that of
+    `spec` by default.
     """
     recorded = any(isinstance(slot.module, RecordedInputs) for slot in rack.slots.values())
     return Playback(

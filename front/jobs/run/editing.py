@@ -36,7 +36,7 @@ class ProgramEdit:
     Attributes:
         at_ns: time of the first scan after it.
         text: a sentence about its tags.
-        tags: the new ones, those of another type, and those that are gone.
+        tags: new, changed and removed ones.
     """
 
     number: int
@@ -47,16 +47,16 @@ class ProgramEdit:
 
 
 class RunProgram:
-    """The program of a run; edits put another one in its place, between two scans.
+    """The program of a run; edits replace it between two scans.
 
     Attributes:
-        logic: the program; of a rack that can be operated a ladder program is under a debugger.
+        logic: the program; a ladder program of an operable rack is under a debugger.
         debugger: that debugger; None without one.
         on_edit: called with every edit.
 
     Args:
         handled: whether the rack can be operated.
-        editions: brings the programs of edits; without them there can be none.
+        editions: loads the programs of edits; None without edits.
     """
 
     def __init__(self, logic: ScanLogic, *, handled: bool, editions: Editions | None) -> None:
@@ -69,11 +69,11 @@ class RunProgram:
 
     @property
     def edits(self) -> int:
-        """How often the program was edited while it ran."""
+        """Number of edits while the program ran."""
         return self._edits if self.debugger is None else len(self.debugger.edits)
 
     def following(self, listener: ScanListener) -> ScanListener:
-        """Return a listener that also gets the sequences of the program, those of an edited one, too."""
+        """Return a listener that also receives the sequences of the program, even after an edit."""
         sequences = sequences_in(self.logic)
         if not self.may_bring_sequences and not sequences:
             return listener
@@ -81,26 +81,26 @@ class RunProgram:
         return self._followers[-1]
 
     def recorded(self, recorder: ScanRecorder) -> ScanListener:
-        """Return a recorder that also gets the sequences of the program, and the files of its edits."""
+        """Return a recorder that also receives the sequences of the program, and the files of its edits."""
         return self.following(recorder if self._editions is None else RecordsEdits(recorder, self._editions))
 
     def hands(self, cpu: Cpu, rack: Rack) -> Hands:
-        """Return what carries out orders on a rack; those on tags only for a ladder program."""
+        """Return the executor of orders on a rack; orders on tags need a ladder program."""
         edit = None if self._editions is None else partial(self._edit, cpu, self._editions)
         return Hands(cpu, rack, self.debugger, edit)
 
     def _edit(self, cpu: Cpu, editions: Editions, order: Edit, at_ns: int) -> None:
-        """Go on with an edited program from the next scan on, and announce that.
+        """Continue with an edited program from the next scan on, and announce that.
 
         Raises:
-            ValueError: it can't be used; the present one goes on.
+            ValueError: it can't be used; the present one continues.
         """
         name, text, tags = self._take_over(cpu, editions.job(order.number))
         cpu.announce(Event(at_ns, "edit", name, text, {**tags}))
         self.on_edit(ProgramEdit(order.number, at_ns, name, text, tags))
 
     def _take_over(self, cpu: Cpu, job: Job) -> tuple[str, str, Mapping[str, list[str]]]:
-        """Go on with the program of a job; return its name, what happened, and the tags concerned."""
+        """Continue with the program of a job; return its name, a sentence, and the tags concerned."""
         logic = job.logic
         if self.debugger is not None and isinstance(logic, LadderLogic):
             done = self.debugger.edit(logic)
@@ -112,7 +112,7 @@ class RunProgram:
         return job.program.name, text + self._replace(cpu, logic), NO_TAGS
 
     def _replace(self, cpu: Cpu, logic: ScanLogic) -> str:
-        """Go on with another Python program; return what went wrong at the end of the present one."""
+        """Continue with another Python program; return the errors at the end of the present one."""
         if isinstance(logic, AttachedLogic):
             logic.__attach_logic__(dict(cpu.rack.slots))  # refused now; its first scan attaches it for good
         before, self.logic = self.logic, logic
@@ -129,7 +129,7 @@ class RunProgram:
 
 
 def _debugger_of(logic: ScanLogic) -> Debugger | None:
-    """Return a debugger that runs a ladder program and remembers little; None for other logic."""
+    """Return a debugger with a short memory for a ladder program; None for other logic."""
     if not isinstance(logic, LadderLogic):
         return None
     from ...ladder.debug import Debugger  # imported late: a rack without a session does not need it
@@ -138,7 +138,7 @@ def _debugger_of(logic: ScanLogic) -> Debugger | None:
 
 
 class RecordsEdits:
-    """A recorder that attaches the files of an edit ahead of its order; a listener of the scan loop."""
+    """A recorder that attaches the files of an edit before its order; a listener of the scan loop."""
 
     def __init__(self, recorder: ScanRecorder, editions: Editions) -> None:
         self._recorder, self._editions = recorder, editions

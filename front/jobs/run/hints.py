@@ -1,9 +1,9 @@
-"""Hints about a run: what a program does that a 3601 ignores.
+"""Hints about a run: actions of a program that a 3601 ignores.
 
     wired, not configured       an input of the machine that the accepted configuration does not use
     changed without an edge     parameters changed while their move's bit stayed on; no move followed
 
-Neither is an error of the module: it does what its manual says, and nothing shows.
+Neither is an error of the module: it follows its manual without a sign.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ STARTED_BY_AN_EDGE = (
     CommandMsw.FIND_HOME_CW,
     CommandMsw.FIND_HOME_CCW,
 )
-"""Commands that take their parameters when their bit rises, and never again [chapter 4]."""
+"""Commands whose parameters are read only when their bit rises [chapter 4]."""
 
 _EDGES = sum(STARTED_BY_AN_EDGE)
 _MODE_CONFIG = StatusMsw.MODE_CONFIG.value
@@ -40,7 +40,7 @@ class Unheard:
     """Parameters that changed while a move's bit stayed on.
 
     Attributes:
-        scan: the scan in which they changed last.
+        scan: the scan of their last change.
         bit: the name of the move's bit.
     """
 
@@ -71,7 +71,7 @@ class SlotHints:
 
     def look(self, scan: int) -> None:
         """Look at the images of a scan."""
-        if self._configures:  # as sent in the scan before; these inputs answer it
+        if self._configures:  # as sent in the previous scan; these inputs answer it
             self._look_for_configuration()
         if self._raw != self._before:
             self._before = bytes(self._raw)
@@ -90,7 +90,7 @@ class SlotHints:
                 self.unheard = Unheard(scan, changed, str(CommandMsw(on & -on).name))
 
     def _look_for_configuration(self) -> None:
-        """Warn when a configuration has been accepted: the module echoes it [chapter 3]."""
+        """Warn when a configuration has been accepted: the module mirrors it [chapter 3]."""
         msw = self._slot.inputs[0]
         if msw & _MODE_CONFIG and not msw & _CONFIG_ERROR:
             self._configures = False
@@ -103,8 +103,8 @@ class Hints:
     """A listener that watches all modules with the words of a 3601.
 
     Args:
-        spec: what its machines are wired to.
-        places: by slot: the line of the program that declares the axis there, if one does.
+        spec: the wiring of its machines.
+        places: by slot: the program's line that declares the axis there.
     """
 
     def __init__(
@@ -139,12 +139,12 @@ class Hints:
 
 
 def _at(place: str | None, tell: Callable[[str], object]) -> Callable[[str], object]:
-    """Return what a hint says, followed by a place."""
+    """Return a warning function that appends a place."""
     return tell if place is None else lambda hint: tell(f"{hint} [{place}]")
 
 
 def not_configured(slot: int, bit: InputBit) -> str:
-    """Return the sentence about an input that is wired and that the configuration does not use."""
+    """Return the sentence about a wired input that the configuration does not use."""
     return (
         f"slot {slot}: {input_name(bit)} is wired to the machine, but the configuration does not use it: "
         f"it has no effect"
@@ -152,7 +152,7 @@ def not_configured(slot: int, bit: InputBit) -> str:
 
 
 def wired_inputs(machine: MachineSpec) -> int:
-    """Return the mask of the inputs that switches, stations or the timeline act on."""
+    """Return the mask of the inputs of switches, stations or the timeline."""
     mask = machine.fed_inputs
     for entry in machine.timeline:
         mask |= entry.input.value

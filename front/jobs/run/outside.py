@@ -1,4 +1,4 @@
-"""Tags of a program that are set or forced from outside, passed to the CPU, which records it."""
+"""Tags of a program that are set or forced from outside, reported to the CPU, which records them."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def tell_cpu(program: OperatedProgram, cpu: Cpu) -> None:
 
 
 def forced_tags(program: OperatedProgram) -> dict[str, str | int | float | bool]:
-    """Return the forced tags and their values as JSON has them; infinity and NaN as text."""
+    """Return the forced tags with JSON values; infinity and NaN as text."""
     return {
         tag: str(value) if isinstance(value, float) and not isfinite(value) else value
         for tag, value in program.forces.items()

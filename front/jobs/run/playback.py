@@ -1,11 +1,11 @@
-"""A CPU that repeats the scans of a recording, and what a recording puts in place of modules and logic.
+"""A CPU that repeats the scans of a recording, and a recording's substitutes for modules and logic.
 
     recorded outputs -> modules         logic is `recorded_outputs`
     recorded inputs  -> logic           modules are `RecordedInputs`
     stimuli          -> both            modules and logic are real, the stimuli a timeline
 
-Numbers, times and modes of the scans are the recording's, so scans may be as irregular as
-they were, and begin anywhere.
+Numbers, times and modes of the scans are the recording's, so that scans may be irregular,
+and begin anywhere.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ from ..record.links import LinkChange
 
 @dataclass(frozen=True, slots=True)
 class Score:
-    """What is repeated.
+    """The scans to repeat.
 
     Attributes:
-        times: when they were, ns.
-        forces: number of a scan -> the forces in effect from it on, all of them, by address.
+        times: virtual times, ns.
+        forces: number of a scan -> all forces in effect from it on, by address.
     """
 
     numbers: Sequence[int]
@@ -49,7 +49,7 @@ class Score:
 class Playback(Cpu):
     """A CPU whose scans are those of a recording: their numbers, times, modes and forces.
 
-    Call `play`; the listeners hear of every scan.
+    Call `play`; the listeners receive every scan.
     """
 
     def __init__(
@@ -88,7 +88,7 @@ class Playback(Cpu):
         self.run(len(self._score.numbers))
 
     def housekeeping(self) -> None:
-        """Ask for the mode and forces of the next scan, and move on to it."""
+        """Request the mode and forces of the next scan, and move on to it."""
         self._row += 1
         more = self._row < self._rows
         if more:
@@ -120,8 +120,8 @@ class RecordedInputs:
 
     Args:
         images: 16 bytes per scan.
-        times: when each was shown, ns, ascending.
-        links: when its link was lost and when it came back, ascending.
+        times: of the images, ns, ascending.
+        links: losses and returns of its link, ascending.
     """
 
     def __init__(
@@ -149,10 +149,10 @@ class RecordedInputs:
         return self._image
 
     def plc_run(self, running: bool) -> None:
-        """Go on as recorded; see `Module.plc_run`."""
+        """Do nothing: the recording continues; see `Module.plc_run`."""
 
     def power_cycle(self) -> None:
-        """Go on as recorded; see `Module.power_cycle`."""
+        """Do nothing: the recording continues; see `Module.power_cycle`."""
 
 
 def recorded_outputs(score: Score, memory: Sequence[bytes]) -> ScanLogic:
@@ -173,7 +173,7 @@ class Stimulus:
 
     Attributes:
         input: the module's input.
-        energised: its level from then on; None = as the machine's switch or station says.
+        energised: its level from then on; None = controlled by the machine's switch or station.
     """
 
     at_ns: int
@@ -183,14 +183,14 @@ class Stimulus:
 
 
 def stimulated(machine: MachineSpec, stimuli: Iterable[Stimulus], *, switches: bool = True) -> MachineSpec:
-    """Return a machine on which the recorded stimuli act, and nothing else by time.
+    """Return a machine with the recorded stimuli as its only changes by time.
 
-    Its own timeline and stations are what acted in the recording, so they go; an input that was
-    theirs and is let go is de-energised.
+    Its own timeline and stations have acted in the recording, so that they are removed; a released
+    input of theirs is de-energised.
 
     Args:
         stimuli: those of its slot, in order of time.
-        switches: whether the machine's switches act, too; if not, the stimuli give all levels.
+        switches: keep the machine's switches; if not, the stimuli give all levels.
     """
     bare = replace(machine, timeline=(), stations=(), switches=machine.switches if switches else ())
     entries = []

@@ -1,4 +1,4 @@
-"""The units on a serial line of a rack: they run in its time, and their recording lies beside its trace."""
+"""The units on a serial line of a rack: they run in its time, and their recording is beside its trace."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ class UnitsBeside:
     """Advances the units with the scans; a listener of the scan loop.
 
     Args:
-        units: by their addresses, one at least.
-        trace: of the rack; what is said on the line and the registers go beside it, see `line_path`.
+        units: by their addresses, at least one.
+        trace: of the rack; the line's recording is beside it, see `line_path`.
 
     Raises:
         OSError: the recording can't be written.
@@ -45,7 +45,7 @@ class UnitsBeside:
         self._record(now_ns)
 
     def draft(self) -> None:
-        """Write what is recorded as it is: a process that is killed leaves it."""
+        """Write the recorded data uncompressed: they survive a kill of the process."""
         if self._recorder is not None:
             self._recorder.draft()
 

@@ -18,7 +18,7 @@ from .running import JobRun, RunOptions
 UNDER_WAY = "still under way at the end"
 
 RULES_OF_START = frozenset({"CER-01", "POS-01"})
-"""Rules that fire in every healthy start: nothing is configured, and then no position is valid."""
+"""Rules that fire in every healthy start: nothing is configured, and no position is valid."""
 
 
 @dataclass(slots=True)
@@ -26,8 +26,8 @@ class SeenError:
     """A rule of the manual that set an error bit.
 
     Attributes:
-        sentence: what it is, with its bits, its words and the first scan that shows it.
-        count: how often it happened.
+        sentence: the rule, with its bits, its words and the first scan that shows it.
+        count: number of occurrences.
     """
 
     sentence: str
@@ -36,13 +36,12 @@ class SeenError:
 
 @dataclass(slots=True)
 class Tally:
-    """A listener that counts. What it keeps does not grow with the length of a run.
+    """A listener that counts. Its size does not grow with the length of a run.
 
     Attributes:
-        scans: scans so far.
-        moves: moves by (slot, kind, outcome).
-        errors: errors by (slot, rule), the first one first.
-        of_start: what every start brings, see `RULES_OF_START`.
+        moves: number by (slot, kind, outcome).
+        errors: by (slot, rule), the first one first.
+        of_start: those of every start, see `RULES_OF_START`.
     """
 
     scans: int = 0
@@ -63,7 +62,7 @@ class Tally:
             seen.setdefault(key, SeenError(describe(topic, scan, fields))).count += 1
 
     def end(self, rack: Rack) -> None:
-        """Count the moves that are still under way when the run is over."""
+        """Count the moves in progress at the end of the run."""
         for slot in rack.slots.values():
             kind = getattr(slot.module, "under_way", None)
             if kind is not None:
@@ -74,11 +73,11 @@ class Tally:
         self.scans += 1
 
     def close(self) -> None:
-        """There is nothing to close."""
+        """Do nothing: nothing is open."""
 
     @property
     def slots(self) -> int:
-        """How many slots the summary has something about."""
+        """Number of slots in the summary."""
         return len({key[0] for key in (*self.moves, *self.errors, *self.of_start)})
 
 
@@ -97,10 +96,9 @@ class ErrorCount:
     """An error of a module.
 
     Attributes:
-        slot: its slot.
         rule: of the manual, such as "CMD-03"; for an adapter the kind of its observation.
-        text: what it is, with its bits, its words and the first scan that shows it.
-        count: how often it happened.
+        text: the rule, with its bits, its words and the first scan that shows it.
+        count: number of occurrences.
     """
 
     slot: JsonValue
@@ -111,15 +109,15 @@ class ErrorCount:
 
 @dataclass(frozen=True, slots=True)
 class RunResult:
-    """What a run came to.
+    """The result of a run.
 
     Attributes:
         scans: scans that were run.
-        time_ns: machine time that they took, ns.
-        moves: by slot, kind and outcome; one that is under way at the end says so.
+        time_ns: their machine time, ns.
+        moves: by slot, kind and outcome; one in progress at the end says so.
         errors: the first one first.
-        every_start: what every start brings, see `RULES_OF_START`.
-        hints: what the program may have meant otherwise.
+        every_start: errors of every start, see `RULES_OF_START`.
+        hints: possible mistakes of the program.
         trace: path of the recording; None without one.
     """
 
@@ -133,7 +131,7 @@ class RunResult:
 
 
 def result_of(run: JobRun, tally: Tally, trace: Path | None) -> RunResult:
-    """Return the result of a run that is over."""
+    """Return the result of a finished run."""
     tally.end(run.rack)
     moves = [MoveCount(*key, count) for key, count in tally.moves.items()]
     errors, every_start = (
@@ -155,14 +153,14 @@ def run(
 
     Args:
         rack: a loaded one (see `load_rack`), or the path of a rack file.
-        duration: machine time with its unit, such as "10 s"; `run_for_s` of the rack or 10 s if left out.
+        duration: machine time with its unit, such as "10 s"; by default `run_for_s` of the rack or 10 s.
         scans: number of scans, instead.
-        trace: where every scan is recorded; nowhere if left out.
+        trace: path of a recording, by default none.
 
     Raises:
-        ValueError: the rack or its program can't be used, a port is a real one, or the trace would replace
-            what somebody owns.
-        CpuFault: the program, a module or a listener failed; the trace has all scans up to there.
+        ValueError: an unusable rack or program, a real port, or a trace that would replace an owned
+            file.
+        CpuFault: the program, a module or a listener failed; the trace has all scans until then.
         OSError: the trace can't be written.
     """
     job = rack if isinstance(rack, Job) else load_rack(rack)

@@ -20,21 +20,19 @@ from ..trust.owned import in_use, names_of
 
 
 class RetainedMemory:
-    """The retentive memory of a job.
+    """The retentive memory of a job; its file is locked until the context is left.
 
     Attributes:
         path: its file.
-        job: the job with its program's tags as the file has them; a recording brings the file.
+        job: the job with the file's tags in its program; a recording attaches the file.
 
     Args:
         job: runs a ladder program.
-        trace: the recording, None without one.
-        keep: how many earlier recordings are kept, see `keeping_of`.
-
-    The file is locked until the context is left.
+        trace: the recording, or None.
+        keep: number of earlier recordings to keep, see `keeping_of`.
 
     Raises:
-        ValueError: the job's program has no tags, the file is one that is in use for something else, or it
+        ValueError: the job's program has no tags, the file has another use, or it
             is not a file of retained tags.
         OSError: another run has the file, or its folder can't be written.
     """
@@ -69,15 +67,15 @@ class RetainedMemory:
         self._lock.close()
 
     def begin(self) -> list[str]:
-        """Return what was not taken over, a sentence each."""
+        """Return a sentence for each tag that was left out."""
         return [f"{self.path}: {each}" for each in self._said]
 
     def end(self) -> None:
         """Write the present tags.
 
         Raises:
-            OwnedError: something else is there by now.
-            OSError: the file can't be written; an earlier one is still whole.
+            OwnedError: the file may no longer be replaced.
+            OSError: the file can't be written; an earlier one is unchanged.
         """
         with new_file(self.path, TAGS, used=self._used, locked=True, encoding="utf-8") as file:
             file.write(retained_text(self._program.engine))

@@ -46,19 +46,18 @@ def unobserved(cpu: Cpu, scans: int | None) -> AbstractContextManager[None]:
 
 @dataclass(frozen=True, slots=True)
 class RunOptions:
-    """How a job is run.
+    """The options of a run.
 
     Attributes:
         trace: path of the recording; None = no recording.
         live: real ports may be driven.
         pacer: makes scans wait for the wall clock; None = as fast as possible.
-        listeners: further listeners.
-        warn: takes a hint, at once.
+        warn: receives a hint at once.
         handled: the rack can be operated while it runs: tags are set and forced, incidents happen.
         metadata: further entries of the recording's metadata.
-        keep: how many earlier recordings are kept; None = as the rack file says.
+        keep: number of earlier recordings to keep; None = the rack file's.
         orders: of a recorded session, given again; the rack can then be operated.
-        editions: brings the programs of edits; without them there can be none.
+        editions: loads the programs of edits; None without edits.
     """
 
     trace: Path | None = None
@@ -81,15 +80,13 @@ class JobRun:
 
     Attributes:
         repeated: gives the orders of a recorded session; None without them.
-        hints: what the program may have meant otherwise.
+        hints: possible mistakes of the program.
         stubs: the stubs in use, see `Job.stubs`.
         steps: the waits of the program's sequences at the end of the run, a sentence each; none after a
-        fault.
+            fault.
 
     Args:
-        job: what to run.
         ports: closes the real ports that are opened.
-        options: how it is run.
 
     Raises:
         ValueError: a unit's program or a port can't be used, or a real port is not allowed.
@@ -110,9 +107,7 @@ class JobRun:
             *options.listeners,
             self.hints,
             *([] if beside is None else [beside]),
-            *(
-                [] if recorder is None else [self.program.recorded(recorder)]
-            ),  # closed last: looks at all files
+            *([] if recorder is None else [self.program.recorded(recorder)]),  # closed last: reads all files
         ]
         self._pacer = options.pacer or FreeRun()
         self._pacer.beat = lambda: _draft(recorder, beside)
@@ -148,8 +143,8 @@ class JobRun:
         """Run to the end, or until Ctrl-C stops the CPU between scans; then close the listeners.
 
         Args:
-            scans: how many scans; None = until Ctrl-C.
-            observed: observes the CPU meanwhile.
+            scans: their number; None = until Ctrl-C.
+            observed: observes the CPU.
 
         Raises:
             CpuFault: the program, a module or a listener failed.
@@ -168,7 +163,7 @@ class JobRun:
 
 
 def _beside(units: Mapping[int, Pcl601], trace: Path | None) -> UnitsBeside | None:
-    """Return what runs the units on the serial line of a rack; None without units."""
+    """Return the runner of the units on a rack's serial line; None without units."""
     if not units:
         return None
     from .rack_units import UnitsBeside
@@ -177,7 +172,6 @@ def _beside(units: Mapping[int, Pcl601], trace: Path | None) -> UnitsBeside | No
 
 
 def _draft(recorder: ScanRecorder | None, beside: UnitsBeside | None) -> None:
-    """Write what is recorded as it is."""
     if recorder is not None:
         recorder.draft_soon()
     if beside is not None:

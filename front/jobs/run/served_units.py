@@ -1,4 +1,4 @@
-"""Simulated controllers as `scanrack serve` puts them on a line: made from options, shown in a few words."""
+"""Simulated controllers of `scanrack serve` on a line: made from options, with a short status."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ NO_PROGRAM = "-"
 THUMBWHEEL_DIGITS = 7
 
 PORT_GAP_MS = 5.0
-"""Silence between frames where the transport keeps no time."""
+"""Silence between frames on transports that do not keep time."""
 
 SERIAL_GAP_MS = 25.0
-"""Likewise on a serial port: USB adapters deliver what they receive every 16 ms."""
+"""The same on a serial port: USB adapters deliver received bytes every 16 ms."""
 
 GAP_MS_MAX = 10_000
 RECORDED = [row for row in MAP if row.register not in (Register.COMMAND, Register.FIRMWARE)]
@@ -42,13 +42,13 @@ class Unit:
     """One controller.
 
     Attributes:
-        device: what is on the line.
-        address: as it was made.
-        status: says how it is at this moment: a word or two for each column of the status table.
-        values: its present values, by name, as they are recorded.
-        wire: gives an input a state, by name; raises ValueError if there is no such input or state.
+        device: on the line.
+        address: its initial one.
+        status: returns a word or two for each column of the status table.
+        values: returns its present values, by name, as recorded.
+        wire: sets an input to a state, by name; ValueError for an unknown input or state.
         answer: answers a Modbus request PDU; None for a unit without Modbus.
-        do: carries out a command code as if received; None for what has no such codes.
+        do: carries out a command code as if received; None for a unit without such codes.
     """
 
     device: Device
@@ -91,14 +91,13 @@ def pcl601_units(
     thumbwheels: Sequence[str] = (),
     gap_ms: float = PORT_GAP_MS,
 ) -> list[Unit]:
-    """Make PCL601s, one for each address, 1 if there is none; a frame ends by its length.
+    """Make PCL601s, one for each address, by default 1; a frame ends by its length.
 
-    Silence of `gap_ms` of real time is the way back after anything else than a frame.
-
-    A program goes to the unit that its `.axis` names; without that directive, to the only unit.
+    Silence of `gap_ms` of real time ends other bytes. A program goes to the unit that its `.axis` names;
+    without that directive, to the only unit.
 
     Raises:
-        ValueError: no such address, or a program or a thumbwheel that can't be used.
+        ValueError: an illegal address, or an unusable program or thumbwheel.
     """
     if not 0 < gap_ms <= GAP_MS_MAX:
         raise ValueError(f"--gap-ms {gap_ms:g}: it has to be above 0, and at most {GAP_MS_MAX}")
@@ -137,7 +136,7 @@ def _wirings(addresses: list[int], thumbwheels: Sequence[str]) -> dict[int, Wiri
 
 
 def _axis(file: Path, program: Program, addresses: list[int]) -> int:
-    """Return the address of the unit that a program is for."""
+    """Return the address of the unit of a program."""
     if program.axis is None and len(addresses) == 1:
         return addresses[0]
     if program.axis not in addresses:
@@ -198,7 +197,7 @@ def pmc006_units(
     """Make one PMC006; its line is RS-232, point to point.
 
     Raises:
-        ValueError: several are asked for, or the address or the program can't be used.
+        ValueError: several units, or an unusable address or program.
     """
     if thumbwheels:
         raise ValueError("--thumbwheel: only a PCL601 has one")

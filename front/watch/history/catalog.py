@@ -1,4 +1,4 @@
-"""The program in the first message to a page: routines, rungs, tags; what a shown routine needs per frame."""
+"""The program in the first message to a page: routines, rungs, tags; the contents of a shown routine."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ MOST_HITS = 200
 """Hits that a search lists."""
 
 COLUMNS = range(40, 161)
-"""Widths of a rung that a page may ask for."""
+"""Allowed widths of a rung, in columns."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,9 +37,9 @@ class PageRoutine:
     """A routine that a page shows.
 
     Attributes:
-        rungs: its rungs by number; none of structured text.
+        rungs: by number; none of structured text.
         lines: numbers of its lines of structured text.
-        names: the tags that it shows.
+        names: its tags.
     """
 
     name: str
@@ -63,7 +63,7 @@ NOTHING_SHOWN = PageRoutine("", {}, (), ())
 
 
 class Catalog:
-    """A ladder program as pages get it."""
+    """A ladder program for pages."""
 
     def __init__(self, program: LadderLogic) -> None:
         self._program = program
@@ -72,7 +72,7 @@ class Catalog:
         self._known = WatchedEngine(program.build(), program.scanner).tags
 
     def routines(self) -> list[Json]:
-        """Return the routines as `hello` lists them."""
+        """Return the routines for `hello`."""
         return [
             {
                 "name": each.name,
@@ -84,7 +84,7 @@ class Catalog:
         ]
 
     def tags(self) -> list[Json]:
-        """Return all single values as `hello` lists them; elements of arrays are asked for by name."""
+        """Return all single values for `hello`; elements of arrays are requested by name."""
         comments = {
             each.name.upper(): each.comment
             for each in self._layout.declarations.values()
@@ -106,7 +106,7 @@ class Catalog:
         return found
 
     def show(self, name: str, columns: int) -> tuple[PageRoutine, Json]:
-        """Return what a page shows of a routine, and the answer that draws it.
+        """Return a routine's contents, and the answer that draws it.
 
         Raises:
             ValueError: there is no such routine.
@@ -156,7 +156,7 @@ class Catalog:
         return shown, {"routine": routine.name, "text": lines}
 
     def _names_in(self, text: str, program: str) -> list[str]:
-        """Return the single values that a line of structured text names."""
+        """Return the single values in a line of structured text."""
         found: dict[str, None] = {}
         for name in _words(text):
             full = self._full(program, name)
@@ -191,11 +191,11 @@ class Catalog:
 
     @cached_property
     def cross_reference(self) -> CrossReference:
-        """Where its tags are read and written."""
+        """The uses of its tags."""
         return CrossReference(self._program.build())
 
     def mentions(self, tag: str) -> list[Json]:
-        """Return where a tag is read and written.
+        """Return the uses of a tag.
 
         Raises:
             ValueError: there is no such tag.
@@ -206,7 +206,7 @@ class Catalog:
         ]
 
     def find(self, text: str) -> list[Json]:
-        """Return the tags and rungs that contain a text, tags first; case does not matter."""
+        """Return the tags and rungs that contain a text, tags first, ignoring case."""
         wanted = text.casefold()
         hits: list[Json] = [
             {
@@ -227,13 +227,13 @@ class Catalog:
         return hits[:MOST_HITS]
 
     def place_of_fault(self, fault: Fault) -> str | None:
-        """Return the rung or line in which a major fault happened, such as Main.3; None if unknown."""
+        """Return the rung or line of a major fault, such as Main.3; None if unknown."""
         routine, rung = fault.site.routine, fault.site.rung
         known = any(each.name == routine for each in self._program.routines)
         return f"{routine}.{rung}" if known and rung is not None else None
 
     def has(self, name: str) -> bool:
-        """Tell whether there is such a tag."""
+        """Return whether the tag exists."""
         return name in self._known
 
 
@@ -249,7 +249,7 @@ def _words(text: str) -> Iterable[str]:
 
 
 def value_of(tags: Tags, name: str) -> Any:
-    """Return the value of a tag; None where a subscript is out of range now."""
+    """Return the value of a tag; None for a subscript out of range."""
     try:
         return tags[name]
     except ValueError:
@@ -257,7 +257,7 @@ def value_of(tags: Tags, name: str) -> Any:
 
 
 def shown_value(value: object) -> Any:
-    """Return a value as JSON has it: a number that JSON does not have is text."""
+    """Return a value for JSON; a number that JSON lacks is text."""
     if isinstance(value, float) and not math.isfinite(value):
         return str(value)
     if isinstance(value, dict):
@@ -268,7 +268,7 @@ def shown_value(value: object) -> Any:
 
 
 class PythonSource:
-    """The text of a program in Python as pages get it, as it was loaded."""
+    """The text of a program in Python for pages, as loaded."""
 
     def __init__(self, file: Path) -> None:
         self._name = file.name
@@ -287,7 +287,7 @@ class PythonSource:
         return f"{self._name}.{line}" if Path(file).name == self._name else None
 
     def show(self, names: tuple[str, ...]) -> tuple[PageRoutine, Json]:
-        """Return what a page shows of it, and the answer with its text."""
+        """Return its contents, and the answer with its text."""
         lines = [{"number": number, "text": text} for number, text in enumerate(self._lines, 1)]
         answer = {"routine": self._name, "file": self._name, "text": lines, "names": list(names)}
         return PageRoutine(self._name, {}, (), names), answer

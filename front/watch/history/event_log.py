@@ -1,9 +1,9 @@
 """The events of a session or a recording, and the states of each scan.
 
 events    everything, in order; the latest are kept
-faults    what has stopped the CPU
-forces    by the scan from which they were in effect
-lines     by the scan from which a sequence waited there
+faults    of the CPU
+forces    by the first scan in which they were in effect
+lines     by the first scan in which a sequence waited there
 rules     the rule that last set each bit
 """
 
@@ -23,7 +23,7 @@ Json = dict[str, Any]
 
 KEPT = 2000
 FIRST = 200
-"""How many past events a page gets first."""
+"""Number of past events for a new page."""
 
 LAST_SCAN = 1 << 32
 """More than the number of any scan."""
@@ -31,7 +31,7 @@ LAST_SCAN = 1 << 32
 STATED = frozenset(topic.name for topic in TOPICS if topic.state)
 
 STATES = 10_000
-"""Least number of changes of states that are kept: forces, lines, rules."""
+"""Least number of kept changes of states: forces, lines, rules."""
 
 SEQUENCES, FORCES, FAULTS = "/sequences", "/forces", "/faults"
 
@@ -39,30 +39,30 @@ _NOT_FORCED = ("scan", "t", "topic", "tags")
 
 
 class States(Protocol):
-    """What stood in a scan."""
+    """The states of a scan."""
 
     def forces_at(self, scan: int | None) -> Json:
         """Return the forces in effect in a scan; None = the latest."""
 
     def lines_at(self, scan: int | None) -> Json:
-        """Return where the sequences waited in a scan, by name."""
+        """Return the waiting lines of the sequences in a scan, by name."""
 
     def rules_at(self, scan: int | None) -> list[Json]:
         """Return the rule that last set each bit, up to a scan."""
 
     def faults_at(self, scan: int | None) -> list[Fault]:
-        """Return what had stopped the CPU by the end of a scan."""
+        """Return the CPU's faults up to the end of a scan."""
 
     def up_to(self, scan: int, most: int) -> list[Json]:
         """Return the latest events up to a scan, in their order."""
 
 
 class EventLog:
-    """Events, in the order in which they became known.
+    """Events, in the order of their reports.
 
     Attributes:
-        begin: number of the first event that is kept.
-        earlier: what stood before the first event; None if nothing did.
+        begin: number of the first kept event.
+        earlier: the states before the first event, or None.
     """
 
     def __init__(self, kept: int = KEPT) -> None:
@@ -70,7 +70,7 @@ class EventLog:
         self.clear()
 
     def clear(self) -> None:
-        """Forget all: another session begins."""
+        """Drop all events: another session begins."""
         self.begin = 0
         self.earlier: States | None = None
         self._events: list[Json] = []
@@ -83,25 +83,25 @@ class EventLog:
 
     @property
     def end(self) -> int:
-        """Number of the event that comes next."""
+        """Number of the next event."""
         return self.begin + len(self._events)
 
     @property
     def first_of_page(self) -> int:
-        """Number of the event that a new page begins with."""
+        """Number of the first event of a new page."""
         return max(self.begin, self.end - FIRST)
 
     def since(self, number: int) -> Sequence[Json]:
-        """Return the events from a number on, as far as they are kept."""
+        """Return the kept events from a number on."""
         return self._events[max(0, number - self.begin) :]
 
     def take_all(self, events: Iterable[TraceEvent]) -> None:
-        """Take the events of a recording."""
+        """Add the events of a recording."""
         for event in events:
             self.take({**event.fields, "scan": event.scan, "t": event.now_ns, "topic": event.topic})
 
     def take(self, event: Mapping[str, Any]) -> None:
-        """Take an event: scan, t, topic and its fields."""
+        """Add an event: scan, t, topic and its fields."""
         topic, scan = event["topic"], event["scan"]
         if topic == FORCES:
             self.forced(scan, event)
@@ -132,7 +132,7 @@ class EventLog:
             del self._events[: self._kept]
 
     def _is_news(self, topic: str, event: Mapping[str, Any]) -> bool:
-        """Return whether a state is another one than before; a recording has it only then."""
+        """Return whether a state has changed; a recording has only changes."""
         fields = {key: value for key, value in event.items() if key not in ("scan", "t", "topic")}
         before, self._stated[topic] = self._stated.get(topic), fields
         return before != fields
@@ -155,10 +155,10 @@ class EventLog:
         if len(self._rules) > 2 * STATES:
             del self._rules[:STATES]
 
-    # --- what was in a scan
+    # --- states of a scan
 
     def up_to(self, scan: int, most: int) -> list[Json]:
-        """Return the latest events up to a scan, as far as they are known, in their order."""
+        """Return the latest known events up to a scan, in order."""
         own = self._events[: bisect_right(self._events, scan, key=itemgetter("scan"))][-most:]
         if len(own) == most or self.earlier is None or self.begin:
             return own
@@ -166,7 +166,7 @@ class EventLog:
         return [*self.earlier.up_to(before, most - len(own)), *own]
 
     def faults_at(self, scan: int | None) -> list[Fault]:
-        """Return what had stopped the CPU by the end of a scan; None = the latest."""
+        """Return the CPU's faults up to the end of a scan; None = the latest."""
         earlier = [] if self.earlier is None or self._faults else self.earlier.faults_at(scan)
         return earlier + [each for each in self._faults if scan is None or each.scan <= scan]
 
@@ -178,11 +178,11 @@ class EventLog:
         return told or {}
 
     def told_forces(self, scan: int) -> Json | None:
-        """Return the forces that were told of last, up to a scan; None if none were."""
+        """Return the last reported forces up to a scan; None without any."""
         return self._forces.told(scan)
 
     def lines_at(self, scan: int | None) -> Json:
-        """Return where the sequences waited in a scan, by name."""
+        """Return the waiting lines of the sequences in a scan, by name."""
         earlier = {} if self.earlier is None else self.earlier.lines_at(scan)
         return earlier | (self._lines.told(LAST_SCAN if scan is None else scan) or {})
 

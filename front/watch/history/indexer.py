@@ -1,7 +1,7 @@
-"""Runs a recorded program through once, so that any of its scans can be shown at once: values now and then.
+"""Runs a recorded program through once with regular snapshots, so that any of its scans can be shown at once.
 
 scan      0 ... 4,095   4,096 ...   8,192 ...
-values    *             *           *            from here the shadow goes on, 60 ms at most
+values    *             *           *            from here the shadow continues, 60 ms at most
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ SLICE = 1000
 
 
 def indexable(stretches: Sequence[Stretch]) -> tuple[list[LadderLogic], int]:
-    """Return the programs that can be run again from the first scan on, and the last scan of that."""
+    """Return the programs that can be repeated from the first scan on, and the last scan of that."""
     programs: list[LadderLogic] = []
     for each in stretches:
         if not isinstance(each.logic, LadderLogic) or each.logic.functions:
@@ -46,8 +46,8 @@ class Indexer:
     """Runs a program on recorded images, scan by scan from the first one.
 
     Args:
-        programs: the program, and what edits made of it; they have no routines in Python.
-        keep: takes the values.
+        programs: the program, and its edited versions, none with routines in Python.
+        keep: receives the values.
     """
 
     def __init__(
@@ -72,11 +72,7 @@ class Indexer:
         self._forces: object = None
 
     def run(self, rows: Rows) -> bool:
-        """Run the scans of these rows, which follow each other and begin with `next`.
-
-        Returns:
-            Whether values were taken.
-        """
+        """Run these successive scans, which begin with `next`; return whether values were stored."""
         kept = self._kept
         self._read(self.next, int(rows["scan"][-1]))
         for row in scans_in(rows):
@@ -87,7 +83,7 @@ class Indexer:
         return self._kept > kept
 
     def _read(self, first: int, last: int) -> None:
-        """Read what else went into some scans: orders, and links that were lost or came back."""
+        """Read the other inputs of scans: orders, and changes of links."""
         self._orders.clear()
         for each in self._recorded.orders(first, last):
             self._orders.setdefault(each.scan, []).append(each.order)
@@ -131,7 +127,7 @@ class Indexer:
         try:
             self._debugger(view)
         except LadderFault:
-            return  # it has stopped that scan then, too
+            return  # it stopped that scan in the recording, too
         entry, forces = self._debugger.latest, self._debugger.engine.memory.forces
         if forces is not self._forces or (entry is not None and entry.writes):
             self._forces = forces

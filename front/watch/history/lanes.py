@@ -4,12 +4,12 @@
                [t, level, edges]              per stretch of scans, if there are many
     text       [t, text]                      at each change
     number     [t, least, greatest, last]     at each change, or per stretch of scans if there are many
-    unknown    [t, None]                      from then on the value is not known
+    unknown    [t, None]                      from then on the value is unknown
 
-A piece of lanes says from which time to which it is known, and nothing beyond.
+A piece of lanes has the times between which it is valid.
 
-Scans of a ladder program are run again, so no pulse is missed. A program in Python is not run again: its
-values come from the recording if the rack file records them, else from looks some 30 times a second.
+Scans of a ladder program are repeated, so that no pulse is missed. A program in Python is not repeated: its
+values come from the recording if the rack file records them, else from about 30 reads per second.
 """
 
 from __future__ import annotations
@@ -23,19 +23,19 @@ from .shadow import Shadow
 from .timeline import Timeline
 
 MOST_LANES = 16
-"""Tags that a page may have in its strip."""
+"""Most tags in a page's strip."""
 
 MOST_POINTS = 400
-"""Points of one tag in a frame or an answer."""
+"""Most points of one tag in a frame or an answer."""
 
 LIVE_SCANS = 1024
-"""Scans that a frame runs again at most; of more, the values of those before are not known."""
+"""Most scans repeated for a frame; values before them are unknown."""
 
 ANSWER_SCANS = 4096
 """Scans of an answer; a page asks again for the rest."""
 
 MOST_TOLD = 4000
-"""Changes of one value of a program in Python that are kept."""
+"""Most kept changes of one value of a program in Python."""
 
 Json = dict[str, Any]
 Point = list[Any]
@@ -49,7 +49,6 @@ def points_of(times: Sequence[int], values: Sequence[Any], before: Any = UNKNOWN
     """Return the points of one tag.
 
     Args:
-        times: of the scans, ns.
         values: after these scans.
         before: the value before the first one; UNKNOWN: the first point is its value.
     """
@@ -84,7 +83,7 @@ def _stretches(
     changes: Sequence[int],
     said: Callable[[Sequence[Any]], Point],
 ) -> list[Point]:
-    """Return `MOST_POINTS` points, each with what is said of the values of its stretch."""
+    """Return `MOST_POINTS` points, each computed by `said` from the values of its stretch."""
     starts = [changes[0] + place * (len(values) - changes[0]) // MOST_POINTS for place in range(MOST_POINTS)]
     ends = [*starts[1:], len(values)]
     return [[times[start], *said(values[start:end])] for start, end in zip(starts, ends, strict=True)]
@@ -100,18 +99,18 @@ def _counted(stretch: Sequence[bool]) -> Point:
 
 
 class ValueHistory:
-    """Values of a program in Python, by the scans at which they were looked at."""
+    """Values of a program in Python, by the scans of their reads."""
 
     def __init__(self, period_ns: int) -> None:
         self.period_ns = period_ns
         self._changes: dict[str, list[tuple[int, Any]]] = {}
 
     def clear(self) -> None:
-        """Forget all."""
+        """Drop all values."""
         self._changes.clear()
 
     def take(self, scan: int, values: dict[str, Any]) -> None:
-        """Note values that have changed."""
+        """Note changed values."""
         for name, value in values.items():
             changes = self._changes.setdefault(name, [])
             changes.append((scan, value))
@@ -140,7 +139,7 @@ class TagLanes:
         """Return a piece of the latest scans; of too many, that of the last ones.
 
         Args:
-            all_names: those of all pages, so that pages that show the same scans have them run once.
+            all_names: those of all pages, so that pages with the same scans share one repetition.
         """
         if self._shadow is None or self._shadow.is_impure:
             return self._looked_at(names, first, last)
@@ -149,7 +148,7 @@ class TagLanes:
         return self._piece(names, times, values)
 
     def past(self, names: Sequence[str], first: int, last: int) -> tuple[Json, int | None]:
-        """Return a piece of past scans, and the scan to ask from for the rest; None if that is all."""
+        """Return a piece of past scans, and the scan of the next piece; None at the end."""
         end = min(last, first + ANSWER_SCANS - 1)
         following = end + 1 if end < last else None
         if self._shadow is not None and not self._shadow.is_impure:
@@ -174,7 +173,7 @@ class TagLanes:
         return {"from": times[0], "to": times[-1] + self._period_ns, "tags": tags}
 
     def _looked_at(self, names: Iterable[str], first: int, last: int) -> Json:
-        """Return the piece of scans in which values were looked at now and then."""
+        """Return the piece of scans with values read at intervals."""
         begin = first * self._period_ns
         tags = {}
         for name in names:
@@ -183,7 +182,7 @@ class TagLanes:
         return {"from": begin, "to": (last + 1) * self._period_ns, "tags": tags}
 
     def _repeated(self, names: tuple[str, ...], first: int, last: int) -> Series:
-        """Return the values after scans that are run again."""
+        """Return the values after repeated scans."""
         wish = first, last, names
         if self._known is None or self._known[0] != wish or not self._known[1][0]:
             self._known = wish, self._repeat(names, first, last)

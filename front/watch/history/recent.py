@@ -9,11 +9,11 @@ import numpy as np
 from ...runtime.live.ring import Rows
 
 KEPT = 1 << 16
-"""Rows that are kept."""
+"""Least number of kept rows."""
 
 
 class Recent:
-    """Rows in the order of their scans, the latest `KEPT` and up to as many more."""
+    """The latest rows in the order of their scans, `KEPT` to twice as many."""
 
     def __init__(self, dtype: np.dtype[Any]) -> None:
         self.dtype = dtype
@@ -24,12 +24,12 @@ class Recent:
 
     @property
     def rows(self) -> Rows:
-        """The rows that are there."""
+        """The kept rows."""
         return self._rows[: self._length]
 
     @property
     def begin(self) -> int:
-        """Place of the first row that is there."""
+        """Place of the first kept row."""
         return self.count - self._length
 
     def add(self, rows: Rows) -> None:
@@ -52,22 +52,22 @@ class Recent:
         self.count += len(rows)
 
     def clear(self) -> None:
-        """Forget all rows: another session begins."""
+        """Drop all rows: another session begins."""
         self._length = 0
-        self.count += 1  # no place of before is one of now
+        self.count += 1  # no earlier place remains valid
 
     def since(self, place: int) -> Rows:
-        """Return the rows from a place on, as far as they are there."""
+        """Return the kept rows from a place on."""
         return self.rows[max(0, place - self.begin) :]
 
     def find(self, scan: int) -> int | None:
-        """Return where in `rows` a scan is, None if it is not there."""
+        """Return the index of a scan in `rows`, or None."""
         numbers = self.rows["scan"]
         at = int(np.searchsorted(numbers, scan))
         return at if at < len(numbers) and numbers[at] == scan else None
 
     def between(self, first: int, last: int) -> Rows:
-        """Return the rows of the scans from one to another, both included, as far as they are there."""
+        """Return the kept rows of the scans from one to another, both included."""
         numbers = self.rows["scan"]
         low, high = np.searchsorted(numbers, [first, last + 1])
         return self.rows[int(low) : int(high)]

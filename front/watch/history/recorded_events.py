@@ -1,8 +1,8 @@
-"""The events of a recording, read where a page looks; the others when there is time, from there backwards.
+"""The events of a recording, read first around a page's scan, then backwards in the background.
 
 chunks     0    1    2    3    4    5    6    7
-read                      *    *    *              a page looks at a scan of chunk 5
-background           <----                         what stood longer is known a moment later
+read                      *    *    *              a page shows a scan of chunk 5
+background           <----                         older states are known a moment later
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ from .event_log import FIRST, FORCES, LAST_SCAN, EventLog
 Json = dict[str, Any]
 
 AT_ONCE = 4
-"""Chunks that are read when another scan is looked at; further ones are read between pictures."""
+"""Chunks read at once for another scan; further ones are read between frames."""
 
 MOST_EVENTS = 200_000
-"""Events that are read without being asked for."""
+"""Most events read in the background."""
 
 
 class RecordedEvents:
@@ -35,8 +35,8 @@ class RecordedEvents:
         trace: the recording, which may be growing: its owner follows it.
 
     Attributes:
-        read: how many events have been read.
-        edits: scans before which the program was edited, as far as they have been read.
+        read: number of events read.
+        edits: scans before which the program was edited, as far as read.
     """
 
     def __init__(self, trace: Trace) -> None:
@@ -56,7 +56,7 @@ class RecordedEvents:
         self._forcing = [each for each in self._telling if self._trace.may_tell(sections[each], {FORCES})]
 
     def tick(self) -> bool:
-        """Read a chunk that has not been read yet; return whether there may be more."""
+        """Read a further chunk; return whether there may be more."""
         self._go_on()
         missing = [place for place in self._telling if place not in self._known]
         if not missing or self.read >= MOST_EVENTS:
@@ -65,10 +65,10 @@ class RecordedEvents:
         self._log(missing[before - 1])
         return len(missing) > 1
 
-    # --- what was in a scan
+    # --- states of a scan
 
     def up_to(self, scan: int, most: int = FIRST) -> list[Json]:
-        """Return the latest events up to a scan, as far as they are known, in their order."""
+        """Return the latest known events up to a scan, in order."""
         found: list[Json] = []
         for log in self._back_from(scan):
             found[:0] = [each for each in log.since(0) if each["scan"] <= scan]
@@ -77,7 +77,7 @@ class RecordedEvents:
         return found[-most:]
 
     def forces_at(self, scan: int | None) -> Json:
-        """Return the forces in effect in a scan: those that the last message up to it tells."""
+        """Return the forces in effect in a scan: those of the last message up to it."""
         self._go_on()
         scan = LAST_SCAN if scan is None else scan
         for place in reversed(self._up_to(self._forcing, scan)):
@@ -87,20 +87,20 @@ class RecordedEvents:
         return {}
 
     def lines_at(self, scan: int | None) -> Json:
-        """Return where the sequences waited in a scan, by name, as far as that is known."""
+        """Return the known waiting lines of the sequences in a scan, by name."""
         return self._stood(scan)[0]
 
     def rules_at(self, scan: int | None) -> list[Json]:
-        """Return the rule that last set each bit, up to a scan, as far as that is known."""
+        """Return the known rules that last set each bit, up to a scan."""
         return self._stood(scan)[1]
 
     def faults_at(self, scan: int | None) -> list[Fault]:
-        """Return what had stopped the CPU by the end of a scan, as far as that is known."""
+        """Return the known faults of the CPU up to the end of a scan."""
         logs = self._back_from(LAST_SCAN if scan is None else scan)
         return [each for log in logs for each in log.faults_at(scan)]
 
     def _stood(self, scan: int | None) -> tuple[Json, list[Json]]:
-        """Return lines and rules of a scan: those of the chunks that are known, back from its own."""
+        """Return lines and rules of a scan: those of the known chunks, back from its own."""
         logs = list(self._back_from(LAST_SCAN if scan is None else scan))
         if self._latest[:2] != (scan, len(logs)):
             lines: Json = {}
@@ -135,7 +135,7 @@ class RecordedEvents:
         return places[: bisect_right(places, self._trace.place_of(scan))]
 
     def _back_from(self, scan: int) -> Iterator[EventLog]:
-        """Yield the events of chunks back from a scan's, as far as they are known or can be read at once."""
+        """Yield the events of chunks back from a scan's, as far as known or readable at once."""
         self._go_on()
         left = 0 if scan == self._looked_at else AT_ONCE
         self._looked_at = scan

@@ -1,10 +1,10 @@
-"""Runs the scans of a ladder program again, in the monitor: tags and power of any of them.
+"""Repeats the scans of a ladder program in the monitor: tags and power of any of them.
 
     values      before scan 512                          before scan 768
     rows        512  513  514  ...  600  (601)           images, times, flags: from the ring
     engine      512 ... 600 compiled, 601 noted          tags and power of scan 601
 
-Most questions are about the latest scan: the engine goes on from its present scan.
+Most questions are about the latest scan: the engine continues from its present scan.
 """
 
 from __future__ import annotations
@@ -30,23 +30,23 @@ from .timeline import Timeline
 from .watched_program import Inputs, Values
 
 MOST_VALUES = 4096
-"""Values that are kept: of a million scans; then fewer of the older ones."""
+"""Most kept values: of a million scans; after that fewer of the older ones."""
 
 MOST_INPUTS = 50_000
-"""Notes of what went into scans beside images; a program that writes its inputs has one per scan."""
+"""Most notes of scans' other inputs; a program that writes its inputs has one per scan."""
 
 THINNED = 4096
 """Scans between values among the older ones."""
 
 MOST_REPEATED = 2 * THINNED
-"""Scans that are repeated at once to get to one; a tenth of a second of most programs."""
+"""Most scans repeated to reach one; a tenth of a second of most programs."""
 
 CHAPTERS = 15
 """Stretches of scans that are searched for a change: half a minute at 2 ms."""
 
 
 class SnapshotStore:
-    """What the scan process has noted of one program, see `app.watched_program`."""
+    """The scan process's notes of one program, see `watched_program`."""
 
     def __init__(self) -> None:
         self.scans: list[int] = []
@@ -55,7 +55,7 @@ class SnapshotStore:
         self._forced: list[int] = []
 
     def take(self, record: Values | Inputs) -> None:
-        """Remember a note."""
+        """Store a note."""
         if isinstance(record, Inputs):
             if record.scan not in self.inputs:
                 self._forced.insert(bisect_right(self._forced, record.scan), record.scan)
@@ -72,7 +72,7 @@ class SnapshotStore:
                 self._thin_out()
 
     def _thin_out(self) -> None:
-        """Keep fewer of the older values: the shadow may take a moment from one to the next."""
+        """Drop some of the older values: the shadow may need longer from one to the next."""
         old = MOST_VALUES // 2
         keep = [at for at, scan in enumerate(self.scans) if at >= old or scan % THINNED == 0]
         self.scans = [self.scans[at] for at in keep]
@@ -89,12 +89,12 @@ class SnapshotStore:
         return values
 
     def truths(self, place: int) -> Truths:
-        """Return the power of the scan before, where it was noted with the values."""
+        """Return the power of the previous scan, if it was noted with the values."""
         truths: Truths | None = pickle.loads(self._values[place])[1]
         return truths or {}
 
     def forces(self, scan: int) -> Forces:
-        """Return what was forced before a scan."""
+        """Return the forces before a scan."""
         place = bisect_left(self._forced, scan) - 1
         return self.inputs[self._forced[place]].forces if place >= 0 else {}
 
@@ -130,13 +130,13 @@ class SessionScans:
         return iter(()) if place is None else (self._kept.scans[at] for at in range(place, -1, -1))
 
     def snapshot(self, scan: int) -> tuple[dict[str, Any], Forces]:
-        """Return the values before a scan, and what was forced."""
+        """Return the values before a scan, and its forces."""
         place = self._kept.place(scan)
         assert place is not None
         return self._kept.values(place), self._kept.forces(scan)
 
     def inputs(self, first: int, last: int) -> tuple[int, Iterator[ScanInputs]]:
-        """Return how many rows there are from the first scan on without a gap, and what went into them."""
+        """Return the number of successive rows from the first scan on, and their inputs."""
         rows = self._timeline.between(first, last)
         if not len(rows) or rows[0]["scan"] != first:
             return 0, iter(())
@@ -155,7 +155,7 @@ class SessionScans:
         writes = tuple(
             (self._leaves[ident], index, value)
             for ident, index, value in known.writes
-            if ident in self._leaves  # not so of a program that was edited since
+            if ident in self._leaves  # may be false after an edit
         )
         return ScanInputs(row.now_ns, row.first, images, writes, known.forces)
 

@@ -29,15 +29,14 @@ class Stretch:
 
     Args:
         number: number of edits before it.
-        logic: the program; None if it is not known, or must not be run.
+        logic: None if it is unknown, or must not be run.
         file: of the program.
-        lacks: why there is nothing to show of it; "" if there is.
+        lacks: why it can't be shown; "" if it can.
         told: the values of a program in Python.
-        kept: its values.
 
     Attributes:
-        catalog: the rungs and tags of a ladder program; None of any other.
-        source: the text of a program in Python; None of a ladder program.
+        catalog: the rungs and tags of a ladder program, else None.
+        source: the text of a program in Python, else None.
     """
 
     def __init__(
@@ -60,7 +59,7 @@ class Stretch:
 
     @cached_property
     def live(self) -> Shadow | None:
-        """Repeats the latest scans; None of a program that can't be repeated."""
+        """Repeats the latest scans; None for a program that can't be repeated."""
         return self._shadow()
 
     @cached_property
@@ -79,7 +78,7 @@ class Stretch:
         return Shadow(self.logic, self._slots, self._timeline, self.kept)
 
     def described(self, values: Mapping[str, object]) -> Json:
-        """Return routines and tags as a page gets them."""
+        """Return routines and tags for a page."""
         if self.catalog is not None:
             return {"routines": self.catalog.routines(), "tags": self.catalog.tags(), "lacks": ""}
         kinds = {bool: "BOOL", int: "LINT", str: "TEXT"}
@@ -104,7 +103,7 @@ class Stretches:
         self.clear()
 
     def clear(self) -> None:
-        """Forget all: another session begins."""
+        """Drop all programs: another session begins."""
         self.all: list[Stretch] = []
         self._kept: dict[int, SnapshotStore] = {}
 
@@ -116,17 +115,17 @@ class Stretches:
         return own
 
     def lose(self, first: int) -> None:
-        """Show no program from a scan on: another one ran there, which is not known."""
+        """Show no program from a scan on: an unknown one ran there."""
         self.all = [each for each in self.all if each.first < first]
         self.add(first, None, None, "The recording does not bring the program of this scan.")
 
     def kept(self, number: int) -> SnapshotStore:
-        """Return the values of the program with a number; they may come before the program."""
+        """Return the values of the program with a number; they may precede the program."""
         return self._kept.setdefault(number, SnapshotStore())
 
     @property
     def latest(self) -> Stretch:
-        """The program that runs."""
+        """The running program."""
         return self.all[-1]
 
     def at(self, scan: int | None) -> Stretch:

@@ -2,14 +2,14 @@
 
     rows      0 0 0 1 0 0 0 0 1 1 1        edges  (t3, 1) (t4, 0) (t8, 1)
 
-So a pulse of one scan is seen, however many scans there are in a frame.
+A pulse of one scan is therefore visible, however many scans a frame has.
 
-A piece of the strip says from which time to which it is known, and nothing beyond:
+A piece of the strip has the times between which it is valid:
 
     bit        [t, level]                     at each edge
     bit        [t, level, edges]              per stretch of scans, if there are many edges
     position   [t, least, greatest, last]     per stretch of scans
-    unknown    [t, None]                      from then on: rows were lost, or a position is not said
+    unknown    [t, None]                      from then on: rows were lost, or there is no position
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from ...io_images.module_words import ModuleWords
 from ...runtime.live.ring import Rows
 
 MOST_EDGES = 400
-"""Edges of one signal in one piece; more of them become as many stretches."""
+"""Most edges of one signal in one piece; more are combined to stretches."""
 
 WORDS_PER_IMAGE = IMAGE_BYTES // 2
 
@@ -35,7 +35,7 @@ STATUS_TO_POSITION = 2
 EVERY_BIT = np.uint16(0xFFFF)
 
 CONFIGURES = np.uint16(0x8000)
-"""In the first word of an image: all its words are of a configuration [chapter 3, Configuration Mode]."""
+"""In the first word of an image: all its words configure [chapter 3, Configuration Mode]."""
 
 Json = dict[str, Any]
 Point = list[Any]
@@ -46,12 +46,12 @@ Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
 @dataclass(frozen=True, slots=True)
 class Signals:
-    """The bits of a rack that have names, by word of its memory.
+    """The named bits of a rack, by word of its memory.
 
     Attributes:
         bits: word of the memory -> bit of the word -> name, such as `1.MOVE_COMPLETE`.
         positions: name -> words of the memory with thousands and the rest.
-        modes: words of an image of a stepper -> the first of them, whose sign says that they configure.
+        modes: words of an image of a stepper -> the first of them, whose sign means configuration.
     """
 
     bits: Mapping[int, Mapping[int, str]]
@@ -64,7 +64,7 @@ def signals_of(slots: Mapping[int, ModuleWords], steppers: Sequence[int]) -> Sig
 
     Args:
         slots: the words of its modules, in the order of its memory.
-        steppers: the slots that answer as a 3601.
+        steppers: the slots with the words of a 3601.
     """
     bits: dict[int, dict[int, str]] = {}
     for place, (slot, words) in enumerate(slots.items()):
@@ -87,15 +87,15 @@ def signals_of(slots: Mapping[int, ModuleWords], steppers: Sequence[int]) -> Sig
 
 
 def piece_of(rows: Rows, before: Rows, signals: Signals, period_ns: int, most: int = 1) -> Json:
-    """Return the strip of rows: `from` and `to`, ns, between which it is known, `bits` and `positions`.
+    """Return the strip of rows: `from` and `to`, ns, its valid times, `bits` and `positions`.
 
     Args:
         rows: in order; there may be gaps.
         before: the row before them, or none: the first row then begins every signal.
-        most: points of a position, if there are no gaps.
+        most: points of a position, without gaps.
 
     Returns:
-        The piece; an empty one without rows. A bit that has no point in it keeps its level.
+        The piece; an empty one without rows. A bit without a point keeps its level.
     """
     if not len(rows):
         return {}
@@ -120,7 +120,7 @@ def _time(point: Point) -> int:
 
 
 def _begins(rows: Rows, before: Rows) -> Flags:
-    """Return for each row whether the row before it is not that of the scan before."""
+    """Return for each row whether its predecessor is missing."""
     scans = rows["scan"].astype(np.int64)
     first = before["scan"][-1:].astype(np.int64) if len(before) else scans[:1] + 1
     found: Flags = np.diff(scans, prepend=first) != 1
@@ -128,7 +128,7 @@ def _begins(rows: Rows, before: Rows) -> Flags:
 
 
 def _edges(rows: Rows, before: Rows, begins: Flags, signals: Signals) -> dict[str, list[Point]]:
-    """Return the edges of all bits, and their levels where rows begin anew."""
+    """Return the edges of all bits, and their levels after gaps."""
     times = rows["now_ns"]
     found: dict[str, list[Point]] = {}
     for word, names in signals.bits.items():
@@ -161,7 +161,7 @@ def _column(rows: Rows, word: int, signals: Signals) -> Words:
 
 
 def _positions(rows: Rows, begins: Flags, signals: Signals, most: int) -> dict[str, list[Point]]:
-    """Return the positions, steps; None where the words are the mirror of a configuration."""
+    """Return the positions, steps; None where the words mirror a configuration."""
     words, times = rows["words"], rows["now_ns"]
     found = {}
     for name, (thousands, rest) in signals.positions.items():
@@ -176,7 +176,7 @@ def _positions(rows: Rows, begins: Flags, signals: Signals, most: int) -> dict[s
 
 
 def _counted(times: Numbers, levels: Numbers, begins: Flags) -> list[Point]:
-    """Return `[t, level, edges]` of about `MOST_EDGES` stretches; `[t, level]` where there are none."""
+    """Return `[t, level, edges]` of about `MOST_EDGES` stretches; `[t, level]` without edges."""
     starts, ends = _stretches(begins, MOST_EDGES)
     edges = np.diff(levels, prepend=levels[:1]) != 0
     edges[starts] = False
@@ -196,7 +196,7 @@ def _envelope(times: Numbers, values: Numbers, begins: Flags, most: int) -> list
 
 
 def _stretches(begins: Flags, most: int) -> tuple[Numbers, Numbers]:
-    """Return where about `most` stretches start and end; none reaches across a beginning."""
+    """Return the starts and ends of about `most` stretches; none contains a gap."""
     even = np.linspace(0, len(begins), min(most, len(begins)), endpoint=False).astype(np.int64)
     starts = np.union1d(even, np.flatnonzero(begins))
     return starts, np.append(starts[1:], len(begins))

@@ -23,7 +23,7 @@ from ...traces.read.reader import Trace, open_trace
 from .recent import Recent
 
 WINDOWS = 4
-"""Stretches of a trace that are kept in memory."""
+"""Stretches of a trace kept in memory."""
 
 WINDOW = 8192
 """Scans of such a stretch."""
@@ -53,12 +53,12 @@ class Timeline:
         return first, int(numbers[-1])
 
     def row(self, scan: int) -> Row | None:
-        """Return the row of a scan, None if it is not there."""
+        """Return the row of a scan, or None."""
         rows = self.between(scan, scan)
         return rows[0] if len(rows) else None
 
     def between(self, first: int, last: int) -> Rows:
-        """Return the rows of the scans from one to another, both included, as far as they are there."""
+        """Return the available rows of the scans from one to another, both included."""
         rows = self.recent.between(first, last)
         begins = int(rows["scan"][0]) if len(rows) else last + 1
         if self.path is None or len(rows) == last - first + 1:
@@ -71,18 +71,14 @@ class Timeline:
         return np.concatenate([self._read(first, begins - 1), rows])
 
     def values(self, scan: int) -> dict[str, Any]:
-        """Return the tags that were recorded in a scan, by name; none where none are."""
+        """Return the recorded tags of a scan, by name; empty without any."""
         if self._known is None or self._known[0] != scan:
             trace = self.opened()
             self._known = scan, {} if trace is None else _recorded_tags(trace, scan)
         return self._known[1]
 
     def recorded(self, names: Sequence[str], first: int, last: int) -> tuple[list[int], dict[str, list[Any]]]:
-        """Return tags that were recorded from one scan to another, as far as they are written.
-
-        Returns:
-            The times of the scans, ns, and the values of each tag that is recorded.
-        """
+        """Return the times, ns, of the scans from one to another, and the values of each recorded tag."""
         trace = self.opened()
         plan = None if trace is None else trace.head.tags
         if trace is None or plan is None or not set(names) & set(_addresses(plan)):
@@ -101,7 +97,7 @@ class Timeline:
         return columns.time_ns.tolist(), shown
 
     def follow(self) -> bool:
-        """Take what was written to the trace since; return whether there is any."""
+        """Read the new part of the trace; return whether there is any."""
         if self._trace is None:
             return self.opened() is not None
         grown = self._trace.follow()
@@ -110,7 +106,7 @@ class Timeline:
         return grown
 
     def opened(self) -> Trace | None:
-        """Return the trace, which is opened; None without one, or as long as nothing has been written."""
+        """Return the opened trace; None without one, or before its first chunk."""
         if self._trace is None and self.path is not None:
             try:
                 self._trace = open_trace(self.path)
@@ -119,7 +115,7 @@ class Timeline:
         return self._trace
 
     def use(self, trace: Trace) -> None:
-        """Take a trace that is open already."""
+        """Use an open trace."""
         self._trace = trace
 
     def forget(self, path: Path | None) -> None:
@@ -180,14 +176,14 @@ class Timeline:
 
 
 def columns_of(rows: Rows) -> Columns:
-    """Return rows as a trace has them."""
+    """Return rows as columns of a trace."""
     return Columns(
         rows["scan"].astype(np.int64), rows["now_ns"].copy(), rows["flags"].copy(), rows["words"].copy()
     )
 
 
 def _recorded_tags(trace: Trace, scan: int) -> dict[str, Any]:
-    """Return the tags of a scan as a page shows them: names of enums, texts, lists of arrays."""
+    """Return the tags of a scan for a page: names of enums, texts, lists of arrays."""
     plan = trace.head.tags
     rows = None if plan is None else read_columns(trace, Selection(scan, scan), tags=True).tags
     if plan is None or rows is None or not len(rows):

@@ -15,7 +15,7 @@ class MachineFigures:
     """Reads the machines of a rack; see `runtime.live.tap.Figures`.
 
     Attributes:
-        slots: the slots with a machine that can be looked at, `PER_SLOT` numbers each.
+        slots: the slots with a readable machine, `PER_SLOT` numbers each.
     """
 
     def __init__(self, rack: Rack) -> None:

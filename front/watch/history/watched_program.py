@@ -1,9 +1,9 @@
-"""Notes with which a monitor runs the scans of a program again: their inputs, and values now and then.
+"""Notes with which a monitor repeats the scans of a program: their inputs, and regular snapshots.
 
     scan          n         n+1       n+2  ...  n+1023
     notes         values    -         writes    -          values before n, writes before n+2
 
-Everything else that goes into a scan is in the ring: images, times and flags.
+The other inputs of a scan are in the ring: images, times and flags.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ EVERY = 1024
 """Scans between values."""
 
 IMPURE_NS = 30_000_000
-"""Time between values of a program with routines in Python, whose scans can't be run again."""
+"""Time between values of a program with routines in Python, whose scans can't be repeated."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +34,8 @@ class Values:
     Attributes:
         values: by identifier of the variable, see `ladder.debug.replay`.
         program: number of edits before it.
-        truths: power of the scan before, of a program with routines in Python, which is always interpreted.
+        truths: power of the previous scan, of a program with routines in Python, which is always
+            interpreted.
     """
 
     scan: int
@@ -48,10 +49,10 @@ class Inputs:
     """Inputs of a scan beside its images and its time.
 
     Attributes:
-        writes: values set from outside since the scan before: identifier, element, value.
-        forces: what is forced from this scan on.
-        images: the input images as the program read them; None = those of the rack.
-        program: how often the program had been edited.
+        writes: values set from outside since the previous scan: identifier, element, value.
+        forces: those in effect from this scan on.
+        images: the input images that the program read; None = those of the rack.
+        program: number of earlier edits.
     """
 
     scan: int
@@ -62,7 +63,7 @@ class Inputs:
 
 
 class LadderNotes:
-    """Writes what a monitor needs of a ladder program; see `runtime.live.tap.Notes`."""
+    """Writes a ladder program's notes for the monitor; see `runtime.live.tap.Notes`."""
 
     def __init__(self, debugger: Debugger, records: Records) -> None:
         self._debugger, self._records = debugger, records
@@ -71,7 +72,7 @@ class LadderNotes:
         self._due_ns, self._news = 0, -1
 
     def note(self, scan: int) -> None:
-        """Write what went into a scan, if it is more than images; now and then the values after it."""
+        """Write the inputs of a scan beyond its images; at intervals also the values after it."""
         debugger = self._debugger
         if debugger.news != self._news:
             self._note(debugger, scan)
@@ -104,7 +105,7 @@ def values_of(debugger: Debugger, scan: int) -> Values:
 
 
 def inputs_of(debugger: Debugger, scan: int) -> Inputs:
-    """Return the inputs of a scan that was the latest one, beside its images."""
+    """Return the inputs of the latest scan, beside its images."""
     entry, memory = debugger.latest, debugger.engine.memory
     writes = () if entry is None else entry.writes
     images = entry.images if entry is not None and memory.copies_inputs else None

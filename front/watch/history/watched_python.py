@@ -1,6 +1,6 @@
-"""What a monitor shows of a program in Python: its values, a few times a second.
+"""The values of a program in Python for a monitor, a few times a second.
 
-A program in Python may do anything, so its scans are not run again: its values are read where it runs.
+A program in Python may do anything, so that its scans are not repeated: its values are read where it runs.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ from ...runtime.loop.pace import wall_ns
 from ...runtime.loop.scan import ScanLogic
 
 EVERY_NS = 30_000_000
-"""Time between two looks."""
+"""Time between two reads."""
 
 FIND_EVERY = 32
-"""Looks between two searches for new values."""
+"""Reads between two searches for new values."""
 
 MOST = 200
-"""Values that are shown."""
+"""Most values that are shown."""
 
 ALL = ("*",)
 
@@ -30,7 +30,7 @@ class PythonNotes:
     """Sends a monitor the values of a program in Python; see `runtime.live.tap.Notes`.
 
     Args:
-        logic: returns the program; another one after an edit.
+        logic: returns the program, which an edit may replace.
         patterns: the values that the rack file records; all if it names none.
     """
 
@@ -48,7 +48,7 @@ class PythonNotes:
         self._namespace: dict[str, Any] = {}
 
     def note(self, scan: int) -> None:
-        """Send values that have changed, a few times a second."""
+        """Send changed values, a few times a second."""
         now = wall_ns()
         if now >= self._due_ns:
             self._due_ns = now + EVERY_NS
@@ -61,7 +61,7 @@ class PythonNotes:
         self._look(scan - 1)
 
     def _find(self) -> None:
-        """Find the present values: a program may make new ones while it runs."""
+        """Find the present values: a running program may make new ones."""
         try:
             self._namespace = namespace_of(self._logic())
             found = named_values(self._namespace, self._patterns)[:MOST]
@@ -81,7 +81,7 @@ class PythonNotes:
             self._tell({"values": {"scan": scan, "values": new}})
 
     def _value(self, code: CodeType) -> object:
-        """Return a value as a page shows it; what can't be read now is None."""
+        """Return a value for a page, None if it can't be read now."""
         try:
             value = eval(code, self._namespace)
         except Exception:  # a property of the user's raises: it has no value

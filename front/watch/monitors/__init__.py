@@ -1,1 +1,1 @@
-"""What pages look at and ask: the monitors of a session and of a recording."""
+"""The page's view and questions: the monitors of a session and of a recording."""

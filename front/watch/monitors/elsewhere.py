@@ -1,4 +1,4 @@
-"""Questions that take longer than a frame: a process of its own answers each, in bounded time."""
+"""Long questions: a process of its own answers each, in bounded time."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ...traces.read.columns import Columns
 from .page import Page
 
 PATIENCE_NS = 20_000_000_000
-"""Time after which a question is given up."""
+"""Time limit of a question."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,16 +29,16 @@ class _Open:
 
 
 class Elsewhere:
-    """The questions that are being answered by processes; one per page, the latest."""
+    """The questions in work by processes; one per page, the latest."""
 
     def __init__(self) -> None:
         self._open: list[_Open] = []
 
     def why(self, page: Page, number: object, trace: str, what: str, more: Columns) -> None:
-        """Ask why a recorded value of a Python program is what it is; the answer goes to the page.
+        """Ask for the cause of a Python program's recorded value; the answer goes to the page.
 
         Args:
-            more: the latest scans, which may not be written yet; it is about the last one.
+            more: the latest scans, which may not be written yet; the question is about the last one.
         """
         scan = more.scan[-1]
         for each in [each for each in self._open if each.page is page]:
@@ -52,7 +52,7 @@ class Elsewhere:
         self._open.append(_Open(page, number, process, wall_ns() + PATIENCE_NS, command))
 
     def tick(self) -> None:
-        """Pass answers on that have come."""
+        """Pass on the received answers."""
         for each in list(self._open):
             if each.process.poll() is not None:
                 self._finish(each)

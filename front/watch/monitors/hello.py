@@ -23,20 +23,20 @@ TITLES = {
     "cw_limit": "CW limit",
     "ccw_limit": "CCW limit",
 }
-"""The inputs of a 3601 as people read them."""
+"""The inputs of a 3601 in words."""
 
 NAMES = {
     "amci3601": "AMCI 3601",
     "pcl601-adapter": "PCL601 adapter",
     "pmc006-adapter": "PMC006 adapter",
 }
-"""Modules as people write them; cards go by their catalog numbers."""
+"""Titles of modules; cards have their catalog numbers."""
 
 SECTIONS = {
     "command": "chapter 5, Command Words",
     "status": "chapter 6, Status Bits",
 }
-"""Where the manual describes the bits of a group."""
+"""Sections of the manual about the bits of a group."""
 
 VALUES = (
     ("position", "Position", "steps"),
@@ -51,7 +51,7 @@ VALUES = (
 
 
 def slots_of(spec: RackSpec) -> list[Json]:
-    """Return the slots of a rack as `hello` lists them."""
+    """Return the slots of a rack for `hello`."""
     return [slot_of(each) for each in spec.slot]
 
 
@@ -102,7 +102,7 @@ def bits_of(slot: int, words: ModuleWords) -> list[Json]:
 
 
 def inputs_of(slot: SlotSpec) -> list[Json]:
-    """Return the inputs of a module: those that a person presses, and those that a machine operates."""
+    """Return the inputs of a module that a person presses, and those that a machine operates."""
     if slot.is_live:
         return []
     wired = slot.words.groups.get("input")
@@ -132,7 +132,7 @@ def inputs_of(slot: SlotSpec) -> list[Json]:
 
 
 def machine_of(machine: MachineSpec) -> Json:
-    """Return the rail of a machine: what is along it, and how far it reaches."""
+    """Return the rail of a machine: the items along it, and its ends."""
     places = [place for each in machine.switches for place in (each.first, each.last) if place is not None]
     places += [each.position for each in machine.stations] + [each.at for each in machine.jams] + [0]
     low, high = min(places), max(places)

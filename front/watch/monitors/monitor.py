@@ -1,7 +1,7 @@
 """The subject of pages: the rows of a rack, its program, its events; of a running session or of a recording.
 
-A monitor does one thing after the other; `server` calls `tick` thirty times a second. What it shows is in
-`Subject`; `session_monitor` and `trace_monitor` make one.
+A monitor works in one thread; `server` calls `tick` thirty times a second. `Subject` has the contents of
+pages; `session_monitor` and `trace_monitor` make one.
 """
 
 from __future__ import annotations
@@ -40,17 +40,17 @@ SPEED_SCANS = 50
 """Scans over which the speed of an axis is measured."""
 
 STRIP_FIRST = 2048
-"""Rows that the first strip of a page begins with."""
+"""Number of rows in a page's first strip."""
 
 
 @dataclass(frozen=True, slots=True)
 class About:
-    """What a page gets about a session or a recording beside its rack.
+    """Facts of a session or a recording beside its rack.
 
     Attributes:
         path: of the rack file, or of the trace.
         live: there are real ports.
-        record: path of the recording that is kept; None without one.
+        record: path of the permanent recording, or None.
         branches: whether a page may begin a branch.
     """
 
@@ -68,7 +68,7 @@ class Subject:
     """A rack and its program, as pages show them.
 
     Attributes:
-        programs: its programs by scan; one at least before a page comes.
+        programs: its programs by scan; at least one before a page joins.
     """
 
     def __init__(
@@ -89,14 +89,14 @@ class Subject:
         self.told = ValueHistory(spec.scan_ns)
         self.programs = Stretches(list(self.words), self.timeline, self.told)
         self.values: Json = {}
-        """Values of a program in Python, as of the last message."""
+        """Values of a program in Python, from the last message."""
 
     def keep(self, record: Values | Inputs) -> None:
-        """Remember what has been noted of a program."""
+        """Store the notes of a program."""
         self.programs.kept(record.program).take(record)
 
     def lanes(self, names: Sequence[str], first: int, last: int) -> tuple[Json, int | None]:
-        """Return a piece of the lanes of tags in past scans, and the scan to ask from for the rest."""
+        """Return a piece of the lanes of tags in past scans, and the scan of the next piece."""
         program = self.programs.at(first)
         piece, following = program.lanes.past(names, first, min(last, self.programs.end_of(program)))
         if following is None and self.programs.end_of(program) < last:
@@ -123,7 +123,7 @@ class Subject:
 
 
 class Monitor(ABC):
-    """What pages look at.
+    """The source of pages.
 
     Attributes:
         latest: the row of the latest scan; None before the first.
@@ -137,15 +137,15 @@ class Monitor(ABC):
         self.latest: Row | None = None
         self.over = False
 
-    # --- what differs between a session and a recording
+    # --- differences between a session and a recording
 
     @abstractmethod
     def tick(self) -> bool:
-        """Do the work that is due; return whether there is more to do at once."""
+        """Do the due work; return whether there is more to do at once."""
 
     @abstractmethod
     def order(self, page: Page, number: object, said: Mapping[str, Any]) -> None:
-        """Take an order of a page.
+        """Process an order of a page.
 
         Raises:
             ValueError: it is not an order, or orders are refused.
@@ -153,16 +153,16 @@ class Monitor(ABC):
 
     @abstractmethod
     def state(self, *, past: bool) -> Json:
-        """Return what a frame has beside the scan: state, speed, late scans, breakpoints."""
+        """Return a frame's contents beside the scan: state, speed, late scans, breakpoints."""
 
     @abstractmethod
     def events(self, page: Page) -> Sequence[Json]:
-        """Return the events that are new for a page."""
+        """Return the new events for a page."""
 
     # --- pages
 
     def wake(self) -> None:
-        """Let all pages know that there is something new."""
+        """Wake all pages: there is news."""
         for page in self.pages:
             self.exchange_program(page)
             page.due.set()
@@ -186,7 +186,7 @@ class Monitor(ABC):
             self.pages.remove(page)
 
     def frame(self, page: Page) -> Json:
-        """Return what has changed for a page since its last frame; nothing if nothing has."""
+        """Return the changes for a page since its last frame; empty without any."""
         row = self.row_of(page)
         picture = self._picture(page, row) if row is not None else self._before_the_first_scan()
         frame = changed(picture, page.last)
@@ -197,9 +197,9 @@ class Monitor(ABC):
         return frame
 
     def exchange_program(self, page: Page) -> None:
-        """Tell a page of the program of the scan that it looks at, if that is another one.
+        """Send a page the program of its scan, if that has changed.
 
-        The message goes ahead of the next frame, whose power and tags belong to that program.
+        The message precedes the next frame, whose power and tags belong to that program.
         """
         program = self.subject.programs.at(page.past)
         if program is not page.program:
@@ -216,7 +216,7 @@ class Monitor(ABC):
         }
 
     def row_of(self, page: Page) -> Row | None:
-        """Return the row that a page looks at."""
+        """Return the row of a page's scan."""
         if page.past is None:
             return self.latest
         if page.row is None or int(page.row["scan"]) != page.past:
@@ -224,7 +224,7 @@ class Monitor(ABC):
         return page.row if page.row is not None else self.latest
 
     def _picture(self, page: Page, row: Row) -> Json:
-        """Return all that a frame may have of a row."""
+        """Return all possible contents of a frame about a row."""
         past = page.past
         scan, extent = int(row["scan"]), self.subject.timeline.extent
         return {
@@ -245,14 +245,14 @@ class Monitor(ABC):
         }
 
     def _faults(self, past: int | None) -> list[Json]:
-        """Return what had stopped the CPU by a scan, and the rung or line in which it did."""
+        """Return the CPU's faults up to a scan, with their rung or line."""
         program = self.subject.programs.at(past)
         return [
             {"text": str(each), "at": program.place_of_fault(each)} for each in self.states.faults_at(past)
         ]
 
     def _program(self, page: Page, scan: int) -> Json:
-        """Return power and tags of what a page shows."""
+        """Return power and tags of a page's routine."""
         subject = self.subject
         program = subject.programs.at(page.past)
         shadow = program.live if page.past is None else program.past
@@ -271,7 +271,7 @@ class Monitor(ABC):
         }
 
     def _strip(self, page: Page) -> Json:
-        """Return the strip since the last frame; at first that of the latest rows."""
+        """Return the strip since the last frame; the first time that of the latest rows."""
         recent = self.subject.recent
         first = page.place is None
         place = max(recent.begin, recent.count - STRIP_FIRST) if page.place is None else page.place

@@ -1,4 +1,4 @@
-"""One open page: what it shows, what it was sent last, and how much it may ask."""
+"""One open page: its view, the last message sent, and its limit of questions."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ..history.stretch import Stretch
 Json = dict[str, Any]
 
 ORDERS_PER_SECOND = 100
-"""Messages that a page may send, over any second."""
+"""Most messages of a page per second."""
 
 SECOND_NS = 1_000_000_000
 
@@ -23,14 +23,14 @@ class Page:
     """An open page.
 
     Attributes:
-        program: the program that it has been told of; None before its first message.
-        watched: tags that it wants beside those of the routine.
+        program: the program that it has received; None before its first message.
+        watched: tags that it shows beside those of the routine.
         lanes: tags in its timing strip.
-        lanes_at: the scan that their lanes have come to; None before the first frame.
-        past: the scan that it looks at; None = the latest.
-        place: the place of the row in `Recent` that its strip has come to; None before the first frame.
-        events: number of the next event for it; None before the first frame.
-        outbox: messages that go before the next frame.
+        lanes_at: the last scan of their lanes; None before the first frame.
+        past: the scan that it shows; None = the latest.
+        place: the last row in `Recent` of its strip; None before the first frame.
+        events: number of its next event; None before the first frame.
+        outbox: messages that precede the next frame.
         due: set when there is something to send.
     """
 
@@ -55,7 +55,7 @@ class Page:
         self.place = self.lanes_at = None
 
     def show(self, shown: PageRoutine) -> None:
-        """Show another routine: the next frame has all of it."""
+        """Show another routine: the next frame contains all of it."""
         self.shown = shown
         self.last.pop("power", None)
         self.last.pop("tags", None)

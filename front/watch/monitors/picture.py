@@ -1,4 +1,4 @@
-"""The contents of a frame: one scan, and what has changed since the last frame."""
+"""The contents of a frame: one scan, and the changes since the last frame."""
 
 from __future__ import annotations
 
@@ -20,23 +20,24 @@ Json = dict[str, Any]
 WORDS_PER_IMAGE = IMAGE_BYTES // 2
 
 DEEP = ("words", "values", "machine", "power", "tags")
-"""Parts of a frame of which only the keys that have changed are sent."""
+"""Parts of a frame of which only changed keys are sent."""
 
 
 @dataclass(frozen=True, slots=True)
 class Places:
-    """Where things are in a row."""
+    """The layout of a row."""
 
     slots: Mapping[int, ModuleWords]
     machines: Sequence[int]
 
     def of(self, row: Row, before: Rows, *, past: bool = False) -> Json:
-        """Return what a frame shows of the images and machines of a row.
+        """Return a frame's contents about the images and machines of a row.
 
         Args:
-            before: one of some scans before, for speeds; or none.
-            past: the row is not the latest one, so shaft and encoder are not known: machines are looked at
-                now and then only, and a trace has no figures at all.
+            before: an earlier row, for speeds; or none.
+            past: the row is not the latest one, so that shaft and encoder are unknown: machines are read
+                only at
+                intervals, and a trace has no figures at all.
         """
         words = row["words"].tolist()
         shown: Json = {"words": {}, "values": {}, "machine": {}}
@@ -73,7 +74,7 @@ class Places:
         return shown
 
     def _speed(self, slot: int, row: Row, before: Rows) -> int | None:
-        """Return how fast the position of a stepper has changed, steps/s; None if that is not known."""
+        """Return the speed of a stepper's position, steps/s; None if unknown."""
         if slot not in self.slots or not len(before) or before[0]["now_ns"] >= row["now_ns"]:
             return None
         at = (2 * list(self.slots).index(slot) + 1) * WORDS_PER_IMAGE + 2
@@ -84,7 +85,7 @@ class Places:
 
 
 def _values(inputs: Sequence[int], outputs: Sequence[int]) -> Json:
-    """Return the values in the words of a 3601, as the command mode means them [chapters 5 and 6]."""
+    """Return the values in the words of a 3601 in command mode [chapters 5 and 6]."""
     return {
         "position": inputs[2] * 1000 + inputs[3],
         "encoder": inputs[4] * 1000 + inputs[5],
@@ -103,7 +104,7 @@ def mode_of(flags: int) -> str:
 
 
 def changed(frame: Json, last: Json) -> Json:
-    """Return what of a frame differs from the last one, and make it the last one."""
+    """Return the differences from the last frame, which is then replaced."""
     found: Json = {}
     for key, value in frame.items():
         if key in DEEP:
@@ -118,7 +119,7 @@ def changed(frame: Json, last: Json) -> Json:
 
 
 def speed_reached(rows: Any) -> float | None:
-    """Return how much faster than real time these rows came; None for too few of them."""
+    """Return the speed of these rows as a multiple of real time; None for too few of them."""
     if len(rows) < 2:
         return None
     virtual = int(rows["now_ns"][-1]) - int(rows["now_ns"][0])
@@ -127,5 +128,5 @@ def speed_reached(rows: Any) -> float | None:
 
 
 def late_scans(rows: Any, flag: int) -> int:
-    """Return how many of these rows began late."""
+    """Return the number of late rows."""
     return int(np.count_nonzero(rows["flags"] & flag))

@@ -1,4 +1,4 @@
-"""The questions of a page and their answers; a ValueError says what is wrong with a question."""
+"""The questions of a page and their answers; a ValueError has the mistake in a question."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ Json = dict[str, Any]
 Said = Mapping[str, Any]
 
 MOST_WATCHED = 500
-"""Tags that a page may watch."""
+"""Most tags that a page may watch."""
 
 UNWRITTEN_MOST = 16_384
-"""Latest scans that go along with a question, since the recording may not have them yet."""
+"""Number of latest scans sent with a question, since the recording may lack them."""
 
 ENVELOPE_STEPS = 500
-"""Points of a position in a window of the past."""
+"""Points of a position in a past window."""
 
 EVENTS_MOST = 100
 """Events of an answer."""
 
 WINDOW_MOST = 50_000
-"""Scans of such a window."""
+"""Most scans of a past window."""
 
 
 def show(monitor: Monitor, page: Page, said: Said) -> Json:
@@ -67,7 +67,7 @@ def lanes(monitor: Monitor, page: Page, said: Said) -> Json:
 
 
 def steps(monitor: Monitor, page: Page, said: Said) -> Json:
-    """Return the points of tags in past scans; `next` is the scan to ask from for the rest."""
+    """Return the points of tags in past scans; `next` is the scan of the next piece."""
     first, last = _scans_in(said)
     names, _unknown = _lanes_in(monitor, page, said)
     extent = monitor.subject.timeline.extent
@@ -79,7 +79,7 @@ def steps(monitor: Monitor, page: Page, said: Said) -> Json:
 
 
 def _lanes_in(monitor: Monitor, page: Page, said: Said) -> tuple[tuple[str, ...], list[str]]:
-    """Return the tags that a question names, and those of them that do not exist."""
+    """Return the tags in a question, and the unknown ones."""
     tags = said.get("tags")
     if not isinstance(tags, list) or len(tags) > MOST_LANES or not all(map(_is_name, tags)):
         raise ValueError(f"tags is a list of up to {MOST_LANES} names")
@@ -99,7 +99,7 @@ def look(monitor: Monitor, page: Page, said: Said) -> Json:
         if monitor.about.kind == "trace":
             raise ValueError("this is a recording: there is no scan that runs")
         page.past = None
-        page.last = {}  # its strip goes on from where it was
+        page.last = {}  # its strip continues
         monitor.exchange_program(page)
         return {"scan": "live"}
     if type(scan) is not int:
@@ -114,7 +114,7 @@ def look(monitor: Monitor, page: Page, said: Said) -> Json:
 
 
 def window(monitor: Monitor, _page: Page, said: Said) -> Json:
-    """Return the strip of past scans, as far as they are there."""
+    """Return the strip of past scans, as far as available."""
     first, last = _scans_in(said)
     subject = monitor.subject
     rows = subject.timeline.between(first, last)
@@ -141,7 +141,7 @@ def events(monitor: Monitor, _page: Page, said: Said) -> Json:
 
 
 def why(monitor: Monitor, page: Page, said: Said) -> Json | None:
-    """Say why a tag has its value in the scan that the page shows."""
+    """Explain a tag's value in the scan of the page."""
     tag = _text(said, "tag")
     row = monitor.row_of(page)
     if row is None:
@@ -162,7 +162,7 @@ def why(monitor: Monitor, page: Page, said: Said) -> Json | None:
 
 
 def _ask_python(monitor: Monitor, page: Page, said: Said, tag: str, scan: int) -> None:
-    """Let a process answer: a program in Python has to run again from its first scan on."""
+    """Let a process answer: a program in Python must run again from its first scan on."""
     trace, program = monitor.subject.timeline.path, monitor.subject.programs.at(page.past)
     if program.logic is None or trace is None:
         raise ValueError(f"{tag}: the program may not run here: see --trust")
@@ -187,7 +187,7 @@ def find(monitor: Monitor, page: Page, said: Said) -> Json:
 
 
 def _program(monitor: Monitor, page: Page) -> Stretch:
-    """Return the program that a page has been told of."""
+    """Return the program that a page has received."""
     return page.program or monitor.subject.programs.latest
 
 
@@ -218,9 +218,9 @@ QUESTIONS: Mapping[str, Callable[[Monitor, Page, Said], Json | None]] = {
 
 
 def ask(monitor: Monitor, page: Page, said: object) -> None:
-    """Take an order or a question of a page; the answer goes to the page.
+    """Process an order or a question of a page; the answer goes to the page.
 
-    No message raises: the answer says what is wrong with it.
+    No message raises: the answer has its mistake.
     """
     number = said.get("id") if isinstance(said, Mapping) else None
     if not isinstance(number, int | str) or isinstance(number, bool):

@@ -49,10 +49,10 @@ class SessionProgram(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Setup:
-    """What the scan process gives a monitor.
+    """The scan process's data for a monitor.
 
     Attributes:
-        host: what the server listens on.
+        host: address of the server.
         trace: path of the recording, which may be a temporary one.
         programs: those that have run so far, the latest last.
     """
@@ -72,7 +72,7 @@ class Loader:
     """Loads the programs of a session.
 
     Args:
-        rack: path of the rack file on the disk, for a program that its copy alone is not enough for.
+        rack: path of the rack file on the disk, for a program whose copy is incomplete.
     """
 
     def __init__(self, rack: str) -> None:
@@ -90,7 +90,7 @@ class Loader:
             forget(self._folders)
             try:
                 job = load_files(Path(ran.place), ran.rack, ran.program)
-            except ValueError:  # it opens files that stay where it is
+            except ValueError:  # it opens files that were not copied
                 job = load_job(self._rack)
             self._jobs[ran] = job
             self._folders |= folders_of(job)
@@ -98,7 +98,7 @@ class Loader:
 
 
 class SessionMonitor(Monitor):
-    """What pages look at while a rack runs."""
+    """The source of pages while a rack runs."""
 
     def __init__(self, setup: Setup, ring: Ring, pipe: Connection) -> None:
         self._loader = Loader(setup.about.path)
@@ -120,10 +120,9 @@ class SessionMonitor(Monitor):
         self._indexer: Indexer | None = None
         self._indexed = False
         self._index_to = 0
-        ring.asked += 1  # values to begin with, and the state
+        ring.asked += 1  # initial values, and the state
 
     def _add(self, ran: SessionProgram) -> None:
-        """Show a program from its first scan on."""
         job = self._loader.job(ran)
         self.subject.programs.add(ran.first, job.logic, job.program)
 
@@ -159,7 +158,7 @@ class SessionMonitor(Monitor):
 
     @override
     def tick(self) -> bool:
-        """Take what the scan process has written, and wake the pages."""
+        """Read the scan process's output, and wake the pages."""
         taken = self._ring.take(self._rows_at)
         self._rows_at = taken.end
         self._missed += max(0, taken.lost) if self.latest is not None else 0
@@ -207,14 +206,14 @@ class SessionMonitor(Monitor):
         self._session = state
 
     def _take_edit(self, told: Json) -> None:
-        """Show the edited program; earlier scans keep the one that they ran."""
+        """Show the edited program; earlier scans keep theirs."""
         if told["number"] < len(self.subject.programs.all):
-            return  # a monitor that was started again began with it
+            return  # a restarted monitor began with it
         self._add(SessionProgram(*told["program"]))
         self.subject.values.clear()
         self._mistake = None
         if told["again"]:
-            return  # a branch comes by what its parent had
+            return  # a branch repeats its parent's edits
         for page in self.pages:
             page.send({"edited": {key: told[key] for key in ("text", "new", "changed", "dropped")}})
 
@@ -228,7 +227,7 @@ class SessionMonitor(Monitor):
             page.send({"note": text})
 
     def _take_branch(self, told: Json) -> None:
-        """Begin again: the rack runs another way from a past scan on."""
+        """Begin again: the rack takes another course from a past scan on."""
         self._setup = replace(
             self._setup,
             about=replace(self.about, record=told["record"]),
@@ -253,7 +252,7 @@ class SessionMonitor(Monitor):
     # --- earlier scans
 
     def _index(self) -> bool:
-        """Run scans whose values were lost with a dead monitor. Return whether there are more."""
+        """Repeat scans whose values a dead monitor had; return whether there are more."""
         if not self._indexed:
             self._begin_index()
         indexer = self._indexer
@@ -268,7 +267,7 @@ class SessionMonitor(Monitor):
         return self._indexer is not None
 
     def _begin_index(self) -> None:
-        """Begin with it, once there are values; from there on nothing is missed."""
+        """Begin the repetition once there are values; later ones are complete."""
         subject = self.subject
         programs, end = indexable(subject.programs.all)
         first = next((min(each.kept.scans) for each in subject.programs.all if each.kept.scans), None)

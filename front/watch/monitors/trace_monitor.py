@@ -1,4 +1,4 @@
-"""The monitor of a recording: pages look at its scans; nothing runs, and only a branch can be ordered."""
+"""The monitor of a recording: pages see its scans; nothing runs, and a branch is the only order."""
 
 from __future__ import annotations
 
@@ -38,9 +38,9 @@ class Source(NamedTuple):
     """A program of a recording.
 
     Attributes:
-        logic: the program; None if the trace does not bring it, or it must not be run.
+        logic: None if the trace lacks it, or it must not be run.
         file: of the program; None without one.
-        lacks: why there is nothing to show of it; "" if there is.
+        lacks: why it can't be shown; "" if it can.
     """
 
     first: int
@@ -50,12 +50,12 @@ class Source(NamedTuple):
 
 
 class TraceMonitor(Monitor):
-    """What pages look at of a recording.
+    """The source of a recording's pages.
 
     Args:
-        sources: its programs, in the order of their scans; one at least.
-        first: the scan that pages begin with; None = the last one.
-        branch: prepares a session that repeats the recording up to a scan, ValueError if that can't be.
+        sources: its programs, in the order of their scans; at least one.
+        first: the first scan of pages; None = the last one.
+        branch: prepares a session that repeats the recording up to a scan, ValueError if that is impossible.
     """
 
     def __init__(
@@ -93,7 +93,7 @@ class TraceMonitor(Monitor):
             self._indexer = Indexer(programs, subject.words, spec.scan_ns, self._recorded, subject.keep)
 
     def _begin(self, last: int) -> None:
-        """Begin with the first scans that are there."""
+        """Begin with the first available scans."""
         self._last, subject = last, self.subject
         self.latest = subject.timeline.row(last)
         if any(each.catalog is None for each in subject.programs.all):
@@ -116,11 +116,11 @@ class TraceMonitor(Monitor):
 
     @override
     def events(self, page: Page) -> Sequence[Json]:
-        return ()  # a page asks for those up to the scan that it shows
+        return ()  # a page asks for those up to its scan
 
     @override
     def tick(self) -> bool:
-        """Follow a recording that grows; then read events and run scans that have been left out so far."""
+        """Follow a growing recording; then read further events and run further scans."""
         self.subject.timeline.follow()
         extent = self.subject.timeline.extent
         if extent is not None and extent[1] > self._last:
@@ -130,7 +130,7 @@ class TraceMonitor(Monitor):
         return self._index() or more
 
     def _look_for_lost_edits(self) -> None:
-        """Show no program where one ran that the recording does not bring."""
+        """Show no program where the recording lacks the edited one."""
         first = min(self._recorded.edits - self._brought, default=LAST_SCAN)
         if first < self._lost:
             self._lost, self._index_end = first, min(self._index_end, first - 1)
@@ -141,7 +141,7 @@ class TraceMonitor(Monitor):
             self.wake()
 
     def _go_on_to(self, last: int) -> None:
-        """Go on to a new last scan, and with each page that looks at the one before."""
+        """Advance to a new last scan, with each page that shows the previous one."""
         for page in self.pages:
             if page.past is None or page.past == self._last:
                 page.past = last
@@ -157,7 +157,7 @@ class TraceMonitor(Monitor):
             return False
         rows = self.subject.timeline.between(indexer.next, min(indexer.next + SLICE - 1, end))
         if not len(rows) or rows[-1]["scan"] - indexer.next != len(rows) - 1:
-            self._indexer = None  # scans are missing: what follows from them is not known
+            self._indexer = None  # scans are missing: later values are unknown
             return False
         if indexer.run(rows):
             self.wake()

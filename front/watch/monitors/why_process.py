@@ -1,4 +1,4 @@
-"""Why a value of a Python program is what it is, in a process of its own, since the program runs again.
+"""The cause of a Python program's value, in a process of its own, since the program runs again.
 
 `main` prints one line of JSON: `{"text", "scan", "lines"}` or `{"refused"}`. The recording may still
 grow: its latest scans come on the standard input, as pickled columns.
@@ -23,11 +23,11 @@ from ...traces.read.columns import Columns
 from ...traces.read.reader import open_trace
 
 MODESTY = 10
-"""How much less urgent than the monitor it is, see nice(2)."""
+"""Its lower priority than the monitor's, see nice(2)."""
 
 
 def answer(path: str, what: str, scan: str, more: Columns) -> dict[str, Any]:
-    """Return the answer to a question about a scan of a recording, or why there is none.
+    """Return the answer to a question about a scan of a recording, or its refusal.
 
     Args:
         more: the latest scans, which may not be written yet.
@@ -42,7 +42,7 @@ def answer(path: str, what: str, scan: str, more: Columns) -> dict[str, Any]:
 
 
 def main(path: str, what: str, scan: str) -> None:
-    """Answer a question: the function of this process, see `elsewhere`."""
+    """Answer a question: the main function of the process, see `elsewhere`."""
     if hasattr(os, "nice"):
-        os.nice(MODESTY)  # scans and pictures go first
+        os.nice(MODESTY)  # scans and frames have priority
     sys.stdout.write(json.dumps(answer(path, what, scan, pickle.load(sys.stdin.buffer))))
