@@ -2,8 +2,8 @@
 
 The law of this room: words have a meaning and a meaning has words, and going
 there and back changes nothing. Words that mean nothing are refused with a
-`ValueError` that says why, except by what a module or its logic reads at every
-scan (`Parameters`, `StatusView`), which takes any words and raises nothing.
+`ValueError` with the reason, except by the classes that a module or its logic uses at every
+scan (`Parameters`, `StatusView`), which accept any words.
 
 An `Image` is eight signed words and their sixteen bytes at once. The thousands
 functions split what needs more than 16 bits; `amci3601` knows what the words

@@ -30,7 +30,7 @@ class Site:
 
     @property
     def call(self) -> str:
-        """What it is without its program."""
+        """The site without its program."""
         routine = self.routine.removeprefix(f"\\{self.program}.")
         return f"routine {routine}, {self.place}, {self.instruction}"
 

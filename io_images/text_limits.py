@@ -1,6 +1,6 @@
 """Limits of untrusted texts, checked before a parser reads them.
 
-Some texts cost a parser more than in proportion: a TOML key of many parts, brackets in brackets, a long run
+Some texts cost a parser disproportionate time: a TOML key of many parts, nested brackets, a long run
 of blanks where a pattern tries each length. This scan is linear and refuses them. The bytes of a file are
 limited where it is read, see `input_files`.
 """

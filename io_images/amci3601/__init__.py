@@ -1,7 +1,7 @@
 """The AMCI 3601: its words, bits, commands and rules, as data.
 
 The same eight words mean different things in configuration mode and in command
-mode, and bit 15 of word 0 says which:
+mode, as selected by bit 15 of word 0:
 
     direction  configuration mode     command mode
     output     `Configuration`        a `Command`, see `decode`; `BlendHeader`, `BlendSegment`

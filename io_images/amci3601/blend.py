@@ -14,8 +14,7 @@ The module reads a block when bit 9 of word 1 rises and answers with BLEND_ACK.
 Clearing bit 9 alone (word 1 = 0100h) makes it drop BLEND_ACK and wait for the
 next block; clearing bit 8 as well ends the programming.
 
-What is read here are exactly the words that are written here. What the module
-tolerates beyond that (reading A-60) is the module's affair.
+Only words that are written here are read here. The module tolerates more (reading A-60).
 """
 
 from __future__ import annotations

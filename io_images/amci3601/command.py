@@ -10,8 +10,7 @@
 
 `to_image` and `decode` are exact inverses. `decode` is strict: it
 refuses words that the module would refuse, and words with bits that the module
-would overlook. `Parameters.read` takes any words at all and leaves the
-judgement to the caller.
+would overlook. `Parameters.read` accepts any words.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """Output words 2 to 7 of command mode as numbers, and their ranges [chapter 5, notes 4 to 8].
 
-The least programmed speed is the starting speed, which only the module knows,
-so a speed from 1 is in range here.
+The minimum programmed speed is the starting speed, which only the module knows: here it is 1.
 """
 
 from __future__ import annotations

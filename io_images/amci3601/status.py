@@ -8,11 +8,10 @@
     6     captured value MSW                  firmware, major
     7     captured value LSW                  firmware, minor
 
-Bit 15 of word 0 says which of the two it is. Bits 11 and 13 to 15 and bit 6
+Bit 15 of word 0 is the mode. Bits 11 and 13 to 15 and bit 6
 of the status LSW are reserved and read 0.
 
-`Status` and `ConfigurationStatus` are values: one image, read once.
-`StatusView` stays with an image and reads it whenever it is asked.
+`Status` and `ConfigurationStatus` are values of one image; `StatusView` reads its image at each access.
 """
 
 from __future__ import annotations

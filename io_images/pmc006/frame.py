@@ -5,8 +5,8 @@
 
 The data are 32 bits, signed, low byte first: 12345678h travels 78 56 34 12.
 The manual calls that "big-end mode"; its examples are little-endian. The sum is
-that of the seven bytes before it, without carry. A reply does not say which
-instruction it answers: the host pairs them by their order.
+that of the seven bytes before it, without carry. A reply does not name its
+instruction: the host pairs them in order.
 """
 
 from __future__ import annotations

@@ -9,9 +9,9 @@
     JNE  0 2
 
 The manual has no text form (its tool shows a table); this one is the project's.
-What the options of WAIT and CMP stand for is not printed either: "refer to the
+The meaning of the options of WAIT and CMP is not printed either: "refer to the
 tool". The readings are `WAIT_OPTIONS` and `CMP_OPTIONS`; the manual's table
-(1-7 and 1-6) wins over its text ("9 options").
+(1-7 and 1-6) precedes its text ("9 options").
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ Reset Errors, so that a mistake before it does not lock the module, and ends wit
     5             0           4 ms have passed
 
 Every draw is one of fewer than 100 values. Hypothesis mixes constants of 100 and more, which it finds
-in the modules that are loaded, into larger ranges: what is drawn here does not depend on them.
+in the loaded modules, into larger ranges: these draws do not depend on them.
 """
 
 from __future__ import annotations

@@ -106,7 +106,7 @@ def _beyond_a_3601(lowered: LoweredProgram) -> Iterator[Problem]:
 
 
 def _unbound_axes(lowered: LoweredProgram) -> Iterator[Problem]:
-    """Motion instructions of an axis, group or coordinate system that the rack does not have."""
+    """Motion instructions of axes, groups and coordinate systems outside of the rack."""
     for routine, line, step in _all_steps(lowered, copies=False):
         if Use.MOTION not in step.uses:
             continue
@@ -306,7 +306,7 @@ def _half_words(lowered: LoweredProgram) -> Iterator[Problem]:
 
 
 def _outputs_handed(lowered: LoweredProgram) -> set[tuple[str, str]]:
-    """Return the InOuts to which words of an output image are handed: add-on and InOut, in capitals."""
+    """Return the InOuts that get words of an output image: add-on and InOut, in capitals."""
     found: set[tuple[str, str]] = set()
     if not any(each.output for each in lowered.layout.images):
         return found

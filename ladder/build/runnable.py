@@ -347,7 +347,7 @@ class LadderLogic(ABC):
 
         Raises:
             LadderError: this program has done a scan already, or is running.
-            BuildError: it can't be built; the other one can go on.
+            BuildError: it can't be built; the other one continues.
         """
         if self._engine is not None:
             raise LadderError(f"{self.kind} {self.name} runs already: only one that is new can take over")

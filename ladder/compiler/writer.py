@@ -133,7 +133,7 @@ class Writer:
         return self.handed(leaf.root)[3]
 
     def left(self, leaf: Leaf) -> str:
-        """Return the variable of the remaining elements of an InOut, "" if it is no array."""
+        """Return the variable of the remaining elements of an InOut, "" if it is not an array."""
         if leaf.outer != 1:
             return ""
         return self.handed(leaf.root)[2]

@@ -1,4 +1,4 @@
-"""Runs scans of a program again, on a memory of its own.
+"""Repeats scans of a program on a memory of its own.
 
 A program is deterministic: its memory, the input images and the time make the next memory. So it runs
 compiled, and a question about a scan is answered by running that scan again from a snapshot before it:
@@ -26,44 +26,33 @@ from .watching import WatchedEngine
 NO_FORCES: Forces = {}
 
 Write = tuple[Leaf, int, Value]
-"""A value that was set from outside of the program."""
+"""A value set from outside of the program."""
 
 Truths = Mapping[LineKey, tuple[bool, ...]]
-"""Power behind each instruction, by routine in capitals and number of the rung."""
+"""Power after each instruction, by routine in capitals and rung number."""
 
 
 class ScanInputs(NamedTuple):
-    """What goes into a scan from outside.
-
-    Attributes:
-        now_ns: its virtual time.
-        first: whether it begins with prescan.
-        images: the input images that the program uses, in the order of the layout; None = it does not run.
-        writes: values set from outside since the scan before.
-        forces: forced values; None = as before, and nothing was set from outside.
-    """
+    """The external inputs of a scan."""
 
     now_ns: int
-    first: bool
-    images: Sequence[bytes] | None
+    first: bool  # whether it begins with prescan
+    images: Sequence[bytes] | None  # in layout order; None = the program does not run
     writes: tuple[Write, ...] = ()
-    forces: Forces | None = None
+    forces: Forces | None = None  # None = as before, without external writes
 
 
 class Source(Protocol):
-    """Where snapshots and inputs of a program are kept."""
+    """A store of snapshots and inputs of a program."""
 
     def snapshots(self, scan: int) -> Iterator[int]:
-        """Yield the scans before which there is a snapshot, back from a scan."""
-        ...
+        """Yield the scans with a snapshot before them, backwards."""
 
     def snapshot(self, scan: int) -> tuple[Mapping[str, Any], Forces]:
-        """Return the values before a scan, by identifier, and what was forced."""
-        ...
+        """Return the values before a scan, by identifier, and the forces."""
 
     def inputs(self, first: int, last: int) -> tuple[int, Iterator[ScanInputs]]:
-        """Return how many scans are known from the first one on without a gap, and their inputs."""
-        ...
+        """Return the number of contiguous known scans from `first` on, and their inputs."""
 
 
 class Replayer:

@@ -19,7 +19,7 @@ SYMBOLS = {each.name: each.symbol for each in SPECS if each.symbol}
 """Contacts and coils, with their one operand above."""
 
 CAPTIONS = {each.name: each.captions for each in SPECS if each.captions}
-"""What the operands of a box are called."""
+"""Captions of operands in a box."""
 
 GAP = 1
 """Columns of wire on either side of an instruction."""

@@ -123,7 +123,7 @@ def _symbol(symbol: Symbol) -> Iterator[Shape]:
 
 
 def _value_of(symbol: Symbol, left: float, right: float) -> Value:
-    """Place a value on free wire: behind a contact, before a coil."""
+    """Place a value on free wire: after a contact, before a coil."""
     if symbol.sign.startswith("("):
         return Value(left - 2 * NEXT_TO, symbol.y, symbol.value or "", beside=True, ends=True)
     return Value(right + NEXT_TO, symbol.y, symbol.value or "", beside=True, ends=False)

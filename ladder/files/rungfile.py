@@ -35,7 +35,7 @@ routine is the main one unless PROGRAM says `MAIN name`. A rung ends with
 its semicolon and may take several lines; `//` starts a comment. `ROUTINE Fill ST` is a routine of structured
 text up to a line END.
 
-A `.st` file has the lines before the first ROUTINE, of which none is needed, and then statements.
+A `.st` file has the optional lines before the first ROUTINE, then statements.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Instructions on arrays: an expression per element, a search, the size, and statistics.
 
-FAL and FSC operate on the elements from POS on, of which their expressions name one by `Data[Control.POS]`:
+FAL and FSC operate on the elements from POS on; their expressions name one as `Data[Control.POS]`:
 
 | mode | elements |
 |---|---|

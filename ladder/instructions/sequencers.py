@@ -1,4 +1,4 @@
-"""Sequencer instructions: steps of a table of DINTs, of which only the bits of a mask count.
+"""Sequencer instructions: steps of a table of DINTs under a mask.
 
 LEN is the last step; step 0 is where a program starts, and after the last step comes step 1.
 """

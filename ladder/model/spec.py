@@ -18,7 +18,7 @@ from .tree import Address, Instruction, Unknown
 
 
 class Use(Enum):
-    """How an instruction uses an operand. `operand_checks` says what each use accepts."""
+    """How an instruction uses an operand; `operand_checks` has the accepted operands."""
 
     BIT = auto()  # reads a bit
     COIL = auto()  # writes a bit on a true and a false rung: once per bit

@@ -150,7 +150,7 @@ OPERANDS = frozenset(("NUMBER", "STRING", "BASE", "LPAR", "NOT", "MINUS"))
 """Terminals named "an expression" in messages."""
 
 PARTS = frozenset(("MEMBER", "BIT", "COMPUTED", "LSQB", "LPAR"))
-"""Terminals that continue a name, omitted from messages beside others."""
+"""Terminals that continue a name; messages with other terminals omit them."""
 
 STATEMENTS = frozenset(("IF", "CASE", "FOR", "WHILE", "REPEAT", "EXIT", "RETURN", "REGION", "SEMI", "BASE"))
 """Terminals named "a statement" in messages."""

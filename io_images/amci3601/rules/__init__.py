@@ -1,7 +1,6 @@
 """The rule table: one row per rule of the 3601's manual, in the manual's order.
 
-Who wants to know why a bit is set, what a chapter asks for, or which rules a
-test run has touched looks it up here.
+It has the causes of bits, the rules of chapters, and the list for a test's coverage.
 
 >>> rule = RULES["CMD-03"]
 >>> bit_names(rule.sets), rule.section

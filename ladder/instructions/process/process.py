@@ -6,10 +6,9 @@
     CV = MINCV + OUT% (MAXCV - MINCV)
 
 OUT stays between MINO and MAXO [1756-RM003N p. 511-526]. PV and the tieback are scaled first, from MINI to
-MAXI and MINTIE to MAXTIE. The derivative is of -PV, or with DOE of the error. While OUT is at a limit the
-sum does not go on; in manual (MO: the tieback; SWM: SO) it is what makes OUT the same, so that the change
-to automatic has no bump. Each time the rung is true is one update of UPD seconds: run it in a periodic
-task, or by a timer.
+MAXI and MINTIE to MAXTIE. The derivative is of -PV, or with DOE of the error. The sum stops while OUT is at a
+limit; in manual (MO: the tieback; SWM: SO) it follows OUT for a bumpless change to automatic. Each scan with
+a true rung is one update of UPD seconds: run it in a periodic task, or by a timer.
 """
 
 from __future__ import annotations

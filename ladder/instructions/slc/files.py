@@ -1,6 +1,6 @@
 """Shifts, queues and sequencers on words [1747-RM001, chapters "Application specific", "Sequencer", "FIFO"].
 
-What a rung names is the first word of a file. Shifts move LEN bits; the bit that leaves goes to UL. Step 0 of
+An operand is the first word of a file. Shifts move LEN bits; the bit that leaves goes to UL. Step 0 of
 a sequencer is where it starts, and after step LEN comes step 1.
 """
 
@@ -87,7 +87,7 @@ def sequence_compare(
     group: Group,
     *_shown: Resolved,
 ) -> None:
-    """SQC: FD says whether the source is as the step says under the mask."""
+    """SQC: FD is whether the source equals the step under the mask."""
     control = Control(machine, group)
     if not power:
         control.set(EN=False, FD=False)
@@ -109,7 +109,7 @@ def sequence_load(
 
 
 def prescan_control(name: str, place: int) -> Callable[..., None]:
-    """Return a prescan that sets the edge bit `name` of operand `place`: a true first rung is no edge."""
+    """Return a prescan that sets the edge bit `name` of operand `place`: a true first rung is ignored."""
 
     def run(machine: Interpreter, *operands: Resolved) -> None:
         group = operands[place]

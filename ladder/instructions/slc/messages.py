@@ -1,6 +1,6 @@
 """MSG of SLC 500 and MicroLogix, with its result from a stub [1747-RM001, "Communication Instructions"].
 
-Its control block is an element of a file MG, or words of a file N, of which word 0 has the bits: EN 15,
+Its control block is an element of a file MG, or words of a file N; bits of word 0 are EN 15,
 ST 14, DN 13, ER 12, EW 10, TO 8; its low byte is the error code. Other operands are not used.
 """
 

@@ -329,7 +329,7 @@ class Axis3601(Device):
     def captured(self) -> CaptureWait:
         """The next edge of the capture input; its value is the position there [MC_TouchProbe].
 
-        It does not take the axis. The value is in steps, or in encoder counts if an encoder is configured.
+        It does not occupy the axis. The value is in steps, or in encoder counts if an encoder is configured.
         """
         drive = self._drive
         return CaptureWait(self.name, self._words, self.status, lambda: drive.state, drive.link)

@@ -46,10 +46,10 @@ class CommandKind:
         block: its function block.
         allowed: states in which it may be requested.
         state: of the axis during it.
-        done: status bits, one of which marks success at rest; 0: none needed, None: no end at rest
+        done: status bits, one of which marks success at rest; 0: not needed, None: no end at rest
         alone: whether its command word is zeroed once it runs; the module continues by itself.
         keeps_out: whether a `stop` that holds the axis refuses it.
-        ends_at_rest: whether it is a motion whose end is rest, without a bit of its own.
+        ends_at_rest: whether it is a motion that ends at rest without a completion bit.
     """
 
     name: str

@@ -5,7 +5,7 @@
     within("5 s", a)   the value of a, or WaitTimeout
 
 A branch is a sequence inside of a wait, which steps it. A branch that loses gets `Abort`, and the
-wait holds once it has ended. A command that loses goes on moving, as a PLCopen block whose Execute falls.
+wait holds once it has ended. A command that loses continues, as a PLCopen block whose Execute falls.
 """
 
 from __future__ import annotations

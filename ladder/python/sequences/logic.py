@@ -125,7 +125,7 @@ class Logic:
         self._logic_after = tuple(after for _, after in turns)
 
     def __close_logic__(self) -> None:
-        """Close all sequences, as the CPU's end does. An exception of a `finally` is raised after all."""
+        """Close all sequences, at the CPU's end. An exception of a `finally` is raised afterwards."""
         with ExitStack() as stack:
             for each in reversed(self._logic_sequences):
                 stack.callback(each.close)

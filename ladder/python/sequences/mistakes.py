@@ -30,7 +30,7 @@ from .signals import Input
 from .waits import Wait
 
 WAITS = ("all_of", "first_of", "within")
-"""Functions that return waits, beside the classes of waits."""
+"""Functions that return waits, in addition to the classes of waits."""
 
 OF_INPUTS = ("falls", "off", "on", "rises")
 """Attributes of an input that are waits."""

@@ -63,7 +63,7 @@ class Clock:
 
 
 class DeclarationError(SiteError):
-    """Parts that a class declares and a rack does not have, or that two own."""
+    """Declared parts that the rack lacks, or that two parts own."""
 
     errors: tuple[ValueError, ...] = ()  # one for each of them
 

@@ -13,8 +13,8 @@
       <ArrayMember Name="Steps" DataType="DINT" Dimensions="2"><Element Index="[0]" Value="7"/>...
       <StructureMember Name="Delay" DataType="TIMER"><DataValueMember Name="PRE" .../>...
 
-Zeros are left out where zero is what a tag starts with. What does not fit is told, and cut to the bits of its
-type or left out.
+Zeros are omitted if zero is the initial value. A value that does not fit is reported, and truncated to its
+type or omitted.
 """
 
 from __future__ import annotations
