@@ -91,7 +91,7 @@ def _is_control(operand: Group) -> bool:
     return isinstance(operand.type, Structure) and operand.type == MOTION_INSTRUCTION
 
 
-def motion(name: str, operands: str, *, optional: int = 0) -> Spec:
+def _row(name: str, operands: str, *, optional: int = 0) -> Spec:
     """Return a row from operand names with their kinds, see `USES`; `optional` last ones may be missing."""
     uses = tuple(map(_use, operands.split(", ")))
 
@@ -103,126 +103,126 @@ def motion(name: str, operands: str, *, optional: int = 0) -> Spec:
 
 # motion state
 
-MSO = motion("MSO", _PLAIN)
-MSF = motion("MSF", _PLAIN)
-MASD = motion("MASD", _PLAIN)
-MASR = motion("MASR", _PLAIN)
-MDO = motion("MDO", f"{_PLAIN}, drive output number, drive units word")
-MDF = motion("MDF", _PLAIN)
-MDS = motion("MDS", f"{_PLAIN}, {_SPEED}")
-MAFR = motion("MAFR", _PLAIN)
+MSO = _row("MSO", _PLAIN)
+MSF = _row("MSF", _PLAIN)
+MASD = _row("MASD", _PLAIN)
+MASR = _row("MASR", _PLAIN)
+MDO = _row("MDO", f"{_PLAIN}, drive output number, drive units word")
+MDF = _row("MDF", _PLAIN)
+MDS = _row("MDS", f"{_PLAIN}, {_SPEED}")
+MAFR = _row("MAFR", _PLAIN)
 
 # motion move
 
-MAS = motion("MAS", f"{_PLAIN}, {_STOP}")
-MAH = motion("MAH", _PLAIN)
-MAJ = motion("MAJ", f"{_PLAIN}, direction word, {_SPEED}, {_RATES}, {_JERKS}, {_MERGE}, {_LOCK}", optional=2)
-MAM = motion(
+MAS = _row("MAS", f"{_PLAIN}, {_STOP}")
+MAH = _row("MAH", _PLAIN)
+MAJ = _row("MAJ", f"{_PLAIN}, direction word, {_SPEED}, {_RATES}, {_JERKS}, {_MERGE}, {_LOCK}", optional=2)
+MAM = _row(
     "MAM",
     f"{_PLAIN}, move type number, position number, {_SPEED}, {_RATES}, {_JERKS}, {_MERGE}, {_LOCK}, "
     f"{_EVENTS}",
     optional=4,
 )
-MAG = motion(
+MAG = _row(
     "MAG",
     "slave axis, master any axis, control, direction word, ratio number, slave counts number, "
     "master counts number, master reference word, ratio format word, clutch word, acceleration number, "
     "units word",
 )
-MCD = motion(
+MCD = _row(
     "MCD",
     f"{_PLAIN}, motion type word, change speed word, speed number, change acceleration word, "
     "acceleration number, change deceleration word, deceleration number, change acceleration jerk word, "
     "acceleration jerk number, change deceleration jerk word, deceleration jerk number, speed units word, "
     "acceleration units word, deceleration units word, jerk units word",
 )
-MRP = motion("MRP", f"{_PLAIN}, type word, position select word, position number")
-MCCP = motion(
+MRP = _row("MRP", f"{_PLAIN}, type word, position select word, position number")
+MCCP = _row(
     "MCCP", "control, cam array, length number, start slope number, end slope number, cam profile profile"
 )
-MCSV = motion(
+MCSV = _row(
     "MCSV",
     "control, cam profile profile, master value number, slave value other, slope other, "
     "slope derivative other",
 )
-MAPC = motion(
+MAPC = _row(
     "MAPC",
     "slave axis, master any axis, control, direction word, cam profile profile, slave scaling number, "
     "master scaling number, execution mode word, execution schedule word, master lock position number, "
     "cam lock position number, master reference word, master direction word",
 )
-MATC = motion(
+MATC = _row(
     "MATC",
     f"{_PLAIN}, direction word, cam profile profile, distance scaling number, time scaling number, "
     f"execution mode word, execution schedule word, {_LOCK}, instruction mode word",
     optional=3,
 )
-MDAC = motion("MDAC", "slave axis, master any axis, control, motion type word, master reference word")
+MDAC = _row("MDAC", "slave axis, master any axis, control, motion type word, master reference word")
 
 # motion group
 
-MGS = motion("MGS", "group, control, stop mode word")
-MGSD = motion("MGSD", "group, control")
-MGSR = motion("MGSR", "group, control")
-MGSP = motion("MGSP", "group, control")
+MGS = _row("MGS", "group, control, stop mode word")
+MGSD = _row("MGSD", "group, control")
+MGSR = _row("MGSR", "group, control")
+MGSP = _row("MGSP", "group, control")
 
 # motion event
 
-MAW = motion("MAW", f"{_PLAIN}, trigger condition word, position number")
-MDW = motion("MDW", _PLAIN)
-MAR = motion(
+MAW = _row("MAW", f"{_PLAIN}, trigger condition word, position number")
+MDW = _row("MDW", _PLAIN)
+MAR = _row(
     "MAR",
     f"{_PLAIN}, trigger condition word, windowed registration word, minimum position number, "
     "maximum position number, input number number",
     optional=1,
 )
-MDR = motion("MDR", f"{_PLAIN}, input number number", optional=1)
-MAOC = motion(
+MDR = _row("MDR", f"{_PLAIN}, input number number", optional=1)
+MAOC = _row(
     "MAOC",
     "axis, execution target word, control, output other, input other, output cam other, "
     "cam start position number, cam end position number, output compensation other, execution mode word, "
     "execution schedule word, axis arm position number, cam arm position number, reference word",
 )
-MDOC = motion("MDOC", "axis, execution target word, control, disarm type word")
+MDOC = _row("MDOC", "axis, execution target word, control, disarm type word")
 
 # motion configuration
 
-MAAT = motion("MAAT", _PLAIN)
-MRAT = motion("MRAT", _PLAIN)
-MAHD = motion("MAHD", f"{_PLAIN}, diagnostic test word, observed direction word")
-MRHD = motion("MRHD", f"{_PLAIN}, diagnostic test word")
+MAAT = _row("MAAT", _PLAIN)
+MRAT = _row("MRAT", _PLAIN)
+MAHD = _row("MAHD", f"{_PLAIN}, diagnostic test word, observed direction word")
+MRHD = _row("MRHD", f"{_PLAIN}, diagnostic test word")
 
 # multi-axis coordinated motion
 
-MCS = motion("MCS", f"system, control, {_STOP}")
-MCLM = motion(
+MCS = _row("MCS", f"system, control, {_STOP}")
+MCLM = _row(
     "MCLM",
     f"system, control, move type number, position array, {_SPEED}, {_RATES}, {_JERKS}, "
     f"termination type number, {_MERGE}, command tolerance number, {_LOCK}, {_EVENTS}",
     optional=5,
 )
-MCCM = motion(
+MCCM = _row(
     "MCCM",
     f"system, control, move type number, position array, circle type number, via array, direction word, "
     f"{_SPEED}, {_RATES}, {_JERKS}, termination type number, {_MERGE}, command tolerance number, {_LOCK}, "
     f"{_EVENTS}",
     optional=5,
 )
-MCCD = motion(
+MCCD = _row(
     "MCCD",
     "system, control, motion type word, change speed word, speed number, units word, "
     "change acceleration word, acceleration number, units word, change deceleration word, "
     "deceleration number, units word, change acceleration jerk word, acceleration jerk number, "
     "change deceleration jerk word, deceleration jerk number, units word, scope word",
 )
-MCSD = motion("MCSD", "system, control")
-MCSR = motion("MCSR", "system, control")
-MCT = motion("MCT", "source system, target system, control, orientation array, translation array")
-MCTP = motion(
+MCSD = _row("MCSD", "system, control")
+MCSR = _row("MCSR", "system, control")
+MCT = _row("MCT", "source system, target system, control, orientation array, translation array")
+MCTP = _row(
     "MCTP",
     "source system, target system, control, orientation array, translation array, "
     "transform direction word, reference position array, transform position array",
 )
-MCTO = motion("MCTO", "source system, target system, control, orientation array, translation array")
-MDCC = motion("MDCC", "slave other, master any axis, control, master reference word, nominal velocity number")
-MDSC = motion("MDSC", "slave other, master any axis, control, master reference word, nominal velocity number")
+MCTO = _row("MCTO", "source system, target system, control, orientation array, translation array")
+MDCC = _row("MDCC", "slave other, master any axis, control, master reference word, nominal velocity number")
+MDSC = _row("MDSC", "slave other, master any axis, control, master reference word, nominal velocity number")
