@@ -116,7 +116,6 @@ def repair(
 
 
 def _open(path: Path) -> Records:
-    """Open a trace of scans, or of a serial line."""
     try:
         return open_trace(path)
     except TraceLimitError:
@@ -174,7 +173,6 @@ def _give_name(path: Path, other: Path) -> None:
 
 
 def _free_name(path: Path) -> Path:
-    """Return an unused name for the original."""
     names = (path.with_name(f"{path.name}{ORIGINAL_SUFFIX}{number or ''}") for number in count())
     return next(name for name in names if not name.exists())
 
@@ -266,11 +264,7 @@ class Rewriter:
             self._summary.channel(record)
 
     def _index(self, span: Span) -> None:
-        """Add a record outside of chunks to the summary.
-
-        Raises:
-            TraceError: it is damaged.
-        """
+        """Add a record outside of chunks to the summary; TraceError if it is damaged."""
         file, place = self._trace.file, (self._file.tell(), span.end - span.offset)
         if span.opcode == Opcode.SCHEMA:
             self._take(read_record(file, span, Schema.read))

@@ -184,7 +184,6 @@ class Follower:
 
 
 def _first_scans(chunks: Iterator[Columns], count: int) -> Iterator[Columns]:
-    """Yield the first `count` scans of chunks."""
     for columns in chunks:
         yield columns.rows(0, count)
         count -= len(columns.scan)

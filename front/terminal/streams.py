@@ -89,7 +89,6 @@ def guarded_output() -> Iterator[None]:
 
 
 def _closed(number: int) -> IO[str]:
-    """Return a stream on the plug of an output that was closed."""
     return open(number, "w", encoding="utf-8", closefd=False)
 
 

@@ -36,13 +36,10 @@ QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="No progress ba
 
 
 def selection(scans: str | None, time: str | None) -> Selection:
-    """Return the selection of --scans and --time.
+    """Return the selection of --scans and --time; ValueError if one is not a range.
 
     >>> selection("10:20", "1.5s:")
     Selection(first=10, last=20, start_ns=1500000000, end_ns=None)
-
-    Raises:
-        ValueError: one of them is not a range.
     """
     first, last = (0, None) if scans is None else parse_range(scans)
     start_ns, end_ns = (0, None) if time is None else parse_time_range(time)
@@ -69,13 +66,10 @@ def parse_range(text: str) -> ScanRange:
 
 
 def parse_time_range(text: str) -> tuple[int, int | None]:
-    """Read a range of virtual time, ns, both ends included.
+    """Read a range of virtual time, ns, both ends included; ValueError if it is not such a range.
 
     >>> parse_time_range("1.5s:3s"), parse_time_range(":250 ms"), parse_time_range("2min:")
     ((1500000000, 3000000000), (0, 250000000), (120000000000, None))
-
-    Raises:
-        ValueError: not such a range.
     """
     start, colon, end = (part.strip() for part in text.partition(":"))
     if not colon or not (start or end):

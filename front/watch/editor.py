@@ -120,11 +120,7 @@ class Editor:
         return Edit(number, edition.program)
 
     def _loaded(self) -> Job:
-        """Load the program and compile it.
-
-        Raises:
-            ValueError: it can't be used.
-        """
+        """Load the program and compile it; ValueError if it can't be used."""
         forget_imported(self._job.program.parent.resolve())
         job = load_job(self._rack)
         if isinstance(job.logic, LadderLogic) is (self._run.program.debugger is None):

@@ -48,11 +48,7 @@ KEY_BYTES = 16
 
 
 def listen(port: int) -> socket.socket:
-    """Listen for pages.
-
-    Raises:
-        ValueError: the port is in use, or not allowed.
-    """
+    """Listen for pages; ValueError if the port is in use, or not allowed."""
     try:
         return socket.create_server((HOST, port))
     except OSError as error:
@@ -188,7 +184,6 @@ class Play:
         return kept if start.orders is None else _free(kept.with_name(f"{kept.stem}-{start.scan}.mcap"))
 
     def _session(self, prepared: PreparedRun, job: Job) -> Session:
-        """Make the session of a run, and inform the monitor."""
         run, start, pacer, wanted = prepared.run, prepared.start, prepared.pacer, self._wanted
         figures = MachineFigures(run.rack)
         if self._ring is None:

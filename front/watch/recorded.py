@@ -60,13 +60,10 @@ class TracePlace(NamedTuple):
 
 
 def place_of(text: str) -> TracePlace:
-    """Parse a place in a trace.
+    """Parse a place in a trace; ValueError if the scan is not a number.
 
     >>> place_of("run.mcap#scan=12&rung=Main.6")
     TracePlace(path=PosixPath('run.mcap'), scan=12, rung='Main.6')
-
-    Raises:
-        ValueError: the scan is not a number.
     """
     path, _, rest = text.partition("#")
     fields = {key: values[-1] for key, values in parse_qs(rest).items()}
@@ -168,11 +165,7 @@ class OpenedRecording:
         return sorted(found, key=lambda each: each.first)
 
     def _branch(self, prepare: Prepare, scan: int) -> None:
-        """Prepare a session that repeats the recording up to a scan.
-
-        Raises:
-            ValueError: that is impossible.
-        """
+        """Prepare a session that repeats the recording up to a scan; ValueError if that is impossible."""
         if self.job is None or self._editions is None:
             raise ValueError("the program may not run here: see --trust")
         ends = extent(self._trace).scan.tolist()

@@ -83,7 +83,6 @@ class Server:
                 await asyncio.sleep(0)
 
     async def _flush(self) -> None:
-        """Wait up to a second until the last answers have left."""
         for _ in range(HZ):
             if any(page.outbox for page in self._monitor.pages):
                 await asyncio.sleep(1 / HZ)
@@ -110,7 +109,6 @@ class Server:
         return Response(answer.status, reason, Headers(answer.headers.items()), answer.body)
 
     async def _socket(self, connection: ServerConnection) -> None:
-        """Serve one socket."""
         if self._strangers >= STRANGERS_MOST:
             await connection.close(TOO_MANY, "too many connections")
             return

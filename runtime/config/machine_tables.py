@@ -112,11 +112,7 @@ class MachineTable(Table):
     stations: Annotated[tuple[StationTable, ...], Field(strict=False)] = ()
 
     def spec(self) -> MachineSpec:
-        """Return the machine.
-
-        Raises:
-            ValueError: the parts are incompatible.
-        """
+        """Return the machine; ValueError if the parts are incompatible."""
         return MachineSpec(
             switches=self.switches,
             timeline=tuple(part for table in self.timeline for part in table.parts()),

@@ -41,16 +41,13 @@ def between(least: str, most: str) -> AfterValidator:
 
 
 def exact_ns(value: Decimal, unit: str, key: str = "time") -> int:
-    """Return a time in whole nanoseconds.
+    """Return a time in whole nanoseconds; ValueError if it is not a whole number of nanoseconds.
 
     >>> exact_ns(Decimal("0.25"), "ms"), exact_ns(Decimal("600"), "s")
     (250000, 600000000000)
 
     Args:
         key: its name in a refusal.
-
-    Raises:
-        ValueError: not a whole number of nanoseconds.
     """
     whole, rest = divmod(value * UNITS_NS[unit], 1)
     if rest:

@@ -60,11 +60,7 @@ class RackFile:
 
 
 def load_rack_file(path: Path | str) -> RackFile:
-    """Read a rack file.
-
-    Raises:
-        RackFileError: it can't be read, is not TOML, or contains an illegal value.
-    """
+    """Read a rack file; RackFileError if it can't be read, is not TOML, or contains an illegal value."""
     path = Path(path)
     return parse_rack_file(_read(path), path)
 

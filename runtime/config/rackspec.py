@@ -226,11 +226,7 @@ class IncidentSpec(Table):
     late_words: Annotated[tuple[int, ...], Field(strict=False)] = ()
 
     def incident(self, only_slot: int = 1) -> Incident:
-        """Return the incident.
-
-        Raises:
-            ValueError: times or words are missing or contradict each other.
-        """
+        """Return the incident; ValueError if times or words are missing or contradict each other."""
         lasting = self.for_ms is not None or self.for_s is not None
         slot = 0 if self.what is FaultKind.PROGRAM_MODE else self.slot or only_slot
         return Incident(self.ns("at"), self.what, slot, self.ns("for") if lasting else 0, self.late_words)

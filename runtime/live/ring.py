@@ -187,7 +187,6 @@ def size_of(shape: RingShape) -> int:
 
 
 def _new_file(size: int) -> int:
-    """Return an unnamed file, in memory where the system supports that."""
     if hasattr(os, "memfd_create"):
         file = os.memfd_create("scanrack")
     else:

@@ -270,13 +270,10 @@ class Session:
         self.give()
 
     def obey(self, order: Order, at_ns: int, scan: int) -> None:
-        """Carry out an order.
+        """Carry out an order; ValueError if it can't be carried out, and nothing has changed.
 
         Args:
             at_ns: virtual time of the next scan, before which it acts.
-
-        Raises:
-            ValueError: it can't be carried out, and nothing has changed.
         """
         if not isinstance(order, orders.Branch):
             self._refuse_after_fault()

@@ -139,11 +139,7 @@ class PipeInbox:
         return self._ring.orders != self._taken
 
     def take(self) -> bytes:
-        """Return the next order.
-
-        Raises:
-            ValueError: the monitor died before it could send it.
-        """
+        """Return the next order; ValueError if the monitor died before it could send it."""
         self._taken += 1
         try:
             if self._pipe.poll(0):

@@ -285,7 +285,6 @@ def _images(sent: bytearray) -> list[Image]:
 
 
 def _advance(lines: tuple[Line, ...], now_ns: int) -> None:
-    """Update the modules, whose inputs are in the rack's memory already."""
     for update, outputs, _inputs in lines:
         update(now_ns, outputs)
 

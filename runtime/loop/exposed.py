@@ -187,7 +187,6 @@ class ExposedModule(Module):
         self.events.append(Event(at_ns, "stimulus", what.value, text, {"begins": begins}))
 
     def _trouble(self, what: FaultKind, *, begins: bool) -> None:
-        """Begin or end a fault of the module."""
         if what is FaultKind.POWER_CYCLE:
             self._faults.discard(FaultKind.FATAL_ERROR)
             self.module.power_cycle()
@@ -219,7 +218,6 @@ def _can_happen(what: FaultKind, module: Module) -> bool:
 
 
 def _acts(incident: Incident) -> Iterable[tuple[int, Incident, bool]]:
-    """Return begin and end of an incident."""
     yield incident.at_ns, incident, True
     if incident.for_ns and incident.what in LASTING:
         yield incident.at_ns + incident.for_ns, incident, False

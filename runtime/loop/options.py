@@ -74,7 +74,6 @@ def _problem(field: FieldInfo, details: ErrorDetails) -> str:
 
 
 def _range(field: FieldInfo) -> str:
-    """Return the range of a number, such as "50 to 250000"."""
     least = next(each.ge for each in field.metadata if hasattr(each, "ge"))
     most = next((f"to {each.le}" for each in field.metadata if hasattr(each, "le")), "and more")
     return f"{least} {most}"

@@ -328,7 +328,6 @@ class Watchdog:
 
 
 def _clocks() -> tuple[int, int]:
-    """Return the processor time of this thread and the wall clock, ns."""
     return time.thread_time_ns(), time.monotonic_ns()
 
 

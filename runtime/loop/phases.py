@@ -126,7 +126,6 @@ class ScanPhases:
     # phases of special scans
 
     def _pace(self) -> None:
-        """Wait for the wall clock, before the scan."""
         late = self._pacer.wait()
         self.flags = self._prepared_flags | ScanFlag.OVERRUN if late else self._prepared_flags
 

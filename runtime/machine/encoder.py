@@ -111,11 +111,7 @@ class HandTurning:
         self._markers: list[int] = []
 
     def turn(self, counts: int, start_ns: int, end_ns: int) -> None:
-        """Plan a turn.
-
-        Raises:
-            ValueError: it ends before it starts, or starts before the previous turn ends.
-        """
+        """Plan a turn; ValueError if it ends before it starts, or starts before the previous turn ends."""
         if end_ns < start_ns:
             raise ValueError(f"turn_encoder: end_ns is {end_ns}; allowed: {start_ns} (start_ns) or more")
         if self._turns and start_ns < self._end_ns:

@@ -47,7 +47,6 @@ class _SlipState:
         return self._steps if self._will and self._left else 0
 
     def begin(self) -> int:
-        """Steps that this passage loses."""
         lost = self.due()
         self._left -= lost > 0
         self._will = self._drawn()

@@ -37,13 +37,10 @@ INPUT_NAMES = {input_name(bit): bit for bit in InputBit}
 
 
 def input_of(value: object) -> InputBit:
-    """Return an input by its name.
+    """Return an input by its name; PydanticCustomError for an unknown input.
 
     >>> input_of("cw_limit")
     <InputBit.CW_LIMIT: 16>
-
-    Raises:
-        PydanticCustomError: an unknown input.
     """
     bit = INPUT_NAMES.get(str(value).lower())
     if bit is None:

@@ -28,8 +28,6 @@ _SPOKEN = {
 
 
 class _Work:
-    """A station and its next pulse."""
-
     __slots__ = ("due_ns", "station", "until_ns")
 
     def __init__(self, station: Station) -> None:
@@ -116,7 +114,6 @@ class Stimuli:
         self.held = self.held | mask if energised else self.held & ~mask
 
     def _begin_pulse(self, work: _Work) -> None:
-        """Begin a pulse, or prolong the present one."""
         at_ns, station = work.due_ns, work.station
         work.due_ns, work.until_ns = FAR, work.due_ns + station.pulse_ns
         self._tell(at_ns, station.input, f"The station at {station.position} is done and signals it.", True)

@@ -105,7 +105,6 @@ def _pairs(a: Keys, b: Keys) -> tuple[Rows, Rows]:
 
 
 def _unequal(a: Columns, b: Columns) -> Rows:
-    """Return the rows that differ anywhere."""
     unequal = (a.time_ns != b.time_ns) | (a.flags != b.flags)
     if not np.array_equal(a.words, b.words):
         unequal |= (a.words != b.words).any(axis=1)

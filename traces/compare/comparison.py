@@ -65,7 +65,7 @@ def compare(
     clock: TimeMap = SAME_CLOCK,
     progress: Callable[[int], None] = lambda scans: None,
 ) -> Comparison:
-    """Compare two traces.
+    """Compare two traces; TraceError if one of the files is damaged beyond what can be left out.
 
     Without a tolerance scans are paired by number and every bit and their times count; with one
     they are paired by time, see `differing`. Both are read block by block, so memory stays
@@ -75,9 +75,6 @@ def compare(
         clock: turns times of the second trace into times of the first, see `align`; another than
             that of both makes it a comparison by time.
         progress: called at each chunk with the number of further scans of the first trace read.
-
-    Raises:
-        TraceError: one of the files is damaged beyond what can be left out.
     """
 
     def read_parts() -> Iterator[Columns]:

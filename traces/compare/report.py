@@ -147,7 +147,6 @@ def _extent(extent: Extent) -> tuple[str, ...]:
 
 
 def _beside(found: Comparison, names: Names) -> Iterator[str]:
-    """Yield the differences beside the scans that both have."""
     for name, only, slots in (
         (names[0], found.only_a, found.slots_only_a),
         (names[1], found.only_b, found.slots_only_b),

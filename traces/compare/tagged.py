@@ -104,7 +104,6 @@ def _alike(name: str, one: Mapping[str, TagField], other: Mapping[str, TagField]
 
 
 def _values(one: TagField, other: TagField) -> Iterator[tuple[str, str]]:
-    """Yield address and numpy type of each value of a shared tag."""
     kind = "<i8" if one.tag.type in CODES else np.result_type(*_dtypes(one, other)).str
     kind = WIDE if _are_mixed(one, other) else kind
     yield from ((address, kind) for address in one.tag.addresses)

@@ -39,7 +39,6 @@ def write_csv(
 
 
 def _lines(columns: Sequence[Column]) -> str:
-    """Return rows of text, each with its line end."""
     cells = [cell for is_bits, run in groupby(columns, _is_bit) for cell in _cells(is_bits, list(run))]
     return "\n".join(map(",".join, zip(*cells, strict=True))) + "\n"
 

@@ -65,7 +65,6 @@ def to_polars(trace: Trace, signals: Sequence[str] = (), selection: Selection = 
 def _whole(
     trace: Trace, signals: Sequence[str], selection: Selection, series: Callable[[Column], Any]
 ) -> dict[str, Any]:
-    """Return each column of all blocks as one."""
     parts: dict[str, list[Column]] = {}
     for columns in table(trace, signals, selection):
         for column in columns:

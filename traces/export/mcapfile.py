@@ -195,14 +195,12 @@ class Copy:
 
 
 def _metadata(trace: Trace) -> Iterator[Metadata]:
-    """Yield the metadata records of a trace."""
     for span in trace.spans:
         if span.opcode == Opcode.METADATA:
             yield read_record(trace.file, span, Metadata.read)
 
 
 def _selected(rows: ScanRows, selection: Selection) -> ScanRows:
-    """Return the wanted ones of scans."""
     wanted = (rows["scan"] >= selection.first) & (rows["log_time"] >= selection.start_ns)
     if selection.last is not None:
         wanted &= rows["scan"] <= selection.last

@@ -131,7 +131,6 @@ def _word(text: str) -> str:
 
 
 def _lines(values: Array, signal: Signal, identifier: str) -> list[str]:
-    """Return a line per value."""
     if signal.kind is SignalKind.BIT:
         return [f"{value:d}{identifier}\n" for value in values.tolist()]
     if signal.kind is SignalKind.VALUE:
@@ -147,7 +146,6 @@ def _lines(values: Array, signal: Signal, identifier: str) -> list[str]:
 
 
 def _changes(block: Block, variables: Sequence[Variable]) -> Iterator[str]:
-    """Yield the lines of a block, in the order of time."""
     found = [variable.changes(block) for variable in variables]
     lines = [line for _, texts in found for line in texts]
     rows = np.concatenate([rows for rows, _ in found])
@@ -183,7 +181,6 @@ def _same(left: Sequence[str], right: Sequence[str]) -> Iterator[str]:
 
 
 def _in_scopes(signals: Iterable[Signal]) -> list[Signal]:
-    """Sort signals so that those of one scope are together."""
     scopes: dict[tuple[str, ...], None] = {}
     signals = list(signals)
     for signal in signals:

@@ -125,7 +125,6 @@ def check_recordings(paths: Sequence[Path], keeping: RecordingKeeper | None, use
 
 
 def _alike(one: Path, other: Path) -> bool:
-    """Return whether two files have the same bytes, or neither exists."""
     sizes = [path.stat().st_size if path.is_file() else None for path in (one, other)]
     return sizes[0] == sizes[1] and (sizes[0] is None or begin_alike(one, other, sizes[0]))
 

@@ -56,7 +56,6 @@ def recorded_words(schema: str, metadata: Mapping[str, str]) -> dict[int, Module
 
 
 def _message(text: str) -> tuple[str, tuple[str, ...]]:
-    """Return name and fields of a message type."""
     first, *lines = text.splitlines() or [""]
     return first.removeprefix("MSG: scanrack/"), tuple(line.partition(" ")[2] for line in lines)
 

@@ -50,7 +50,6 @@ def _name_colour(lane: Lane) -> str:
 
 
 def _write(axes: Any, text: str, time_ns: int, row: int) -> None:
-    """Write a text into a row, from a time on."""
     at = (time_ns, row + 0.5)
     style = {"size": LABEL_SIZE, "color": colours.INK, "va": "center_baseline"}
     axes.annotate(text, at, xytext=(3, 0), textcoords="offset points", **style)
@@ -68,7 +67,6 @@ def _draw_bit(axes: Any, lane: Lane, chart: Chart[Curve], row: int) -> None:
 
 
 def _draw_ramp(axes: Any, lane: Lane, chart: Chart[Curve], row: int) -> None:
-    """Draw the ramp as a band of colours."""
     times, values = at_pixels(lane, chart.start_ns, chart.end_ns, PIXELS)
     ends = np.append(times[1:], chart.end_ns)
     for state in range(REST + 1, len(RAMP_STATES)):
@@ -77,7 +75,6 @@ def _draw_ramp(axes: Any, lane: Lane, chart: Chart[Curve], row: int) -> None:
 
 
 def _draw_band(axes: Any, lane: Lane, chart: Chart[Curve], row: int) -> None:
-    """Draw a colour for each value, and its meaning where there is room."""
     assert isinstance(lane, Band)
     times, values = at_pixels(lane, chart.start_ns, chart.end_ns, PIXELS)
     ends = np.append(times[1:], chart.end_ns)
@@ -92,7 +89,6 @@ def _draw_band(axes: Any, lane: Lane, chart: Chart[Curve], row: int) -> None:
 
 
 def _paint(axes: Any, starts: Any, ends: Any, row: int, colour: str) -> None:
-    """Fill a row with a colour from each start to its end."""
     spans = list(zip(starts, ends - starts, strict=True))
     axes.broken_barh(spans, (row + 0.15, 0.7), facecolors=colour, edgecolors=colour, linewidth=0.4)
 

@@ -126,7 +126,6 @@ def _status(words: NDArray[np.int16], bit: StatusMsw) -> NDArray[np.bool_]:
 
 
 def _lane(name: str, group: str, changes: BitChanges, values: NDArray[Any]) -> Lane:
-    """Return a lane with the changes to a new value."""
     new = np.ones(len(values), bool)
     new[1:] = values[1:] != values[:-1]
     return Lane(name, group, changes.row[new], changes.time_ns[new], values[new].astype(np.int8))

@@ -103,11 +103,7 @@ class ScanTimes:
         self._scans = 0
 
     def add(self, block: Block) -> None:
-        """Add a block.
-
-        Raises:
-            TooLongError: there are more than SCANS_MAX scans.
-        """
+        """Add a block; TooLongError if there are more than SCANS_MAX scans."""
         self._scans += len(block)
         if self._scans > SCANS_MAX:
             raise TooLongError(f"a page holds {SCANS_MAX:,} scans at most: choose some, or draw a PNG or SVG")

@@ -62,11 +62,7 @@ class Query:
 
 
 def parse(text: str, catalog: Catalog) -> Query:
-    """Parse a query.
-
-    Raises:
-        QueryError: it is not a query, mixes types, or names an unknown signal.
-    """
+    """Parse a query; QueryError if it is not a query, mixes types, or names an unknown signal."""
     try:
         tree = _parser().parse(text)
         query: Query = _Builder(catalog).transform(tree)

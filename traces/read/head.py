@@ -131,7 +131,6 @@ _FORMATS = (str(FORMAT), str(FORMAT_WITH_TAGS))
 
 
 def _tags(metadata: Mapping[str, str], schema: Schema | None) -> TagPlan | None:
-    """Read the plan of the tags from the schema of /scan."""
     if schema is None or metadata["format"] != str(FORMAT_WITH_TAGS):
         return None
     try:

@@ -433,7 +433,6 @@ class Trace(Records):
             self.note(f"the topic {topic!r} is not known; its messages are left out")
 
     def _note_where_it_ends(self) -> None:
-        """Note the end of a trace without a footer."""
         if self._of_the_end:
             ends = list(self._where_it_ends())
             self.notes += ends

@@ -206,7 +206,6 @@ class ScanShape:
                 offset = end
 
     def _scans_from(self, data: bytes, offset: int) -> int:
-        """Return the number of successive scans from `offset` on."""
         if self.channel is None or not self._is_scan(data, offset):
             return 0
         if not self._is_scan(data, offset + self.stride):

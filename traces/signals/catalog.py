@@ -170,7 +170,6 @@ class Catalog(Mapping[str, Signal]):
         return Signal(name, SignalKind.BIT, partial(_bit_of, source, int(number)))
 
     def _unknown(self, name: str) -> str:
-        """Return the refusal of a name, with the closest ones."""
         parts = [signal.title for signal in self.tags_named(name)]
         if parts:
             some = [*parts[:3], *["..."] * (len(parts) > 3)]
@@ -190,7 +189,6 @@ class Catalog(Mapping[str, Signal]):
 
 
 def _slot_signals(slot: SlotInfo) -> Iterator[Signal]:
-    """Yield the signals of a slot."""
     number, stem = slot.number, f"slot{slot.number}"
     if slot.is_stepper:
         yield Signal(f"{stem}.speed", SignalKind.MEASURED, partial(_speed, number))
@@ -205,7 +203,6 @@ def _slot_signals(slot: SlotInfo) -> Iterator[Signal]:
 
 
 def _named_bits(slot: SlotInfo, stem: str) -> Iterator[Signal]:
-    """Yield the bits that a module names."""
     for names in slot.words.groups.values():
         for name, (image, word, bit) in names.items():
             direction = DIRECTIONS[image]
@@ -214,7 +211,6 @@ def _named_bits(slot: SlotInfo, stem: str) -> Iterator[Signal]:
 
 
 def _3601_signals(number: int, stem: str) -> Iterator[Signal]:
-    """Yield values and bits of a 3601."""
     for direction, values in _VALUES.items():
         for name, msw in values.items():
             yield Signal(

@@ -37,11 +37,7 @@ class SignalNames:
         self._slots = slots
 
     def __call__(self, text: str) -> str | None:
-        """Return the signal of a name, or None.
-
-        Raises:
-            AmbiguousNameError: it has several.
-        """
+        """Return the signal of a name, or None; AmbiguousNameError for several."""
         scoped = in_scope(text, self._bases)
         key = key_of(scoped) or scoped.lower()
         return self._by_key.get(key) or self._by_part(key) or self._of_image(text)
@@ -56,12 +52,10 @@ class SignalNames:
 
     @cached_property
     def _bases(self) -> list[str]:
-        """The tags with recorded values."""
         return list(dict.fromkeys(base_of(signal.title) for signal in self._tags))
 
     @cached_property
     def _by_key(self) -> Mapping[str, str]:
-        """Signals by their names in the program and in the trace."""
         titles = {key_of(signal.title) or signal.title.lower(): signal.name for signal in self._tags}
         return self._fields | titles
 

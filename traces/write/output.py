@@ -210,11 +210,7 @@ class TraceFile:
         return not self.full
 
     def close(self) -> None:
-        """Close the file and release the ballast.
-
-        Raises:
-            OSError: the system reports a late loss of data.
-        """
+        """Close the file and release the ballast; OSError if the system reports a late loss of data."""
         if self._room is not None:
             self._room.release()
             self._room = None
@@ -224,7 +220,6 @@ class TraceFile:
             self._keeping = None
 
     def _append(self, data: memoryview) -> None:
-        """Write records behind the others, in place of a draft."""
         if not self._draft_end:
             self._push(data)
         elif len(data) > self._gap:
@@ -283,7 +278,6 @@ class TraceFile:
                 self.full = True
 
     def _abandon(self, error: OSError) -> None:
-        """Cut the file back to its last whole record and raise `TraceFull`."""
         self.full = True
         try:
             self._raw.truncate(self._whole)
@@ -328,7 +322,6 @@ def open_trace_file(path: Path, ballast_bytes: int, keeping: RecordingKeeper | N
 
 
 def _beginning(path: Path, keeping: RecordingKeeper) -> RawFile:
-    """Move earlier recordings aside, and open a new one."""
     check_recordings([path], keeping)
     keeping.begin()
     try:

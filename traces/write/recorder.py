@@ -223,7 +223,6 @@ class ScanRecorder:
         self._write(scan, now_ns, topic, fields)
 
     def _topics(self) -> tuple[Topic, ...]:
-        """Return the topics beside /scan."""
         texts = self._tags is not None and self._tags.plan.has_texts
         return (*TOPICS, *(TEXTS,) * texts, *(ORDERS,) * self._orders, *(SEQUENCES,) * self._sequences)
 
@@ -243,7 +242,6 @@ class ScanRecorder:
         self._after_writing(scan)
 
     def _hand_over(self, scan: int) -> None:
-        """Pass the collected scans to the writer."""
         if self._refusal is not None:
             raise TraceFull(self._refusal, complete=True)
         if len(self._batch):
@@ -302,7 +300,6 @@ class ScanRecorder:
         raise TraceFull(self._refusal, complete=True)
 
     def _facts(self, scan_period_ns: int, seed: int) -> dict[str, str]:
-        """Return the metadata that every trace has."""
         facts = {
             "format": str(FORMAT if self._tags is None else FORMAT_WITH_TAGS),
             "layout": self._schema.layout,

@@ -31,11 +31,7 @@ from ...terminal.terminal import say
 
 
 def reported(path: Path, scans: int = SCANS) -> Report:
-    """Import an export, run a trial, and return the report.
-
-    Raises:
-        LadderError: the file can't be used.
-    """
+    """Import an export, run a trial, and return the report; LadderError if the file can't be used."""
     if is_slc(path):
         program = import_slc(path, trial=True)
         run_slc_trial(program, scans)

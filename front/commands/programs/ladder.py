@@ -82,11 +82,7 @@ def with_rung(routines: Sequence[Routine], number: int | None) -> list[tuple[Rou
 
 
 def bench_at(file: str, at: str) -> Bench:
-    """Run a rack to a time.
-
-    Raises:
-        ValueError: not a rack with rungs, or not a time.
-    """
+    """Run a rack to a time; ValueError if it is not a rack with rungs, or not a time."""
     if not file.endswith((".toml", ".py")):
         raise ValueError(f"{file}: --at needs a rack file to run")
     bench = open_bench(file, watched=True)

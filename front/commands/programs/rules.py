@@ -71,11 +71,7 @@ def with_bit(rules: Iterable[Rule], name: str) -> list[Rule]:
 
 
 def of_firmware(rules: Iterable[Rule], version: str) -> list[Rule]:
-    """Return the rules of a module with this firmware.
-
-    Raises:
-        ValueError: an unknown version.
-    """
+    """Return the rules of a module with this firmware; ValueError for an unknown version."""
     firmware = Firmware.parse(version)
     return [rule for rule in rules if rule.applies_to(firmware)]
 
@@ -102,7 +98,6 @@ def prefix_of(rule_id: str) -> str:
 
 
 def _unknown(what: str, name: str, known: Sequence[str], allowed: str) -> str:
-    """Return the refusal of a name, with the closest one and all allowed ones."""
     close = difflib.get_close_matches(name.upper(), known, n=1, cutoff=0.5)
     meant = f" (did you mean {close[0]}?)" if close else ""
     return f"unknown {what} {name!r}{meant}: allowed are {allowed}"

@@ -49,7 +49,6 @@ def tell(answer: Answer, limit: int | None) -> None:
 
 
 def _as_json(answer: Answer, limit: int | None) -> dict[str, object]:
-    """Return an answer for --json, with at most `limit` occurrences."""
     occurrences = [{**asdict(each), "duration_ns": each.duration_ns} for each in answer.occurrences[:limit]]
     return {"aggregate": answer.aggregate, "count": answer.count, "occurrences": occurrences}
 

@@ -37,7 +37,6 @@ def _size(found: Repair) -> str:
 
 @contextmanager
 def _bar(trace: Path, *, quiet: bool) -> Iterator[Callable[[int], None]]:
-    """Show a bar of the processed bytes, on a terminal, unless --quiet."""
     console = Console(stderr=True)
     if quiet or not console.is_terminal or not trace.is_file():
         yield lambda size: None

@@ -45,16 +45,13 @@ def show(
     wanted: Selection = ALL,
     as_json: bool = False,
 ) -> None:
-    """Print a trace.
+    """Print a trace; TraceError if it can't be read.
 
     Args:
         every: a row for every change, not only where more than position and counts changed.
         limit: most rows and most events to print; None = all.
         wanted: the scans and events to print.
         as_json: print one JSON object.
-
-    Raises:
-        TraceError: it can't be read.
     """
     with open_trace(trace) as opened:
         contents = Contents(opened, every=every, limit=limit, wanted=wanted)

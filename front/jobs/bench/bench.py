@@ -175,7 +175,6 @@ class Bench:
         return bool(self[condition] if isinstance(condition, str) else condition(self))
 
     def _in_image(self, address: str) -> int:
-        """Return a bit or word of an image."""
         place = parse_address(address, {slot.number: slot.words for slot in self.spec.slot})
         slot = self.slot[place.slot]
         word = (slot.inputs if place.image == "I" else slot.outputs)[place.word]
@@ -230,11 +229,7 @@ class Bench:
         self.program.tags[tag] = value
 
     def check(self, *tags: str) -> None:
-        """Check tags and addresses before a run.
-
-        Raises:
-            ValueError: an unknown name.
-        """
+        """Check tags and addresses before a run; ValueError for an unknown name."""
         for tag in tags:
             if self._observed and not self._is_image(tag):
                 _ = self.program.tags[tag]
@@ -242,7 +237,6 @@ class Bench:
                 named_values(namespace_of(self.logic), [tag])
 
     def _is_declared(self, name: str) -> bool:
-        """Return whether a class of `ScanLogic` declares something of that name."""
         return Names(self.logic, {slot.number: slot.words for slot in self.spec.slot}).declares(name)
 
     def why(self, tag: str | None = None) -> str:
@@ -278,11 +272,7 @@ class Bench:
             self.program.force(address, value)
 
     def unforce(self, address: str) -> None:
-        """Release a force.
-
-        Raises:
-            ValueError: it is not forced.
-        """
+        """Release a force; ValueError if it is not forced."""
         if self._is_image(address):
             self.cpu.forces.remove(address)
         else:

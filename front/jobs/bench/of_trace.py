@@ -83,7 +83,6 @@ def _of_images(
 
 
 def _of_ladder(recording: Recording, job: Job, what: str | None, moment: ScanChoice) -> TraceAnswer:
-    """Answer from a ladder program under its debugger."""
     assert isinstance(job.logic, LadderLogic)
     debugger = Debugger(job.logic)
     images = Why(recording, 0, job.spec, None)

@@ -54,13 +54,10 @@ _NEUTRAL = (0, 0, 0, 0, 1, 0, 1, 1)
 
 
 def ladder_facts(program: LadderLogic, path: Path, spec: RackSpec) -> Facts:
-    """Read the facts of a ladder program.
+    """Read the facts of a ladder program; LadderError if it can't be built.
 
     Args:
         path: its file, for messages.
-
-    Raises:
-        LadderError: it can't be built.
     """
     return _Reader(program, path, spec).facts()
 

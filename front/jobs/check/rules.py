@@ -132,7 +132,6 @@ def _search_without_switch(subject: Subject) -> Iterator[Violation]:
 
 
 def _unused_terminals(subject: Subject) -> Iterator[Violation]:
-    """Yield wired terminals of cards that the program never uses."""
     uses = subject.facts.uses_bit
     for index, slot in enumerate(subject.job.spec.slot if uses is not None else ()):
         for group, verb, name, at in _terminals(slot):
@@ -160,7 +159,6 @@ def _terminals(slot: SlotSpec) -> Iterator[tuple[str, str, str, BitPlace]]:
 
 
 def _unknown_tags(subject: Subject) -> Iterator[Violation]:
-    """Yield patterns of `tags` that a run would refuse."""
     for index, pattern in enumerate(subject.job.spec.tags):
         try:
             tags_of(subject.job.logic, [pattern], bytearray(SLOT_BYTES))
@@ -212,11 +210,7 @@ _STEPS_NOT_SEEN = "a list of steps is not read: only the rack file is checked"
 
 
 def check_rack(job: Job) -> CheckReport:
-    """Check a rack and its program without running it.
-
-    Raises:
-        LadderError: the ladder program can't be built.
-    """
+    """Check a rack and its program without running it; LadderError if the ladder program can't be built."""
     facts = facts_of(job)
     is_toml = rack_form(job.rack_file) is Form.DATA
     lines = load_rack_file(job.rack_file).lines if is_toml else None

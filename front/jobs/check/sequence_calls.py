@@ -153,11 +153,7 @@ def _unpacks(call: ast.Call) -> bool:
 
 
 def _bound(of: Signature, call: ast.Call) -> dict[str, ast.expr]:
-    """Return the arguments of a call by the names of the parameters.
-
-    Raises:
-        TypeError: they do not fit.
-    """
+    """Return the arguments of a call by the names of the parameters; TypeError if they do not fit."""
     named = {str(each.arg): each.value for each in call.keywords}
     return dict(of.bind(*call.args, **named).arguments)
 

@@ -100,7 +100,6 @@ class CardBench:
         return changes
 
     def _on(self, group: str, image: Image) -> list[str]:
-        """Return the named bits of an image that are on."""
         places = self.words.groups.get(group, {})
         return [name for name, at in places.items() if image.bit(at.word, at.bit)]
 

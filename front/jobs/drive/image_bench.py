@@ -153,7 +153,6 @@ class ImageBench:
         }
 
     def _rules(self) -> list[str]:
-        """Return the ids of the rules that set an error bit since the last call."""
         ids = [event.name for event in self.module.events if _sets_error(event)]
         self.module.events.clear()
         return ids

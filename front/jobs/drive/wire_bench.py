@@ -94,11 +94,7 @@ class WireRequest(Strict, Generic[New, Env]):
         return self
 
     def bytes_to_send(self) -> bytes | None:
-        """Return the bytes to send, or None.
-
-        Raises:
-            RequestError: not bytes.
-        """
+        """Return the bytes to send, or None; RequestError for illegal bytes."""
         if self.tx is not None:
             try:
                 data = bytes.fromhex(self.tx)

@@ -27,15 +27,12 @@ _US_PER_MS = 1000
 
 
 def rack_of(imported: L5xImport, program: Path, steppers: Collection[str] = ()) -> str:
-    """Return a rack file as text.
+    """Return a rack file as text; ValueError if the export has no such module.
 
     Args:
         imported: the export, imported for a trial.
         program: its path in the rack file.
         steppers: modules that are 3601s, by name or slot.
-
-    Raises:
-        ValueError: the export has no such module.
     """
     slots = with_steppers(slots_of(imported.document.modules), steppers)
     return "\n".join([*_head(imported, program), *_stubs(imported), *slot_tables(slots)]) + "\n"
@@ -59,7 +56,6 @@ def _head(imported: L5xImport, program: Path) -> Iterator[str]:
 
 
 def _stubs(imported: L5xImport) -> Iterator[str]:
-    """Yield a table of stubs for missing instructions."""
     report = imported.report
     tagless = [each for each in report.refused if each.tag]
     called = dict.fromkeys(_instruction(each) for each in report.refused)

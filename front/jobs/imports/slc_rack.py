@@ -12,14 +12,11 @@ from .toml_text import comment, text
 
 
 def rack_of_slc(imported: SlcImport, path: Path, steppers: Collection[str] = ()) -> str:
-    """Return the text of a rack file.
+    """Return the text of a rack file; ValueError if the export has no such slot.
 
     Args:
         path: its file, which the rack file names.
         steppers: slots of modules that are 3601s.
-
-    Raises:
-        ValueError: the export has no such slot.
     """
     slots = with_steppers(slots_of_slc(imported.document.slots.values()), steppers)
     lines = [f"program = {text(path.name)}", 'controller = "micrologix"', *slot_tables(slots)]

@@ -172,11 +172,7 @@ RACK_FORMS = {".toml": Form.DATA, ".py": Form.PYTHON}
 
 
 def rack_form(path: PurePath) -> Form:
-    """Return how `load_spec` reads a rack file.
-
-    Raises:
-        RackFileError: this is not a rack file.
-    """
+    """Return how `load_spec` reads a rack file; RackFileError if this is not a rack file."""
     if path.suffix not in RACK_FORMS:
         raise RackFileError(f"{path}: a rack is a .toml or a .py file")
     return RACK_FORMS[path.suffix]
@@ -273,14 +269,11 @@ def _round_trip_ms(spec: RackSpec) -> int:
 
 
 def _stubs(spec: RackSpec, folder: Path, file: RackFile | None = None) -> Stubs:
-    """Read the stubs of a rack.
+    """Read the stubs of a rack; RackFileError for an illegal stub, or a function that can't be loaded.
 
     Args:
         folder: of the rack file.
         file: the rack file, if it is TOML.
-
-    Raises:
-        RackFileError: an illegal stub, or a function that can't be loaded.
     """
     read: dict[str, Stub] = {}
     for name, text in spec.stubs.items():

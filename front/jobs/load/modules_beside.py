@@ -32,7 +32,6 @@ class _Finder(MetaPathFinder):
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        """Return the spec of a module beside the importing one."""
         folder = None if path is not None else _folder_of(_importer(sys._getframe(1)))
         if folder is None:
             return None

@@ -124,11 +124,7 @@ def split_address(address: str, default: str = DEFAULT_FUNCTION) -> tuple[str, s
 
 
 def program_form(path: PurePath) -> Form:
-    """Return how `load_program` reads a file.
-
-    Raises:
-        ProgramError: it is not a program.
-    """
+    """Return how `load_program` reads a file; ProgramError if it is not a program."""
     if path.suffix not in FORMS:
         raise ProgramError(f"{path}: a program is a .py, a .rung, a .st, a .steps, an .L5X or an .SLC file")
     return FORMS[path.suffix]
@@ -281,7 +277,6 @@ def _is_logic_of(module: ModuleType, value: object) -> bool:
 
 
 def _load_rungs(path: Path, stubs: Stubs) -> LoadedProgram:
-    """Load a ladder program, or one of structured text, from its text."""
     data = _read(path, TextKind.STRUCTURED if path.suffix == STRUCTURED_SUFFIX else TextKind.RUNGS)
     _check_text(path, data)
     try:
@@ -347,7 +342,6 @@ def _whole(
 
 
 def _load_steps(path: Path) -> LoadedProgram:
-    """Load a program of steps from its text."""
     data = _read(path, TextKind.STEPS)
     _check_text(path, data)
     try:
@@ -357,7 +351,6 @@ def _load_steps(path: Path) -> LoadedProgram:
 
 
 def _build(path: Path, program: LadderLogic, stubs: Stubs = NO_STUBS) -> None:
-    """Report the mistakes of a ladder program before it runs."""
     try:
         program.take_stubs(stubs)
         program.build()
@@ -382,7 +375,6 @@ def _check_text(path: Path, data: bytes) -> None:
 
 
 def _execute(path: Path, data: bytes) -> ModuleType:
-    """Run the file as a module of its own."""
     try:
         code = compile(data, str(path), "exec")
     except (SyntaxError, ValueError) as error:  # null bytes are one or the other, by Python version

@@ -66,11 +66,7 @@ class Edition:
 
 
 def edition_of(job: Job) -> Edition:
-    """Return the files of a job that was just loaded from the disk.
-
-    Raises:
-        OSError: one can't be read.
-    """
+    """Return the files of a job that was just loaded from the disk; OSError if one can't be read."""
     made, paths = made_by(job), files_of(job)
     files = {name: path.read_bytes() for name, path in paths.items()}
     return Edition(made["rack_file"], made["program_file"], files, paths, job.retained)
@@ -138,11 +134,7 @@ class Editions:
         return job if edition.retained is None else retaining(job, edition.retained, RETAINED)[0]
 
     def of_a_session(self, begins: Edition) -> Editions:
-        """Return the programs of a new session, with a copy of each.
-
-        Raises:
-            OSError: a copy can't be written.
-        """
+        """Return the programs of a new session, with a copy of each; OSError if a copy can't be written."""
         known = {0: begins, **self._known}
         copies = {number: self.with_copy(edition) for number, edition in known.items()}
         session = Editions(self._folder, self._rack, copies)
@@ -150,11 +142,7 @@ class Editions:
         return session
 
     def with_copy(self, edition: Edition) -> Edition:
-        """Return a program with a copy of its files.
-
-        Raises:
-            OSError: it can't be written.
-        """
+        """Return a program with a copy of its files; OSError if it can't be written."""
         return replace(edition, place=self._copied(edition))
 
     def _copied(self, edition: Edition) -> Path:

@@ -21,11 +21,7 @@ def is_session(trace: Trace) -> bool:
 
 
 def orders_of(events: Iterable[TraceEvent]) -> list[RecordedOrder]:
-    """Return the orders among the events of a recorded session.
-
-    Raises:
-        ValueError: one of them can't be read.
-    """
+    """Return the orders among the events of a recorded session; ValueError if one of them can't be read."""
     found = []
     for event in events:
         if event.topic == ORDERS.name:

@@ -82,8 +82,6 @@ class WatchesSequences:
 
 
 class _SequenceState:
-    """A sequence and its wait in the previous scan."""
-
     def __init__(self, sequence: Sequence) -> None:
         self.sequence = sequence
         self.resumed = 0

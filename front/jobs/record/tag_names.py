@@ -76,7 +76,6 @@ def named_values(namespace: Mapping[str, Any], patterns: Sequence[str]) -> list[
 
 
 def _at_address(namespace: Mapping[str, Any], known: Sequence[NamedValue], text: str) -> NamedValue:
-    """Return the value of an expression of names and subscripts."""
     if _is_address(text):
         try:
             value = eval(text, dict(namespace))

@@ -163,7 +163,6 @@ _FRESH = {
 
 
 def _assumptions(into: Into, score: Score) -> Iterator[str]:
-    """Yield the assumptions of a replay."""
     first = score.numbers[0]
     if first:
         yield f"the trace begins with scan {first:,}, in mid-life: {_FRESH[into]} then"
@@ -173,7 +172,6 @@ def _assumptions(into: Into, score: Score) -> Iterator[str]:
 
 
 def _gaps(numbers: Sequence[int]) -> Iterator[str]:
-    """Yield the assumptions about missing scans."""
     for before, after in pairwise(numbers):
         if after != before + 1:
             missing = f"scans {before + 1} to {after - 1} are missing"
@@ -181,7 +179,6 @@ def _gaps(numbers: Sequence[int]) -> Iterator[str]:
 
 
 def _forces(recording: Recording) -> Mapping[int, Mapping[str, int]]:
-    """Return the forces, by the scan of their begin."""
     return {event.scan: image_forces(event) for event in recording.events if event.topic == "/forces"}
 
 
@@ -206,7 +203,6 @@ def recorded_stimuli(recording: Recording) -> Iterator[Stimulus]:
 
 
 def _slot_of(event: TraceEvent) -> int:
-    """Return the slot of a message, or `NO_SLOT`."""
     slot = event.fields.get("slot")
     return slot if isinstance(slot, int) else NO_SLOT
 

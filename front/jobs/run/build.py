@@ -159,11 +159,7 @@ NO_SAFETY_SYSTEM = (
 
 
 def check_ports(spec: RackSpec, *, realtime: bool, live: bool) -> None:
-    """Refuse real ports in virtual time, and real ports without --live.
-
-    Raises:
-        ValueError: such a port.
-    """
+    """Refuse real ports in virtual time, and real ports without --live; ValueError for such a port."""
     for slot in spec.slot:
         if slot.is_live and not realtime:
             raise ValueError(

@@ -61,16 +61,13 @@ class Unit:
 
 
 def addresses_in(texts: list[str]) -> list[int]:
-    """Return the addresses of the units.
+    """Return the addresses of the units; ValueError if it is not an address, or one is given twice.
 
     >>> addresses_in(["7", "1-3"])
     [7, 1, 2, 3]
 
     Args:
         texts: each an address, or the first and the last of a row of them.
-
-    Raises:
-        ValueError: not an address, or one is given twice.
     """
     found: list[int] = []
     for text in texts:

@@ -43,7 +43,6 @@ def checked_name(name: str) -> str:
 
 
 def _objections(name: str) -> Iterator[str]:
-    """Yield the objections to a name."""
     if not name.isprintable():
         yield "has characters that can't be printed"
     yield from (why for pattern, why in _BAD_NAMES[:2] if pattern.match(name))

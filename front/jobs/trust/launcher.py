@@ -40,7 +40,7 @@ def launch(
     pass_fds: Collection[int] = (),
     own_session: bool = False,
 ) -> Helper:
-    """Start a helper.
+    """Start a helper; OSError if it can't be started.
 
     Args:
         main: the function to call, `module:function`, with its arguments as texts.
@@ -50,9 +50,6 @@ def launch(
         environment: its environment variables; None = ours.
         pass_fds: file descriptors that it inherits.
         own_session: whether Ctrl-C of the terminal does not reach it.
-
-    Raises:
-        OSError: it can't be started.
     """
     path = [each for each in sys.path if each]  # the empty one is the current folder
     asked = limits()

@@ -74,11 +74,7 @@ def admitted(files: Mapping[str, bytes], given: RunFiles, *, trust: bool) -> dic
 
 
 def uses_of(files: Mapping[str, bytes], given: RunFiles) -> dict[str, Use]:
-    """Return the uses of a trace's files in a run.
-
-    Raises:
-        ValueError: an impossible rack file or program.
-    """
+    """Return the uses of a trace's files in a run; ValueError for an impossible rack file or program."""
     forms = {given.rack: rack_form(PurePosixPath(checked_name(given.rack)))}
     if given.program is not None:
         forms[given.program] = program_form(PurePosixPath(checked_name(given.program)))

@@ -52,11 +52,7 @@ class Why:
         return Past(self.recording, self.row)
 
     def place(self, text: str) -> Address:
-        """Return the bit or word of an image at an address.
-
-        Raises:
-            ValueError: it is not an address.
-        """
+        """Return the bit or word of an image at an address; ValueError if it is not an address."""
         return parse_address(text, self.words)
 
     @cached_property
@@ -141,7 +137,6 @@ class Why:
             yield from self._by_line(said, row, self._again(frozenset({row}), row), at, mask)
 
     def _on_record(self, slot: int, row: int) -> Iterator[str]:
-        """Yield the recorded events of a module in a scan."""
         scan = self.recording.numbers[row]
         for each in self.past.events:
             if each.scan == scan and each.fields.get("slot", 0) == slot and each.topic != "/texts":
@@ -174,7 +169,6 @@ class Why:
         return f": {change[1]}" if change is not None and known else "."
 
     def _slot_at(self, at: int) -> int:
-        """Return the slot of a place among all output images."""
         return self.recording.slots[at // IMAGE_BYTES].number
 
     def _told(self, said: str, made: Sequence[TracedChange], row: int, slot: int = 0) -> Iterator[str]:
@@ -198,13 +192,11 @@ class Why:
         )
 
     def _offset(self, slot: int) -> int:
-        """Return the offset of a slot's output image among all output images, bytes."""
         return self.recording.place(slot) // 2
 
     # --- the rack
 
     def _of_slot(self, slot: SlotInfo) -> Iterator[str]:
-        """Yield the wait of a module."""
         past = SlotPast(self.past, slot)
         if slot.is_stepper:
             said = waits(past)
@@ -247,14 +239,12 @@ class Why:
                 yield f"  {next(self._of_axis(each, names))}"
 
     def _of_axis(self, name: str, names: Names) -> Iterator[str]:
-        """Yield the wait of an axis's module."""
         slot = next(slot for slot in self.recording.slots if slot.number == names.axes[name])
         said = waits(SlotPast(self.past, slot))
         yield f"{name} (slot {slot.number}): {said[0]}"
         yield from (f"  {each}" for each in said[1:])
 
     def _level(self, name: str, place: Address) -> str:
-        """Return the value of a bit or word, and its age."""
         mask = ALL_BITS if place.bit is None else 1 << place.bit
         row = self.past.last_change(place.slot, _side(place), place.word, mask)
         return f"{name} is {self._value(place)} since {self.past.when(row or 0)}"

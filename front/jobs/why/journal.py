@@ -35,11 +35,7 @@ class Journal:
         """Do nothing: nothing is open."""
 
     def recording(self) -> Recording:
-        """Return all scans so far.
-
-        Raises:
-            ValueError: there are none yet.
-        """
+        """Return all scans so far; ValueError if there are none yet."""
         if not len(self._scans):
             raise ValueError("there is no scan yet that could be asked about: run some")
         return Recording(self._slots, self._scans.packed(), tuple(self._events))

@@ -137,7 +137,6 @@ _RATES = ((StatusMsw.ACCELERATING, "accelerating"), (StatusMsw.DECELERATING, "de
 
 
 def _started(past: SlotPast) -> int | None:
-    """Return the row in which the bit of the present motion rose."""
     number = past.slot.number
     for row in reversed(past.past.changes(number, "out", 0, MOTIONS.value)):
         before = past.words_at("out", row - 1)[0] if row else 0
@@ -147,7 +146,6 @@ def _started(past: SlotPast) -> int | None:
 
 
 def _end(past: SlotPast, bit: CommandMsw, row: int, words: Sequence[int]) -> str:
-    """Return the condition that ends a motion."""
     if bit & _MANUAL:
         return f"; it runs until {bit.name} goes back to 0"
     if bit & _HOME:
@@ -196,7 +194,6 @@ def _command_on(past: SlotPast) -> str | None:
 
 
 def _still_on(past: SlotPast) -> str:
-    """Return the command bits that are still on, and their consequence."""
     on = past.out[0] & COMMANDS
     if not on:
         return ""
@@ -242,7 +239,6 @@ def _bits(mask: int) -> list[CommandMsw]:
 
 
 def _errors(past: SlotPast) -> Iterator[str]:
-    """Yield a sentence for every error bit that is on."""
     status = past.inputs[0]
     if status & _MODE:
         return  # the fault of the configuration has been reported, and the other bits mirror it
@@ -267,5 +263,4 @@ def _cause(past: SlotPast, bit: StatusMsw) -> str:
 
 
 def _of(rule: Rule) -> str:
-    """Return a rule as part of a sentence, with its section."""
     return f"{rule.text[:1].lower()}{rule.text[1:].removesuffix('.')} [{rule.id}, {rule.section}]"

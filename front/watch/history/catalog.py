@@ -156,7 +156,6 @@ class Catalog:
         return shown, {"routine": routine.name, "text": lines}
 
     def _names_in(self, text: str, program: str) -> list[str]:
-        """Return the single values in a line of structured text."""
         found: dict[str, None] = {}
         for name in _words(text):
             full = self._full(program, name)
@@ -165,7 +164,6 @@ class Catalog:
         return list(found)
 
     def _name_of(self, resolver: Resolver, program: str, address: Address) -> str | None:
-        """Return the full name of an address with one value."""
         try:
             where = resolver.address(address)
         except LadderError:
@@ -195,11 +193,7 @@ class Catalog:
         return CrossReference(self._program.build())
 
     def mentions(self, tag: str) -> list[Json]:
-        """Return the uses of a tag.
-
-        Raises:
-            ValueError: there is no such tag.
-        """
+        """Return the uses of a tag; ValueError if there is no such tag."""
         return [
             {"text": str(each), "rung": f"{each.site.routine}.{each.site.rung}", "tag": tag}
             for each in self.cross_reference.of(tag)
@@ -238,7 +232,6 @@ class Catalog:
 
 
 def _words(text: str) -> Iterable[str]:
-    """Yield possible names in a line of text, with members and constant subscripts."""
     word = ""
     for character in f"{text} ":
         if character.isalnum() or character in "_.[]:\\":

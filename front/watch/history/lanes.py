@@ -83,7 +83,6 @@ def _stretches(
     changes: Sequence[int],
     said: Callable[[Sequence[Any]], Point],
 ) -> list[Point]:
-    """Return `MOST_POINTS` points, each computed by `said` from the values of its stretch."""
     starts = [changes[0] + place * (len(values) - changes[0]) // MOST_POINTS for place in range(MOST_POINTS)]
     ends = [*starts[1:], len(values)]
     return [[times[start], *said(values[start:end])] for start, end in zip(starts, ends, strict=True)]

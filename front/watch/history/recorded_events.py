@@ -49,7 +49,6 @@ class RecordedEvents:
         self._find()
 
     def _find(self) -> None:
-        """Find the chunks with events."""
         sections = self._trace.sections
         self._sections = len(sections)
         self._telling = [place for place, each in enumerate(sections) if self._trace.may_tell(each)]
@@ -146,7 +145,6 @@ class RecordedEvents:
             yield self._log(place)
 
     def _log(self, place: int) -> EventLog:
-        """Return the events of a chunk."""
         if place not in self._known:
             events = list(self._trace.events_in(self._trace.sections[place]))
             log = self._known[place] = EventLog(kept=MOST_EVENTS)

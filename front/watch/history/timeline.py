@@ -200,7 +200,6 @@ def _recorded_tags(trace: Trace, scan: int) -> dict[str, Any]:
 
 
 def _addresses(plan: TagPlan) -> Iterator[str]:
-    """Yield the names of all recorded values."""
     return (address for field in plan.fields for address in field.tag.addresses)
 
 

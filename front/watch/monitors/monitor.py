@@ -145,11 +145,7 @@ class Monitor(ABC):
 
     @abstractmethod
     def order(self, page: Page, number: object, said: Mapping[str, Any]) -> None:
-        """Process an order of a page.
-
-        Raises:
-            ValueError: it is not an order, or orders are refused.
-        """
+        """Process an order of a page; ValueError if it is not an order, or orders are refused."""
 
     @abstractmethod
     def state(self, *, past: bool) -> Json:
@@ -208,7 +204,6 @@ class Monitor(ABC):
             page.send({"program": program.described(self.subject.values)})
 
     def _before_the_first_scan(self) -> Json:
-        """Return the frame of a session that began paused."""
         return {
             "mode": self.subject.spec.mode,
             "forced": self.states.forces_at(None),
@@ -224,7 +219,6 @@ class Monitor(ABC):
         return page.row if page.row is not None else self.latest
 
     def _picture(self, page: Page, row: Row) -> Json:
-        """Return all possible contents of a frame about a row."""
         past = page.past
         scan, extent = int(row["scan"]), self.subject.timeline.extent
         return {
@@ -245,14 +239,12 @@ class Monitor(ABC):
         }
 
     def _faults(self, past: int | None) -> list[Json]:
-        """Return the CPU's faults up to a scan, with their rung or line."""
         program = self.subject.programs.at(past)
         return [
             {"text": str(each), "at": program.place_of_fault(each)} for each in self.states.faults_at(past)
         ]
 
     def _program(self, page: Page, scan: int) -> Json:
-        """Return power and tags of a page's routine."""
         subject = self.subject
         program = subject.programs.at(page.past)
         shadow = program.live if page.past is None else program.past

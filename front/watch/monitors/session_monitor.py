@@ -81,11 +81,7 @@ class Loader:
         self._folders: set[Path] = set()
 
     def job(self, ran: SessionProgram) -> Job:
-        """Load a program, once.
-
-        Raises:
-            ValueError: it can't be loaded.
-        """
+        """Load a program, once; ValueError if it can't be loaded."""
         if ran not in self._jobs:
             forget(self._folders)
             try:

@@ -178,11 +178,9 @@ def _span(data: bytes, limit: int, size: int) -> tuple[int, int]:
 
 
 def _bits(bits: int, first: int, count: int) -> bytes:
-    """Encode bits as byte count and data."""
     size = (count + 7) // 8
     return bytes((size,)) + (bits >> first & (1 << count) - 1).to_bytes(size, "little")
 
 
 def _words(words: Sequence[int]) -> bytes:
-    """Encode words as byte count and data."""
     return pack(f">B{len(words)}H", 2 * len(words), *words)

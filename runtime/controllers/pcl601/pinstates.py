@@ -16,11 +16,7 @@ LEVELS = {"ground": GROUND, "open": OPEN, "high": OPEN}
 
 
 def connect(pins: Pcl601Pins, name: str, state: str) -> None:
-    """Set an input to a state in the notation above.
-
-    Raises:
-        ValueError: an unknown input or state.
-    """
+    """Set an input to a state in the notation above; ValueError for an unknown input or state."""
     if name not in INPUTS:
         raise ValueError(f"there is no input {name}: allowed are {', '.join(INPUTS)}")
     if name == "in1" and state.endswith("V"):

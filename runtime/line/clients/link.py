@@ -106,11 +106,7 @@ class Link(Protocol):
 
 
 def checked_answer_s(seconds: float) -> float:
-    """Return an answer time after a check of its range.
-
-    Raises:
-        ValueError: it is out of `ANSWER_RANGE_S`.
-    """
+    """Return an answer time after a check of its range; ValueError if it is out of `ANSWER_RANGE_S`."""
     least, most = ANSWER_RANGE_S
     if not least <= seconds <= most:
         raise ValueError(f"timeout {seconds:g} s: allowed is {least:g} to {most:g}")

@@ -98,7 +98,6 @@ class RtuLine(ModbusLine):
         self._link.pause(seconds)
 
     def _received(self, unit: int, pdu: bytes) -> bytes:
-        """Return the PDU of a complete frame of the unit."""
         least = 1 + EXCEPTION_BYTES + 2
         received = self._link.receive(least, self._answer_s)
         if len(received) == least and not received[1] & EXCEPTION:

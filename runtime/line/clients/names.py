@@ -22,11 +22,7 @@ SettableRow = TypeVar("SettableRow", bound=Settable)
 
 
 def known(rows: Mapping[str, RowType], name: str, deed: str) -> RowType:
-    """Return the row of a name that can be "read", or "set".
-
-    Raises:
-        ValueError: the name is unknown.
-    """
+    """Return the row of a name that can be "read", or "set"; ValueError if the name is unknown."""
     if name not in rows:
         raise ValueError(f"{name} can't be {deed}: can be {', '.join(rows)}")
     return rows[name]

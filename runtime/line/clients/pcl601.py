@@ -131,11 +131,7 @@ class Pcl601Client(MotionClient[Registers]):
         return int.from_bytes(self._asked(pdus.read_outputs()), "little")
 
     def set_output(self, number: int, on: bool) -> None:
-        """Switch an output, 1 to 8, and read it back.
-
-        Raises:
-            ValueError: no such output.
-        """
+        """Switch an output, 1 to 8, and read it back; ValueError for an unknown output."""
         if not 1 <= number <= OUTPUT_COUNT:
             raise ValueError(f"output {number}: allowed is 1 to {OUTPUT_COUNT}")
         self._asked(pdus.write_output(number, on))

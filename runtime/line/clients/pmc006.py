@@ -135,11 +135,7 @@ class Pmc006Client(MotionClient[ControllerView]):
         return tuple(sorted({*self._readable, ADDRESS}))
 
     def read(self, name: str) -> int:
-        """Return a value by its name in `readable`.
-
-        Raises:
-            ValueError: it can't be read.
-        """
+        """Return a value by its name in `readable`; ValueError if it can't be read."""
         if name == ADDRESS:
             self.read("status1")
             return self.address

@@ -61,11 +61,7 @@ def try_to_stop(stop: Callable[[], None]) -> bool:
 
 @contextmanager
 def stopped_when_lost(stop: Callable[[], None]) -> Iterator[None]:
-    """Stop the motor if the line fails inside the block.
-
-    Raises:
-        LostSightError: the line has failed.
-    """
+    """Stop the motor if the line fails inside the block; LostSightError if the line has failed."""
     try:
         yield
     except (LostSightError, StoppedError):

@@ -127,7 +127,6 @@ class Adapter(Generic[Drive]):
         self._publish()
 
     def _begin_anew(self) -> None:
-        """Restart the command layer as after power-up, without a configuration."""
         self.axis = self._kind.axis(self.driver, self._options)
         self.layer = CommandLayer(
             self.axis, Firmware.parse("4.1"), Amci3601Options(), self.events, self._now_ns

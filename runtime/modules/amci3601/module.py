@@ -226,7 +226,6 @@ class Amci3601:
     # -- time ---------------------------------------------------------------------------------
 
     def _work(self, now_ns: int, outputs: Image) -> None:
-        """Advance module and image to `now_ns`."""
         if self.trouble in (ModuleFault.REMOVED, ModuleFault.FATAL_ERROR):
             self.axis.advance(now_ns)
         else:

@@ -11,15 +11,12 @@ from ..record import ModuleRecord, Options, Trait
 
 
 def make(firmware: str, machine: MachineSpec, seed: int, options: Options, wiring: str | None) -> Module:
-    """Make a simulated 3601 with a machine.
+    """Make a simulated 3601 with a machine; ValueError for an unknown firmware or option.
 
     Args:
         seed: of the machine's random numbers.
         options: model switches by name.
         wiring: "diagnostic" for step outputs wired to the encoder inputs.
-
-    Raises:
-        ValueError: an unknown firmware or option.
     """
     from .module import Amci3601
 

@@ -161,7 +161,6 @@ class StepGenerator:
         return min((instant for instant in instants if instant is not None), default=NEVER)
 
     def _when_made(self, steps: int | None) -> int | None:
-        """Return the instant at which `steps` more steps are made."""
         if steps is None or self.motion is None or steps <= 0:
             return None
         return self.motion.instant_of(self._steps_made + steps)

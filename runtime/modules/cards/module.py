@@ -202,7 +202,6 @@ class GenericCard(Module):
         return self.options.inputs[name]
 
     def _outputs(self, outputs: Image) -> int:
-        """Return the outputs that a card has as one mask."""
         mask = 0
         for word, terminals, shift in self._output_words:
             mask |= (outputs[word] & terminals) << shift

@@ -242,7 +242,6 @@ class Pcl601Driver(Driver[Drive]):
         return self.read_status, self._glance_at_inputs, self.read_position, self.read_inputs
 
     def _glance_at_inputs(self) -> Talk:
-        """Read the inputs, and publish a change."""
         before = self.inputs
         yield from self.read_inputs()
         if self.inputs != before:

@@ -162,7 +162,6 @@ class SimulatedPcl601(Plant):
 
     @property
     def _jumpers(self) -> dict[int, tuple[str, ...]]:
-        """Pins that are wired to outputs."""
         jumpers: dict[int, tuple[str, ...]] = {}
         if self._options.registration != "polled":
             jumpers[MARK_OUTPUT] = (MARK_PIN,)
