@@ -8,6 +8,7 @@ from multiprocessing.connection import Connection
 from typing import Protocol
 
 from ..loop.events import JsonValue
+from ..loop.listeners import QuietListener
 from ..loop.pace import rest, wall_ns
 from ..loop.rack import Rack
 from .ring import Ring
@@ -47,7 +48,7 @@ class Figures(Protocol):
         """Return them at the instant of the latest scan."""
 
 
-class Tap:
+class Tap(QuietListener):
     """Fills the ring; a listener of the scan loop that never raises.
 
     Args:
@@ -117,9 +118,6 @@ class Tap:
     def tell(self, message: Mapping[str, object]) -> None:
         """Write a message to the monitor; one that is too long is lost."""
         self._ring.messages.write(json.dumps(message, separators=(",", ":")).encode())
-
-    def close(self) -> None:
-        """Do nothing: the ring outlives the CPU."""
 
 
 class PipeInbox:

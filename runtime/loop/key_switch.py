@@ -8,11 +8,11 @@ from typing_extensions import override
 
 from .cpu import Cpu
 from .incidents import Incident
-from .listeners import ScanListener
+from .listeners import QuietListener
 from .scan import CpuMode
 
 
-class KeySwitch(ScanListener):
+class KeySwitch(QuietListener):
     """A listener that turns the CPU's key to program and back, at the end of the scan in which it is due."""
 
     def __init__(self, cpu: Cpu, incidents: Iterable[Incident]) -> None:
@@ -25,14 +25,6 @@ class KeySwitch(ScanListener):
         self._turns = sorted(turns)
 
     @override
-    def event(self, scan: int, now_ns: int, topic: str, fields: object) -> None:
-        """Ignore events."""
-
-    @override
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
         while self._turns and self._turns[0][0] <= now_ns:
             self._cpu.mode = self._turns.pop(0)[1]
-
-    @override
-    def close(self) -> None:
-        pass

@@ -6,6 +6,8 @@ from collections.abc import Iterable, Mapping
 from contextlib import ExitStack
 from typing import Protocol
 
+from typing_extensions import override
+
 from .events import Event, JsonValue
 from .rack import Slot
 
@@ -42,6 +44,22 @@ class ScanListener(Protocol):
 
     def close(self) -> None:
         """Finish. Called exactly once, as the last call."""
+
+
+class QuietListener(ScanListener):
+    """A listener that does nothing; its subclasses override what concerns them."""
+
+    @override
+    def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
+        pass
+
+    @override
+    def scan(self, scan: int, now_ns: int, flags: int) -> None:
+        pass
+
+    @override
+    def close(self) -> None:
+        pass
 
 
 class Listeners:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from ...runtime.loop.cpu import Cpu
 from ...runtime.loop.events import JsonValue
+from ...runtime.loop.listeners import QuietListener
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +34,7 @@ class BenchEvent:
         return f"scan {self.scan}, {self.now_ns / 1e9:g} s, {where}: {self.text}"
 
 
-class EventLog:
+class EventLog(QuietListener):
     """A listener that keeps events, and ends a run on request.
 
     Attributes:
@@ -60,6 +61,3 @@ class EventLog:
         """Stop the CPU if the run is over."""
         if self.over():
             self.cpu.stop()
-
-    def close(self) -> None:
-        """Do nothing: nothing is open."""

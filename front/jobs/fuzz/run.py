@@ -18,7 +18,7 @@ from ...runtime.config.rackspec import RackSpec
 from ...runtime.loop.cpu import Cpu, ScanFlag
 from ...runtime.loop.events import JsonValue
 from ...runtime.loop.faults import Cause, CpuFault, Fault
-from ...runtime.loop.listeners import ScanListener
+from ...runtime.loop.listeners import QuietListener, ScanListener
 from ...runtime.loop.pace import wall_ns
 from ...runtime.loop.rack import Rack
 from ...runtime.loop.scan import ScanLogic
@@ -148,7 +148,7 @@ class _InvariantWatch:
         self.broken = False
 
 
-class _Watcher(ScanListener):
+class _Watcher(QuietListener):
     """A listener that looks at every scan and stops the CPU when an invariant is broken.
 
     Args:
@@ -232,10 +232,6 @@ class _Watcher(ScanListener):
         self.moment.scan, self.moment.ns = fault.scan, fault.now_ns
         broken = self.told(NO_FAULT, "The program does not fault the CPU", f"{fault.text} [{fault.where}]")
         return replace(broken, cause=HANGS if fault.cause is Cause.WATCHDOG else Path(fault.where).name)
-
-    @override
-    def close(self) -> None:
-        pass
 
 
 def _leading(rules: Sequence[str]) -> str:

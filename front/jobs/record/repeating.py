@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 
 from ...runtime.live.hands import GivenOrder, Hands
 from ...runtime.live.orders import RECORDED, order_of, parsed
 from ...runtime.loop.cpu import Cpu
-from ...runtime.loop.events import JsonValue
+from ...runtime.loop.listeners import QuietListener
 from ...traces.format.topics import ORDERS
 from ...traces.read.reader import Trace, TraceEvent
 
@@ -34,7 +34,7 @@ def orders_of(events: Iterable[TraceEvent]) -> list[RecordedOrder]:
     return found
 
 
-class OrderRepeater:
+class OrderRepeater(QuietListener):
     """Gives recorded orders again; the last listener of the scan loop.
 
     Args:
@@ -55,15 +55,9 @@ class OrderRepeater:
         """Give the orders before scan 0."""
         self._give(0)
 
-    def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
-        """Ignore events."""
-
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
         """Give the orders before the next scan."""
         self._give(scan + 1)
-
-    def close(self) -> None:
-        """Do nothing: nothing is open."""
 
     def _give(self, scan: int) -> None:
         while self._next < len(self._orders) and self._orders[self._next].scan <= scan:

@@ -15,7 +15,7 @@ from types import MappingProxyType
 from ...io_images.amci3601 import ALL_INPUTS, CommandLsw, CommandMsw, InputBit, StatusMsw
 from ...io_images.amci3601.words import is_stepper
 from ...runtime.config.rackspec import RackSpec
-from ...runtime.loop.events import JsonValue
+from ...runtime.loop.listeners import QuietListener
 from ...runtime.loop.rack import Rack, Slot
 from ...runtime.machine import MachineSpec
 from ...runtime.machine.spec import input_name
@@ -99,7 +99,7 @@ class SlotHints:
                     self._tell(not_configured(self.number, bit))
 
 
-class Hints:
+class Hints(QuietListener):
     """A listener that watches all modules with the words of a 3601.
 
     Args:
@@ -121,16 +121,10 @@ class Hints:
             if is_stepper(slot.words)
         ]
 
-    def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
-        """Ignore events: what matters is in the images."""
-
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
         """Look at the images of a scan."""
         for slot in self.slots:
             slot.look(scan)
-
-    def close(self) -> None:
-        """Do nothing: nothing is open."""
 
     def sentences(self) -> list[str]:
         """Return the hints of a finished run."""

@@ -7,13 +7,13 @@ from pathlib import Path
 
 from ...runtime.controllers.pcl601.line import Pcl601
 from ...runtime.line.ports import BusSegment
-from ...runtime.loop.events import JsonValue
+from ...runtime.loop.listeners import QuietListener
 from ...traces.write.line import LineRecorder, UnitColumns
 from ..trust.owned import line_path
 from .served_units import pcl601_values
 
 
-class UnitsBeside:
+class UnitsBeside(QuietListener):
     """Advances the units with the scans; a listener of the scan loop.
 
     Args:
@@ -33,9 +33,6 @@ class UnitsBeside:
     def _recording(self, path: Path) -> LineRecorder:
         columns = [UnitColumns(address, tuple(pcl601_values(unit))) for address, unit in self.units.items()]
         return LineRecorder(path, columns, {"controller": "pcl601"})
-
-    def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
-        """Ignore events: the line knows nothing of the modules."""
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
         """Advance the line to this scan, and record its traffic."""

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from ...runtime.loop.events import JsonValue
+from ...runtime.loop.listeners import QuietListener
 from ...runtime.loop.rack import Rack
 from ...traces.read.event_text import OF_ADAPTERS, describe
 from ..load.loading import Job, load_rack, scans_to_run
@@ -35,7 +36,7 @@ class SeenError:
 
 
 @dataclass(slots=True)
-class Tally:
+class Tally(QuietListener):
     """A listener that counts. Its size does not grow with the length of a run.
 
     Attributes:
@@ -71,9 +72,6 @@ class Tally:
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
         """Count a scan."""
         self.scans += 1
-
-    def close(self) -> None:
-        """Do nothing: nothing is open."""
 
     @property
     def slots(self) -> int:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import suppress
 
 from ...io_images.image import IMAGE_BYTES
 from ...runtime.config.rackspec import RackSpec
-from ...runtime.loop.events import JsonValue
 from ...runtime.loop.faults import Cause, CpuFault
+from ...runtime.loop.listeners import QuietListener
 from ...runtime.loop.pace import Watchdog
 from ...runtime.loop.rack import SLOT_BYTES
 from ...runtime.loop.scan import ScanLogic
@@ -18,7 +18,7 @@ from ..replay.tag_orders import TagOrders
 from ..run.build import build_playback
 
 
-class InputReplay:
+class InputReplay(QuietListener):
     """A run of a program on the inputs of a recording; a listener of its own scan loop.
 
     Args:
@@ -69,9 +69,6 @@ class InputReplay:
         """Return all present output images."""
         return b"".join([self._memory[span] for span in self._spans])
 
-    def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
-        """Ignore events."""
-
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
         """Compare a scan, and end the run with the last one."""
         row = self.row
@@ -85,6 +82,3 @@ class InputReplay:
     def _differ(self, recorded: bytes) -> bool:
         memory = self._memory
         return recorded != memory and any(recorded[span] != memory[span] for span in self._spans)
-
-    def close(self) -> None:
-        """Do nothing: nothing is open."""

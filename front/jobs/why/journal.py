@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from ...runtime.loop.events import JsonValue
+from ...runtime.loop.listeners import QuietListener
 from ...runtime.loop.rack import Rack
 from ...traces.format.layout import SlotInfo
 from ...traces.read.packed import NotedScans
@@ -12,7 +13,7 @@ from ...traces.read.reader import TraceEvent
 from ...traces.replay import Recording
 
 
-class Journal:
+class Journal(QuietListener):
     """A listener that keeps all scans, packed: a few bytes each."""
 
     def __init__(self, rack: Rack) -> None:
@@ -30,9 +31,6 @@ class Journal:
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
         """Keep a scan."""
         self._scans.add(scan, now_ns, flags, self._memory)
-
-    def close(self) -> None:
-        """Do nothing: nothing is open."""
 
     def recording(self) -> Recording:
         """Return all scans so far; ValueError if there are none yet."""

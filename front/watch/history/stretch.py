@@ -8,6 +8,7 @@ power      its own program's, no other
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -24,38 +25,35 @@ from .timeline import Timeline
 Json = dict[str, Any]
 
 
+@dataclass(eq=False)
 class Stretch:
-    """A program and the scans that it has run.
+    """A program and the scans that it has run, from `first` on.
 
-    Args:
+    Attributes:
         number: number of edits before it.
         logic: None if it is unknown, or must not be run.
         file: of the program.
         lacks: why it can't be shown; "" if it can.
         told: the values of a program in Python.
-
-    Attributes:
-        catalog: the rungs and tags of a ladder program, else None.
-        source: the text of a program in Python, else None.
+        kept: its values.
+        catalog: the rungs and tags of a ladder program; None of any other.
+        source: the text of a program in Python; None of a ladder program.
     """
 
-    def __init__(
-        self,
-        number: int,
-        first: int,
-        logic: ScanLogic | None,
-        file: Path | None,
-        lacks: str,
-        slots: list[int],
-        timeline: Timeline,
-        told: ValueHistory,
-        kept: SnapshotStore,
-    ) -> None:
-        self.number, self.first, self.logic, self._lacks = number, first, logic, lacks
-        self._slots, self._timeline, self._told, self.kept = slots, timeline, told, kept
-        ladder = isinstance(logic, LadderLogic)
-        self.catalog = Catalog(logic) if isinstance(logic, LadderLogic) else None
-        self.source = None if ladder or file is None else PythonSource(file)
+    number: int
+    first: int
+    logic: ScanLogic | None
+    file: Path | None
+    lacks: str
+    slots: list[int]
+    timeline: Timeline
+    told: ValueHistory
+    kept: SnapshotStore
+
+    def __post_init__(self) -> None:
+        ladder = self.logic if isinstance(self.logic, LadderLogic) else None
+        self.catalog = None if ladder is None else Catalog(ladder)
+        self.source = None if ladder is not None or self.file is None else PythonSource(self.file)
 
     @cached_property
     def live(self) -> Shadow | None:
@@ -70,12 +68,12 @@ class Stretch:
     @cached_property
     def lanes(self) -> TagLanes:
         """Returns the points of tags in the timing strip."""
-        return TagLanes(self._timeline, self._shadow(), self._told)
+        return TagLanes(self.timeline, self._shadow(), self.told)
 
     def _shadow(self) -> Shadow | None:
         if not isinstance(self.logic, LadderLogic):
             return None
-        return Shadow(self.logic, self._slots, self._timeline, self.kept)
+        return Shadow(self.logic, self.slots, self.timeline, self.kept)
 
     def described(self, values: Mapping[str, object]) -> Json:
         """Return routines and tags for a page."""
@@ -87,7 +85,7 @@ class Stretch:
             for name, value in values.items()
         ]
         routines = [] if self.source is None else self.source.routines()
-        return {"routines": routines, "tags": tags, "lacks": self._lacks}
+        return {"routines": routines, "tags": tags, "lacks": self.lacks}
 
     def place_of_fault(self, fault: Fault) -> str | None:
         """Return the rung or line of a fault, such as Main.3 or line.py.62; None if unknown."""

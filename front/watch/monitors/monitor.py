@@ -163,6 +163,11 @@ class Monitor(ABC):
             self.exchange_program(page)
             page.due.set()
 
+    def send_all(self, message: Json) -> None:
+        """Send a message to all pages."""
+        for page in self.pages:
+            page.send(message)
+
     def join(self, page: Page) -> None:
         """Add a page."""
         self.greet(page)

@@ -107,7 +107,7 @@ class SessionMonitor(Monitor):
         self._rows_at = max(0, ring.written - ring.shape.rows)
         self._messages_at = ring.messages.oldest
         self._snapshots_at = ring.snapshots.oldest
-        self._session: Json = {"paused": False, "speed": 1.0, "breakpoints": [], "met": [], "fault": ""}
+        self.session: Json = {"paused": False, "speed": 1.0, "breakpoints": [], "met": [], "fault": ""}
         self._late = self._missed = 0
         self._reached: float | None = None
         self._orders = 0
@@ -124,7 +124,7 @@ class SessionMonitor(Monitor):
 
     @override
     def state(self, *, past: bool) -> Json:
-        session = self._session
+        session = self.session
         paused = bool(session["paused"])
         shown: Json = {
             "state": "past" if past else "paused" if paused else "live",
@@ -183,12 +183,6 @@ class SessionMonitor(Monitor):
 
     # --- messages of the scan process
 
-    def _take_event(self, event: Json) -> None:
-        self.log.take(event)
-
-    def _take_forces(self, told: Json) -> None:
-        self.log.forced(told["scan"], told["forces"])
-
     def _take_answer(self, answer: Json) -> None:
         page, number = self._asked.pop(answer["id"], (None, None))
         if page is not None:
@@ -197,9 +191,6 @@ class SessionMonitor(Monitor):
     def _take_values(self, told: Json) -> None:
         self.subject.values.update(told["values"])
         self.subject.told.take(told["scan"], told["values"])
-
-    def _take_state(self, state: Json) -> None:
-        self._session = state
 
     def _take_edit(self, told: Json) -> None:
         """Show the edited program; earlier scans keep theirs."""
@@ -210,17 +201,11 @@ class SessionMonitor(Monitor):
         self._mistake = None
         if told["again"]:
             return  # a branch repeats its parent's edits
-        for page in self.pages:
-            page.send({"edited": {key: told[key] for key in ("text", "new", "changed", "dropped")}})
+        self.send_all({"edited": {key: told[key] for key in ("text", "new", "changed", "dropped")}})
 
     def _take_mistake(self, told: Json | None) -> None:
         self._mistake = told
-        for page in self.pages:
-            page.send({"mistake": told})
-
-    def _take_note(self, text: str) -> None:
-        for page in self.pages:
-            page.send({"note": text})
+        self.send_all({"mistake": told})
 
     def _take_branch(self, told: Json) -> None:
         """Begin again: the rack takes another course from a past scan on."""
@@ -300,14 +285,14 @@ class SessionMonitor(Monitor):
 
 
 _TAKE: Mapping[str, Callable[[SessionMonitor, Any], None]] = {
-    "event": SessionMonitor._take_event,
+    "event": lambda monitor, event: monitor.log.take(event),
     "answer": SessionMonitor._take_answer,
-    "state": SessionMonitor._take_state,
-    "forces": SessionMonitor._take_forces,
+    "state": lambda monitor, state: setattr(monitor, "session", state),
+    "forces": lambda monitor, told: monitor.log.forced(told["scan"], told["forces"]),
     "values": SessionMonitor._take_values,
     "branch": SessionMonitor._take_branch,
     "edited": SessionMonitor._take_edit,
     "mistake": SessionMonitor._take_mistake,
-    "note": SessionMonitor._take_note,
+    "note": lambda monitor, text: monitor.send_all({"note": text}),
 }
 """Messages of the scan process by their key."""

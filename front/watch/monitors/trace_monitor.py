@@ -136,8 +136,7 @@ class TraceMonitor(Monitor):
             self._lost, self._index_end = first, min(self._index_end, first - 1)
             self.subject.programs.lose(first)
             (note,) = lost_notes([first])
-            for page in self.pages:
-                page.send({"note": note})
+            self.send_all({"note": note})
             self.wake()
 
     def _go_on_to(self, last: int) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from typing import Any
 
 from typing_extensions import override
@@ -12,10 +11,9 @@ from ....io_images.amci3601.bits import InputBit
 from ....io_images.amci3601.words import is_stepper
 from ....io_images.image import Image
 from ....runtime.config.rackspec import RackSpec, SlotSpec
-from ....runtime.loop.events import JsonValue
 from ....runtime.loop.exposed import ExposedModule
 from ....runtime.loop.incidents import TROUBLES, FaultKind, Incident
-from ....runtime.loop.listeners import ScanListener
+from ....runtime.loop.listeners import QuietListener
 from ....runtime.loop.rack import Slot
 from ....runtime.machine import Machine, MachineSpec, Switch
 from ....runtime.machine.spec import input_name
@@ -65,7 +63,7 @@ def _fed_by_bench(machine: MachineSpec) -> list[Switch]:
     return [switch for switch in machine.switches if switch.input not in told]
 
 
-class DriveScript(ScanListener):
+class DriveScript(QuietListener):
     """A listener that records what a module receives.
 
     Attributes:
@@ -87,10 +85,6 @@ class DriveScript(ScanListener):
         self._lines: list[dict[str, Any]] = [{"new": _bench(spec, slot)}]
         self._before: tuple[list[int], int] = (list(Image()), 0)
         self._scans = 0
-
-    @override
-    def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
-        """Ignore events."""
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
         """Begin a new request where something is new."""
