@@ -103,11 +103,8 @@ class Editor:
             edition = self._editions.with_copy(edition_of(job))
         except (ValueError, OSError) as error:
             mistake = mistake_of(error, self._job.program)
-            return lambda: self._tell_mistake(mistake)
+            return lambda: self._tell({"mistake": mistake})
         return lambda: self._order(edition, job)
-
-    def _tell_mistake(self, mistake: Json) -> None:
-        self._tell({"mistake": mistake})
 
     def _order(self, edition: Edition, job: Job) -> Edit | None:
         """Return the order that continues with a program; None if it already runs."""

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 from ...io_images.addresses import Address, parse_address
 from ...io_images.image import UNSIGNED_MAX, WORD_MIN
-from .rack import Rack, Slot
+from .rack import Rack
 
 WORD_MASK = 0xFFFF
 
@@ -130,9 +130,9 @@ class Forces:
         for place, value in self._wanted.items():
             if place.image == image:
                 key = place.slot, place.word
-                masked = masks.setdefault(
-                    key, _MaskedWord(_unsigned(self._rack.slots[place.slot], image), place.word)
-                )
+                slot = self._rack.slots[place.slot]
+                words = (slot.inputs if image == "I" else slot.outputs).raw.cast("H")
+                masked = masks.setdefault(key, _MaskedWord(words, place.word))
                 _add(masked, place.bit, value)
         return tuple(masks.values())
 
@@ -150,7 +150,3 @@ def _add(masked: _MaskedWord, bit: int | None, value: int) -> None:
     raised = value & WORD_MASK if bit is None else value << bit
     masked.keep &= ~mask
     masked.put = masked.put & ~mask | raised
-
-
-def _unsigned(slot: Slot, image: str) -> memoryview:
-    return (slot.inputs if image == "I" else slot.outputs).raw.cast("H")

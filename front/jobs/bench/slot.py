@@ -6,7 +6,6 @@ from collections.abc import Callable
 from typing import Any
 
 from ...io_images.amci3601 import StatusView, status_names
-from ...io_images.amci3601.bits import InputBit
 from ...io_images.image import Image
 from ...runtime.loop.incidents import TROUBLES, FaultKind
 from ...runtime.loop.rack import Slot
@@ -122,11 +121,9 @@ class SlotBench:
             return f"slot {self.number}: {self.status}; outputs {list(self.outputs)}"
         msw, lsw = self.inputs[0] & 0xFFFF, self.inputs[1] & 0xFFFF
         bits = " ".join(status_names(msw, lsw)) or "no bit"
-        held = [name for name, bit in INPUT_NAMES.items() if self._levels() & bit]
+        levels = self._device.machine.levels(self._now_ns())
+        held = [name for name, bit in INPUT_NAMES.items() if levels & bit]
         return (
             f"slot {self.number}: {bits}; position {self.status.position}, shaft {self.shaft}; "
             f"energised {', '.join(held) or 'nothing'}; outputs {list(self.outputs)}"
         )
-
-    def _levels(self) -> InputBit:
-        return InputBit(self._device.machine.levels(self._now_ns()) & sum(InputBit))

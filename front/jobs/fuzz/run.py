@@ -205,7 +205,8 @@ class _Watcher(QuietListener):
         """Note a failure unless it is a known one; return whether it is noted."""
         broken = self.told(asked.invariant.name, asked.invariant.sentence, why)
         origin = getattr(asked.watch, "origin_scan", broken.scan)
-        broken = replace(broken, cause=_leading(self._fired.get(origin, ())) or self._place())
+        refused = next((rule for rule in self._fired.get(origin, ()) if rule in REFUSALS), "")
+        broken = replace(broken, cause=refused or self._place())
         if broken.key in self._known:
             return False
         self.broken = broken
@@ -232,11 +233,6 @@ class _Watcher(QuietListener):
         self.moment.scan, self.moment.ns = fault.scan, fault.now_ns
         broken = self.told(NO_FAULT, "The program does not fault the CPU", f"{fault.text} [{fault.where}]")
         return replace(broken, cause=HANGS if fault.cause is Cause.WATCHDOG else Path(fault.where).name)
-
-
-def _leading(rules: Sequence[str]) -> str:
-    """Return the rule that a failure is known by: the first that refuses what the program asked for."""
-    return next((rule for rule in rules if rule in REFUSALS), "")
 
 
 REFUSALS = frozenset(

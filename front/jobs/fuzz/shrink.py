@@ -138,7 +138,9 @@ def simpler_parts(part: Any, inputs: Inputs, scan_ns: int) -> Iterator[Any]:
     if isinstance(part, Signal) and part.value == int(part.value):
         yield from (replace(part, value=float(value)) for value in rounder(int(part.value)))
     if isinstance(part, Incident) and len(part.late_words) > 1:
-        yield from (replace(part, late_words=words) for words in _all_but_one(part.late_words))
+        words = part.late_words
+        fewer = (words[:place] + words[place + 1 :] for place in range(len(words)))
+        yield from (replace(part, late_words=each) for each in fewer)
     if isinstance(part, LostSteps):
         yield from (replace(part, at=at) for at in rounder(part.at))
     if isinstance(part, LostSteps | Shift):
@@ -146,10 +148,6 @@ def simpler_parts(part: Any, inputs: Inputs, scan_ns: int) -> Iterator[Any]:
     if isinstance(part, tuple):  # a slot and its firmware
         slot, version = part
         yield from ((slot, newer) for newer in _newer(version))
-
-
-def _all_but_one(words: tuple[int, ...]) -> Iterator[tuple[int, ...]]:
-    return (words[:place] + words[place + 1 :] for place in range(len(words)))
 
 
 def _newer(version: str) -> Iterator[str]:

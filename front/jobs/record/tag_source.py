@@ -135,7 +135,7 @@ class ProgramTags:
         own |= {"__slowly": self._slowly, "__error": Exception}
         call = f"__pack(__images(), {', '.join(sources)})"
         body = f"try:\n   return {call}\n  except __error:\n   return __slowly()"
-        variables = {**cells, **_cells(own)}
+        variables = {**cells, **{name: CellType(value) for name, value in own.items()}}
         self.take: Callable[[], bytes] = _function(body, variables, namespace)
         self._single = [
             (each.tag, _function(f"return [{source}]", variables, namespace))
@@ -254,10 +254,6 @@ def _services(
         else:
             sources.append(each.source)
     return own, sources
-
-
-def _cells(values: Mapping[str, object]) -> dict[str, CellType]:
-    return {name: CellType(value) for name, value in values.items()}
 
 
 def _function(body: str, cells: Mapping[str, CellType], namespace: dict[str, Any]) -> Callable[[], Any]:

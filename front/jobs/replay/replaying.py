@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from enum import StrEnum
 from itertools import pairwise
 
@@ -122,7 +122,8 @@ def recorded_rack(recording: Recording, spec: RackSpec) -> Rack:
 
 def score_of(recording: Recording) -> Score:
     """Return numbers, times, modes and forces of the scans of a recording."""
-    return Score(recording.numbers, recording.times, recording.flags, _forces(recording))
+    forces = {event.scan: image_forces(event) for event in recording.events if event.topic == "/forces"}
+    return Score(recording.numbers, recording.times, recording.flags, forces)
 
 
 def edit_notes(events: Iterable[TraceEvent]) -> list[str]:
@@ -176,10 +177,6 @@ def _gaps(numbers: Sequence[int]) -> Iterator[str]:
         if after != before + 1:
             missing = f"scans {before + 1} to {after - 1} are missing"
             yield f"{missing}: outputs and inputs are taken to stay as they were in scan {before}"
-
-
-def _forces(recording: Recording) -> Mapping[int, Mapping[str, int]]:
-    return {event.scan: image_forces(event) for event in recording.events if event.topic == "/forces"}
 
 
 def image_forces(event: TraceEvent) -> dict[str, int]:

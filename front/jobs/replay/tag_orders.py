@@ -37,7 +37,8 @@ class TagOrders:
 
     def __init__(self, score: Score, events: Sequence[TraceEvent]) -> None:
         session = any(event.topic == ORDERS.name for event in events)
-        self._given = list(_of_session(events) if session else _of_forces(events))
+        given = orders_of(events) if session else _of_forces(events)
+        self._given = [each for each in given if isinstance(each.order, Write | Force | Unforce)]
         self.notes = [] if session else list(_unknown(score, events))
 
     def program(self, logic: ScanLogic) -> ScanLogic:
@@ -63,10 +64,6 @@ class TagOrders:
         cpu.add_listener(repeated)
         repeated.begin()
         return repeated
-
-
-def _of_session(events: Sequence[TraceEvent]) -> Iterator[GivenOrder]:
-    return (each for each in orders_of(events) if isinstance(each.order, Write | Force | Unforce))
 
 
 def _of_forces(events: Sequence[TraceEvent]) -> Iterator[GivenOrder]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from contextlib import ExitStack, closing
 
 from ...runtime.config.quantities import exact_ns
@@ -128,7 +128,7 @@ def build_playback(
         rack,
         logic,
         spec.scan_ns,
-        exchange=_recorded_exchange(spec) if recorded else _exchange(spec),
+        exchange=_exchange(spec, RecordedAtRpi if recorded else EveryRpi),
         listeners=listeners,
         watchdog=watchdog or Watchdog(exact_ns(spec.watchdog_ms, "ms")),
     )
@@ -143,12 +143,8 @@ def slot_seed(seed: int, number: int) -> int:
     return seed + ((number - 1) << 32)
 
 
-def _recorded_exchange(spec: RackSpec) -> Exchange:
-    return RecordedAtRpi(spec.rpi_ns) if spec.controller == "compactlogix" else EndOfScan()
-
-
-def _exchange(spec: RackSpec) -> Exchange:
-    return EveryRpi(spec.rpi_ns) if spec.controller == "compactlogix" else EndOfScan()
+def _exchange(spec: RackSpec, at_rpi: Callable[[int], Exchange] = EveryRpi) -> Exchange:
+    return at_rpi(spec.rpi_ns) if spec.controller == "compactlogix" else EndOfScan()
 
 
 NO_SAFETY_SYSTEM = (

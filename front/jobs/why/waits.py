@@ -23,7 +23,6 @@ from ...io_images.amci3601 import (
     CommandMsw,
     Firmware,
     Parameters,
-    Rule,
     StatusLsw,
     StatusMsw,
     check,
@@ -257,10 +256,9 @@ def _cause(past: SlotPast, bit: StatusMsw) -> str:
         named = each.fields.get("bits")
         if isinstance(named, list) and bit.name in named:
             rule = RULES.get(str(each.fields.get("name")))
-            return _of(rule) if rule else describe(each.topic, each.scan, each.fields)
+            if rule is None:
+                return describe(each.topic, each.scan, each.fields)
+            sentence = rule.text[:1].lower() + rule.text[1:].removesuffix(".")
+            return f"{sentence} [{rule.id}, {rule.section}]"
     lists = [rule.section for rule in RULES.values() if rule.list_of == bit.value]
     return f"the manual lists what sets it in {lists[0].rstrip(' 0123456789')}" if lists else "see chapter 6"
-
-
-def _of(rule: Rule) -> str:
-    return f"{rule.text[:1].lower()}{rule.text[1:].removesuffix('.')} [{rule.id}, {rule.section}]"

@@ -188,14 +188,12 @@ class EventLog:
 
     def rules_at(self, scan: int | None) -> list[Json]:
         """Return the rule that last set each bit, up to a scan."""
-        latest = self._latest_rules.values() if scan is None else self._rules_up_to(scan).values()
-        if self.earlier is None:
-            return list(latest)
-        known = {(each["slot"], each["bit"]): each for each in (*self.earlier.rules_at(scan), *latest)}
-        return list(known.values())
-
-    def _rules_up_to(self, scan: int) -> dict[tuple[int, str], Json]:
-        return {(each["slot"], each["bit"]): each for each in self._rules if each["scan"] <= scan}
+        earlier = [] if self.earlier is None else self.earlier.rules_at(scan)
+        if scan is None:
+            own: Iterable[Json] = self._latest_rules.values()
+        else:
+            own = (each for each in self._rules if each["scan"] <= scan)
+        return list({(each["slot"], each["bit"]): each for each in (*earlier, *own)}.values())
 
 
 class _StateHistory:

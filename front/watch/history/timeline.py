@@ -8,7 +8,7 @@ A row from a trace has no figures and no wall-clock time: neither is recorded.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +16,7 @@ import numpy as np
 
 from ...runtime.live.ring import Row, Rows
 from ...traces.format.records import TraceError
-from ...traces.format.tagplan import TagField, TagPlan
+from ...traces.format.tagplan import TagField
 from ...traces.read.arrays import extent, read_columns
 from ...traces.read.columns import Columns, Selection
 from ...traces.read.reader import Trace, open_trace
@@ -81,7 +81,8 @@ class Timeline:
         """Return the times, ns, of the scans from one to another, and the values of each recorded tag."""
         trace = self.opened()
         plan = None if trace is None else trace.head.tags
-        if trace is None or plan is None or not set(names) & set(_addresses(plan)):
+        known = () if plan is None else (address for each in plan.fields for address in each.tag.addresses)
+        if trace is None or plan is None or not set(names) & set(known):
             return [], {}
         self.follow()
         columns = read_columns(trace, Selection(first, last), tags=True)
@@ -197,10 +198,6 @@ def _recorded_tags(trace: Trace, scan: int) -> dict[str, Any]:
         for address, values in field.columns(rows)
     }
     return whole | elements
-
-
-def _addresses(plan: TagPlan) -> Iterator[str]:
-    return (address for field in plan.fields for address in field.tag.addresses)
 
 
 def _shown(field: TagField, value: Any, texts: Mapping[int, str]) -> Any:

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from .busy import Rests
 from .invariants import Invariant, Watch, always, never
-from .scan_view import Moment, SlotMoment
+from .scan_view import Moment
 
 
 def _any_slot(now: Moment, bit: str) -> bool:
@@ -31,14 +31,10 @@ def home_invalid(now: Moment) -> bool:
     return _any_slot(now, "HOME_INVALID")
 
 
-def _one_motion(slot: SlotMoment) -> bool:
-    return slot.motions <= 1
-
-
 @always
 def one_motion(now: Moment) -> bool:
     """Never two motion commands at once."""
-    return all(map(_one_motion, now.slot.values()))
+    return all(slot.motions <= 1 for slot in now.slot.values())
 
 
 def _commands_end() -> Watch:

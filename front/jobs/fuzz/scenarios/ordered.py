@@ -50,7 +50,7 @@ def _turns(given: Iterable[RecordedOrder], spec: RackSpec, end_ns: int) -> Itera
 
 def _pushes(given: Iterable[RecordedOrder], spec: RackSpec, end_ns: int) -> Iterator[Push]:
     """Yield the times in which a contact of a card was operated."""
-    cards = [slot for slot in spec.slot if _is_card(slot.words.groups)]
+    cards = [slot for slot in spec.slot if "input" in slot.words.groups]
     closed = {slot.number: slot.options.get("normally_closed", ()) for slot in cards}
     levels: dict[tuple[int, str], list[tuple[int, bool]]] = defaultdict(list)
     for scan, order in given:
@@ -63,7 +63,3 @@ def _pushes(given: Iterable[RecordedOrder], spec: RackSpec, end_ns: int) -> Iter
         for (at_ns, operated), until_ns in zip(changes, ends, strict=True):
             if operated and until_ns > at_ns:
                 yield Push(slot, name, at_ns, until_ns - at_ns)
-
-
-def _is_card(groups: object) -> bool:
-    return isinstance(groups, dict) and "input" in groups

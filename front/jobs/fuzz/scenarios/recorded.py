@@ -19,17 +19,14 @@ def recorded_scenario(stimuli: Iterable[Stimulus], spec: RackSpec, end_ns: int) 
     CPU is taken from the rack, which has it exactly.
     """
     machines = {slot.number: slot.machine for slot in spec.slot}
+    made_again = {(slot.number, each.input) for slot in spec.slot for each in slot.machine.stations}
     by_input: dict[tuple[int, InputBit], list[Stimulus]] = defaultdict(list)
     for each in stimuli:
-        if each.slot in machines and not _of_a_station(machines[each.slot], each.input):
+        if each.slot in machines and (each.slot, each.input) not in made_again:
             by_input[each.slot, each.input].append(each)
     presses = [press for found in by_input.values() for press in _presses(found, machines, end_ns)]
     presses.sort(key=lambda press: (press.at_ns, press.slot, press.input.value))
     return Scenario(presses=tuple(presses), incidents=spec.incidents)
-
-
-def _of_a_station(machine: MachineSpec, bit: InputBit) -> bool:
-    return any(station.input is bit for station in machine.stations)
 
 
 def _presses(stimuli: Sequence[Stimulus], machines: dict[int, MachineSpec], end_ns: int) -> Iterator[Press]:
