@@ -25,9 +25,9 @@ from pymodbus.pdu import DecodePDU
 from pymodbus.pdu.register_message import ReadHoldingRegistersResponse
 from scanrack.io_images.pcl601 import MAP, Register, word_of
 from scanrack.runtime.controllers.pcl601.line import FORMATS, PORT_TIMING, SERIAL_TIMING, Pcl601
-from scanrack.runtime.controllers.pcl601.pins import Contact
 from scanrack.runtime.line.rtu import Timing, crc, frame
 from scanrack.runtime.line.wire import SerialBus
+from scanrack.runtime.machine.contacts import Contact
 
 MS = 1_000_000
 READ_ALL = frame(1, bytes.fromhex("03 00 00 00 26"))

@@ -9,7 +9,7 @@ import pytest
 from programs601 import MS, Bench, sample
 from scanrack.io_images.pcl601 import Code, Error, Register
 from scanrack.runtime.controllers.pcl601.motor import EncoderModel
-from scanrack.runtime.controllers.pcl601.pins import GROUND, OPEN, Contact
+from scanrack.runtime.machine.contacts import GROUND, OPEN, Contact
 
 
 def test_sample_1_stops_at_4000_8000_and_0_for_ever() -> None:

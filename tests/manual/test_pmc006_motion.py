@@ -8,8 +8,9 @@ import pytest
 from bench006 import MS, Bench006
 from scanrack.io_images.pmc006.status import Status1, Status2
 from scanrack.runtime.controllers.pmc006.line import Pmc006
-from scanrack.runtime.controllers.pmc006.pins import Pin, SwitchPin
+from scanrack.runtime.controllers.pmc006.pins import Pin
 from scanrack.runtime.controllers.pmc006.ramps import Pmc006Speeds, plan_move, plan_run, plan_slowing
+from scanrack.runtime.machine.contacts import Contact
 
 # 4.3.3's table, transcribed
 ACCELERATIONS = {1: 77440, 2: 48410, 3: 27170, 4: 21510, 5: 14080, 6: 10460, 7: 6915, 8: 5210}
@@ -298,7 +299,7 @@ def test_4_1_1_stepping_on_towards_an_active_limit_is_error_7(pin: Pin, bit: int
 
 def test_4_3_6_a_switch_on_the_way_stops_the_motor_on_its_step() -> None:
     bench = constant()
-    bench.pin(Pin.EXT2, SwitchPin(1233, True))  # high up to 1233
+    bench.pin(Pin.EXT2, Contact(low=1234))  # high up to 1233
     bench.set(ext_stop_enable=2)
     bench.ask("s", 3000)
     bench.wait(3000)
@@ -309,7 +310,7 @@ def zero_back_bench(last_high: int) -> Bench006:
     """Return a bench with an opto on EXT1, blocked (high) up to a position, and rising edges."""
     bench = Bench006()
     bench.set(ext_trigger_mode=3, zero_back_speed=1000)
-    bench.pin(Pin.EXT1, SwitchPin(last_high, True))
+    bench.pin(Pin.EXT1, Contact(low=last_high + 1))
     return bench
 
 
@@ -361,7 +362,7 @@ def test_4_3_13_a_stroke_used_up_clears_home_and_leaves_the_position() -> None:
 
 def test_4_3_13_the_factory_trigger_takes_low_for_the_switch() -> None:
     bench = Bench006()
-    bench.pin(Pin.EXT1, SwitchPin(-101, False))  # low up to -101
+    bench.pin(Pin.EXT1, Contact(high=-101))  # low up to -101
     bench.ask("8", 2000)
     bench.wait(3000)
     assert (bench.controller.axis.physical, bench.position) == (-101, 0)
@@ -369,7 +370,7 @@ def test_4_3_13_the_factory_trigger_takes_low_for_the_switch() -> None:
 
 def test_4_3_13_ext2_stops_a_zero_back_if_it_is_armed_and_abort_ends_it() -> None:
     bench = zero_back_bench(-5000)
-    bench.pin(Pin.EXT2, SwitchPin(-301, False))
+    bench.pin(Pin.EXT2, Contact(high=-301))
     bench.set(ext_stop_enable=2, ext_trigger_mode=1)
     bench.ask("8", 20_000)
     bench.wait(3000)

@@ -15,7 +15,7 @@ from collections.abc import Iterator
 
 import pytest
 from pymodbus.client import ModbusTcpClient
-from scanrack.runtime.controllers.pcl601.pins import GROUND, OPEN
+from scanrack.runtime.machine.contacts import GROUND, OPEN
 from serving601 import Serving, serving
 
 GO, STOP_HARD = 1, 5

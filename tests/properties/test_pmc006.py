@@ -13,9 +13,10 @@ from scanrack.io_images.pmc006.instructions import INSTRUCTIONS
 from scanrack.io_images.pmc006.program import USER_OPS, UserInstruction, assemble, disassemble
 from scanrack.runtime.controllers.pmc006.controller import Pmc006Controller
 from scanrack.runtime.controllers.pmc006.line import Pmc006
-from scanrack.runtime.controllers.pmc006.pins import Pin, SwitchPin
+from scanrack.runtime.controllers.pmc006.pins import Pin
 from scanrack.runtime.controllers.pmc006.ramps import Pmc006Speeds, plan_move, plan_run, plan_slowing
 from scanrack.runtime.kinematics import FOREVER
+from scanrack.runtime.machine.contacts import Contact
 
 int32 = st.integers(-(1 << 31), (1 << 31) - 1)
 bytes_ = st.integers(0, 255)
@@ -109,7 +110,9 @@ happenings = st.one_of(
     st.tuples(st.sampled_from([row.code for row in INSTRUCTIONS]), st.integers(0, 9) | st.integers(0, 5000)),
     st.tuples(
         st.sampled_from(Pin),
-        st.booleans() | st.builds(SwitchPin, st.integers(-300, 300), st.booleans()),
+        st.booleans()
+        | st.builds(Contact, low=st.integers(-300, 300))
+        | st.builds(Contact, high=st.integers(-300, 300)),
     ),
     st.just("power"),
 )

@@ -9,10 +9,11 @@ from scanrack.io_images.pmc006.status import Status1, Status2
 from scanrack.runtime.controllers.pmc006.controller import Pmc006Controller
 from scanrack.runtime.controllers.pmc006.line import Pmc006
 from scanrack.runtime.controllers.pmc006.options import Pmc006Switches
-from scanrack.runtime.controllers.pmc006.pins import Pin, SwitchPin
+from scanrack.runtime.controllers.pmc006.pins import Pin
 from scanrack.runtime.kinematics import FOREVER
 from scanrack.runtime.line.pmc006_frames import LINE_FORMAT
 from scanrack.runtime.line.wire import SerialBus
+from scanrack.runtime.machine.contacts import Contact
 
 MS = 1_000_000
 SILENCE_NS = 300 * MS
@@ -55,13 +56,13 @@ class Bench006:
         """Let time run."""
         self.bus.run_until(self.bus.now_ns + round(ms * MS))
 
-    def pin(self, pin: Pin, level: bool | SwitchPin) -> None:
+    def pin(self, pin: Pin, level: bool | Contact) -> None:
         """Give a pin a level."""
         self.controller.set_pin(pin, level)
 
     def power_cycle(self) -> None:
         """Take the power away and give it back."""
-        self.device.power_cycle()
+        self.device.power_cycle(self.bus.now_ns)
         self.address = self.controller.address
 
     @property

@@ -10,9 +10,9 @@ from typing import Any
 
 from scanrack.commands.wire.serve import server_for
 from scanrack.jobs.run.served_units import Unit, pcl601_units
-from scanrack.runtime.controllers.pcl601.pins import Contact
 from scanrack.runtime.line.ports import Server, Stop, serve_until_interrupted
 from scanrack.runtime.loop.pace import Clock
+from scanrack.runtime.machine.contacts import Contact
 
 
 class Serving:

@@ -16,10 +16,11 @@ from ...io_images.pcl601.terminals import INPUTS, OUTPUT_COUNT
 from ...runtime.controllers.pcl601.controller import Pcl601Controller
 from ...runtime.controllers.pcl601.line import Pcl601
 from ...runtime.controllers.pcl601.motor import EncoderKind, EncoderModel
-from ...runtime.controllers.pcl601.pins import FULL_SCALE_VOLTS, GROUND, OPEN, Contact
+from ...runtime.controllers.pcl601.pins import FULL_SCALE_VOLTS
 from ...runtime.controllers.pcl601.program import load
 from ...runtime.controllers.pcl601.wiring import Wiring
 from ...runtime.loop.events import JsonValue
+from ...runtime.machine.contacts import GROUND, OPEN, Contact
 from .requests import Strict
 from .wire_bench import WireBench, WireTarget, pin_state
 

@@ -11,8 +11,9 @@ from ...io_images.pmc006.frame import FACTORY_ADDRESS
 from ...io_images.pmc006.program import assemble
 from ...runtime.controllers.pmc006.controller import Pmc006Controller
 from ...runtime.controllers.pmc006.line import Pmc006
-from ...runtime.controllers.pmc006.pins import Pin, SwitchPin
+from ...runtime.controllers.pmc006.pins import Pin
 from ...runtime.loop.events import JsonValue
+from ...runtime.machine.contacts import Contact
 from .requests import Strict
 from .wire_bench import WireBench, WireTarget, pin_state
 
@@ -24,10 +25,10 @@ class Pmc006BenchOptions(Strict):
     program: str | None = None
 
 
-LEVELS: dict[str, bool | SwitchPin] = {"low": False, "high": True}
-FOLLOWERS: dict[str, Callable[[int], bool | SwitchPin]] = {
-    "high_when_pos_le": lambda position: SwitchPin(position, True),
-    "high_when_pos_ge": lambda position: SwitchPin(position - 1, False),
+LEVELS: dict[str, bool | Contact] = {"low": False, "high": True}
+FOLLOWERS: dict[str, Callable[[int], bool | Contact]] = {
+    "high_when_pos_le": lambda position: Contact(low=position + 1),
+    "high_when_pos_ge": lambda position: Contact(high=position - 1),
 }
 FORMS = '"low", "high", {"high_when_pos_le": N, "else": "low"} and the same with ge, N a number of steps'
 
@@ -43,7 +44,7 @@ class Pmc006Env(Strict):
 
     @field_validator("*")
     @classmethod
-    def _understood(cls, value: Any) -> bool | SwitchPin:
+    def _understood(cls, value: Any) -> bool | Contact:
         if isinstance(value, dict):
             value = {key: position for key, position in value.items() if (key, position) != ("else", "low")}
         return pin_state(value, LEVELS, FOLLOWERS, FORMS)
@@ -63,7 +64,7 @@ def _target(options: Pmc006BenchOptions) -> WireTarget[Pmc006Env]:
 
     def set_env(_now_ns: int, env: Pmc006Env) -> None:
         for name, pin in PINS.items():
-            level: bool | SwitchPin | None = getattr(env, name)
+            level: bool | Contact | None = getattr(env, name)
             if level is not None:
                 controller.set_pin(pin, level)
 

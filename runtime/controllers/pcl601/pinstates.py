@@ -10,7 +10,8 @@ from __future__ import annotations
 from fractions import Fraction
 
 from ....io_images.pcl601.terminals import INPUTS
-from .pins import FAR, FULL_SCALE_VOLTS, GROUND, OPEN, Contact, Pcl601Pins
+from ...machine.contacts import FAR, GROUND, OPEN, Contact
+from .pins import FULL_SCALE_VOLTS, Pcl601Pins
 
 LEVELS = {"ground": GROUND, "open": OPEN, "high": OPEN}
 

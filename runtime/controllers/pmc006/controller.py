@@ -15,11 +15,12 @@ from ....io_images.pmc006.instructions import ATTENUATION_PERCENT, BY_CODE, BY_N
 from ....io_images.pmc006.program import UserProgram
 from ....io_images.pmc006.status import GPIO_EFFECTIVE, Gpio, Level, Status1, Status2
 from ....io_images.site import SettingError
+from ...machine.contacts import Contact
 from .axis import MotorActivity, SimulatedPmc006Axis
 from .interpreter import Interpreter
 from .memory import Memory
 from .options import Pmc006Switches
-from .pins import Pin, Pmc006Pins, SwitchPin
+from .pins import Pin, Pmc006Pins
 
 SUPPLY_LIMIT_V = 9.0
 """Least supply voltage [7]; below it status bit UVL is set."""
@@ -112,7 +113,7 @@ class Pmc006Controller:
             self.memory[row.name] = data
         return self.memory[row.shows or row.name]
 
-    def set_pin(self, pin: Pin, level: bool | SwitchPin) -> None:
+    def set_pin(self, pin: Pin, level: bool | Contact) -> None:
         """Hold an input high (True) or low from now on, or connect it to a switch."""
         self.pins.hold(pin, level)
         self.pins.sense(self.axis.physical)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from enum import IntFlag
+
+from ...machine.contacts import Contact, nearest_edge
 
 
 class Pin(IntFlag):
@@ -18,24 +19,6 @@ class Pin(IntFlag):
     """GPI09; user programs call it GPI2 (reading)."""
 
 
-@dataclass(frozen=True, slots=True)
-class SwitchPin:
-    """A switch on the machine: high on one side of a point, low on the other."""
-
-    last: int  # the last physical position, in steps, of the lower side
-    high_below: bool  # whether the lower side is the high one
-
-    def high(self, position: int) -> bool:
-        """Return whether the pin is high with the motor at a position."""
-        return (position <= self.last) == self.high_below
-
-    def next_change(self, position: int, direction: int) -> int | None:
-        """Return the next position, in a direction, at which the pin changes, or None."""
-        if direction > 0:
-            return self.last + 1 if position <= self.last else None
-        return self.last if position > self.last else None
-
-
 class Pmc006Pins:
     """The pins, all high at first: no opto-coupler conducts [3.11].
 
@@ -45,23 +28,23 @@ class Pmc006Pins:
     """
 
     def __init__(self) -> None:
-        self._held: dict[Pin, bool | SwitchPin] = dict.fromkeys(Pin, True)
+        self._held: dict[Pin, bool | Contact] = dict.fromkeys(Pin, True)
         self._fixed = sum(Pin)  # the pins that are held high
-        self._switches: dict[Pin, SwitchPin] = {}
+        self._switches: dict[Pin, Contact] = {}
         self.levels = sum(Pin)
         self.on_change: Callable[[int, int], None] | None = None
 
-    def hold(self, pin: Pin, level: bool | SwitchPin) -> None:
-        """Set a pin's level, True for high, or connect a switch; `sense` reports the change."""
+    def hold(self, pin: Pin, level: bool | Contact) -> None:
+        """Set a pin, True for high, or connect a switch, low while closed; `sense` reports the change."""
         self._held[pin] = level
         self._fixed = sum(pin for pin, level in self._held.items() if level is True)
-        self._switches = {pin: level for pin, level in self._held.items() if isinstance(level, SwitchPin)}
+        self._switches = {pin: level for pin, level in self._held.items() if isinstance(level, Contact)}
 
     def sense(self, position: int) -> None:
         """Read the pins with the motor at a position; report changes."""
         levels = self._fixed
         for pin, switch in self._switches.items():
-            if switch.high(position):
+            if not switch.closed(position):
                 levels += pin
         changed, self.levels = levels ^ self.levels, levels
         if changed and self.on_change is not None:
@@ -69,6 +52,4 @@ class Pmc006Pins:
 
     def next_change(self, position: int, direction: int) -> int | None:
         """Return the next position, in a direction, at which a pin changes, or None."""
-        changes = (switch.next_change(position, direction) for switch in self._switches.values())
-        ahead = [at for at in changes if at is not None]
-        return min(ahead, key=lambda at: abs(at - position), default=None)
+        return nearest_edge(self._switches.values(), position, direction)

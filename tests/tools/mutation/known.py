@@ -104,8 +104,8 @@ EQUIVALENT = (
         "no tag is wider than the computation whose result it takes",
     ),
     Equivalent(
-        "runtime/controllers/pmc006/pins.py",
-        "SwitchPin.next_change",
+        "runtime/machine/contacts.py",
+        "Contact.edge_after",
         "direction > 0",
         "direction >= 0",
         A_DIRECTION,

@@ -6,8 +6,8 @@ import pytest
 from adapterbench import CONFIGURE, AdapterBench, move
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.io_images.pcl601 import Register
-from scanrack.runtime.controllers.pcl601.pins import GROUND
 from scanrack.runtime.machine import Switch
+from scanrack.runtime.machine.contacts import GROUND
 
 
 def test_before_the_first_good_exchange_the_module_is_not_ok():

@@ -14,7 +14,6 @@ from scanrack.io_images.pcl601 import Code, Error
 from scanrack.io_images.pcl601.registers import firmware_text
 from scanrack.runtime.controllers.pcl601.line import PORT_TIMING, Pcl601
 from scanrack.runtime.controllers.pcl601.motor import EncoderModel
-from scanrack.runtime.controllers.pcl601.pins import GROUND, Contact
 from scanrack.runtime.line.clients.link import (
     BadAnswerError,
     NoAnswerError,
@@ -29,6 +28,7 @@ from scanrack.runtime.line.clients.pcl601 import READABLE, SETTABLE, Pcl601Clien
 from scanrack.runtime.line.clients.watching import LostSightError
 from scanrack.runtime.line.ports import ModbusTcpPort, PduServer
 from scanrack.runtime.loop.pace import Clock
+from scanrack.runtime.machine.contacts import GROUND, Contact
 from typer.testing import CliRunner, Result
 
 GO = bytes.fromhex("06 00 00 00 01")

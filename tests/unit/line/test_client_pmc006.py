@@ -11,7 +11,7 @@ from scanrack.io_images.pmc006.instructions import BY_CODE, BY_NAME, Kind
 from scanrack.io_images.pmc006.status import Status1, Status2
 from scanrack.runtime.controllers.pmc006.controller import Pmc006Controller
 from scanrack.runtime.controllers.pmc006.line import Pmc006
-from scanrack.runtime.controllers.pmc006.pins import Pin, SwitchPin
+from scanrack.runtime.controllers.pmc006.pins import Pin
 from scanrack.runtime.line.clients.link import (
     BadAnswerError,
     NoAnswerError,
@@ -23,6 +23,7 @@ from scanrack.runtime.line.clients.link import (
 from scanrack.runtime.line.clients.pmc006 import BY_ZERO, SETTABLE, Pmc006Client
 from scanrack.runtime.line.clients.watching import LostSightError
 from scanrack.runtime.line.pmc006_frames import LINE_FORMAT
+from scanrack.runtime.machine.contacts import Contact
 from typer.testing import CliRunner, Result
 
 STEP = 0x73
@@ -158,7 +159,7 @@ def test_a_refusal_is_told() -> None:
 
 def test_a_move_that_ends_early_says_why() -> None:
     controller = Pmc006Controller()
-    controller.set_pin(Pin.EXT2, SwitchPin(499, True))
+    controller.set_pin(Pin.EXT2, Contact(low=500))
     client, _ = client_of(controller)
     client.set("ext_stop_enable", 2)
     with pytest.raises(StoppedError, match="ended at 500, not at 2000: EXT2"):
@@ -168,7 +169,7 @@ def test_a_move_that_ends_early_says_why() -> None:
 
 def test_home_finds_the_switch_or_says_that_it_did_not() -> None:
     controller = Pmc006Controller()
-    controller.set_pin(Pin.EXT1, SwitchPin(-301, False))
+    controller.set_pin(Pin.EXT1, Contact(high=-301))
     client, _ = client_of(controller)
     client.set("zero_back_speed", 2000)
     assert client.home(1000) == 0
@@ -194,7 +195,7 @@ def test_a_switch_that_is_stuck_is_not_home(start: int) -> None:
 def test_home_from_on_the_switch(start: int) -> None:
     controller = Pmc006Controller()
     controller.axis.position = start
-    controller.set_pin(Pin.EXT1, SwitchPin(100, False))
+    controller.set_pin(Pin.EXT1, Contact(high=100))
     client, _ = client_of(controller)
     assert client.home(4000) == 0  # a retreat of 250, back to 100
     assert controller.axis.physical == 100
@@ -202,8 +203,8 @@ def test_home_from_on_the_switch(start: int) -> None:
 
 def test_home_ended_by_the_other_stop_is_not_home() -> None:
     controller = Pmc006Controller()
-    controller.set_pin(Pin.EXT1, SwitchPin(100, False))
-    controller.set_pin(Pin.EXT2, SwitchPin(50, True))
+    controller.set_pin(Pin.EXT1, Contact(high=100))
+    controller.set_pin(Pin.EXT2, Contact(low=51))
     client, _ = client_of(controller)
     client.set("ext_stop_enable", 2)
     with pytest.raises(StoppedError, match="zero-back ended at 51 without the switch: EXT2"):
@@ -362,7 +363,7 @@ def scanrack(*arguments: str) -> Result:
 
 def test_the_commands_through_a_pseudo_terminal(tmp_path: Path) -> None:
     controller = Pmc006Controller(address=9)
-    controller.set_pin(Pin.EXT1, SwitchPin(-101, False))
+    controller.set_pin(Pin.EXT1, Contact(high=-101))
     with served_on_pty(Pmc006(controller)) as path:
         at = "pmc006", "--port", path, "--address", "9"
         assert scanrack(*at, "set", "zero_back_speed", "5000").exit_code == 0

@@ -15,15 +15,14 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 from typing_extensions import override
 
 from .....io_images.amci3601 import Configuration, InputBit
 from .....io_images.pcl601 import Register
 from ....controllers.pcl601.line import Pcl601
-from ....controllers.pcl601.pins import FAR, GROUND, OPEN, Contact
-from ....machine import Machine, Switch
+from ....machine import Machine
+from ....machine.contacts import GROUND, OPEN, Contact, Parallel, contacts_of
 from ..plant import Plant, switches_of
 from .capabilities import hears_external
 from .driver import MARK_OUTPUT, PROXIMITY_OUTPUT
@@ -52,35 +51,6 @@ PROXIMITY_PINS = ("soft_plus", "soft_minus")
 
 Wire = tuple[InputBit, str]
 """A wire from a terminal to a pin."""
-
-
-@dataclass(frozen=True, slots=True)
-class Parallel(Contact):
-    """Contacts in parallel: closed while any of them is."""
-
-    contacts: tuple[Contact, ...] = ()
-
-    @override
-    def closed(self, position: int) -> bool:
-        return any(contact.closed(position) for contact in self.contacts)
-
-    @override
-    def edge_after(self, position: int, direction: int) -> int | None:
-        edges = [contact.edge_after(position, direction) for contact in self.contacts]
-        return min(
-            (edge for edge in edges if edge is not None),
-            key=lambda edge: abs(edge - position),
-            default=None,
-        )
-
-
-def contacts_of(switch: Switch) -> tuple[Contact, ...]:
-    """Return the contacts that are closed where a switch energises its input."""
-    first = -FAR if switch.first is None else switch.first
-    last = FAR if switch.last is None else switch.last
-    if switch.normally_closed:
-        return Contact(-FAR, first - 1), Contact(last + 1, FAR)
-    return (Contact(first, last),)
 
 
 def _mask(output: int) -> int:

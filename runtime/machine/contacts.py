@@ -1,0 +1,73 @@
+"""Contacts that the position of a shaft operates, wired to the input of a controller."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from typing_extensions import override
+
+from .spec import Switch
+
+FAR = 1 << 62
+"""Beyond any motor's travel, steps."""
+
+
+@dataclass(frozen=True, slots=True)
+class Contact:
+    """A contact to ground, closed while the physical position lies in a range.
+
+    >>> limit = Contact(9000)  # from 9000 on
+    >>> limit.closed(8999), limit.closed(9000), limit.edge_after(0, +1), limit.edge_after(9500, -1)
+    (False, True, 9000, 8999)
+    """
+
+    low: int = -FAR  # first position at which it is closed, steps
+    high: int = FAR
+
+    def closed(self, position: int) -> bool:
+        """Whether the input is grounded."""
+        return self.low <= position <= self.high
+
+    def edge_after(self, position: int, direction: int) -> int | None:
+        """Return the next position, in a direction, at which it changes, or None."""
+        if direction > 0:
+            edges = [edge for edge in (self.low, self.high + 1) if position < edge < FAR]
+            return min(edges, default=None)
+        edges = [edge - 1 for edge in (self.low, self.high + 1) if -FAR < edge <= position]
+        return max(edges, default=None)
+
+
+GROUND = Contact()
+OPEN = Contact(low=FAR)
+
+
+def nearest_edge(contacts: Iterable[Contact], position: int, direction: int) -> int | None:
+    """Return the next position, in a direction, at which any of some contacts changes, or None."""
+    edges = (contact.edge_after(position, direction) for contact in contacts)
+    ahead = [edge for edge in edges if edge is not None]
+    return min(ahead, key=lambda edge: abs(edge - position), default=None)
+
+
+@dataclass(frozen=True, slots=True)
+class Parallel(Contact):
+    """Contacts in parallel: closed while any of them is."""
+
+    contacts: tuple[Contact, ...] = ()
+
+    @override
+    def closed(self, position: int) -> bool:
+        return any(contact.closed(position) for contact in self.contacts)
+
+    @override
+    def edge_after(self, position: int, direction: int) -> int | None:
+        return nearest_edge(self.contacts, position, direction)
+
+
+def contacts_of(switch: Switch) -> tuple[Contact, ...]:
+    """Return the contacts that are closed where a switch energises its input."""
+    first = -FAR if switch.first is None else switch.first
+    last = FAR if switch.last is None else switch.last
+    if switch.normally_closed:
+        return Contact(-FAR, first - 1), Contact(last + 1, FAR)
+    return (Contact(first, last),)
