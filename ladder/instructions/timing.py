@@ -48,51 +48,50 @@ def _reached(machine: Interpreter, timer: Group) -> bool:
     return accumulated >= preset
 
 
-def _set_bits(machine: Interpreter, structure: Group, **bits: bool) -> None:
-    for name, value in bits.items():
+def put(machine: Interpreter, structure: Group, **members: bool | int) -> None:
+    """Set members to values of their types."""
+    for name, value in members.items():
         machine.put(structure.member(name), value)
 
 
 def _time_on(machine: Interpreter, timer: Group) -> None:
     if machine.get(timer.member("DN")):
-        _set_bits(machine, timer, EN=True, TT=False)
+        put(machine, timer, EN=True, TT=False)
         return
     if machine.get(timer.member("EN")):
         _count_time(machine, timer)
     else:
         _start_time(machine, timer)
     done = _reached(machine, timer)
-    _set_bits(machine, timer, EN=True, TT=not done, DN=done)
+    put(machine, timer, EN=True, TT=not done, DN=done)
 
 
 def _ton(machine: Interpreter, power: bool, timer: Group) -> None:
     if power:
         _time_on(machine, timer)
     else:
-        _set_bits(machine, timer, EN=False, TT=False, DN=False)
-        machine.put(timer.member("ACC"), 0)
+        put(machine, timer, EN=False, TT=False, DN=False, ACC=0)
 
 
 def _rto(machine: Interpreter, power: bool, timer: Group) -> None:
     if power:
         _time_on(machine, timer)
     else:
-        _set_bits(machine, timer, EN=False, TT=False)
+        put(machine, timer, EN=False, TT=False)
 
 
 def _tof(machine: Interpreter, power: bool, timer: Group) -> None:
     if power:
-        _set_bits(machine, timer, EN=True, TT=False, DN=True)
-        machine.put(timer.member("ACC"), 0)
+        put(machine, timer, EN=True, TT=False, DN=True, ACC=0)
     elif machine.get(timer.member("DN")):
         if machine.get(timer.member("EN")):
             _start_time(machine, timer)
         else:
             _count_time(machine, timer)
         done = _reached(machine, timer)
-        _set_bits(machine, timer, EN=False, TT=not done, DN=not done)
+        put(machine, timer, EN=False, TT=not done, DN=not done)
     else:
-        _set_bits(machine, timer, EN=False, TT=False)
+        put(machine, timer, EN=False, TT=False)
 
 
 def _count(machine: Interpreter, power: bool, counter: Group, enable: str, by: int) -> None:
@@ -101,13 +100,19 @@ def _count(machine: Interpreter, power: bool, counter: Group, enable: str, by: i
         return
     if not machine.get(counter.member(enable)):
         machine.put(counter.member(enable), True)
-        _one_count(machine, counter, by)
+        one_count(machine, counter, by)
+    put_done(machine, counter)
+
+
+def put_done(machine: Interpreter, counter: Group) -> None:
+    """Set DN of a counter."""
     over, under = machine.get(counter.member("OV")), machine.get(counter.member("UN"))
     reached = machine.get(counter.member("ACC")) >= machine.get(counter.member("PRE"))
     machine.put(counter.member("DN"), bool(over or (reached and not under)))
 
 
-def _one_count(machine: Interpreter, counter: Group, by: int) -> None:
+def one_count(machine: Interpreter, counter: Group, by: int) -> None:
+    """Count by 1 or -1; a wrapped count sets OV or UN, or clears the other one."""
     accumulated = counter.member("ACC")
     exact = int(machine.get(accumulated)) + by
     machine.put(accumulated, arithmetic.wrap(exact, 32))
@@ -119,14 +124,6 @@ def _one_count(machine: Interpreter, counter: Group, by: int) -> None:
             machine.put(counter.member(beyond), True)
 
 
-def _ctu(machine: Interpreter, power: bool, counter: Group) -> None:
-    _count(machine, power, counter, "CU", 1)
-
-
-def _ctd(machine: Interpreter, power: bool, counter: Group) -> None:
-    _count(machine, power, counter, "CD", -1)
-
-
 def _res(machine: Interpreter, structure: Group) -> None:
     for place, kind in _cleared_by_res(structure):
         machine.put(place, kind.zero)
@@ -135,12 +132,14 @@ def _res(machine: Interpreter, structure: Group) -> None:
 # --- in the compiler
 
 
-def _write_set(rungs: RungWriter, structure: Group, **members: str) -> None:
+def write_set(rungs: RungWriter, structure: Group, **members: object) -> None:
+    """Write assignments to members."""
     for name, text in members.items():
-        rungs.values.assign(structure.member(name), text)
+        rungs.values.assign(structure.member(name), str(text))
 
 
-def _write_get(rungs: RungWriter, structure: Group, name: str) -> str:
+def write_get(rungs: RungWriter, structure: Group, name: str) -> str:
+    """Return text for a member."""
     return rungs.values.read(structure.member(name))
 
 
@@ -149,7 +148,7 @@ def _write_start(rungs: RungWriter, timer: Group) -> None:
 
 
 def _write_add_time(rungs: RungWriter, timer: Group) -> None:
-    last, accumulated = _write_get(rungs, timer, "~last_ns"), _write_get(rungs, timer, "ACC")
+    last, accumulated = write_get(rungs, timer, "~last_ns"), write_get(rungs, timer, "ACC")
     elapsed = rungs.values.keep(f"(now - {last}) // {_MS}")
     with rungs.writer.block(f"if {elapsed}:"):
         rungs.values.assign(timer.member("~last_ns"), f"{last} + {elapsed} * {_MS}")
@@ -157,31 +156,31 @@ def _write_add_time(rungs: RungWriter, timer: Group) -> None:
 
 
 def _write_reached(rungs: RungWriter, timer: Group, **done: str) -> None:
-    preset, accumulated = _write_get(rungs, timer, "PRE"), _write_get(rungs, timer, "ACC")
+    preset, accumulated = write_get(rungs, timer, "PRE"), write_get(rungs, timer, "ACC")
     with rungs.writer.block(f"if 0 <= {accumulated} < {preset}:"):
-        _write_set(rungs, timer, TT="True")
+        write_set(rungs, timer, TT="True")
     with rungs.writer.block("else:"):
         rungs.writer.line(f"negative({rungs.values.site}, {timer.text!r}, {preset}, {accumulated})")
-        _write_set(rungs, timer, **done)
+        write_set(rungs, timer, **done)
 
 
 def _write_time_on(rungs: RungWriter, timer: Group) -> None:
-    with rungs.writer.block(f"if not {_write_get(rungs, timer, 'DN')}:"):
-        with rungs.writer.block(f"if {_write_get(rungs, timer, 'EN')}:"):
+    with rungs.writer.block(f"if not {write_get(rungs, timer, 'DN')}:"):
+        with rungs.writer.block(f"if {write_get(rungs, timer, 'EN')}:"):
             _write_add_time(rungs, timer)
         with rungs.writer.block("else:"):
             _write_start(rungs, timer)
         _write_reached(rungs, timer, TT="False", DN="True")
     with rungs.writer.block("else:"):
-        _write_set(rungs, timer, TT="False")
-    _write_set(rungs, timer, EN="True")
+        write_set(rungs, timer, TT="False")
+    write_set(rungs, timer, EN="True")
 
 
 def _write_ton(rungs: RungWriter, power: str, timer: Group) -> None:
     rungs.either(
         power,
         lambda: _write_time_on(rungs, timer),
-        lambda: _write_set(rungs, timer, EN="False", TT="False", DN="False", ACC="0"),
+        lambda: write_set(rungs, timer, EN="False", TT="False", DN="False", ACC="0"),
     )
 
 
@@ -189,66 +188,60 @@ def _write_rto(rungs: RungWriter, power: str, timer: Group) -> None:
     rungs.either(
         power,
         lambda: _write_time_on(rungs, timer),
-        lambda: _write_set(rungs, timer, EN="False", TT="False"),
+        lambda: write_set(rungs, timer, EN="False", TT="False"),
     )
 
 
 def _write_tof(rungs: RungWriter, power: str, timer: Group) -> None:
     rungs.either(
         power,
-        lambda: _write_set(rungs, timer, EN="True", TT="False", DN="True", ACC="0"),
+        lambda: write_set(rungs, timer, EN="True", TT="False", DN="True", ACC="0"),
         lambda: _write_time_off(rungs, timer),
     )
 
 
 def _write_time_off(rungs: RungWriter, timer: Group) -> None:
-    with rungs.writer.block(f"if {_write_get(rungs, timer, 'DN')}:"):
-        with rungs.writer.block(f"if {_write_get(rungs, timer, 'EN')}:"):
+    with rungs.writer.block(f"if {write_get(rungs, timer, 'DN')}:"):
+        with rungs.writer.block(f"if {write_get(rungs, timer, 'EN')}:"):
             _write_start(rungs, timer)
         with rungs.writer.block("else:"):
             _write_add_time(rungs, timer)
         _write_reached(rungs, timer, TT="False", DN="False")
     with rungs.writer.block("else:"):
-        _write_set(rungs, timer, TT="False")
-    _write_set(rungs, timer, EN="False")
+        write_set(rungs, timer, TT="False")
+    write_set(rungs, timer, EN="False")
 
 
-def _write_ctu(rungs: RungWriter, power: str, counter: Group) -> None:
-    _write_count(rungs, power, counter, "CU", DINT.highest, DINT.lowest, "+ 1", "UN", "OV")
+def write_one_count(rungs: RungWriter, counter: Group, accumulated: str, by: int) -> None:
+    """Write `one_count`."""
+    last, wrapped = (DINT.highest, DINT.lowest) if by > 0 else (DINT.lowest, DINT.highest)
+    beyond, back = ("OV", "UN") if by > 0 else ("UN", "OV")
+    with rungs.writer.block(f"if {accumulated} != {last}:"):
+        write_set(rungs, counter, ACC=f"{accumulated} {'+' if by > 0 else '-'} 1")
+    with rungs.writer.block("else:"):
+        write_set(rungs, counter, ACC=wrapped)
+        with rungs.writer.block(f"if {write_get(rungs, counter, back)}:"):
+            write_set(rungs, counter, **{back: False})
+        with rungs.writer.block("else:"):
+            write_set(rungs, counter, **{beyond: True})
 
 
-def _write_ctd(rungs: RungWriter, power: str, counter: Group) -> None:
-    _write_count(rungs, power, counter, "CD", DINT.lowest, DINT.highest, "- 1", "OV", "UN")
+def write_done(rungs: RungWriter, counter: Group, accumulated: str) -> None:
+    """Write DN of a counter."""
+    reached = f"{accumulated} >= {write_get(rungs, counter, 'PRE')}"
+    over, under = write_get(rungs, counter, "OV"), write_get(rungs, counter, "UN")
+    write_set(rungs, counter, DN=f"{over} or {reached} and not {under}")
 
 
-def _write_count(
-    rungs: RungWriter,
-    power: str,
-    counter: Group,
-    enable: str,
-    last: int,
-    wrapped: int,
-    step: str,
-    back: str,
-    beyond: str,
-) -> None:
+def _write_count(rungs: RungWriter, power: str, counter: Group, enable: str, by: int) -> None:
     def when_true() -> None:
-        accumulated = _write_get(rungs, counter, "ACC")
-        with rungs.writer.block(f"if not {_write_get(rungs, counter, enable)}:"):
-            _write_set(rungs, counter, **{enable: "True"})
-            with rungs.writer.block(f"if {accumulated} != {last}:"):
-                _write_set(rungs, counter, ACC=f"{accumulated} {step}")
-            with rungs.writer.block("else:"):
-                _write_set(rungs, counter, ACC=str(wrapped))
-                with rungs.writer.block(f"if {_write_get(rungs, counter, back)}:"):
-                    _write_set(rungs, counter, **{back: "False"})
-                with rungs.writer.block("else:"):
-                    _write_set(rungs, counter, **{beyond: "True"})
-        reached = f"{accumulated} >= {_write_get(rungs, counter, 'PRE')}"
-        over, under = _write_get(rungs, counter, "OV"), _write_get(rungs, counter, "UN")
-        _write_set(rungs, counter, DN=f"{over} or {reached} and not {under}")
+        accumulated = write_get(rungs, counter, "ACC")
+        with rungs.writer.block(f"if not {write_get(rungs, counter, enable)}:"):
+            write_set(rungs, counter, **{enable: True})
+            write_one_count(rungs, counter, accumulated, by)
+        write_done(rungs, counter, accumulated)
 
-    rungs.either(power, when_true, lambda: _write_set(rungs, counter, **{enable: "False"}))
+    rungs.either(power, when_true, lambda: write_set(rungs, counter, **{enable: False}))
 
 
 def _write_res(rungs: RungWriter, structure: Group) -> None:
@@ -259,12 +252,8 @@ def _write_res(rungs: RungWriter, structure: Group) -> None:
 # --- in prescan
 
 
-def _prescan_rto(machine: Interpreter, timer: Group) -> None:
-    _set_bits(machine, timer, EN=False, TT=False, DN=False)
-
-
 def _prescan_tof(machine: Interpreter, timer: Group) -> None:
-    _set_bits(machine, timer, EN=False, TT=False, DN=False)
+    put(machine, timer, EN=False, TT=False, DN=False)
     machine.put(timer.member("ACC"), machine.get(timer.member("PRE")))
 
 
@@ -278,10 +267,17 @@ def _timer(name: str, **parts: Any) -> Spec:
     )
 
 
-def _counter(name: str, **parts: Any) -> Spec:
-    instead = "use CTUD with an FBD_COUNTER"
+def _counter(name: str, enable: str, by: int) -> Spec:
     return always(
-        name, Use.COUNTER, *_PRESETS, optional=2, captions=("Counter", *_SHOWN), instead=instead, **parts
+        name,
+        Use.COUNTER,
+        *_PRESETS,
+        optional=2,
+        captions=("Counter", *_SHOWN),
+        instead="use CTUD with an FBD_COUNTER",
+        run=lambda machine, power, counter: _count(machine, power, counter, enable, by),
+        write=lambda rungs, power, counter: _write_count(rungs, power, counter, enable, by),
+        prescan=lambda machine, counter: machine.put(counter.member(enable), True),
     )
 
 
@@ -290,17 +286,12 @@ _SHOWN = ("Preset", "Accum")
 
 TON = _timer("TON", run=_ton, write=_write_ton, prescan=lambda machine, timer: _ton(machine, False, timer))
 TOF = _timer("TOF", run=_tof, write=_write_tof, prescan=_prescan_tof)
-RTO = _timer("RTO", run=_rto, write=_write_rto, prescan=_prescan_rto)
-CTU = _counter(
-    "CTU",
-    run=_ctu,
-    write=_write_ctu,
-    prescan=lambda machine, counter: machine.put(counter.member("CU"), True),
+RTO = _timer(
+    "RTO",
+    run=_rto,
+    write=_write_rto,
+    prescan=lambda machine, timer: put(machine, timer, EN=False, TT=False, DN=False),
 )
-CTD = _counter(
-    "CTD",
-    run=_ctd,
-    write=_write_ctd,
-    prescan=lambda machine, counter: machine.put(counter.member("CD"), True),
-)
+CTU = _counter("CTU", "CU", 1)
+CTD = _counter("CTD", "CD", -1)
 RES = action("RES", Use.RESETTABLE, run=_res, write=_write_res, symbol="(RES)")
