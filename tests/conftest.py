@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 from amounts import EXAMPLES
 from extras import skip_without_extras
+from forked import fork_helpers
 from hypothesis import HealthCheck, Phase, settings
 from hypothesis.internal.conjecture import providers
 from processes import Processes
@@ -50,6 +51,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     settings.load_profile("long" if config.getoption("--long") else "ci")
+    fork_helpers()
     if not config.getoption("--long"):
         _draw_no_constants_of_modules()
     lines = config.stash.setdefault(RULE_LINES, [])

@@ -18,9 +18,9 @@ import warnings
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any, NoReturn
 
-import scanrack.watch.command
-import scanrack.watch.server  # noqa: F401  # each process would import it
 from scanrack.jobs.trust import launcher
+
+HASHES = "PYTHONHASHSEED"
 
 
 class Python(subprocess.Popen[Any]):
@@ -68,6 +68,11 @@ class Python(subprocess.Popen[Any]):
             os.close(end)
 
 
+def fork_helpers() -> None:
+    """Let the helpers of this process, and those of its forks, be forked."""
+    launcher.subprocess = types.SimpleNamespace(**vars(subprocess) | {"Popen": start})
+
+
 def run(words: Sequence[object], **options: Any) -> subprocess.CompletedProcess[Any]:
     """Do what `subprocess.run` does."""
     check, given, timeout = (options.pop(name, None) for name in ("check", "input", "timeout"))
@@ -84,9 +89,11 @@ def run(words: Sequence[object], **options: Any) -> subprocess.CompletedProcess[
 
 
 def start(words: Sequence[object], **options: Any) -> subprocess.Popen[Any]:
-    """Start a process: forked where that can be done, and no thread of this one may hold a lock."""
-    alone = hasattr(os, "fork") and threading.active_count() == 1
-    return (Python if alone else subprocess.Popen)(list(map(str, words)), **options)
+    """Start a process: forked, unless this system can't fork or the order of its sets is to be another."""
+    environment = options.get("env") or os.environ
+    same_order = environment.get(HASHES) == os.environ.get(HASHES)
+    kind = Python if hasattr(os, "fork") and same_order else subprocess.Popen
+    return kind(list(map(str, words)), **options)
 
 
 def _become(
@@ -137,7 +144,6 @@ def _take_streams(streams: tuple[int, int, int], pass_fds: Collection[int]) -> N
 def _forget_pytest() -> None:
     warnings.simplefilter("ignore")
     sys.unraisablehook, threading.excepthook = sys.__unraisablehook__, threading.__excepthook__
-    launcher.subprocess = types.SimpleNamespace(**vars(subprocess) | {"Popen": start})
 
 
 def _status_of(words: list[str]) -> int:

@@ -12,6 +12,8 @@ import time
 from contextlib import asynccontextmanager, contextmanager
 from pathlib import Path
 
+import scanrack.watch.command
+import scanrack.watch.server  # noqa: F401  # each process would import it
 from forked import start
 from websockets.asyncio.client import connect
 

@@ -17,6 +17,7 @@ from pathlib import Path
 import pytest
 from scanrack.commands import COMMANDS
 from scanrack.jobs.load.program import ProgramError, load_program
+from scanrack.jobs.trust import launcher
 from scanrack.jobs.trust.attachments import forget_imported
 from scanrack.jobs.trust.launcher import PIPE, launch
 from scanrack.traces.format.limits import Limits, limited
@@ -168,6 +169,9 @@ def test_a_helper_has_the_path_and_the_limits_of_this_process(
     )
     path = [str(tmp_path), *filter(None, sys.path)]
     monkeypatch.setattr(sys, "path", ["", *path])
+    monkeypatch.setattr(
+        launcher, "subprocess", subprocess
+    )  # a process of its own, see tests/support/forked.py
     monkeypatch.chdir(place)
     with limited(Limits(123, 456)), launch("asked:main", 7, "a b", stdout=PIPE) as helper:
         assert helper.communicate()[0].decode() == f"{path} {Limits(123, 456)} {('7', 'a b')} True\n"
