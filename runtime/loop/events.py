@@ -1,4 +1,4 @@
-"""What a module, the CPU or the machine tells about beside the images.
+"""Events of a module, the CPU or the machine beside the images.
 
 Events go into the trace, the closing summary and the log; nothing in the rack
 acts on them.
@@ -14,13 +14,13 @@ JsonValue = str | int | float | bool | None | list[int] | list[str] | Mapping[st
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """One thing that happened.
+    """One event.
 
     Attributes:
         at_ns: virtual time.
-        kind: what sort of thing: "rule" (a rule of the manual fired), "move" (a motion began or
+        kind: "rule" (a rule of the manual fired), "move" (a motion began or
             ended), "stimulus" (the machine's timeline acted), "indicator" (an LED changed),
-            "refusal" (an axis can't do what was asked), "substitution" (it does it otherwise, to the
+            "refusal" (an axis lacks a function), "substitution" (it does it otherwise, to the
             same end), "adapter" (a link or controller failed).
         name: the rule's id, the move's kind, the input's name.
         text: a sentence for people.

@@ -21,7 +21,7 @@ from .module_fault import ModuleFault
 
 
 class FaultKind(Enum):
-    """What may happen."""
+    """Kind of an incident."""
 
     POWER_CYCLE = "power-cycle"
     """The module's power goes and returns at once."""

@@ -80,4 +80,4 @@ TERMS: Mapping[str, str] = {
     "_ABS": "abs",
     "$END": "the end",
 }
-"""What a message calls the terminals of the grammar."""
+"""Names of the grammar's terminals in messages."""

@@ -1,4 +1,4 @@
-"""Scenarios at random, drawn by Hypothesis; `shrink` makes those small that break something."""
+"""Random scenarios, drawn by Hypothesis; `shrink` reduces those that break an invariant."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from .scenarios.scenario import LostSteps, Press, Push, Scenario, Shift, Signal
 
 T = TypeVar("T")
 Timed = TypeVar("Timed", Press, Push, Signal, Incident)
-"""What happens at an instant."""
+"""A part of a scenario with an instant."""
 
 
 class Kind(Enum):
-    """What may be random."""
+    """A kind of random event."""
 
     INPUTS = "inputs"
     """Buttons are pressed, sensors stick or break."""
     MACHINE = "machine"
-    """Switches are elsewhere, steps are lost."""
+    """Switches are displaced, steps are lost."""
     LINK = "link"
     """Modules stop answering for a time."""
     POWER = "power"
@@ -45,7 +45,7 @@ class Kind(Enum):
 
 
 def possible_kinds(spec: RackSpec) -> frozenset[Kind]:
-    """Return what can happen to a rack: some of it to a 3601 only, some to an adapter only."""
+    """Return the kinds that are possible in a rack: some need a 3601, some an adapter."""
     with_trait = frozenset(kind for kind in Kind if kind not in _NEEDS or _with(spec, _NEEDS[kind]))
     return with_trait | {Kind.INPUTS} if card_buttons(spec) or card_signals(spec) else with_trait
 
@@ -61,7 +61,7 @@ def card_buttons(spec: RackSpec) -> list[tuple[int, str]]:
 
 
 def card_signals(spec: RackSpec) -> list[tuple[int, str, float]]:
-    """Return values that are worth a try at the analog inputs of cards: slot, name, value."""
+    """Return test values of the cards' analog inputs: slot, name, value."""
     return [
         (slot.number, name, value)
         for slot in spec.slot
@@ -82,7 +82,7 @@ _NEEDS = {
 
 
 def kinds_for(spec: RackSpec) -> frozenset[Kind]:
-    """Return what is likely to happen: torn updates only where exchanges do not wait for the scan's end."""
+    """Return the likely kinds: torn updates only where exchanges do not wait for the scan's end."""
     torn = spec.controller == "compactlogix"
     return frozenset(kind for kind in possible_kinds(spec) if kind is not Kind.TORN or torn)
 
@@ -93,10 +93,10 @@ def _with(spec: RackSpec, trait: Trait) -> list[int]:
 
 
 LASTING_MS = (2, 20, 100, 500, 2000)
-"""How long things last, ms."""
+"""Durations, ms."""
 
 STEPS = (1, -1, 10, -10, 200, -200, 3000, -3000)
-"""By how many steps a machine differs."""
+"""Displacements of a machine, steps."""
 
 
 def scenarios(
@@ -105,9 +105,9 @@ def scenarios(
     """Return a strategy of scenarios for a rack.
 
     Args:
-        scans: length of a run; things happen within it.
-        kinds: what is random, as far as it is possible.
-        base: a scenario that is varied: parts of it are kept, others come on top.
+        scans: length of a run, with all events.
+        kinds: random events, as far as they are possible.
+        base: a scenario to vary: some of its parts are kept, others added.
         most: most parts of a kind.
     """
     kinds = possible_kinds(spec).intersection(kinds)
@@ -151,7 +151,7 @@ def _durations() -> st.SearchStrategy[int]:
 
 
 def _presses(slot: SlotSpec, times: st.SearchStrategy[int]) -> st.SearchStrategy[Press]:
-    """Presses of buttons; sensors fail either way."""
+    """Return presses of buttons; sensors fail either way."""
     pressed, wired = buttons(slot), sensors(slot)
     number, durations = st.just(slot.number), _durations()
     parts = []
@@ -184,7 +184,7 @@ def buttons(slot: SlotSpec) -> list[InputBit]:
 
 
 def _firmware(spec: RackSpec) -> st.SearchStrategy[tuple[tuple[int, str], ...]]:
-    """Another version for all of the modules, or their own; none that is older than the program needs."""
+    """Return another version for all modules, or their own; none older than the program needs."""
     behind_micrologix = spec.controller == "micrologix"
     needed = max(Firmware.parse(slot.needs_firmware) for slot in spec.slot)
     versions = [str(each) for each in KNOWN if each >= needed and (each.micrologix or not behind_micrologix)]
@@ -212,7 +212,7 @@ def _incidents(kind: Kind, spec: RackSpec, times: st.SearchStrategy[int]) -> st.
 
 
 def _on_the_line(slots: st.SearchStrategy[int], times: st.SearchStrategy[int]) -> st.SearchStrategy[Incident]:
-    """A reply that is lost or damaged, several in a row, an open line, or a controller without power."""
+    """Return a lost or damaged reply, several in a row, an open line, or a controller without power."""
     replies = st.sampled_from((FaultKind.REPLIES_LOST, FaultKind.REPLIES_DAMAGED))
     lasting = st.sampled_from((FaultKind.LINE_DOWN, FaultKind.REPLIES_LOST, FaultKind.REPLIES_DAMAGED))
     return st.one_of(
@@ -223,11 +223,11 @@ def _on_the_line(slots: st.SearchStrategy[int], times: st.SearchStrategy[int]) -
 
 
 MOVED = (0, 1, -1, 10, -10, 100, -100)
-"""By how many scans something happens earlier or later than in the scenario that is varied."""
+"""Displacements of an event from the varied scenario, scans."""
 
 
 def _parts_of(base: Scenario, scan_ns: int) -> st.SearchStrategy[Scenario]:
-    """Another scenario as it is, or some of its parts, at other times."""
+    """Return another scenario unchanged, or some of its parts, at other times."""
 
     def kept(parts: Sequence[T]) -> st.SearchStrategy[tuple[T, ...]]:
         flags = st.tuples(*[st.booleans()] * len(parts))

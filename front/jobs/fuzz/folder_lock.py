@@ -1,4 +1,4 @@
-"""The folder of a campaign: nothing else is in it, and one campaign at a time is at work there."""
+"""The folder of a campaign: it has no other files, and one campaign at a time uses it."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ OF_A_CAMPAIGN = FileKind("a file of a campaign", lambda _content: True)
 """Anything in a folder that passed `locked`."""
 
 STATE_NAME = "state.json"
-"""The file that keeps the state of the campaign."""
+"""The file of the campaign's state."""
 
 NAME = ".lock"
-"""The file that is locked; it stays after the campaign, without meaning."""
+"""The locked file; it stays after the campaign, without meaning."""
 
 
 @contextmanager
@@ -50,7 +50,7 @@ def write_text(path: Path, text: str, used: Used = NOTHING) -> Path:
     """Write a file of a campaign; return its path.
 
     Args:
-        path: the file, in the campaign's folder.
+        path: in the campaign's folder.
         used: files that are not replaced.
 
     Raises:

@@ -1,4 +1,4 @@
-"""What `scanrack fuzz` searches, built again in every worker, and the files that it writes."""
+"""The subject of `scanrack fuzz`, built again in every worker, and the files that it writes."""
 
 from __future__ import annotations
 
@@ -37,21 +37,21 @@ from .scenarios.drivescript import DriveScript, obstacle
 from .scenarios.rackdoc import rack_text
 
 RESERVE = 100
-"""Scans that a recording goes on after the one in which an invariant is broken."""
+"""Recorded scans after a failure."""
 
 AROUND_NS = 200_000_000
-"""How much is shown of the chart before and after the failure, if only its surroundings are asked for."""
+"""Extent of the chart before and after the failure, if only its surroundings are shown."""
 
 
 @dataclass(frozen=True, slots=True)
 class Setup:
-    """What is fuzzed, in words that can be sent to a worker.
+    """The subject of a search, in a form that can be sent to a worker.
 
     Attributes:
         invariants: files with invariants.
         checks: standard invariants by name.
-        scans: how long a run is.
-        notes: folder for what Hypothesis keeps.
+        scans: length of a run.
+        notes: folder for Hypothesis's files.
     """
 
     rack: str
@@ -68,7 +68,7 @@ class Setup:
 
     @property
     def words(self) -> list[str]:
-        """How the command line says what must hold."""
+        """Invariants and checks as options of the command line."""
         words = [word for file in self.invariants for word in ("--invariants", str(file))]
         return words + [word for check in self.checks for word in ("--check", check)]
 
@@ -78,7 +78,7 @@ def bench_of(setup: Setup) -> TrialBench:
     """Return the bench of a setup; a worker makes it once.
 
     Raises:
-        ValueError: the rack, its program or the invariants can't be used.
+        ValueError: an unusable rack, program or invariant.
     """
     job = load_job(setup.rack)
     return TrialBench(
@@ -87,14 +87,14 @@ def bench_of(setup: Setup) -> TrialBench:
 
 
 NEEDS_FIRMWARE = "NEEDS_FIRMWARE"
-"""The name by which a Python program states the oldest firmware that it works with."""
+"""The name by which a Python program states the oldest firmware that it supports."""
 
 
 def with_needs(job: Job) -> RackSpec:
-    """Return a job's rack with the firmware that its program says it needs.
+    """Return a job's rack with the firmware that its program requires.
 
     Raises:
-        ValueError: a module's firmware is older, or the program names no firmware.
+        ValueError: a module's firmware is older, or the stated firmware is unknown.
     """
     modules = [each for each in list(sys.modules.values()) if _is_of(each, job.program)]
     named = next((vars(each)[NEEDS_FIRMWARE] for each in modules if NEEDS_FIRMWARE in vars(each)), None)
@@ -170,7 +170,7 @@ def _tags_of(logic: ScanLogic) -> Any:
 
 
 def hand_over(job: Job, setup: Setup, bench: TrialBench, found: Counterexample, folder: Path) -> None:
-    """Write all that shows a failure: report, scenario, rack file, trace, drive scripts, picture.
+    """Write all files about a failure: report, scenario, rack file, trace, drive scripts, picture.
 
     Raises:
         OSError: a file can't be written.
@@ -194,7 +194,7 @@ def hand_over(job: Job, setup: Setup, bench: TrialBench, found: Counterexample, 
 
 
 def _drawn(found: Counterexample, folder: Path) -> list[str]:
-    """Draw the trace as a page; return where it is, and where on it the failure is."""
+    """Draw the trace as a page; return its path, and the link to the failure."""
     broken, page = found.broken, folder / "chart.html"
     mark = Mark(broken.now_ns, None, "broken", f"{broken.invariant} is broken", str(broken))
     with open_trace(folder / "trace.mcap") as trace:
@@ -207,10 +207,10 @@ def _drawn(found: Counterexample, folder: Path) -> list[str]:
 
 
 def _recorded(job: Job, bench: TrialBench, scenario: Scenario, scans: int, folder: Path) -> list[str]:
-    """Record a scenario, as a trace and as scripts for the bench; return how to run these, or why not."""
+    """Record a scenario as a trace and as scripts for the bench; return their commands, or the obstacle."""
     scripts: dict[int, DriveScript] = {}
     told = []
-    made: list[ScanLogic] = []  # what runs, whose tags are recorded
+    made: list[ScanLogic] = []  # the running logic, whose tags are recorded
 
     def listeners(spec: RackSpec, rack: Rack) -> Iterable[ScanListener]:
         for slot in spec.slot:
@@ -238,7 +238,7 @@ def _recorded(job: Job, bench: TrialBench, scenario: Scenario, scans: int, folde
 
 
 def replay(bench: TrialBench, scenario: Scenario) -> list[Counterexample]:
-    """Run one scenario; return what it breaks, each failure once. What the program prints is shown."""
+    """Run one scenario with the program's output; return its failures, each once."""
     found: list[Counterexample] = []
     known: set[str] = set()
     while (broken := bench.run(scenario, without=known, aloud=not known).broken) is not None:

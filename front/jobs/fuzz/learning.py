@@ -1,4 +1,4 @@
-"""What `scanrack fuzz` learns from a recording: rack, program, and the scenario that it varies."""
+"""The scenario of a recording for `scanrack fuzz`, with its rack and program."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ SCENARIO = "scenario.json"
 
 
 class LearnedScenario(NamedTuple):
-    """What a recording gives.
+    """The results of a recording.
 
     Attributes:
-        rack: path of a rack file without anything that happens by time.
-        scenario: what happened by time.
+        rack: path of a rack file without events by time.
+        scenario: the events by time.
     """
 
     rack: Path
@@ -39,7 +39,7 @@ class LearnedScenario(NamedTuple):
 
 
 def _stimuli(recording: Recording, spec: RackSpec) -> Iterator[Stimulus]:
-    """Yield what acted on the inputs; for real hardware only the status bits show it."""
+    """Yield the actions on the inputs; of real hardware only the status bits show them."""
     live = {slot.number for slot in spec.slot if slot.is_live}
     told = [each for each in recorded_stimuli(recording) if each.slot not in live]
     shown = [each for each in recorded_levels(recording) if each.slot in live]
@@ -47,13 +47,13 @@ def _stimuli(recording: Recording, spec: RackSpec) -> Iterator[Stimulus]:
 
 
 def learn(path: Path, folder: Path, *, trust: bool) -> LearnedScenario:
-    """Take rack file and program out of a trace, and its stimuli for a scenario.
+    """Extract rack file and program of a trace, and its stimuli for a scenario.
 
-    A controller on a real port is simulated from there on, and its inputs change when their status bits did.
+    A controller on a real port is simulated, and its inputs change when their status bits did.
     The folder gets the trace's files, `NAME-recorded.toml` and `scenario.json`.
 
     Raises:
-        ValueError: the trace can't be read, or does not bring a rack file in TOML.
+        ValueError: the trace can't be read, or has no rack file in TOML.
         OSError: a file can't be written.
     """
     with open_trace(path) as trace:

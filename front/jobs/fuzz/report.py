@@ -14,9 +14,9 @@ def report(found: Counterexample, chart: Sequence[str], again: Sequence[str], ch
     """Return the text of a failure's report.
 
     Args:
-        chart: where its picture is, as a whole and around the failure.
-        again: commands that show it again, and what can't.
-        check: the command that looks whether a changed program still breaks.
+        chart: links to its picture, complete and around the failure.
+        again: commands that repeat it, and obstacles.
+        check: the command that tests a changed program.
     """
     broken = found.broken
     parts = [
@@ -37,7 +37,7 @@ def _part(title: str, lines: Sequence[str]) -> Iterator[str]:
 
 
 def mended(file: Path) -> None:
-    """Write into a failure's report that the program does it no longer."""
+    """Note in a failure's report that the program no longer has it."""
     if file.is_file():
         text = file.read_text(encoding="utf-8")
         write_text(file, f"{MENDED}\n\n{text.removeprefix(MENDED).lstrip()}")

@@ -32,16 +32,16 @@ from .laws.scan_view import Moment
 from .scenarios.scenario import Scenario
 
 NO_FAULT = "no-fault"
-"""Name of the invariant that is always there: the program does not fault the CPU."""
+"""Name of the permanent invariant: the program does not fault the CPU."""
 
 PROGRAM, RUNNING, ASKING, BUILDING = "the program", "modules and scan loop", "invariants", "making racks"
-"""What the time of a run goes to."""
+"""Parts of a run's time."""
 
 HANGS = "watchdog"
-"""Cause of a fault where the logic has not come back in time: where it was then is chance."""
+"""Cause of a watchdog fault, whose place is random."""
 
 SENTENCES = ("rule", "refusal", "adapter")
-"""Kinds of events that say why a bit is set."""
+"""Kinds of events that explain a bit."""
 
 FAULT = ScanFlag.FAULT.value
 
@@ -53,14 +53,15 @@ class BrokenInvariant:
     """An invariant that did not hold.
 
     Attributes:
-        sentence: what should have held.
-        why: in which way it did not.
-        shows: what each slot shows at the end of that scan, in words, and where the program's sequences wait.
+        sentence: the invariant in words.
+        why: its violation in words.
+        shows: the state of each slot at the end of that scan, in words, and the waits of the program's
+            sequences.
         rules: sentences of the manual's rules that fired in that scan, and of an adapter's refusals,
             with their ids.
         cause: distinguishes it from other failures of the same invariant: of a fault, its place; of others
             the rule that refused a command in that scan (or in the one that started a clock), or else the
-            line that last changed an output word, where the sequences of the program wait, or of a ladder
+            line that last changed an output word, the waits of the program's sequences, or of a ladder
             program the commands in force.
     """
 
@@ -75,7 +76,7 @@ class BrokenInvariant:
 
     @property
     def key(self) -> str:
-        """What one failure is known by: the invariant, and its cause if it has one."""
+        """Identity of a failure: the invariant, and its cause if it has one."""
         return f"{self.invariant} {self.cause}".rstrip()
 
     def __str__(self) -> str:
@@ -85,13 +86,13 @@ class BrokenInvariant:
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """What a run came to.
+    """The result of a run.
 
     Attributes:
-        rules: how often each rule of the manual fired, by id.
+        rules: number of firings of each rule of the manual, by id.
         broken: the first invariant that did not hold, or None.
-        spent: what the time went to, ns.
-        applied: names of the invariants that had something to look at.
+        spent: parts of its time, ns.
+        applied: names of the invariants that had something to check.
         printed: number of lines that the program printed, which are not shown.
     """
 
@@ -243,7 +244,7 @@ REFUSALS = frozenset(
 )
 """Ids of the rules that refuse a command.
 
-Rules about what an input or a power-up brings are not among them: they may fire in the same scan by chance.
+Rules about inputs or a power-up are excluded: they may fire in the same scan by chance.
 """
 
 Listeners = Callable[[RackSpec, Rack], Iterable[ScanListener]]
@@ -255,16 +256,16 @@ def _no_listeners(_spec: RackSpec, _rack: Rack) -> Iterable[ScanListener]:
 
 
 UNPLACED = "?"
-"""Cause of a failure whose place is not known yet: the run is repeated with its lines traced."""
+"""Cause of a failure with an unknown place: the run is repeated with its lines traced."""
 
 
 @dataclass(frozen=True, slots=True)
 class TrialBench:
-    """What does not change from trial to trial.
+    """The constant part of all trials.
 
     Attributes:
-        scans: how long a run is.
-        tags_of: the tags of a logic by name.
+        scans: length of a run.
+        tags_of: returns the tags of a logic by name.
     """
 
     spec: RackSpec
@@ -275,7 +276,7 @@ class TrialBench:
 
     @property
     def names(self) -> frozenset[str]:
-        """Names of all that must hold, `NO_FAULT` among them."""
+        """Names of all invariants, including `NO_FAULT`."""
         return frozenset({NO_FAULT, *(each.name for each in self.invariants)})
 
     def run(
@@ -289,8 +290,8 @@ class TrialBench:
         """Run the program in a scenario until an invariant is broken or the time is over.
 
         Args:
-            without: names of invariants that are not asked, and keys of failures that do not count.
-            aloud: show what the program prints.
+            without: names of invariants to skip, and keys of failures to ignore.
+            aloud: show the program's output.
 
         Raises:
             InvariantError: an invariant raised.
@@ -330,7 +331,7 @@ class _Run:
         self._watcher.sequences = sequences_in(logic)
 
     def go(self, listeners: Listeners, *, aloud: bool) -> Verdict:
-        """Run; return what it came to.
+        """Run; return the verdict.
 
         Raises:
             InvariantError: an invariant raised.
@@ -355,7 +356,7 @@ class _Run:
     def _place(self) -> str:
         """Return the line that last changed an output word.
 
-        Where an axis of the program writes them it is where the sequences wait; else the commands in force.
+        If an axis of the program writes them, return the waits of the sequences; else the commands in force.
         """
         if self._places is None:
             return UNPLACED
@@ -366,7 +367,7 @@ class _Run:
 
     @contextmanager
     def _kept_quiet(self, *, aloud: bool) -> Iterator[None]:
-        """Keep what the program prints from the terminal, and count it."""
+        """Hide the program's output from the terminal, and count its lines."""
         if aloud:
             yield
         else:

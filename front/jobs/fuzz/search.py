@@ -27,7 +27,7 @@ from .steady import Uses
 
 DRAWING, CONFIRMING = "drawing scenarios", "confirming"
 SPENT = (PROGRAM, RUNNING, ASKING, BUILDING, DRAWING, CONFIRMING)
-"""What the time of a search goes to."""
+"""Parts of a search's time."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +35,7 @@ class Counterexample:
     """A scenario in which an invariant is broken.
 
     Attributes:
-        after: number of runs until it was first broken.
+        after: number of runs until its first failure.
     """
 
     scenario: Scenario
@@ -45,15 +45,15 @@ class Counterexample:
 
 @dataclass(slots=True)
 class SearchReport:
-    """What a search came to.
+    """The result of a search.
 
     Attributes:
-        runs: number of runs, those of shrinking included.
-        found: what was found, each invariant once.
+        runs: their number, including those of shrinking.
+        found: the failures, each once.
         firsts: the scenario in which a rule fired first, by the rule's id.
-        shrinking: how many of the runs were to shrink what was found.
-        spent: what the time went to, ns, by the names of `SPENT`.
-        applied: names of the invariants that have had something to look at.
+        shrinking: number of runs for shrinking.
+        spent: parts of its time, ns, by the names of `SPENT`.
+        applied: names of the invariants that had something to check.
         printed: number of lines that the program has printed in all runs.
     """
 
@@ -80,7 +80,7 @@ class SearchReport:
 
 
 class UnsteadyError(ValueError):
-    """A program that does not do the same twice in the same scenario."""
+    """A program that behaves differently in two runs of the same scenario."""
 
 
 class _BrokenError(Exception):
@@ -88,9 +88,9 @@ class _BrokenError(Exception):
 
 
 Confirm = Callable[[Counterexample, Collection[str]], bool]
-"""Looks in another process whether a failure happens there, too, without what is known.
+"""Repeats a failure in another process, which ignores known ones.
 
-Returns False where it may have been the machine's doing; raises `UnsteadyError` where it is the program's.
+Returns False if the machine may have caused it; raises `UnsteadyError` if the program did.
 """
 
 
@@ -108,19 +108,19 @@ def search(
     progress: Callable[[int], None] = lambda _runs: None,
     confirm: Confirm = _taken_at_its_word,
 ) -> SearchReport:
-    """Look for scenarios in which invariants are broken.
+    """Search for scenarios that break invariants.
 
-    When one is found it is made as small as can be and confirmed, and the search goes on past it
-    until the examples are used up. Failures of one invariant differ by their cause.
+    A failure is shrunk and confirmed, and the search continues until the examples are used up.
+    Failures of one invariant differ by their cause.
 
     Args:
-        examples: how many are tried in all, less those of shrinking.
-        start: seed of the search; the same seed finds the same.
-        known: names of invariants, and keys of failures, that are not looked for.
+        examples: number of scenarios in all, without those of shrinking.
+        start: seed of the search; the same seed gives the same results.
+        known: names of invariants, and keys of failures, to ignore.
 
     Raises:
         InvariantError: an invariant raised.
-        UnsteadyError: the program does not do the same twice.
+        UnsteadyError: the program is not deterministic.
     """
     report = SearchReport()
     start_ns = wall_ns()
@@ -151,15 +151,15 @@ def undisturbed(
     *,
     confirm: Confirm = _taken_at_its_word,
 ) -> list[Counterexample]:
-    """Run one scenario, before anything is random; return what is broken in it, each failure once.
+    """Run one scenario without random events; return its failures, each once.
 
     Args:
-        scenario: an empty one, or what a recording shows.
-        known: names of invariants that are not asked, and keys of failures that do not count.
+        scenario: an empty one, or that of a recording.
+        known: names of invariants to skip, and keys of failures to ignore.
 
     Raises:
         InvariantError: an invariant raised.
-        UnsteadyError: the program does not do the same twice.
+        UnsteadyError: the program is not deterministic.
     """
     found: list[Counterexample] = []
     given_up = set(known)
@@ -173,14 +173,14 @@ def undisturbed(
 
 
 def behind(bench: TrialBench, broken: BrokenInvariant, known: Collection[str]) -> frozenset[str]:
-    """Return what does not count in a run for one failure: all other invariants, and what is known before."""
+    """Return the names to ignore in a run for one failure: all other invariants, and earlier failures."""
     return frozenset({*known, *bench.names} - {broken.invariant, broken.key})
 
 
 def shrunk(
     bench: TrialBench, found: Counterexample, without: Collection[str], report: SearchReport | None = None
 ) -> Counterexample:
-    """Return a failure with the smallest scenario that shows it, see `shrink`."""
+    """Return a failure with the smallest scenario that has it, see `shrink`."""
 
     def breaks(scenario: Scenario) -> BrokenInvariant | None:
         verdict = bench.run(scenario, without=without)
@@ -210,10 +210,10 @@ class _Hunt:
         self.used = 0
 
     def go(self, strategy: st.SearchStrategy[Scenario], examples: int, start: int) -> Counterexample | None:
-        """Search; return what was found.
+        """Search; return the counterexample, or None.
 
         Raises:
-            UnsteadyError: the program does not do the same twice.
+            UnsteadyError: the program is not deterministic.
         """
         trial = seed(start)(settings(**HYPOTHESIS, max_examples=examples)(given(strategy)(self._try)))
         try:
@@ -226,7 +226,7 @@ class _Hunt:
         return None
 
     def _uses(self, scenario: Scenario) -> str:
-        """Return what the program uses that may differ from run to run."""
+        """Return the program's sources of differences between runs."""
         uses = Uses()
         uses.watching(self._bench).run(scenario)
         return str(uses)
@@ -260,10 +260,10 @@ HYPOTHESIS: dict[str, Any] = {
 
 
 def unsteady(found: Counterexample, uses: str = "") -> str:
-    """Return that a program does not do the same twice, and why.
+    """Return the sentence that a program is not deterministic, and the cause.
 
     Args:
-        uses: what it was seen to use, such as "the clock (line.py:12)"; empty if nothing was seen.
+        uses: its sources of differences, such as "the clock (line.py:12)"; empty without any.
     """
     why = f"It uses {uses}." if uses else UNSEEN
     return (
@@ -277,4 +277,4 @@ UNSEEN = (
     "It keeps something from run to run, or uses state of its process: the order of a set of texts, a file, "
     "an object's address."
 )
-"""What is said where neither chance nor clock nor threads were seen."""
+"""Text for a program that used neither chance nor clock nor threads."""

@@ -1,14 +1,15 @@
-"""Delta debugging: the smallest scenario that still breaks what a found one breaks.
+"""Delta debugging: the smallest scenario with the same failure as a given one.
 
 Two kinds of steps are repeated until neither helps:
 
     parts     leave some out: a half of them, a quarter, ..., at last each by itself
-    numbers   make a part's time, duration or count rounder; and take the simplest input, the
-              newest firmware, the fewest late words that do
+    numbers   make a part's time, duration or count rounder; and select the simplest input, the
+              newest firmware, the fewest late words that suffice
 
-At the end no single part can go, and no number can be rounder: a number is rounder if it has fewer
-significant digits in decimal (166 ms, 170 ms, 200 ms, 0), or as many and is less. What is tried for a
-number is 0, 1, 2 or 5 in every decade below it, and its neighbours of fewer digits, above and below.
+At the end no single part can be left out, and no number can be rounder: a number is rounder if it has fewer
+significant digits in decimal (166 ms, 170 ms, 200 ms, 0), or the same number and is less. The candidates for
+a
+number are 0, 1, 2 or 5 in every decade below it, and its neighbours with fewer digits, above and below.
 Times stay on the grid of the scans.
 """
 
@@ -27,7 +28,7 @@ from .run import BrokenInvariant
 from .scenarios.scenario import LostSteps, Press, Push, Scenario, Shift, Signal
 
 Inputs = Mapping[int, Sequence[InputBit]]
-"""By slot number: inputs, those that are simpler to press before the others."""
+"""Inputs by slot number, those that are simpler to press first."""
 
 Part = tuple[str, Any]
 """A part of a scenario: its field, and itself."""
@@ -45,12 +46,12 @@ def smallest(
     inputs: Inputs = MappingProxyType({}),
     scan_ns: int = 2_000_000,
 ) -> tuple[Scenario, BrokenInvariant]:
-    """Return the smallest scenario that breaks the same, and how it does.
+    """Return the smallest scenario with the same failure, and that failure.
 
     Args:
-        breaks: runs a scenario; returns what it breaks if that is the same failure, else None.
+        breaks: runs a scenario; returns its failure if that is the same, else None.
         inputs: of each slot the inputs that may be pressed, the simplest first.
-        scan_ns: time from scan to scan; times that are tried are multiples of it.
+        scan_ns: time from scan to scan; candidate times are multiples of it.
     """
     shrinking = _Shrinker(scenario, broken, breaks, inputs, scan_ns)
     while shrinking.drops_parts() or shrinking.simplifies_parts():
@@ -75,7 +76,7 @@ class _Shrinker:
         self._tried = {scenario}
 
     def drops_parts(self) -> bool:
-        """Leave out what can be left out; return whether there was anything."""
+        """Leave out dispensable parts; return whether there were any."""
         before = self.scenario
         count = len(parts_of(before)) or 1
         while count:
@@ -87,7 +88,7 @@ class _Shrinker:
         return self.scenario != before
 
     def simplifies_parts(self) -> bool:
-        """Make numbers rounder, and whatever else is simpler; return whether anything could be."""
+        """Make numbers and other values simpler; return whether any could be."""
         before = self.scenario
         for place in range(len(parts_of(before))):
             while self._simplifies(place):
@@ -103,7 +104,7 @@ class _Shrinker:
         )
 
     def _take(self, parts: Sequence[Part]) -> bool:
-        """Go on from these parts if they break the same."""
+        """Continue with these parts if they have the same failure."""
         scenario = scenario_of(parts)
         if scenario in self._tried:
             return False
@@ -116,7 +117,7 @@ class _Shrinker:
 
 
 def parts_of(scenario: Scenario) -> list[Part]:
-    """Return the parts of a scenario; `scenario_of` is the way back."""
+    """Return the parts of a scenario; the inverse of `scenario_of`."""
     return [(name, part) for name in FIELDS for part in getattr(scenario, name)]
 
 
@@ -126,7 +127,7 @@ def scenario_of(parts: Sequence[Part]) -> Scenario:
 
 
 def simpler_parts(part: Any, inputs: Inputs, scan_ns: int) -> Iterator[Any]:
-    """Yield parts that are simpler than one, the simplest first of each kind."""
+    """Yield simpler versions of a part, the simplest of each kind first."""
     if isinstance(part, Press | Push | Signal | Incident):
         yield from (replace(part, at_ns=time_ns) for time_ns in _rounder_times(part.at_ns, scan_ns))
         yield from (
@@ -158,7 +159,7 @@ def _newer(version: str) -> Iterator[str]:
 
 
 def digits(number: int) -> int:
-    """Return how many significant digits a number has in decimal.
+    """Return the number of significant decimal digits.
 
     >>> digits(0), digits(200_000_000), digits(-1_500)
     (0, 1, 2)
@@ -175,7 +176,7 @@ def _rounder_times(time_ns: int, scan_ns: int) -> Iterator[int]:
 
 
 def rounder(number: int) -> Iterator[int]:
-    """Yield numbers that are rounder than one, the roundest first, all of its sign.
+    """Yield rounder numbers with the same sign, the roundest first.
 
     >>> list(rounder(166))
     [0, 1, 2, 5, 10, 20, 50, 100, 200, 160, 170]

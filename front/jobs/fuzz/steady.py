@@ -1,14 +1,14 @@
-"""What a program uses that may differ from run to run: chance, the clock, threads, its process.
+"""A program's sources of differences between runs: chance, the clock, threads, its process.
 
-    what is called                                counts as
+    a call of                                     counts as
     random.random and the like, without a seed    chance
     random.SystemRandom, secrets, os.urandom      chance
     time.*, datetime.now, today                   the clock
     threading.Thread.start                        threads
     os.environ, os.getpid, open, id, hash         state of the process
 
-A profile function sees the calls while the program is loaded and while it is called. It sees only what
-runs, and no order of a set; so it explains a difference between two runs, and does not replace them.
+A profile function sees the calls while the program is loaded and while it is called. It sees only executed
+code, and no order of a set; it therefore explains a difference between two runs, but can't replace them.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ MODULES = {
     "pathlib": PROCESS,
     "genericpath": PROCESS,
 }
-"""What a function counts as, by its module."""
+"""Source of a function, by its module."""
 
 NAMES = {
     ("builtins", "id"): PROCESS,
@@ -54,7 +54,7 @@ NAMES = {
     ("posix", "urandom"): CHANCE,
     ("os", "urandom"): CHANCE,
 }
-"""What single functions count as, before their module."""
+"""Source of single functions, which override their module."""
 
 STEADY = {
     "time": {"strftime", "strptime", "mktime", "gmtime", "asctime"},
@@ -66,17 +66,17 @@ STEADY = {
     "genericpath": {"commonprefix"},
     "_io": {"StringIO", "BytesIO", "text_encoding", "write", "flush"},
 }
-"""Functions of these modules that give the same in every run."""
+"""Deterministic functions of these modules."""
 
 PATH_READS = {"open", "read_text", "read_bytes", "exists", "is_file", "is_dir", "stat", "iterdir", "glob"}
-"""Methods of a path that look at the file system; the others only work on its text."""
+"""Methods of a path that read the file system; the others only use its text."""
 
 
 class Uses:
-    """What a program was seen to use.
+    """A program's observed sources of differences.
 
     Attributes:
-        seen: by what it is, the first place that uses it, such as "line.py:12".
+        seen: by source, the first place that uses it, such as "line.py:12".
     """
 
     def __init__(self) -> None:
@@ -88,7 +88,7 @@ class Uses:
 
     @contextmanager
     def noticing(self) -> Iterator[None]:
-        """Notice what is called from the user's code."""
+        """Observe the calls of the user's code."""
         before = sys.getprofile()
         sys.setprofile(self._notice)
         try:
@@ -117,7 +117,7 @@ class Uses:
             self.seen.setdefault(what, where)
 
     def _builtin(self, function: Callable[..., Any]) -> str | None:
-        """Return what a function in C counts as."""
+        """Return the source of a function in C."""
         owner = getattr(function, "__self__", None)
         name = getattr(function, "__name__", "")
         if isinstance(owner, Random):
@@ -127,7 +127,7 @@ class Uses:
         return _of_module(getattr(function, "__module__", None) or "", name)
 
     def _function(self, frame: FrameType) -> str | None:
-        """Return what a function in Python counts as."""
+        """Return the source of a function in Python."""
         module, name = str(frame.f_globals.get("__name__", "")), frame.f_code.co_name
         if module.startswith("pathlib."):  # a package since Python 3.13
             module = "pathlib"
@@ -141,7 +141,7 @@ class Uses:
         return _of_module(module, name)
 
     def _random(self, owner: Random, name: str, given: object = None) -> str | None:
-        """Return what a call of a random generator counts as: with a seed of its own it is steady."""
+        """Return the source of a random generator's call: with its own seed it is deterministic."""
         if name in ("seed", "__init__"):
             self._seeded = self._seeded or (name == "seed" and given is not None)
             return CHANCE if given is None else None
@@ -150,7 +150,7 @@ class Uses:
 
 
 class _CallRecorder(LogicWrapper):
-    """A logic whose calls are noticed."""
+    """A logic whose calls are observed."""
 
     def __init__(self, logic: ScanLogic, uses: Uses) -> None:
         super().__init__(logic)

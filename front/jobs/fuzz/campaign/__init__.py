@@ -1,1 +1,1 @@
-"""A long search: rounds over processes, kept on disk, finds confirmed."""
+"""A long search: rounds in processes, saved on disk, with confirmed failures."""

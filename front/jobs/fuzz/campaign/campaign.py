@@ -1,8 +1,9 @@
 """A campaign: many searches, on all cores or on a cluster, that can be interrupted and continued.
 
-A search is a task: a seed and a number of examples. Tasks go to an executor of the standard library's
-kind; what they report is added to the state, which is written after every one of them. Every other task
-varies a scenario of the corpus, which holds the first scenario in which each rule of the manual fired.
+A search is a task: a seed and a number of examples. Tasks go to an executor with the interface of the
+standard
+library; their reports are added to the state, which is written after every one of them. Every other task
+varies a scenario of the corpus, which has the first scenario in which each rule of the manual fired.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from ..search import Counterexample, SearchReport
 from .state import CampaignError, State
 
 TRIES = 3
-"""How often a task is tried whose worker dies."""
+"""Number of attempts for a task whose worker dies."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,9 +26,9 @@ class Task:
     """One search.
 
     Attributes:
-        number: which one, from 0; its seed follows from it.
-        examples: how many scenarios it tries.
-        base: a scenario that it varies.
+        number: from 0; its seed follows from it.
+        examples: number of scenarios.
+        base: a scenario to vary, or None.
     """
 
     number: int
@@ -52,13 +53,12 @@ def campaign(
     go_on: Callable[[], bool] = lambda: True,
     news: Callable[[list[Counterexample]], None] = lambda _found: None,
 ) -> None:
-    """Run tasks until all are done, or until `go_on` returns False; the state holds the results.
+    """Run tasks until all are done, or until `go_on` returns False; the state collects the results.
 
     Args:
-        state: what is known; it is added to.
         executor: makes the executor, and again if its workers die.
-        tasks: how many tasks; None = until `go_on` says no.
-        go_on: asked after every task.
+        tasks: their number; None = until `go_on` returns False.
+        go_on: called after every task.
         news: called after every task with its findings.
 
     Raises:
@@ -81,8 +81,9 @@ def campaign(
 class _Desk:
     """Submits tasks and collects their reports.
 
-    Reports are passed on in the order of their tasks, and each is followed by a new task: so what a task
-    knows does not hang on which worker was faster, and the same campaign finds the same.
+    Reports are passed on in the order of their tasks, and each is followed by a new task: the knowledge of a
+    task
+    therefore does not depend on the workers' speed, and the same campaign has the same results.
     """
 
     def __init__(self, work: Work, executor: Callable[[], Executor], waiting: Iterator[Task]) -> None:
@@ -120,7 +121,7 @@ class _Desk:
             number += 1
 
     def _take(self, done: set[Future[SearchReport]]) -> None:
-        """Keep a report; submit a task again if its worker died."""
+        """Store a report; submit a task again if its worker died."""
         lost = []
         broken = False
         for future in done:
@@ -151,7 +152,7 @@ def _worker_died(error: BaseException) -> bool:
 
 
 def _tasks(state: State, examples: int, count: int | None, known: frozenset[str]) -> Iterator[Task]:
-    """Return tasks with what is known when each is submitted."""
+    """Yield tasks with the knowledge at their submission."""
     number = state.tasks
     end = None if count is None else number + count
     while end is None or number < end:

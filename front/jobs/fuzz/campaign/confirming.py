@@ -1,4 +1,4 @@
-"""A failure counts if it happens twice: here, and in a new process with other surroundings."""
+"""A failure counts if it happens twice: here, and in a new process with another environment."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from .fresh import in_other_surroundings
 
 @dataclass(frozen=True, slots=True)
 class Confirmation:
-    """Asks another process whether a failure happens there, too."""
+    """Repeats a failure in another process."""
 
     setup: Setup
 
     def __call__(self, found: Counterexample, without: Collection[str]) -> bool:
-        """Return whether it does.
+        """Return whether the failure happens there, too.
 
         Raises:
-            UnsteadyError: it does not, which is the program's doing.
+            UnsteadyError: the program does not fail there, and is responsible for the difference.
         """
         broken, uses = in_other_surroundings(run_again, self.setup, found.scenario, frozenset(without))
         if broken is not None and broken.key == found.broken.key:
@@ -36,7 +36,7 @@ class Confirmation:
 def run_again(
     setup: Setup, scenario: Scenario, without: frozenset[str]
 ) -> tuple[BrokenInvariant | None, str]:
-    """Run a scenario; return what it breaks, and what the program was seen to use that may differ."""
+    """Run a scenario; return its failure, and the program's sources of differences."""
     uses = Uses()
     verdict = uses.watching(bench_of(setup)).run(scenario, without=without)
     return verdict.broken, str(uses)

@@ -16,20 +16,20 @@ from .state import CampaignError
 
 
 class Here(Executor):
-    """Does every task at once, in this process."""
+    """Runs every task at once, in this process."""
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         """Run it, and return the result."""
         future: Future[Any] = Future()
         try:
             future.set_result(fn(*args, **kwargs))
-        except Exception as error:  # it is raised where the result is asked for
+        except Exception as error:  # raised again where the result is read
             future.set_exception(error)
         return future
 
 
 class Processes(Executor):
-    """Runs tasks in processes, and ends the processes at shutdown, in the middle of their work."""
+    """Runs tasks in processes, and kills the processes at shutdown."""
 
     def __init__(self, jobs: int) -> None:
         self._waiting: SimpleQueue[tuple[Future[Any], Asked] | None] = SimpleQueue()
@@ -45,12 +45,12 @@ class Processes(Executor):
         return future
 
     def _serve(self, worker: Worker) -> None:
-        """Give a process one task after the other; after its death all tasks are broken."""
+        """Send tasks to a process, one after the other; after its death all tasks are broken."""
         while (task := self._waiting.get()) is not None:
             future, asked = task
             try:
                 future.set_result(worker.run(*asked))
-            except Exception as error:  # it is raised where the result is asked for
+            except Exception as error:  # raised again where the result is read
                 future.set_exception(error)
         worker.close()
 
@@ -94,7 +94,7 @@ class OnCluster(Executor):
         return answer
 
     def _pass_on(self, asked: Future[Any], answer: Future[Any]) -> None:
-        """Answer as the cluster does; it cancels what it has lost."""
+        """Copy the cluster's answer; it cancels tasks that it has lost."""
         error = self._gone() if asked.cancelled() else asked.exception()
         if isinstance(error, CONNECTION_LOST):
             error = self._gone()
@@ -117,7 +117,7 @@ class OnCluster(Executor):
             try:
                 workers = self._client.nthreads()
             except CONNECTION_LOST:
-                return  # the tasks tell it
+                return  # the tasks report it
             if workers:
                 since_ns, told = wall_ns(), False
             elif not told and wall_ns() - since_ns >= NO_WORKER_NS:
@@ -128,7 +128,7 @@ class OnCluster(Executor):
                 )
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Close the connection; the cluster goes on."""
+        """Close the connection; the cluster continues."""
         self._over.set()
         if self._lost:
             with suppress(*CONNECTION_LOST):  # the connection is gone already
@@ -141,20 +141,20 @@ class OnCluster(Executor):
 Say = Callable[[str], object]
 
 NO_WORKER_NS = 5_000_000_000
-"""How long a cluster may be without a worker before a message says so."""
+"""Longest time without a worker of a cluster before a message."""
 
 CONNECTION_LOST = (OSError, AssertionError, RuntimeError, CancelledError)
-"""What Dask raises, or answers, where a connection breaks in the middle of something."""
+"""Errors of Dask after a broken connection."""
 
 
 def executor_of(jobs: int, dask: str | None, say: Say = lambda _text: None) -> Callable[[], Executor]:
-    """Return what makes the executor: this process, a pool of processes, or a Dask cluster.
+    """Return the maker of the executor: this process, a pool of processes, or a Dask cluster.
 
     Args:
-        dask: address of the cluster's scheduler; None = there is no cluster.
+        dask: address of the cluster's scheduler; None = no cluster.
 
     Raises:
-        ValueError: when the executor is made: the cluster's library is missing, or nothing answers.
+        ValueError: from the maker: the cluster's library is missing, or nothing answers.
     """
     if dask is not None:
         return lambda: _dask(dask, say)
@@ -175,7 +175,7 @@ def _dask(address: str, say: Say) -> Executor:
 
 
 def _silence(library: str) -> None:
-    """Keep a library's log off the terminal; our messages say what matters of it."""
+    """Hide a library's log from the terminal; our messages replace it."""
     for name in [library, *logging.root.manager.loggerDict]:
         if name.partition(".")[0] == library:
             logger = logging.getLogger(name)

@@ -6,7 +6,7 @@
     result or exception       <- standard output      (pickled)
     end of standard input     -> it ends at once
 
-What a function prints goes nowhere. A process ends when its parent does.
+The output of a function is dropped. A process ends with its parent.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ P = ParamSpec("P")
 Result = TypeVar("Result")
 
 HASH_SEEDS = ("20601", "3601")
-"""Two of them, so that there is always a different one."""
+"""Two seeds, so that one always differs from the present one."""
 
 LOADED_FIRST = ("wave", "sched", "colorsys", "zipfile", "random", "threading")
-"""Modules that a process with other surroundings loads before all others, in this order."""
+"""Modules that a process with another environment loads first, in this order."""
 
 
 def in_fresh_process(
@@ -71,7 +71,7 @@ class Worker:
     """A new process that runs one function after the other.
 
     Args:
-        first: modules that it loads before all others, in this order.
+        first: modules to load before all others, in this order.
         environment: its environment variables; None = ours.
     """
 
@@ -97,7 +97,7 @@ class Worker:
         return value
 
     def kill(self) -> None:
-        """End the process, in the middle of its work; `run` of another thread raises."""
+        """Kill the process; `run` of another thread raises."""
         self._process.kill()
 
     def close(self) -> None:
@@ -106,7 +106,7 @@ class Worker:
         self._process.communicate()
 
     def _send(self, what: object) -> None:
-        """Write to the process; a dead one shows by its missing answer."""
+        """Write to the process; a dead one is detected by its missing answer."""
         assert self._process.stdin is not None
         try:
             pickle.dump(what, self._process.stdin)
@@ -116,12 +116,12 @@ class Worker:
 
 
 def serve() -> None:
-    """Do what a `Worker` of the parent is asked for; this is the new process."""
+    """Serve the requests of the parent's `Worker`: the main function of the new process."""
     with os.fdopen(os.dup(0), "rb") as orders, os.fdopen(os.dup(1), "wb") as answers:
         with open(os.devnull, "r+b") as nowhere:
             os.dup2(nowhere.fileno(), 0)
             os.dup2(nowhere.fileno(), 1)
-        signal.signal(signal.SIGINT, signal.SIG_DFL)  # a terminal sends Ctrl-C to all; only the parent speaks
+        signal.signal(signal.SIGINT, signal.SIG_DFL)  # a terminal sends Ctrl-C to all; only the parent prints
         for name in pickle.load(orders):
             import_module(name)
         waiting: SimpleQueue[bytes] = SimpleQueue()
@@ -132,7 +132,7 @@ def serve() -> None:
 
 
 def _read(orders: BinaryIO, waiting: SimpleQueue[bytes]) -> None:
-    """Pass orders on; end with the parent, in the middle of whatever is done."""
+    """Pass orders on; exit with the parent, even in the middle of an order."""
     try:
         while True:
             waiting.put(pickle.load(orders))
@@ -141,7 +141,7 @@ def _read(orders: BinaryIO, waiting: SimpleQueue[bytes]) -> None:
 
 
 def _answer(order: bytes) -> bytes:
-    """Return the result of an order or what it raised, for the parent to raise."""
+    """Return the result of an order, or its exception for the parent to raise."""
     try:
         function, args, kwargs = pickle.loads(order)
         return pickle.dumps((True, function(*args, **kwargs)))

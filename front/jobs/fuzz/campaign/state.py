@@ -1,4 +1,4 @@
-"""What a campaign knows, as a file that is written after every task and read by the next run."""
+"""The state of a campaign: a file that is written after every task and read by the next run."""
 
 from __future__ import annotations
 
@@ -21,27 +21,27 @@ from ..scenarios.scenario import Scenario
 from ..search import Counterexample, SearchReport, behind
 
 RECORDING = "recording"
-"""What replaces a rule in the corpus where a scenario was learned from a recording."""
+"""Key of the corpus for a scenario from a recording, in place of a rule."""
 
 
 class CampaignError(ValueError):
-    """A campaign that can't go on; the message says why."""
+    """A campaign that can't continue; the message has the cause."""
 
 
 @dataclass(slots=True)
 class State:
-    """What a campaign knows.
+    """The state of a campaign.
 
     Attributes:
-        rack: path of what is searched, as it was given; empty before the first run.
+        rack: path of the subject, as given; empty before the first run.
         corpus: by a rule's id, the scenario in which it fired first; by `RECORDING`, that of a recording;
-            by a failure's key, one that broke something once and does not any more.
+            by a failure's key, one that once failed and no longer does.
         found: of each failure the smallest scenario, by the failure's key.
-        folders: name of the folder of each failure that was ever found, by its key.
-        applied: names of the invariants that have had something to look at.
-        shrinking: how many of this session's runs were to shrink what was found; not kept in the file.
-        spent: what the time of this session's searches went to, ns; not kept in the file.
-        printed: number of lines that the program printed in this session's searches; not kept in the file.
+        folders: folder name of each failure ever found, by its key.
+        applied: names of the invariants that had something to check.
+        shrinking: number of this session's runs for shrinking; not saved.
+        spent: parts of this session's search time, ns; not saved.
+        printed: number of lines that the program printed in this session; not saved.
     """
 
     rack: str = ""
@@ -58,7 +58,7 @@ class State:
     printed: int = field(default=0, compare=False)
 
     def add(self, report: SearchReport) -> list[Counterexample]:
-        """Add what a task reports; return what is found for the first time, or smaller than before."""
+        """Add the report of a task; return new failures, and those with a smaller scenario."""
         self.tasks += 1
         self.runs += report.runs
         self.scans += report.scans
@@ -72,7 +72,7 @@ class State:
         return self.note(report.found)
 
     def note(self, found: Iterable[Counterexample]) -> list[Counterexample]:
-        """Add what is found; return what is so for the first time, or smaller than before."""
+        """Add failures; return new ones, and those with a smaller scenario."""
         news = []
         for each in found:
             known = self.found.get(each.broken.key)
@@ -83,14 +83,14 @@ class State:
         return news
 
     def _give_folder(self, broken: BrokenInvariant) -> None:
-        """Call a failure's folder as the invariant, with a number if that is taken."""
+        """Name a failure's folder after the invariant, with a number if necessary."""
         if broken.key not in self.folders:
             numbered = (f"{broken.invariant}-{number}" for number in count(2))
             names = chain([broken.invariant], numbered)
             self.folders[broken.key] = next(name for name in names if name not in self.folders.values())
 
     def leave_out_impossible(self, spec: RackSpec) -> list[BrokenInvariant]:
-        """Forget scenarios with an older firmware than the program needs; return what they broke."""
+        """Drop scenarios with an older firmware than the program needs; return their failures."""
         gone = {key: each for key, each in self.found.items() if not each.scenario.is_possible(spec)}
         for key in gone:
             del self.found[key]
@@ -98,9 +98,9 @@ class State:
         return [each.broken for _key, each in sorted(gone.items())]
 
     def recheck(self, bench: TrialBench) -> list[BrokenInvariant]:
-        """Look whether the program still breaks what it was found to break; return what it does not.
+        """Repeat the known failures; return those that are gone.
 
-        What is mended becomes part of the corpus. Invariants that the bench does not ask are left alone.
+        Their scenarios become part of the corpus. Failures of other invariants than the bench's are kept.
         """
         mended = []
         before = {
@@ -120,7 +120,7 @@ class State:
         return mended
 
     def to_json(self) -> dict[str, Any]:
-        """Return the state as JSON can hold it."""
+        """Return the state in JSON's types."""
         return {
             "rack": self.rack,
             "tasks": self.tasks,
@@ -135,10 +135,10 @@ class State:
 
     @classmethod
     def from_json(cls, given: dict[str, Any]) -> State:
-        """Return the state that `to_json` wrote.
+        """Return the state of `to_json`.
 
         Raises:
-            ValueError: it is none.
+            ValueError: an illegal one.
         """
         try:
             found = [_found(each) for each in given["found"]]
@@ -221,10 +221,10 @@ STATE = beginning("the state of a campaign", b'{\n "rack"')
 
 
 def read_state(file: Path, rack: str) -> State:
-    """Return the state in a file, an empty one if there is no such file.
+    """Return the state in a file, an empty one if the file is missing.
 
     Raises:
-        CampaignError: the file can't be read, holds no state, or that of another rack.
+        CampaignError: the file can't be read, has no state, or that of another rack.
     """
     if not file.exists():
         return State(rack)
@@ -241,7 +241,7 @@ def read_state(file: Path, rack: str) -> State:
 
 
 def write_state(state: State, file: Path) -> None:
-    """Write a state in place of the one that was there.
+    """Write a state; replace the previous one.
 
     Raises:
         OSError: it can't be written.

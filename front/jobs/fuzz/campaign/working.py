@@ -26,7 +26,7 @@ class Work:
     setup: Setup
 
     def __call__(self, task: Task) -> SearchReport:
-        """Search."""
+        """Run a task's search."""
         bench = bench_of(self.setup)
         strategy = scenarios(bench.spec, bench.scans, self.setup.kinds, base=task.base)
         with _kept_in(self.setup.notes), catch_warnings():
@@ -46,20 +46,20 @@ class Work:
 class Apart:
     """Runs a task in a process of its own.
 
-    The worker of a cluster may do several tasks in threads of one process, which modules that a program
-    imports, and the redirected output, do not survive.
+    The worker of a cluster may run several tasks in threads of one process, which the modules of a program
+    and its redirected output do not tolerate.
     """
 
     work: Work
 
     def __call__(self, task: Task) -> SearchReport:
-        """Search."""
+        """Run a task's search in a process."""
         return in_fresh_process(self.work, task)
 
 
 @contextmanager
 def _kept_in(folder: Path) -> Iterator[None]:
-    """Make Hypothesis keep its files in a folder, not in the current one."""
+    """Make Hypothesis write its files to a folder, not to the current one."""
     set_hypothesis_home_dir(folder / ".hypothesis")
     try:
         yield

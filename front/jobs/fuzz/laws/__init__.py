@@ -1,1 +1,1 @@
-"""What holds in every scan: invariants, the standard ones and those of users."""
+"""Invariants of every scan: the standard ones and those of users."""

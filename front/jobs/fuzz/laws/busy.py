@@ -1,8 +1,8 @@
-"""The law of commands: none is under way while its axis rests for a second and the link is good.
+"""The law of commands: no command is in progress while its axis rests for a second with a good link.
 
 A search for home may rest longer: two seconds on an end limit. A follower rests with its encoder. A blend is
-programmed at rest, in phases; each begins the second anew. With a round trip of more than a third of a
-second it is three of them.
+programmed at rest, in phases; each restarts the second. With a round trip of more than a third of a
+second the limit is three of them.
 """
 
 from __future__ import annotations
@@ -36,13 +36,13 @@ SEARCH, FOLLOWER = 4, 10
 
 @dataclass(frozen=True, slots=True)
 class Busy:
-    """A command under way.
+    """A command in progress.
 
     Attributes:
-        text: what it is called, or what says so.
+        text: its name, or an object that has it.
         rests: its axis rests, and answers.
-        phase: differs when it goes on at rest.
-        limit_ns: how long it may rest.
+        phase: changes when it makes progress at rest.
+        limit_ns: longest rest.
     """
 
     text: object
@@ -52,7 +52,7 @@ class Busy:
 
 
 Question = Callable[[], Busy | None]
-"""Returns the command of an axis that is under way now."""
+"""Returns the command of an axis that is in progress now."""
 
 
 def axes_in(logic: ScanLogic, tags: NamedTags) -> tuple[Question, ...]:
@@ -95,7 +95,7 @@ def _limit_ns(trip_ns: int, *, searches: bool) -> int:
 
 
 class Rests:
-    """Measures how long the axes of a program have rested under a command."""
+    """Measures the rests of a program's axes under a command."""
 
     def __init__(self, axes: Iterable[Question]) -> None:
         self._axes = [_Rest(each) for each in axes]

@@ -1,4 +1,4 @@
-"""Invariants: what must hold in every scan of every run, as small functions of a moment."""
+"""Invariants: conditions of every scan of every run, as small functions of a moment."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ Condition = Callable[[Moment], Any]
 """A condition of a moment; its answer counts as true or false."""
 
 Watch = Callable[[Moment], str | None]
-"""Looks at every scan of one run; returns how the invariant is broken, or None.
+"""Checks every scan of one run; returns the violation, or None.
 
-Where it may have nothing to look at, its attribute `applied` says whether it had. Where it breaks
-later than what led to it, its attribute `origin_scan` is the scan of that.
+An optional attribute `applied` says whether it had something to check. If a violation shows later than its
+cause, the attribute `origin_scan` is the scan of the cause.
 """
 
 
 class InvariantError(ValueError):
-    """An invariant that can't be loaded, or that raised; the message names it, file and line."""
+    """An invariant that can't be loaded, or that raised; the message has name, file and line."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +46,7 @@ def always(condition: Condition) -> Invariant:
 
 
 def never(condition: Condition) -> Invariant:
-    """Make an invariant of a condition that must not be true in any scan; its docstring is the sentence."""
+    """Make an invariant of a condition that must be false in every scan; its docstring is the sentence."""
     return _single(condition, wanted=False)
 
 
@@ -55,17 +55,17 @@ def eventually(
 ) -> Callable[[Condition], Invariant]:
     """Make an invariant of a condition that must come true in time.
 
-    The clock starts in a scan in which `after` is true, if it does not run already, and stops in
+    The clock starts in a scan in which `after` is true, unless it runs already, and stops in
     one in which the condition is. It pauses while the logic rests (program mode): a program that is
     not called can't act.
 
     Args:
         limit: machine time with its unit, such as "5 s".
-        after: what starts the clock.
-        while_resting: let the clock run in program mode, too, for what the machine must do by itself.
+        after: starts the clock.
+        while_resting: let the clock run in program mode, too, for reactions of the machine itself.
 
     Raises:
-        ValueError: `limit` is not a time, or the condition does not take one argument.
+        ValueError: `limit` is not a time, or the condition does not accept one argument.
     """
     limit_ns = parse_duration(limit)
 
@@ -127,7 +127,7 @@ def _single(condition: Condition, *, wanted: bool) -> Invariant:
 
 
 def _check(condition: Condition) -> None:
-    """Refuse a condition that does not take a moment.
+    """Refuse a condition that does not accept a moment.
 
     Raises:
         InvariantError: it is not a function of one argument.

@@ -1,4 +1,4 @@
-"""What an invariant sees: the end of one scan, with its images and what the logic knows."""
+"""The argument of an invariant: the end of one scan, with its images and the logic's values."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from ....runtime.loop.scan import MODE_MASK, CpuMode, mode_name
 from .busy import Question
 
 NO_WORDS = Image().words
-"""What is in force while the CPU sends nothing, and on a card, whose words are not commands."""
+"""Words in force while the CPU sends nothing, and on a card, whose words are no commands."""
 
 
 class SlotMoment:
     """A module at the end of a scan.
 
     Attributes:
-        outputs: what the logic has written, sent or not; live, so not to be kept.
-        inputs: what the logic has seen.
-        status: the bits and values of `inputs` by name; a card has none of them, so all are off and 0.
+        outputs: the logic's latest words, sent or not; live, so that they must not be kept.
+        inputs: the logic's latest input words.
+        status: the bits and values of `inputs` by name; of a card all are off and 0.
     """
 
     __slots__ = ("_axis", "_in_force", "_slot", "inputs", "outputs", "status")
@@ -36,11 +36,11 @@ class SlotMoment:
         self.outputs_are_sent(True)
 
     def outputs_are_sent(self, sent: bool) -> None:
-        """Take the outputs for the words in force, or none if the CPU does not send them."""
+        """Set the words in force: the outputs, or none if the CPU does not send them."""
         self._in_force = self.outputs.words if sent and self._axis else NO_WORDS
 
     def __str__(self) -> str:
-        """Return what is to be seen of it, in words."""
+        """Return its visible state, in words."""
         if not self._axis:
             return f"outputs {_hex(self.outputs)}; inputs {_hex(self.inputs)}"
         commands = "configuration" if self.configuring else " ".join(self.commands) or "none"
@@ -54,7 +54,7 @@ class SlotMoment:
 
     @property
     def moving(self) -> bool:
-        """Whether the axis moves, either way."""
+        """Whether the axis moves in either direction."""
         return self.status.moving
 
     @property
@@ -64,7 +64,7 @@ class SlotMoment:
 
     @property
     def configuring(self) -> bool:
-        """Whether the words in force ask for configuration mode: then they are not commands."""
+        """Whether the words in force request configuration mode: then they are no commands."""
         return self._in_force[0] < 0
 
     @property
@@ -72,7 +72,7 @@ class SlotMoment:
         """Names of the command bits in force.
 
         There are none in configuration mode, and none while the CPU does not send its outputs
-        (in program and test mode), whatever the output image shows.
+        (in program and test mode), regardless of the output image.
         """
         word = self._in_force[0]
         if word < 0:
@@ -87,7 +87,7 @@ class SlotMoment:
 
 
 def _hex(image: Image) -> str:
-    """Return the words of an image up to the last that is not 0, as Logix writes them.
+    """Return the words of an image up to the last that is not 0, in Logix notation.
 
     >>> _hex(Image([5, -1])), _hex(Image())
     ('16#0005 16#FFFF', '16#0000')
@@ -102,11 +102,7 @@ class Slots(dict[int, SlotMoment]):
     """The modules by slot number."""
 
     def __missing__(self, number: object) -> SlotMoment:
-        """Say which slots there are.
-
-        Raises:
-            LookupError: always.
-        """
+        """Raise LookupError with the existing slots."""
         raise LookupError(f"there is no slot {number!r}: modules sit in {', '.join(map(str, self))}")
 
 
@@ -114,13 +110,12 @@ class Moment:
     """The end of a scan; one object for a whole run, always at the latest scan.
 
     Attributes:
-        scan: number of the scan, from 0.
-        ns: its virtual time, ns since power-up.
+        ns: virtual time, ns since power-up.
         slot: the modules by slot number.
-        tags: the tags of a ladder program by name; empty if the logic is a plain function.
+        tags: the tags of a ladder program by name; empty for a plain function.
         mode: the CPU's mode: "run", "test", "program" or "single scan".
-        axes: asks the axes of the program for their commands, one question each.
-        resting: whether the logic was not called in this scan, which is so in program mode.
+        axes: returns the commands of the program's axes, one function each.
+        resting: whether the logic was not called in this scan, as in program mode.
     """
 
     __slots__ = ("_mode", "axes", "mode", "ns", "resting", "scan", "slot", "tags")
@@ -136,7 +131,7 @@ class Moment:
         self.resting = False
 
     def move_on(self, scan: int, ns: int, flags: int) -> None:
-        """Show the end of another scan."""
+        """Move on to the end of another scan."""
         self.scan, self.ns = scan, ns
         if flags & MODE_MASK != self._mode:
             self._mode = flags & MODE_MASK

@@ -1,4 +1,4 @@
-"""Invariants that nearly every program should keep, by the names the command line knows."""
+"""Invariants of almost every program, by the names of the command line."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Scenarios: what happens to a rack and when, as data and as text."""
+"""Scenarios: events of a rack with their times, as data and as text."""

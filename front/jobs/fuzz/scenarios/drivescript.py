@@ -1,4 +1,4 @@
-"""A run as a script for `scanrack drive`: what one module received, request by request."""
+"""A run as a script for `scanrack drive`: the inputs of one module, request by request."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ BENCH_TICK_NS = 250_000
 
 
 REPLIES = {FaultKind.REPLIES_LOST: "drop_next", FaultKind.REPLIES_DAMAGED: "corrupt_next"}
-"""What the bench calls it when one reply is lost or damaged."""
+"""Keys of the bench for a single lost or damaged reply."""
 
 
 def obstacle(spec: RackSpec, slot: SlotSpec) -> str | None:
-    """Return what of a slot the bench can't do, None if it can do it all."""
+    """Return the feature of a slot that the bench lacks, or None."""
     machine = slot.machine
     told = [each for each in spec.incidents if each.slot in (0, slot.number)]
     beyond: tuple[tuple[bool, str], ...] = (
@@ -50,7 +50,7 @@ def obstacle(spec: RackSpec, slot: SlotSpec) -> str | None:
 def set_by_level(machine: MachineSpec) -> list[InputBit]:
     """Return the inputs that the bench's machine can't feed: the script sets them, up to a scan late.
 
-    They are those whose sensor fails, that have a normally closed switch, or several.
+    Those are inputs with a failing sensor, with a normally closed switch, or with several.
     """
     feeds = [switch.input for switch in machine.switches]
     fails = {entry.input for entry in machine.timeline}
@@ -64,7 +64,7 @@ def _fed_by_bench(machine: MachineSpec) -> list[Switch]:
 
 
 class DriveScript(QuietListener):
-    """A listener that records what a module receives.
+    """A listener that records the inputs of a module.
 
     Attributes:
         by_level: inputs with a switch that the script sets, see `set_by_level`.
@@ -87,7 +87,7 @@ class DriveScript(QuietListener):
         self._scans = 0
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
-        """Begin a new request where something is new."""
+        """Begin a new request at each change."""
         running = bool(flags & 1)
         words = list(self._outputs) if running else self._before[0]
         levels = self._machine.levels(now_ns)

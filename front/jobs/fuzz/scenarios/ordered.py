@@ -18,7 +18,7 @@ from .scenario import Push, Scenario
 
 
 def with_orders(scenario: Scenario, given: Sequence[RecordedOrder], spec: RackSpec, end_ns: int) -> Scenario:
-    """Return a scenario with the orders of a session in it."""
+    """Return a scenario with the orders of a session added."""
     incidents = [*scenario.incidents, *_incidents(given, spec), *_turns(given, spec, end_ns)]
     incidents.sort(key=lambda each: each.at_ns)
     pushes = (*scenario.pushes, *_pushes(given, spec, end_ns))
@@ -33,7 +33,7 @@ def _incidents(given: Iterable[RecordedOrder], spec: RackSpec) -> Iterator[Incid
 
 
 def _turns(given: Iterable[RecordedOrder], spec: RackSpec, end_ns: int) -> Iterator[Incident]:
-    """Yield the times in which the key was at program."""
+    """Yield the periods in which the key was at program."""
     since: int | None = None
     for scan, order in given:
         if not isinstance(order, Mode):
@@ -49,7 +49,7 @@ def _turns(given: Iterable[RecordedOrder], spec: RackSpec, end_ns: int) -> Itera
 
 
 def _pushes(given: Iterable[RecordedOrder], spec: RackSpec, end_ns: int) -> Iterator[Push]:
-    """Yield the times in which a contact of a card was operated."""
+    """Yield the periods in which a contact of a card was operated."""
     cards = [slot for slot in spec.slot if "input" in slot.words.groups]
     closed = {slot.number: slot.options.get("normally_closed", ()) for slot in cards}
     levels: dict[tuple[int, str], list[tuple[int, bool]]] = defaultdict(list)

@@ -1,4 +1,4 @@
-"""Rack files with a scenario in them, so that `scanrack run` shows what was found, or with none."""
+"""Rack files with a scenario, so that `scanrack run` shows a failure, or with none."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ Table = dict[str, Any]
 
 
 def rack_text(rack_file: Path, spec: RackSpec, scenario: Scenario, scans: int, folder: Path) -> str:
-    """Return the text of a rack file with a scenario in it; its trace is `again.mcap` beside it.
+    """Return the text of a rack file with a scenario; its trace is `again.mcap` beside it.
 
     Args:
-        rack_file: the rack file the scenario is laid over, TOML.
-        folder: of the new file; the paths of the programs start there.
+        rack_file: the base of the scenario, TOML.
+        folder: of the new file; the base of the programs' paths.
 
     Raises:
         OSError: the rack file can't be read.
@@ -65,7 +65,7 @@ def rack_text(rack_file: Path, spec: RackSpec, scenario: Scenario, scans: int, f
 
 
 def bare_rack_text(rack_file: Path, program: str) -> str:
-    """Return the text of a rack file in which nothing happens by time, and all controllers are simulated.
+    """Return the text of a rack file without events by time, with simulated controllers only.
 
     Raises:
         OSError: the rack file can't be read.

@@ -1,4 +1,4 @@
-"""A recording as a scenario: what acted on the inputs, in parts to be left out, moved and added to."""
+"""A recording as a scenario: the actions on its inputs, in parts that can be left out, moved and added to."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from .scenario import Press, Scenario
 
 
 def recorded_scenario(stimuli: Iterable[Stimulus], spec: RackSpec, end_ns: int) -> Scenario:
-    """Return the scenario that a recording shows.
+    """Return the scenario of a recording.
 
-    Signals of stations are left out, since the machine makes them again. What happened to modules and
-    CPU is taken from the rack, which has it exactly.
+    Signals of stations are left out, since the machine makes them again. Incidents of modules and
+    CPU come from the rack, which has them exactly.
     """
     machines = {slot.number: slot.machine for slot in spec.slot}
     made_again = {(slot.number, each.input) for slot in spec.slot for each in slot.machine.stations}
@@ -30,7 +30,7 @@ def recorded_scenario(stimuli: Iterable[Stimulus], spec: RackSpec, end_ns: int) 
 
 
 def _presses(stimuli: Sequence[Stimulus], machines: dict[int, MachineSpec], end_ns: int) -> Iterator[Press]:
-    """Yield what was done to one input: each level lasts until the next; a button that is out is nothing."""
+    """Yield the actions on one input: each level lasts until the next; a released button is none."""
     ends = [each.at_ns for each in stimuli[1:]] + [end_ns]
     for each, until_ns in zip(stimuli, ends, strict=True):
         fed = machines[each.slot].fed_inputs & each.input.value

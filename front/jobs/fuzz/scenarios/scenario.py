@@ -1,7 +1,7 @@
-"""A scenario: what surrounds a program in one run, laid over the rack as its file describes it.
+"""A scenario: the surroundings of a program in one run, added to the rack of its file.
 
 It is data: the same scenario gives the same run, it can be written to a file and read again, and
-each part of it can be left out, which is what shrinking does.
+each part of it can be left out for shrinking.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ NO_MORE_KEYS = ConfigDict(extra="forbid")
 
 
 def _versions(given: object) -> object:
-    """Return pairs of slot and version of what JSON has as an object."""
+    """Return pairs of slot and version from a JSON object."""
     if not isinstance(given, Mapping):
         return given
     return tuple((int(slot), str(Firmware.parse(str(version)))) for slot, version in given.items())
@@ -51,7 +51,7 @@ Versions = Annotated[tuple[tuple[int, str], ...], BeforeValidator(_versions), Pl
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """Something that happens in a slot, or is otherwise there."""
+    """An event or a condition of a slot."""
 
     __pydantic_config__ = NO_MORE_KEYS
 
@@ -93,7 +93,7 @@ class Signal(Part):
 
 @dataclass(frozen=True, slots=True)
 class Shift(Part):
-    """A machine whose switches are not where the drawing has them."""
+    """A machine whose switches are displaced from the drawing."""
 
     steps: StrictInt
 
@@ -112,15 +112,15 @@ class LostSteps(Part):
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """What surrounds a program in one run.
+    """The surroundings of a program in one run.
 
     Attributes:
-        firmware: versions of modules, by slot number, where they differ from the rack file.
-        presses: what people do to the inputs.
-        incidents: what happens to modules and CPU.
-        shifts: switches that are elsewhere.
-        lost: steps that are lost.
-        pushes: what people do to the contacts of cards.
+        firmware: versions of modules, by slot number, if they differ from the rack file.
+        presses: people's actions on the inputs.
+        incidents: of modules and CPU.
+        shifts: displaced switches.
+        lost: lost steps.
+        pushes: people's actions on the contacts of cards.
         signals: values of their analog inputs.
     """
 
@@ -135,7 +135,7 @@ class Scenario:
     signals: tuple[Signal, ...] = ()
 
     def laid_over(self, spec: RackSpec) -> RackSpec:
-        """Return a rack with this scenario in it."""
+        """Return a rack with this scenario added."""
         slots = tuple(self._slot(slot) for slot in spec.slot)
         incidents = tuple(_incident_spec(each) for each in self.incidents)
         return spec.model_copy(update={"slot": slots, "incident": (*spec.incident, *incidents)})
@@ -161,16 +161,16 @@ class Scenario:
         return slot.model_copy(update={"firmware": firmware, "machine": machine, "options": options})
 
     def to_json(self) -> dict[str, Any]:
-        """Return the scenario as JSON can hold it; `from_json` is the way back."""
+        """Return the scenario in JSON's types; the inverse of `from_json`."""
         written: dict[str, Any] = _SCENARIO.dump_python(self, mode="json")
         return written
 
     @classmethod
     def from_json(cls, given: object) -> Scenario:
-        """Return the scenario that `to_json` wrote.
+        """Return the scenario of `to_json`.
 
         Raises:
-            ValueError: it is none; the message names the key.
+            ValueError: an illegal one; the message names the key.
         """
         try:
             return _SCENARIO.validate_python(given)
@@ -181,7 +181,7 @@ class Scenario:
         """Refuse a scenario that does not belong to a rack.
 
         Raises:
-            ValueError: it is about a slot that the rack does not have.
+            ValueError: it has a slot that the rack lacks.
         """
         have = [slot.number for slot in spec.slot]
         happening = (each for each in self.incidents if each.what is not FaultKind.PROGRAM_MODE)
@@ -213,7 +213,7 @@ class Scenario:
 
     @property
     def size(self) -> int:
-        """How much there is of it: number of parts."""
+        """Number of its parts."""
         return sum(len(getattr(self, each.name)) for each in fields(self))
 
 
@@ -221,7 +221,7 @@ _SCENARIO = TypeAdapter(Scenario)
 
 
 def first_mistake(error: ValidationError) -> str:
-    """Return the first mistake: key, value, what is wrong."""
+    """Return the first mistake: key, value, problem."""
     first = error.errors(include_url=False)[0]
     kind, path = first["type"], first["loc"]
     key, names = ".".join(map(str, path)), ", ".join(each.name for each in fields(Scenario))
@@ -240,10 +240,9 @@ def push_entry(push: Push) -> dict[str, Any]:
 
 
 def one_at_a_time(rows: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
-    """Return rows of a card's timeline in which no input is operated twice at a time, as the card wants them.
+    """Return rows of a card's timeline without simultaneous operations of an input, as the card requires.
 
-    Presses that overlap are one, from the first beginning to the last end; of two values at one instant the
-    later row counts.
+    Overlapping presses are combined; of two values at one instant the later row counts.
     """
     kept: dict[str, list[Mapping[str, Any]]] = {}
     for row in sorted(rows, key=lambda row: InputPress(**row).begin_ns):
@@ -265,7 +264,7 @@ def one_at_a_time(rows: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
 def signal_entries(
     signals: Sequence[Signal], rows: Sequence[Mapping[str, Any]]
 ) -> list[dict[str, str | int | float]]:
-    """Return signals as rows of a card's timeline, each with the return to the value that it would have."""
+    """Return signals as rows of a card's timeline, each with the return to the value without it."""
     made: list[dict[str, str | int | float]] = []
     for each in signals:
         end_ms = (each.at_ns + each.for_ns) / 1e6
@@ -289,7 +288,7 @@ def _incident_spec(incident: Incident) -> IncidentSpec:
 
 
 def shifted(machine: MachineSpec, steps: int) -> MachineSpec:
-    """Return a machine with all of its switches and stations elsewhere."""
+    """Return a machine with all switches and stations displaced."""
 
     def moved(position: int | None) -> int | None:
         return None if position is None else position + steps
@@ -302,7 +301,7 @@ def shifted(machine: MachineSpec, steps: int) -> MachineSpec:
 
 
 def entries_of(press: Press, machine: MachineSpec) -> tuple[TimelineEntry, TimelineEntry]:
-    """Return the timeline entries of a press; afterwards the input is as it would have been."""
+    """Return the timeline entries of a press; afterwards the input returns to the value without it."""
     end_ns = press.at_ns + press.for_ns
     if machine.fed_inputs & press.input.value:
         level: bool | None = None

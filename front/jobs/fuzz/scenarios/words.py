@@ -21,7 +21,7 @@ HAPPENS = {
     FaultKind.REPLIES_DAMAGED: "{replies} of the controller of slot {slot} got damaged",
     FaultKind.CONTROLLER_POWER_CYCLE: "the power of the controller of slot {slot} goes and comes back",
 }
-"""What happens, as a sentence."""
+"""Sentence of each event."""
 
 
 def told(scenario: Scenario) -> list[str]:
