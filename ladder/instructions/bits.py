@@ -6,7 +6,7 @@ from ..compiler.rungs import RungWriter
 from ..compiler.writer import both
 from ..interpreter import Interpreter
 from ..model.operands import Place
-from ..model.spec import Use, action, always, condition
+from ..model.spec import Spec, Use, action, always, condition
 
 # --- contacts and coils
 
@@ -37,40 +37,29 @@ def _write_ons(rungs: RungWriter, power: str, storage: Place) -> str:
     return passes
 
 
-def _osr(machine: Interpreter, power: bool, storage: Place, output: Place) -> None:
-    before = machine.get(storage)
-    machine.put(storage, power)
-    machine.put(output, power and not before)
+def _edge(name: str, instead: str, *, rising: bool) -> Spec:
+    """Return OSR or OSF: the output is true in the scan in which the rung becomes true, or false."""
 
+    def run(machine: Interpreter, power: bool, storage: Place, output: Place) -> None:
+        before = bool(machine.get(storage))
+        machine.put(storage, power)
+        machine.put(output, power and not before if rising else before and not power)
 
-def _write_osr(rungs: RungWriter, power: str, storage: Place, output: Place) -> None:
-    power = rungs.kept(power)
-    before = rungs.values.keep(rungs.values.read(storage))
-    rungs.values.set_bit(storage, power)
-    rungs.values.set_bit(output, rungs.kept(both(power, f"not {before}")))
+    def write(rungs: RungWriter, power: str, storage: Place, output: Place) -> None:
+        power = rungs.kept(power)
+        before = rungs.values.keep(rungs.values.read(storage))
+        rungs.values.set_bit(storage, power)
+        after = both(power, f"not {before}") if rising else both(before, f"not {power}")
+        rungs.values.set_bit(output, rungs.kept(after))
 
+    def prescan(machine: Interpreter, storage: Place, output: Place) -> None:
+        machine.put(storage, rising)
+        machine.put(output, False)
 
-def _prescan_osr(machine: Interpreter, storage: Place, output: Place) -> None:
-    machine.put(storage, True)
-    machine.put(output, False)
-
-
-def _osf(machine: Interpreter, power: bool, storage: Place, output: Place) -> None:
-    before = machine.get(storage)
-    machine.put(storage, power)
-    machine.put(output, bool(before) and not power)
-
-
-def _write_osf(rungs: RungWriter, power: str, storage: Place, output: Place) -> None:
-    power = rungs.kept(power)
-    before = rungs.values.keep(rungs.values.read(storage))
-    rungs.values.set_bit(storage, power)
-    rungs.values.set_bit(output, rungs.kept(both(before, f"not {power}")))
-
-
-def _prescan_osf(machine: Interpreter, storage: Place, output: Place) -> None:
-    machine.put(storage, False)
-    machine.put(output, False)
+    captions = ("Storage", "Output")
+    return always(
+        name, Use.STORAGE, Use.COIL, run=run, write=write, prescan=prescan, captions=captions, instead=instead
+    )
 
 
 # --- the rows
@@ -123,23 +112,5 @@ ONS = condition(
     decides=True,
     symbol="[ONS]",
 )
-OSR = always(
-    "OSR",
-    Use.STORAGE,
-    Use.COIL,
-    run=_osr,
-    write=_write_osr,
-    prescan=_prescan_osr,
-    captions=("Storage", "Output"),
-    instead="use OSRI",
-)
-OSF = always(
-    "OSF",
-    Use.STORAGE,
-    Use.COIL,
-    run=_osf,
-    write=_write_osf,
-    prescan=_prescan_osf,
-    captions=("Storage", "Output"),
-    instead="use OSFI",
-)
+OSR = _edge("OSR", "use OSRI", rising=True)
+OSF = _edge("OSF", "use OSFI", rising=False)

@@ -45,9 +45,7 @@ def wrap(value: int, bits: int) -> int:
     return ((value + half) & (half + half - 1)) - half
 
 
-def finite(value: float) -> bool:
-    """Whether a value is neither infinite nor NaN."""
-    return math.isfinite(value)
+finite, root = math.isfinite, math.sqrt
 
 
 def whole(value: float) -> int:
@@ -118,11 +116,6 @@ def square_root(value: float) -> float:
     return math.sqrt(abs(value))
 
 
-def root(value: float) -> float:
-    """Root in double precision."""
-    return math.sqrt(value)
-
-
 def integer_root(value: int) -> int:
     """Root of the absolute value of an integer, truncated."""
     return math.isqrt(abs(value))
@@ -178,52 +171,29 @@ def real_from_decimal(value: float) -> float:
     return float(from_decimal(int(value))) if math.isfinite(value) else 0.0
 
 
-def sine(value: float) -> float:
-    """Sine of radians; NaN for infinity and NaN."""
-    return _or_nan(math.sin, value)
+def _or_nan(function: Callable[[float], float], at_zero: float | None = None) -> Callable[[float], float]:
+    """Return a function that is NaN where it is not defined, and `at_zero` at 0 unless that is None."""
+
+    def compute(value: float) -> float:
+        if value == 0 and at_zero is not None:
+            return at_zero
+        try:
+            return function(value)
+        except ValueError:
+            return math.nan
+
+    compute.__name__ = function.__name__
+    return compute
 
 
-def cosine(value: float) -> float:
-    """Cosine of radians."""
-    return _or_nan(math.cos, value)
+sine, cosine, tangent = map(_or_nan, (math.sin, math.cos, math.tan))
+arc_sine, arc_cosine, arc_tangent = map(_or_nan, (math.asin, math.acos, math.atan))
+natural_log, common_log = _or_nan(math.log, -math.inf), _or_nan(math.log10, -math.inf)
+"""Of and in radians.
 
-
-def tangent(value: float) -> float:
-    """Tangent of radians."""
-    return _or_nan(math.tan, value)
-
-
-def arc_sine(value: float) -> float:
-    """Angle of a sine, radians; NaN for a size above 1."""
-    return _or_nan(math.asin, value)
-
-
-def arc_cosine(value: float) -> float:
-    """Angle of a cosine, radians; NaN for a size above 1."""
-    return _or_nan(math.acos, value)
-
-
-def arc_tangent(value: float) -> float:
-    """Angle of a tangent, radians."""
-    return _or_nan(math.atan, value)
-
-
-def natural_log(value: float) -> float:
-    """Logarithm to the base e; minus infinity of 0, NaN of what is negative.
-
-    >>> natural_log(1.0), natural_log(0.0), natural_log(-1.0)
-    (0.0, -inf, nan)
-    """
-    return -math.inf if value == 0 else _or_nan(math.log, value)
-
-
-def common_log(value: float) -> float:
-    """Logarithm to the base 10.
-
-    >>> common_log(1000.0), common_log(0.0)
-    (3.0, -inf)
-    """
-    return -math.inf if value == 0 else _or_nan(math.log10, value)
+>>> natural_log(1.0), natural_log(0.0), natural_log(-1.0), common_log(1000.0)
+(0.0, -inf, nan, 3.0)
+"""
 
 
 def degrees(value: float) -> float:
@@ -234,13 +204,6 @@ def degrees(value: float) -> float:
 def radians(value: float) -> float:
     """Radians of an angle in degrees."""
     return value * (math.pi / 180)
-
-
-def _or_nan(function: Callable[[float], float], value: float) -> float:
-    try:
-        return function(value)
-    except ValueError:
-        return math.nan
 
 
 def truncated(value: float) -> int:

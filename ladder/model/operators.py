@@ -49,8 +49,8 @@ FUNCTIONS = {
 
 CALLED: dict[str, Callable[..., Any]] = {
     each.__name__: each
-    for name, each in (*vars(arithmetic).items(), ("abs", abs), ("int", int))
-    if callable(each) and each.__module__ in (arithmetic.__name__, "builtins") and not name.startswith("_")
+    for each in (abs, int, *vars(arithmetic).values())
+    if callable(each) and each.__module__ in (arithmetic.__name__, "builtins") and each.__name__[0] != "_"
 }
 """Functions that the compiled program calls, by their name there."""
 

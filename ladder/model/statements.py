@@ -7,8 +7,8 @@ regions hold blocks. `str()` of a statement is its text, one statement a line, f
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
-from typing import Any
+from dataclasses import dataclass, field, fields, replace
+from typing import Any, ClassVar
 
 from .tree import Address, Block, Instruction, Number, NumberedLine, Operand, Origin, Statement, comment_lines
 
@@ -152,8 +152,22 @@ class Case(Statement):
         yield 0, "END_CASE;"
 
 
+class Enclosing(Statement):
+    """A statement with one block between its head and its end."""
+
+    __slots__ = ()
+    body: Block
+    end: ClassVar[str]
+
+    def numbered(self) -> Iterator[NumberedLine]:
+        """See `Statement`."""
+        yield self.line, self.head
+        yield from _indented(self.body)
+        yield 0, self.end
+
+
 @dataclass(frozen=True, slots=True)
-class For(Statement):
+class For(Enclosing):
     """FOR: a block per value of a counter."""
 
     count: Address
@@ -161,6 +175,7 @@ class For(Statement):
     last: Operand  # evaluated before each pass
     step: Operand | None  # evaluated and added after each pass, None = 1
     body: Block
+    end = "END_FOR;"
 
     @property
     def head(self) -> str:
@@ -168,30 +183,19 @@ class For(Statement):
         by = "" if self.step is None else f" BY {self.step}"
         return f"FOR {self.count} := {self.first} TO {self.last}{by} DO"
 
-    def numbered(self) -> Iterator[NumberedLine]:
-        """See `Statement`."""
-        yield self.line, self.head
-        yield from _indented(self.body)
-        yield 0, "END_FOR;"
-
 
 @dataclass(frozen=True, slots=True)
-class While(Statement):
+class While(Enclosing):
     """WHILE: a block, repeated while a condition is true before the pass."""
 
     condition: Operand
     body: Block
+    end = "END_WHILE;"
 
     @property
     def head(self) -> str:
         """See `Statement`."""
         return f"WHILE {self.condition} DO"
-
-    def numbered(self) -> Iterator[NumberedLine]:
-        """See `Statement`."""
-        yield self.line, self.head
-        yield from _indented(self.body)
-        yield 0, "END_WHILE;"
 
 
 @dataclass(frozen=True, slots=True)
@@ -218,22 +222,17 @@ class Repeat(Statement):
 
 
 @dataclass(frozen=True, slots=True)
-class Region(Statement):
+class Region(Enclosing):
     """`#region name`: a named block without effect."""
 
     name: str
     body: Block
+    end = "#endregion"
 
     @property
     def head(self) -> str:
         """See `Statement`."""
         return f"#region {self.name}".rstrip()
-
-    def numbered(self) -> Iterator[NumberedLine]:
-        """See `Statement`."""
-        yield self.line, self.head
-        yield from _indented(self.body)
-        yield 0, "#endregion"
 
 
 def numbered_lines(block: Block, *, closed: bool = True) -> Iterator[NumberedLine]:
@@ -304,45 +303,23 @@ def _changed(
     statement: Statement, change: Callable[[Operand], Operand], inner: Callable[[Block], Block]
 ) -> Statement:
     """Return a statement with changed operands and blocks."""
-    address: Any = change
-    if isinstance(statement, Assignment):
-        return replace(statement, target=address(statement.target), value=change(statement.value))
-    if isinstance(statement, Invocation):
-        called = statement.instruction
-        operands = tuple(map(change, called.operands))
-        return replace(statement, instruction=Instruction(called.name, operands))
-    if isinstance(statement, If):
-        arms = tuple(
-            replace(arm, condition=change(arm.condition), body=inner(arm.body)) for arm in statement.arms
-        )
-        return replace(statement, arms=arms, otherwise=_inner(statement.otherwise, inner))
-    if isinstance(statement, Case):
-        return replace(
-            statement,
-            selector=change(statement.selector),
-            choices=tuple(replace(each, body=inner(each.body)) for each in statement.choices),
-            otherwise=_inner(statement.otherwise, inner),
-        )
-    if isinstance(statement, For):
-        return replace(
-            statement,
-            count=address(statement.count),
-            first=change(statement.first),
-            last=change(statement.last),
-            step=None if statement.step is None else change(statement.step),
-            body=inner(statement.body),
-        )
-    if isinstance(statement, While):
-        return replace(statement, condition=change(statement.condition), body=inner(statement.body))
-    if isinstance(statement, Repeat):
-        return replace(statement, body=inner(statement.body), until=change(statement.until))
-    if isinstance(statement, Region):
-        return replace(statement, body=inner(statement.body))
-    return statement
+    new = {each.name: _part(getattr(statement, each.name), change, inner) for each in fields(statement)}
+    return replace(statement, **new)
 
 
-def _inner(block: Block | None, inner: Callable[[Block], Block]) -> Block | None:
-    return None if block is None else inner(block)
+def _part(part: Any, change: Callable[[Operand], Operand], inner: Callable[[Block], Block]) -> Any:
+    if isinstance(part, Operand):
+        return change(part)
+    if isinstance(part, Instruction):
+        return Instruction(part.name, tuple(map(change, part.operands)))
+    if isinstance(part, Arm):
+        return replace(part, condition=change(part.condition), body=inner(part.body))
+    if isinstance(part, Choice):
+        return replace(part, body=inner(part.body))
+    if isinstance(part, tuple):  # a block, or what holds blocks
+        arms = part and isinstance(part[0], (Arm, Choice))
+        return tuple(_part(each, change, inner) for each in part) if arms else inner(part)
+    return part
 
 
 def too_deep(block: Block) -> str | None:
