@@ -61,15 +61,7 @@ def handshake(blocks: Sequence[Image]) -> list[Image]:
 
 
 def blend_profiles(starting_speed: int, *, most: int = SEGMENTS_MAX) -> st.SearchStrategy[BlendProfile]:
-    """Return a strategy of valid profiles.
-
-    Args:
-        starting_speed: of the configuration, 1 to 100,000 steps/s.
-        most: maximum number of segments, 2 to 16.
-
-    Raises:
-        ValueError: a starting speed or a number of segments out of range.
-    """
+    """Return a strategy of valid profiles of at most `most` segments, 2 to 16."""
     require("starting_speed", starting_speed, 1, START_MAX)
     require("most", most, SEGMENTS_MIN, SEGMENTS_MAX)
     return _profile(starting_speed, most)

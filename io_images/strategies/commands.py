@@ -105,12 +105,7 @@ def presets() -> st.SearchStrategy[PresetPosition | PresetEncoder]:
 
 
 def commands(starting_speed: int, firmware: Firmware = KNOWN[-1]) -> st.SearchStrategy[Command]:
-    """Return a strategy of all legal commands of a firmware version.
-
-    Args:
-        starting_speed: of the configuration, steps/s.
-        firmware: the version; older ones know no registration moves and no follower.
-    """
+    """Return a strategy of all legal commands of a firmware version."""
     minimum = st.builds(StoreMinimumRegistration, st.integers(0, DISTANCE_MAX))
     newer: list[st.SearchStrategy[Command]] = []
     if firmware.registration:

@@ -86,12 +86,7 @@ def any_images() -> st.SearchStrategy[Image]:
 
 
 def output_images(starting_speed: int, firmware: Firmware = KNOWN[-1]) -> st.SearchStrategy[Image]:
-    """Return a strategy of output images from plausible to hostile.
-
-    Args:
-        starting_speed: of the configuration in force, steps/s.
-        firmware: which version of the module is written to.
-    """
+    """Return a strategy of output images from plausible to hostile, for a firmware version."""
     return st.one_of(
         plausible_images(starting_speed, firmware),
         nearly_right_images(starting_speed, firmware),

@@ -115,9 +115,6 @@ def configuring(starting_speed: int = 1000) -> Act:
     """Return the act that configures an axis for `acts`, with 1 to 100,000 steps/s.
 
     Home switch, emergency stop, external input and both end limits, active high; quadrature encoder.
-
-    Raises:
-        ValueError: a starting speed out of range.
     """
     require("starting_speed", starting_speed, 1, START_MAX)
     configuration = Configuration(
@@ -134,12 +131,6 @@ def acts(starting_speed: int = 1000, firmware: Firmware = KNOWN[-1]) -> st.Searc
 
     Waits, moves with and without a hold, searches for home, manual moves, presets, blend moves, mistakes;
     from firmware 3.1 on registration moves, from 4.1 on the encoder follower.
-
-    Args:
-        starting_speed: of the configuration, 1 to 100,000 steps/s.
-
-    Raises:
-        ValueError: a starting speed out of range.
     """
     require("starting_speed", starting_speed, 1, START_MAX)
     speeds = tuple(starting_speed * times for times in TIMES_STARTING_SPEED)
@@ -155,15 +146,7 @@ def acts(starting_speed: int = 1000, firmware: Firmware = KNOWN[-1]) -> st.Searc
 def sequences(
     starting_speed: int = 1000, firmware: Firmware = KNOWN[-1], *, most: int = 10
 ) -> st.SearchStrategy[list[Act]]:
-    """Return a strategy of whole sequences: the configuration, then acts.
-
-    Args:
-        starting_speed: of the configuration, 1 to 100,000 steps/s.
-        most: maximum number of acts after the configuration, 1 to 99.
-
-    Raises:
-        ValueError: a starting speed or a number of acts out of range.
-    """
+    """Return a strategy of whole sequences: the configuration, then at most `most` acts, 1 to 99."""
     require("most", most, 1, 99)
     first = configuring(starting_speed)
     return st.lists(acts(starting_speed, firmware), min_size=1, max_size=most).map(

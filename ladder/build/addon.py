@@ -98,11 +98,7 @@ class Parameter:
 
 @dataclass(frozen=True)
 class AddOn:
-    """The definition of an add-on instruction; called in Python, it returns a call.
-
-    Raises:
-        LadderError: Logic is missing, a name is taken or unknown, or an instruction is not allowed in it.
-    """
+    """The definition of an add-on instruction, checked; called in Python, it returns a call."""
 
     name: str
     parameters: tuple[Parameter, ...]  # parameters and local tags

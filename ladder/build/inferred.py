@@ -247,10 +247,7 @@ class Guesses:
         self._again = False
 
     def read_all(self, routines: Iterable[tuple[str, Routine]]) -> None:
-        """Collect the uses in routines, in two passes: a later use may determine an earlier one.
-
-        `EQU(Name,Other)` determines neither until `CONCAT(Name,'a',Name)` is read.
-        """
+        """Collect the uses in routines, in two passes: a later use may determine an earlier one."""
         owned = list(routines)
         for _ in range(2):
             for program, routine in owned:

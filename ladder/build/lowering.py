@@ -52,8 +52,7 @@ from .addon import LOGIC, OTHERWISE, PRESCAN, AddOn, copies_of
 from .calls import handed_over, held_subscripts
 from .lowering_statements import StatementLowering
 
-_NUMERIC = (Use.NUMBER, Use.INTEGER, Use.EXPRESSION)
-"""Uses of numbers that accept characters: MOV('A',Code)."""
+_NUMERIC = (Use.NUMBER, Use.INTEGER, Use.EXPRESSION)  # uses of numbers that accept characters: MOV('A',Code)
 
 _KEPT_FLAGS = frozenset({"S:V", "S:Z", "S:N", "S:C"})
 

@@ -111,12 +111,7 @@ class Program(LadderLogic):
         self._routines.append(routine)
 
     def statements(self, name: str, text: str) -> None:
-        """Add a routine of structured text.
-
-        Raises:
-            RungTextError: a syntax error; line, column and what was expected.
-            LadderError: there is a routine of that name.
-        """
+        """Add a routine of structured text; RungTextError: a syntax error, LadderError: its name is taken."""
         from ..st import parse_statements  # lark takes time to import, and most programs have none
 
         block = parse_statements(text, specs=self.specs)

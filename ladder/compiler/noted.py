@@ -34,8 +34,7 @@ from .observed import NOTES
 from .rungs import RungWriter
 from .writer import both, either_of
 
-_ALWAYS, _NEVER = -1, 1 << 30
-"""Thresholds that every number exceeds, and that none exceeds."""
+_ALWAYS, _NEVER = -1, 1 << 30  # thresholds that every number exceeds, and that none exceeds
 
 Above = tuple[str, int]
 """A variable and a threshold: power where the variable is greater."""

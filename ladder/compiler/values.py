@@ -26,8 +26,7 @@ from ..model.tags import OWN, FrameLayout, Leaf
 from ..model.types import DINT, LINT, LREAL, REAL, Elementary
 from .writer import Writer
 
-_REAL_HOLDS = 1 << 127
-"""Integers up to this size never overflow a REAL."""
+_REAL_HOLDS = 1 << 127  # integers up to this size never overflow a REAL
 
 PYTHON_RELATION = {"=": "==", "<>": "!=", **{each: each for each in RELATIONS[2:]}}
 

@@ -18,10 +18,10 @@ MOST_LINES = 120_000
 
 
 class Writer:
-    """Collects the lines of one function.
+    """Collects the lines of one function of a routine.
 
     Attributes:
-        layout: of the program or of the add-on instruction.
+        layout: of the program or of the add-on instruction `frame`.
         called: called add-on routines, each with whether its instance has an offset.
         lines: text and source line.
         written: assigned identifiers.
@@ -30,9 +30,7 @@ class Writer:
         flags: whether the status flags are enabled.
 
     Args:
-        frame: the add-on instruction of the operands, "" for the program's.
         based: whether the instance has an offset.
-        routine: for messages.
     """
 
     def __init__(

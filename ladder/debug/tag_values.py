@@ -28,8 +28,7 @@ from ..model.tree import Address, BitStep
 from ..model.types import DataType, Elementary, Member, Structure, count_of
 
 TEXT = "TEXT"
-_PACKED = re.compile(r"(?P<host>\w+)\.(?P<bit>\d+)")
-"""Host and bit of a packed bit."""
+_PACKED = re.compile(r"(?P<host>\w+)\.(?P<bit>\d+)")  # host and bit of a packed bit
 
 
 @dataclass(frozen=True, slots=True)

@@ -81,13 +81,7 @@ def rung_text(
     truth: Sequence[bool] | None = None,
     captions: Mapping[str, Sequence[str]] = NO_CAPTIONS,
 ) -> list[str]:
-    """Draw a rung between its rails; return lines of equal length.
-
-    Args:
-        width: columns between the rails.
-        truth: power after each instruction, in order of execution.
-        captions: of the operands of add-on instructions, see `captions_of`.
-    """
+    """Draw a rung, `width` columns between its rails; return lines of equal length."""
     picture = lay_out(rung, width, truth, captions)
     canvas = _Canvas(picture.width, picture.rows)
     for mark in picture.marks:
@@ -139,7 +133,6 @@ def routine_text(
         width: columns between the rails.
         truths: power after each instruction, per rung; None for a rung that was not scanned.
         rungs: numbers of the drawn rungs; None for all.
-        captions: of the operands of add-on instructions, see `captions_of`.
     """
     if routine.statements is not None:
         return _statements_text(routine, truths, rungs)

@@ -29,16 +29,7 @@ def lay_out(
     truth: Sequence[bool] | None = None,
     captions: Mapping[str, Sequence[str]] = NO_CAPTIONS,
 ) -> Picture:
-    """Place a rung.
-
-    Args:
-        width: columns between the rails, exceeded for long names and deeply nested branches.
-        truth: power after each instruction, in order of execution.
-        captions: of the operands of add-on instructions, see `captions_of`.
-
-    Raises:
-        ValueError: `truth` does not match the number of instructions.
-    """
+    """Place a rung, `width` columns between the rails unless names or nesting need more."""
     count = sum(1 for _ in instructions_of(rung.series))
     if truth is not None and len(truth) != count:
         raise ValueError(f"the rung has {count} instructions, {len(truth)} truths are given")

@@ -60,8 +60,6 @@ def live_rung(
 
     Args:
         ident: prefix of its element ids: `Main.3` for rung 3 of routine Main.
-        width: columns between the rails, as for `lay_out`.
-        captions: of the operands of add-on instructions, see `captions_of`.
         name_of: returns the tag of an address.
     """
     instructions = tuple(instructions_of(rung.series))

@@ -36,8 +36,7 @@ NARROWEST = 12
 SHORTEST = 8
 """Minimum characters of an operand's line."""
 
-_PIECE = re.compile(r"[^-+*/,.()\[\] =<>]+|.")
-"""Unbreakable piece of an operand: a word or a sign."""
+_PIECE = re.compile(r"[^-+*/,.()\[\] =<>]+|.")  # unbreakable piece of an operand: a word or a sign
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,8 +91,8 @@ def captions_of(add_ons: Iterable[AddOn]) -> dict[str, tuple[str, ...]]:
 class Ruler:
     """Measures elements.
 
-    A `room` is the maximum columns of an element, None without limit. Wider parts are broken: a series into
-    lines, a branch in its legs, the operands of a box into pieces.
+    Parts wider than a `room` in columns are broken: a series into lines, a branch in its legs, the operands
+    of a box into pieces.
     """
 
     def __init__(self, captions: Mapping[str, Sequence[str]]) -> None:

@@ -53,14 +53,7 @@ def routines_svg(
     truths: Mapping[str, Sequence[Sequence[bool] | None]] | None = None,
     captions: Mapping[str, Sequence[str]] = NO_CAPTIONS,
 ) -> str:
-    """Draw routines below each other; return an SVG document.
-
-    Args:
-        routines: the routines, each with the numbers of the drawn rungs or lines.
-        width: columns between the rails.
-        truths: power after each instruction, per rung, by routine; missing routines have none.
-        captions: of the operands of add-on instructions, see `captions_of`.
-    """
+    """Return an SVG document of routines, each with the numbers of its drawn rungs or lines."""
     page = _Page(width, captions)
     for routine, rungs in routines:
         page.routine(routine, rungs, (truths or {}).get(routine.name))

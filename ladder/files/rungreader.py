@@ -93,14 +93,11 @@ _MEMBER = re.compile(
     rf"({_NAME})\s*:\s*({_NAME})\s*(?:\[([\d,\s]+)\])?(?:\s+AT\s+(\S+))?(\s+HIDDEN)?", re.IGNORECASE
 )
 
-_DIGITS = 9
-"""Maximum digits of an array length."""
+_DIGITS = 9  # maximum digits of an array length
 
-_CODE = re.compile(r"""(?:'(?:[^'$]|\$.)*'|"(?:[^"\\]|\\.)*"|(?!//).)*""")
-"""A line without its comment."""
+_CODE = re.compile(r"""(?:'(?:[^'$]|\$.)*'|"(?:[^"\\]|\\.)*"|(?!//).)*""")  # a line without its comment
 
-_MARK = "\0"
-"""Prefix of a number with a radix inside a JSON string."""
+_MARK = "\0"  # prefix of a number with a radix inside a JSON string
 
 _RADIX = re.compile(r'"(?:[^"\\]|\\.)*"|(?P<number>\b(?:16#[0-9A-Fa-f_]+|8#[0-7_]+|2#[01_]+))')
 """A JSON string, or a number with a radix."""

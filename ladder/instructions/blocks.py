@@ -6,26 +6,17 @@ its input is a member (TimerEnable, CUEnable, InputBit) that a statement before 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
+from functools import partial
 
 from ..compiler.rungs import RungWriter
 from ..interpreter import Interpreter
-from ..model.operand_checks import OperandError, described
+from ..model.operand_checks import require_type
 from ..model.operands import Group
 from ..model.spec import Spec, Use, action
-from ..model.types import FBD_COUNTER, FBD_ONESHOT, FBD_TIMER, Structure
+from ..model.types import FBD_COUNTER, FBD_ONESHOT, FBD_TIMER
 from . import timing
 from .timing import one_count, put, put_done, write_done, write_get, write_one_count, write_set
-
-
-def _takes(kind: Structure) -> Callable[[Group], None]:
-    def check(block: Group) -> None:
-        if block.type is not kind:
-            raise OperandError(
-                f"{block.text} is {described(block)}, a {kind.name} is needed", f"declare it as {kind.name}"
-            )
-
-    return check
 
 
 def _get(machine: Interpreter, block: Group, name: str) -> bool:
@@ -76,7 +67,7 @@ def _timer(name: str, of_rungs: Spec, *, full: bool = False) -> Spec:
         run=run,
         write=write,
         prescan=of_rungs.prescan,
-        check=_takes(FBD_TIMER),
+        check=partial(require_type, kind=FBD_TIMER),
         in_rungs=False,
     )
 
@@ -139,7 +130,7 @@ def _one_shot(name: str, *, rising: bool) -> Spec:
         run=run,
         write=write,
         prescan=lambda machine, shot: put(machine, shot, **{"OutputBit": False, "~before": rising}),
-        check=_takes(FBD_ONESHOT),
+        check=partial(require_type, kind=FBD_ONESHOT),
         in_rungs=False,
     )
 
@@ -155,7 +146,7 @@ CTUD = action(
     run=_ctud,
     write=_write_ctud,
     prescan=lambda machine, counter: put(machine, counter, **{"~up": True, "~down": True}),
-    check=_takes(FBD_COUNTER),
+    check=partial(require_type, kind=FBD_COUNTER),
     in_rungs=False,
 )
 OSRI = _one_shot("OSRI", rising=True)

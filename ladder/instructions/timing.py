@@ -12,8 +12,7 @@ from ..model.operands import Group, Place
 from ..model.spec import Spec, Use, action, always
 from ..model.types import DINT, Elementary, Structure
 
-_MS = 1_000_000
-"""Nanoseconds of a millisecond."""
+_MS = 1_000_000  # nanoseconds of a millisecond
 
 
 def _cleared_by_res(structure: Group) -> Iterator[tuple[Place, Elementary]]:

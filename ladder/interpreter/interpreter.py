@@ -294,8 +294,8 @@ class Interpreter(PlaceValues):
     def prescan(self, name: str | None = None) -> None:
         """Prescan a routine and those it calls, by default all main routines in task order.
 
-        Jumps are not taken. An instruction with a subscript out of range is skipped instead of a fault: the
-        tags of the subscript are not current yet.
+        Jumps are not taken. An instruction with a subscript out of range is skipped: its tags are not current
+        yet.
         """
         schedule = self.lowered.schedule
         if name is None and schedule is not None:

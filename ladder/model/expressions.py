@@ -58,27 +58,23 @@ _TIME_PART = re.compile(r"([0-9_]+(?:\.[0-9_]*)?)(d|h|ms|m|s)", re.IGNORECASE)
 _PART_MS = {"d": 86_400_000, "h": 3_600_000, "m": 60_000, "s": 1_000, "ms": 1}
 """Units of a time such as T#1m30s, in ms."""
 _OPERATOR = re.compile(r"\*\*|<>|<=|>=|[-+*/<>=]|&&?|\|\|?|(?:MOD|AND|OR|XOR)\b", re.IGNORECASE)
-_SIGNS = {"&": "AND", "&&": "AND", "|": "OR", "||": "OR"}
-"""Signs for operators that print as words."""
+_SIGNS = {"&": "AND", "&&": "AND", "|": "OR", "||": "OR"}  # signs for operators that print as words
 _NOT = re.compile(r"NOT\b", re.IGNORECASE)
 _FUNCTION = re.compile(rf"(?:{'|'.join(FUNCTION_NAMES)})\s*\(", re.IGNORECASE)
 
 
-_INDEX_DIGITS = 9
-"""Digits of the number of an element or a bit; more are never in range."""
+_INDEX_DIGITS = 9  # digits of the number of an element or a bit; more are never in range
 
 MOST_DIGITS = 100
 """Digits of a number, leading zeros and underscores among them."""
 
-_HIGHEST = (1 << 64) - 1
-"""Highest integer that can be written."""
+_HIGHEST = (1 << 64) - 1  # highest integer that can be written
 
 
 class ExpressionParser(Scanner):
     """Recursive descent over expressions and addresses."""
 
-    _open = 0
-    """Nested levels around the current position."""
+    _open = 0  # nested levels around the current position
 
     def whole_expression(self) -> Operand:
         """Read an outermost expression."""

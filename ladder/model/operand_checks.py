@@ -62,6 +62,13 @@ def described(resolved: Resolved) -> str:
     return "a string" if isinstance(resolved, StringConstant) else "an expression"
 
 
+def require_type(block: Group, kind: Structure) -> None:
+    """Raise an OperandError unless a structure has a type."""
+    if block.type != kind:
+        text = f"{block.text} is {described(block)}, a {kind.name} is needed"
+        raise OperandError(text, f"declare it as {kind.name}")
+
+
 @dataclass(frozen=True, slots=True)
 class OperandCheck:
     """The requirement of a use: its predicate, the same in words, and a remedy."""

@@ -17,10 +17,7 @@ DOUBLE = -1
 
 @dataclass(frozen=True, slots=True)
 class Constant:
-    """A number with its type: DINT, LINT if needed, or REAL.
-
-    Its value has double precision: LREAL computations use it as it is, others round it.
-    """
+    """A number in double precision with its type: DINT, LINT if needed, or REAL, rounded on use."""
 
     value: int | float
     type: Elementary
@@ -193,10 +190,7 @@ def can_fault(resolved: Resolved) -> bool:
 
 
 def width_of(*operands: Resolved) -> int:
-    """Return the width of a computation that holds all operands.
-
-    DOUBLE with an LREAL, SINGLE with a REAL, 128 with a ULINT, 64 with a LINT or a UDINT, else 32.
-    """
+    """Return the width for operands: DOUBLE, SINGLE, 128 with ULINT, 64 with LINT or UDINT, else 32."""
     types = set().union(*map(types_in, operands))
     if LREAL in types:
         return DOUBLE

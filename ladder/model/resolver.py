@@ -53,8 +53,7 @@ from .tree import (
 )
 from .types import DINT, INT, Elementary, Member, Structure
 
-_NAMES_LISTED = 12
-"""Tags listed in a message."""
+_NAMES_LISTED = 12  # tags listed in a message
 
 
 class AddressError(LadderError):

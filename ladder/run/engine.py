@@ -75,15 +75,7 @@ class Engine:
         return tuple(self.fault_log.minor)
 
     def __call__(self, scan: Any) -> None:
-        """Do one scan of a rack.
-
-        Args:
-            scan: has `slot`, `now_ns`, `first` and, for programs that write inputs, `updated`.
-
-        Raises:
-            LadderFault: a major fault.
-            ValueError: the rack lacks a slot that the program uses.
-        """
+        """Do one scan of a rack, with `slot`, `now_ns`, `first` and `updated`; may raise a LadderFault."""
         self.attach(scan)
         self._do(scan.now_ns, first=scan.first)
 

@@ -148,15 +148,10 @@ class Memory:
         return list(cell.cell_contents) if leaf.dims else cell.cell_contents
 
     def attach(self, slots: Mapping[int, Any], written: Container[str] = ()) -> None:
-        """Use the images of a rack's slots as memory.
+        """Use the images of a rack's slots as memory, or raise a ValueError for a missing slot.
 
-        Args:
-            slots: by number, each with `inputs` and `outputs`.
-            written: identifiers of the inputs that the program writes. They are copies: the rack's inputs
-                are recorded as the modules' own; see `take_inputs`.
-
-        Raises:
-            ValueError: the rack lacks a slot that the program uses.
+        Inputs that the program writes are copies: the rack's inputs are recorded as the modules' own; see
+        `take_inputs`.
         """
         for leaf in (*self.layout.images, *self.layout.faults):
             if leaf.slot is None or leaf.slot not in slots:
@@ -179,11 +174,9 @@ class Memory:
         return bool(self._copied)
 
     def take_inputs(self, *, updated: bool) -> None:
-        """Copy the inputs that the program writes: a written value lasts until the module's next update.
+        """Copy the inputs that the program writes, if the modules have updated them.
 
-        Args:
-            updated: whether the modules have updated their inputs since the previous scan. An image that
-                differs from its last copy is copied in any case: a force has changed it.
+        An image that differs from its last copy is copied in any case: a force has changed it.
         """
         for each in self._copied:
             if updated or each.taken != each.rack:
@@ -310,15 +303,7 @@ class Store(Protocol):
 
 
 class CompiledAddOnStore:
-    """An argument of a compiled add-on instruction, as a store for its own leaves.
-
-    Args:
-        layout: of the add-on instruction.
-        values: the list.
-        base: offset of the stretch.
-        left: elements from there to the end of the array.
-        mask: the bit of an integer; None for whole values.
-    """
+    """An argument of a compiled add-on: a list from `base` on, or bits `mask` of an integer."""
 
     __slots__ = ("_base", "_layout", "_mask", "_values", "left")
 
@@ -435,8 +420,7 @@ def meant_by(path: str, kind: Structure, member: Member, index: int) -> AliasTar
     raise ValueError(f"{member.name} of {kind.name} leads to more than {_DEEPEST} others")
 
 
-_DEEPEST = 64
-"""Maximum steps in a member's `at`."""
+_DEEPEST = 64  # maximum steps in a member's `at`
 
 
 def _steps_of(member: Member) -> list[Step]:

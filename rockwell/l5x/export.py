@@ -30,14 +30,7 @@ _TARGET = {"Use": "Target"}
 
 
 def export_l5x(logic: Program | Controller, name: str) -> bytes:
-    """Return a program, or a routine of one, as an L5X.
-
-    Args:
-        name: `Main` for a program, `Main.Sequence` for a routine; case does not matter.
-
-    Raises:
-        LadderError: there is no such program or routine, or a part of it has no form in an L5X.
-    """
+    """Return a program (`Main`) or routine (`Main.Sequence`) as an L5X, or raise a LadderError."""
     owner, _, wanted = name.partition(".")
     program = _found("program", owner, logic.programs if isinstance(logic, Controller) else [logic])
     routines = [_found("routine", wanted, program.routines)] if wanted else list(program.routines)

@@ -53,15 +53,12 @@ def import_l5x(
     *,
     trial: bool = False,
 ) -> L5xImport:
-    """Import an L5X.
+    """Import an L5X, or raise an L5xError.
 
     Args:
         stubs: replacements of instructions and of refused routines, by name.
         slots: slots of the rack, to which module tags are bound; None without a rack.
         trial: also check uncalled add-on instructions, and complete messages.
-
-    Raises:
-        L5xError: the file can't be used at all.
     """
     with collector_paused():
         document = read_document(Path(path))

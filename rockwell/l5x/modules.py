@@ -28,8 +28,7 @@ from .xml.records import L5xDocument, ModuleRecord, ModuleTagRecord, number_of
 NETWORKS = ("ETHERNET", "CONTROLNET", "DEVICENET", "RHINOBP", "SERCOS", "USB", "RIO", "DH")
 """Types of ports with addresses other than slots."""
 
-_PARTS = ("Data", "Slot")
-"""Arrays with one element per slot in the tag of an adapter."""
+_PARTS = ("Data", "Slot")  # arrays with one element per slot in the tag of an adapter
 
 
 def prefix_of(module: ModuleRecord) -> str:

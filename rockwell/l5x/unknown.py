@@ -44,8 +44,7 @@ Owned = Iterable[tuple[str, Routine]]
 Handed = tuple[str, Address, TagRecord]
 """An argument: the program or add-on of the call, the address, the InOut."""
 
-_DEEPEST = 64
-"""Maximum depth of types that depend on each other."""
+_DEEPEST = 64  # maximum depth of types that depend on each other
 
 
 class UnknownTypes:

@@ -62,8 +62,7 @@ _SHOWN = {
 """By use of an element: where a rung shows its words, and their names."""
 
 
-_BITS = frozenset({Use.BIT, Use.COIL, Use.LATCH, Use.STORAGE})
-"""Uses of a bit."""
+_BITS = frozenset({Use.BIT, Use.COIL, Use.LATCH, Use.STORAGE})  # uses of a bit
 
 
 def letters_of(name: str) -> str:

@@ -73,10 +73,8 @@ _DESCRIPTION = re.compile(r"^\s*(?:TITLE/RUNG DESCRIPTION|TITLE:|RUNG DESCRIPTIO
 """Beginnings of the parts of a rung's description."""
 _SETTINGS = re.compile(r"(?:(?:[A-Z][A-Z0-9_]+|[+-]?\d+|0X[0-9A-F]+)\s*)+")
 """A line below a slot's: numbers and their names."""
-_NOT_FORCED = ["0X0000", "0XFFFF"]
-"""Mask of bits forced on, and mask of bits not forced off."""
-_NUMBERED = re.compile(r"RUNG\s*:?\s*\d+", re.IGNORECASE)
-"""A comment that only numbers the next rung."""
+_NOT_FORCED = ["0X0000", "0XFFFF"]  # mask of bits forced on, and mask of bits not forced off
+_NUMBERED = re.compile(r"RUNG\s*:?\s*\d+", re.IGNORECASE)  # a comment that only numbers the next rung
 
 
 def read_document(path: Path | str) -> SlcDocument:

@@ -16,8 +16,7 @@ from .datafiles import letters_of
 from .records import SlcDocument
 from .rungs import ROUTINE, rung_text
 
-_PER_LINE = 10
-"""Values per line."""
+_PER_LINE = 10  # values per line
 
 
 def export_text(program: Program, document: SlcDocument | None = None) -> str:

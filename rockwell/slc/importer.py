@@ -49,16 +49,13 @@ def import_slc(
     *,
     trial: bool = False,
 ) -> SlcImport:
-    """Import an export from a file.
+    """Import an export from a file, or raise an SlcError.
 
     Args:
         stubs: replacements of instructions.
         slots: slots of the rack; images of other slots are memory. None without a rack: bound are slots with
             a 3601, or all if the export names none.
         trial: complete messages without a stub.
-
-    Raises:
-        SlcError: the file can't be used at all.
     """
     if trial and ALL_MESSAGES not in stubs.by_name:
         stubs = replace(stubs, by_name={**stubs.by_name, ALL_MESSAGES: parse_stub(TRIAL_STUB)})

@@ -42,8 +42,7 @@ _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:E[+-]?\d+)?", re.IGNORECASE)
 _NAME = re.compile(r"[A-Z_]\w*", re.IGNORECASE)
 _IN_EXPRESSION = re.compile(r"#?[A-Z]{1,3}\d{0,3}(?::(?:\d+|\[[^\]]+\]))?(?:\.\w+)?(?:/\w+)?", re.IGNORECASE)
 
-_PLACEHOLDER = re.compile(r"slc_(\d{1,4})")
-"""A placeholder for an address inside of an expression."""
+_PLACEHOLDER = re.compile(r"slc_(\d{1,4})")  # a placeholder for an address inside of an expression
 
 ROUTINE = "U"
 """Prefix of a routine's name, before the number of its ladder file."""

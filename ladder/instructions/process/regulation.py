@@ -16,10 +16,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import partial
 
 from ...interpreter import Interpreter
 from ...interpreter.files import Members
-from ...model.operand_checks import OperandError, described
+from ...model.operand_checks import require_type
 from ...model.operands import Group
 from ...model.predefined.block_types import BLOCKS
 from ...model.spec import Spec, Use, action
@@ -31,12 +32,6 @@ FAULT = 1
 def _row(name: str, step: Callable[[Interpreter, Members], None]) -> Spec:
     kind = BLOCKS[name]
 
-    def check(block: Group) -> None:
-        if block.type != kind:
-            raise OperandError(
-                f"{block.text} is {described(block)}, a {kind.name} is needed", f"declare it as {kind.name}"
-            )
-
     def run(machine: Interpreter, block: Group) -> None:
         members = Members(machine, block)
         members.set(EnableOut=True)
@@ -47,7 +42,9 @@ def _row(name: str, step: Callable[[Interpreter, Members], None]) -> Spec:
         named = (each.name for each in kind.hidden)
         Members(machine, block).set(**{f"~{name}": begins[name] for name in named if name in begins})
 
-    return action(name, Use.BLOCK, run=run, prescan=prescan, check=check, in_rungs=False)
+    return action(
+        name, Use.BLOCK, run=run, prescan=prescan, check=partial(require_type, kind=kind), in_rungs=False
+    )
 
 
 def _scale(_machine: Interpreter, block: Members) -> None:

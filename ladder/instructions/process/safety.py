@@ -38,7 +38,7 @@ from collections.abc import Callable
 
 from ...interpreter import Interpreter
 from ...interpreter.files import Members
-from ...model.operand_checks import OperandError, described
+from ...model.operand_checks import OperandError, require_type
 from ...model.operands import Constant, Group, Resolved
 from ...model.predefined.safety_types import FEEDBACKS, FUNCTIONS, INPUT_TYPES, SAFETY, STARTS
 from ...model.predefined.words import plain
@@ -201,12 +201,8 @@ def _forget(machine: Interpreter, group: Group, *_operands: Resolved) -> None:
 
 
 def _checks(name: str, time: int, most: int) -> Callable[..., None]:
-    kind = SAFETY[name]
-
     def check(block: Group, *operands: Resolved) -> None:
-        if block.type != kind:
-            found = f"{block.text} is {described(block)}, a {kind.name} is needed"
-            raise OperandError(found, f"declare it as {kind.name}")
+        require_type(block, SAFETY[name])
         limit = operands[time]
         if isinstance(limit, Constant) and not 5 <= limit.value <= most:
             raise OperandError(f"{limit.value} ms is not 5 to {most} ms", "write a time within this range")

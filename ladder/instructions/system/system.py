@@ -45,12 +45,10 @@ class Attribute:
 
 # --- PROGRAM
 
-_RECORD = struct.Struct("<qhh8i")
-"""MajorFaultRecord: time in µs, type, code, eight words of information."""
+_RECORD = struct.Struct("<qhh8i")  # MajorFaultRecord: time in µs, type, code, eight words of information
 
 _FAULT = struct.Struct("<hh")
-_FAULT_AT = 8
-"""Type and code in a fault record, and their offset in bytes."""
+_FAULT_AT = 8  # type and code in a fault record, and their offset in bytes
 
 
 def _program(machine: Interpreter, name: str) -> ScheduledProgram | None:
@@ -112,8 +110,7 @@ def _write_overlaps(machine: Interpreter, name: str, data: bytes) -> None:
 
 
 CLOCK = "WALLCLOCKTIME"
-_LATEST_US = 8_000 * 365 * 86_400 * 1_000_000
-"""Maximum setting of the clock, µs from power-up."""
+_LATEST_US = 8_000 * 365 * 86_400 * 1_000_000  # maximum setting of the clock, µs from power-up
 
 
 def _wall_us(machine: Interpreter) -> int:

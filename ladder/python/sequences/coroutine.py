@@ -212,8 +212,7 @@ class Sequence:
 NO_LOOP = 'a sequence waits for a time with `await dwell("2 s")`, for a condition with `await until(...)`'
 """Remedy for an await of asyncio's objects."""
 
-_OVER = object()
-"""Marks the end of the coroutine."""
+_OVER = object()  # marks the end of the coroutine
 
 
 def _close(work: Coroutine[Any, Any, object]) -> None:

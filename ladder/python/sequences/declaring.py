@@ -40,13 +40,7 @@ def sequence(function: Method, /) -> SequenceMethod: ...
 @overload
 def sequence(*, start: bool = True) -> Callable[[Method], SequenceMethod]: ...
 def sequence(function: Method | None = None, *, start: bool = True) -> Any:
-    """Make a sequence of an `async def` method.
-
-    It begins in the first scan, with `start=False` at its `restart`.
-
-    Raises:
-        TypeError: it is not `async def`, has a `yield`, or takes arguments.
-    """
+    """Make a sequence of an `async def` method; with `start=False` it waits for `restart`."""
     if function is None:
         return lambda function: SequenceMethod(function, start)
     return SequenceMethod(function, start)

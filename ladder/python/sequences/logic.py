@@ -195,11 +195,7 @@ def parts_of(logic: Logic) -> tuple[Part, ...]:
 
 
 def fields_of(logic: Logic) -> dict[str, Field]:
-    """Return the fields of an instance that are flags, numbers or texts, by name.
-
-    Fields of the class bodies precede those of the instance, in order of definition, base classes first.
-    Names with an underscore, parts and sequences are omitted.
-    """
+    """Return the fields of an instance that are flags, numbers or texts, except names with an underscore."""
     bodies = [name for kind in reversed(type(logic).__mro__) for name in vars(kind)]
     names = dict.fromkeys([*bodies, *vars(logic)])
     values = {

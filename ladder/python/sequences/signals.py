@@ -160,8 +160,7 @@ class OutputWord(InputWord):
         words[word] = value
 
 
-_LEVELS = (bool, int, Level)
-"""Values accepted by an output; any text would be true."""
+_LEVELS = (bool, int, Level)  # values accepted by an output; any text would be true
 
 
 class Output(Signal):

@@ -168,16 +168,7 @@ class dwell(Wait[None]):  # noqa: N801
 
 
 class steady(Wait[None]):  # noqa: N801
-    """A condition that is true for a time without interruption, from the first scan after the await.
-
-    Args:
-        condition: a function without arguments.
-        time: a number and its unit, such as "1 s".
-        text: its name in charts and messages.
-
-    Raises:
-        ValueError: it is not a time.
-    """
+    """A condition that is true for a time such as "1 s" without interruption."""
 
     __slots__ = ("_since_ns", "condition", "length_ns", "text", "time")
 

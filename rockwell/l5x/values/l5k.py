@@ -14,8 +14,7 @@ from ..xml.records import number_of
 from .initials import How, nested, scalar
 from .value_texts import ValueTextError, unquoted_or_raise
 
-_DEEPEST = 64
-"""Maximum depth of brackets."""
+_DEEPEST = 64  # maximum depth of brackets
 
 
 _TOKEN = re.compile(
