@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Iterable
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import asdict, dataclass, field, fields, replace
 from itertools import chain, count
 from pathlib import Path, PurePath
 from typing import Any
@@ -188,33 +188,18 @@ def _folder(value: object) -> str:
 
 
 def _found_json(found: Counterexample) -> dict[str, Any]:
-    broken = found.broken
-    return {
-        "scenario": found.scenario.to_json(),
-        "after": found.after,
-        "invariant": broken.invariant,
-        "sentence": broken.sentence,
-        "scan": broken.scan,
-        "now_ns": broken.now_ns,
-        "why": broken.why,
-        "shows": list(broken.shows),
-        "rules": list(broken.rules),
-        "cause": broken.cause,
-    }
+    return {"scenario": found.scenario.to_json(), "after": found.after, **asdict(found.broken)}
+
+
+_KINDS: Mapping[str, Callable[[object], Any]] = {"int": _count, "str": _text, "tuple[str, ...]": _texts}
+"""Checks of the fields of a `BrokenInvariant`, by their types."""
 
 
 def _found(given: dict[str, Any]) -> Counterexample:
-    broken = BrokenInvariant(
-        _text(given["invariant"]),
-        _text(given["sentence"]),
-        _count(given["scan"]),
-        _count(given["now_ns"]),
-        _text(given["why"]),
-        _texts(given["shows"]),
-        _texts(given["rules"]),
-        _text(given["cause"]),
+    broken = {each.name: _KINDS[str(each.type)](given[each.name]) for each in fields(BrokenInvariant)}
+    return Counterexample(
+        Scenario.from_json(given["scenario"]), BrokenInvariant(**broken), _count(given["after"])
     )
-    return Counterexample(Scenario.from_json(given["scenario"]), broken, _count(given["after"]))
 
 
 STATE = beginning("the state of a campaign", b'{\n "rack"')
