@@ -115,7 +115,7 @@ class SlotSpec(Table):
         number: from 1.
         module: catalog name of its module.
         needs_firmware: the oldest version that the program supports; `scanrack fuzz` tries no older one.
-        options: model switches by name.
+        options: options of the model by name.
         machine: the machine that the module drives.
         wiring: "diagnostic": the step outputs are wired to the encoder inputs.
         port: of an adapter: "sim", or the port of a real controller: a serial device, or tcp:HOST:PORT.

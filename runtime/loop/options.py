@@ -19,7 +19,6 @@ class Options(BaseModel):
 
     Attributes:
         owner: name of the device in messages.
-        noun: name of an option in messages.
 
     Raises:
         ValueError: an unknown name, or an illegal value; the message has the allowed ones.
@@ -28,7 +27,6 @@ class Options(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
 
     owner: ClassVar[str]
-    noun: ClassVar[str] = "option"
 
     def __init__(self, **given: Any) -> None:
         try:
@@ -58,7 +56,7 @@ class Options(BaseModel):
         if details["type"] == "extra_forbidden":
             near = difflib.get_close_matches(name, cls.model_fields, n=1)
             hint = f"did you mean {near[0]}?" if near else f"allowed are {', '.join(cls.model_fields)}"
-            return f"option {name}: the {cls.owner} has no such {cls.noun}; {hint}"
+            return f"option {name}: the {cls.owner} has no such option; {hint}"
         return f"option {name}: {cause or _problem(cls.model_fields[name], details)}"
 
 

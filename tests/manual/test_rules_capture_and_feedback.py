@@ -144,7 +144,7 @@ def test_an_input_is_looked_at_every_250_microseconds(on_ms, off_ms, seen):
 
 @pytest.mark.rules("IOM-23")
 def test_switch_the_period_of_the_scan():
-    """Model switch `input_scan_us` (reading A-01): 250 ms, as two lines of the manual have it."""
+    """Option `input_scan_us` (reading A-01): 250 ms, as two lines of the manual have it."""
     bench = Bench(scan_ms=10, input_scan_us=250_000).out(*ALONE)
     assert bench.until("MODE_CONFIG") == 10  # the scan at 0
     bench.out(PRESET, 0, 0, 3)

@@ -136,7 +136,7 @@ def test_words_that_stay_are_not_judged_again():
 
 @pytest.mark.rules("CFG-30")
 def test_switch_a_rejected_configuration_is_mirrored_too():
-    """Model switch `mirror_rejected_config` (reading A-06)."""
+    """Option `mirror_rejected_config` (reading A-06)."""
     bench = Bench(mirror_rejected_config=True).out(*config(drop=HOME, start=12_345)).run(2)
     assert (bench.bits, shown(bench)) == (REJECTED, [0x043A, 0x003F, 12, 345])
 

@@ -59,7 +59,7 @@ def test_the_level_of_an_unused_input_does_not_count(at, level):
 
 
 def test_switch_unused_inputs_show_their_voltage():
-    """Model switch `report_unused_inputs` (reading A-13); used ones show whether they are active."""
+    """Option `report_unused_inputs` (reading A-13); used ones show whether they are active."""
     bench = Bench.ready(config=configuration(levels=0x3B), report_unused_inputs=True)  # home active low
     assert bench.bits == {"MODULE_OK", "IN_HOME"}
     bench.inputs(home=1, capture=1).run(1)
@@ -247,7 +247,7 @@ def test_a_configuration_clears_what_command_mode_left():
 
 
 def test_switch_a_configuration_leaves_the_status_bits():
-    """Model switch `clear_status_after_config` (A-102); the command error goes off on entry (A-101)."""
+    """Option `clear_status_after_config` (A-102); the command error goes off on entry (A-101)."""
     bench = in_all_sorts_of_trouble(clear_status_after_config=False).out(*CONFIGURATION).run(1)
     assert bench.bits == ACCEPTED
     bench.idle()
@@ -255,7 +255,7 @@ def test_switch_a_configuration_leaves_the_status_bits():
 
 
 def test_switch_stopped_after_configuration():
-    """Model switch `stopped_after_config` (reading A-02); the next move clears it as ever."""
+    """Option `stopped_after_config` (reading A-02); the next move clears it as ever."""
     bench = Bench(stopped_after_config=True).run(1)
     assert "STOPPED" not in bench.bits
     bench.out(*CONFIGURATION).run(1).idle()

@@ -197,7 +197,7 @@ def test_neither_a_hold_nor_a_one_shot_is_a_move_under_way():
 
 @pytest.mark.rules("CMD-03")
 def test_switch_no_move_complete_after_an_error():
-    """Model switch `complete_after_error` (reading A-27): Reset Errors on the way does not help."""
+    """Option `complete_after_error` (reading A-27): Reset Errors on the way does not help."""
     bench = Bench.ready(complete_after_error=False).relative(5_000).run(300).idle().relative(1).run(1)
     bench.reset_errors()
     bench.until("MODULE_OK", clear=sorted(MOTION))

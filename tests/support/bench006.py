@@ -8,7 +8,7 @@ from scanrack.io_images.pmc006.program import assemble
 from scanrack.io_images.pmc006.status import Status1, Status2
 from scanrack.runtime.controllers.pmc006.controller import Pmc006Controller
 from scanrack.runtime.controllers.pmc006.line import Pmc006
-from scanrack.runtime.controllers.pmc006.options import Pmc006Switches
+from scanrack.runtime.controllers.pmc006.options import Pmc006ControllerOptions
 from scanrack.runtime.controllers.pmc006.pins import Pin
 from scanrack.runtime.kinematics import FOREVER
 from scanrack.runtime.line.pmc006_frames import LINE_FORMAT
@@ -23,7 +23,7 @@ class Bench006:
     """One controller and a host that sends frames to it."""
 
     def __init__(self, address: int = 1, program: str = "", **options: int) -> None:
-        self.controller = Pmc006Controller(Pmc006Switches(**options), address, assemble(program))  # type: ignore[arg-type]
+        self.controller = Pmc006Controller(Pmc006ControllerOptions(**options), address, assemble(program))  # type: ignore[arg-type]
         self.device = Pmc006(self.controller)
         self.bus = SerialBus(self.device)
         self.address = address

@@ -47,7 +47,7 @@ class Bench:
         machine: switch ranges by input name, e.g. {"home": (3000, 3500), "cw_limit": (9000, None)}.
         encoder: what the shaft turns, if it turns an encoder.
         diagnostic_wiring: step outputs wired to the encoder inputs.
-        options: model switches.
+        options: options of the model.
     """
 
     def __init__(

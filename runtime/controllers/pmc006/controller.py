@@ -19,7 +19,7 @@ from ...machine.contacts import Contact
 from .axis import MotorActivity, SimulatedPmc006Axis
 from .interpreter import Interpreter
 from .memory import Memory
-from .options import Pmc006Switches
+from .options import Pmc006ControllerOptions
 from .pins import Pin, Pmc006Pins
 
 SUPPLY_LIMIT_V = 9.0
@@ -48,7 +48,7 @@ class Pmc006Controller:
 
     def __init__(
         self,
-        options: Pmc006Switches | None = None,
+        options: Pmc006ControllerOptions | None = None,
         address: int = FACTORY_ADDRESS,
         program: UserProgram | None = None,
     ) -> None:
@@ -56,7 +56,7 @@ class Pmc006Controller:
             raise SettingError(
                 "address", f"address {address}: allowed is 1 to 120, or the factory's {FACTORY_ADDRESS}"
             )
-        self.options = options or Pmc006Switches()
+        self.options = options or Pmc006ControllerOptions()
         self.memory = Memory()
         self.memory.preset("device_address", address)
         if program is not None:

@@ -12,8 +12,8 @@ from ...loop.options import Options
 Number = Annotated[int, Field(ge=0, le=INT32_MAX)]
 
 
-class Pmc006Switches(Options):
-    """Versions of the hardware, and readings of the manual that can be switched.
+class Pmc006ControllerOptions(Options):
+    """Versions of the hardware, and readings of the manual that a real one may settle the other way.
 
     Attributes:
         step_ack_value: data of the reply to a successful step instruction; the manual's example shows 3
@@ -26,7 +26,6 @@ class Pmc006Switches(Options):
     """
 
     owner: ClassVar[str] = "simulated PMC006"
-    noun: ClassVar[str] = "switch"
 
     step_ack_value: Number = 0
     i_signed: bool = False

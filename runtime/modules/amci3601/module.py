@@ -67,7 +67,7 @@ class Amci3601:
     Args:
         firmware: "2.0", "2.1", "2.2", "3.1" or "4.1", or a `Firmware`.
         machine: by default one without switches.
-        options: model switches by name, see `Amci3601Options`.
+        options: options of the model by name, see `Amci3601Options`.
         diagnostic_wiring: the step outputs are wired to the encoder inputs.
 
     Raises:

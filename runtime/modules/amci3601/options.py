@@ -1,7 +1,6 @@
-"""Switches of the model: where the manual contradicts itself or is silent.
+"""Options of the simulated 3601: readings of the manual that a real module may settle the other way.
 
 `docs/readings.md` describes every reading; the whole project uses the default.
-A switch exists where a real module may behave the other way.
 """
 
 from __future__ import annotations
@@ -14,7 +13,7 @@ from ...loop.options import Options
 
 
 class Amci3601Options(Options):
-    """Model switches of the simulated 3601, by the names used in rack files and by `scanrack drive`.
+    """Options of the simulated 3601, by the names used in rack files and by `scanrack drive`.
 
     Attributes:
         input_scan_us: period of the module's own scan in µs, 50 to 250,000 (reading A-01).
@@ -42,7 +41,6 @@ class Amci3601Options(Options):
     """
 
     owner: ClassVar[str] = "simulated 3601"
-    noun: ClassVar[str] = "switch"
 
     input_scan_us: Annotated[int, Field(ge=50, le=250_000)] = 250
     stopped_after_config: bool = False

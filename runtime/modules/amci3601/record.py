@@ -15,7 +15,7 @@ def make(firmware: str, machine: MachineSpec, seed: int, options: Options, wirin
 
     Args:
         seed: of the machine's random numbers.
-        options: model switches by name.
+        options: options of the model by name.
         wiring: "diagnostic" for step outputs wired to the encoder inputs.
     """
     from .module import Amci3601

@@ -203,7 +203,7 @@ MISTAKES = {
         "input_scan_us = 250",
         "input_scan_ms = 250",
         18,
-        "slot.options.input_scan_ms = 250: option input_scan_ms: the simulated 3601 has no such switch; did you "
+        "slot.options.input_scan_ms = 250: option input_scan_ms: the simulated 3601 has no such option; did you "
         "mean input_scan_us?",
     ),
     "an option out of range": (

@@ -182,7 +182,7 @@ def test_the_watchdog_is_as_described(monkeypatch):
 def test_a_mistake_in_python_is_refused_where_it_is_made():
     with pytest.raises(ValidationError, match="slot 1 is used twice"):
         RackSpec(program="-", slot=(SLOT, SLOT))
-    with pytest.raises(ValidationError, match="option input_scan: the simulated 3601 has no such switch"):
+    with pytest.raises(ValidationError, match="option input_scan: the simulated 3601 has no such option"):
         SlotSpec(number=1, module="amci3601", options={"input_scan": 1})
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from scanrack.runtime.controllers.pmc006.options import Pmc006Switches
+from scanrack.runtime.controllers.pmc006.options import Pmc006ControllerOptions
 from scanrack.runtime.modules.adapters.pcl601.options import Pcl601Options
 from scanrack.runtime.modules.adapters.pmc006.options import Pmc006Options
 from scanrack.runtime.modules.amci3601 import Amci3601, Amci3601Options
@@ -12,10 +12,10 @@ from scanrack.runtime.modules.amci3601 import Amci3601, Amci3601Options
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        ({"input_scan": 250}, r"option input_scan: .* no such switch; did you mean input_scan_us\?"),
+        ({"input_scan": 250}, r"option input_scan: .* no such option; did you mean input_scan_us\?"),
         (
             {"turbo": True},
-            r"option turbo: .* no such switch; allowed are input_scan_us, .*, home_reversal_dwell_ms",
+            r"option turbo: .* no such option; allowed are input_scan_us, .*, home_reversal_dwell_ms",
         ),
         ({"input_scan_us": 49}, "option input_scan_us: 49 is out of range: 50 to 250000"),
         ({"input_scan_us": 250_001}, "option input_scan_us: 250001 is out of range: 50 to 250000"),
@@ -54,8 +54,8 @@ def test_no_options_are_the_defaults():
             r"option blent: the PCL601 adapter has no such option; did .*",
         ),
         (Pmc006Options, {"home_stroke": 0}, "option home_stroke: 0 is not allowed: 1 to 2147483647 steps"),
-        (Pmc006Switches, {"max_microstep": 64}, "option max_microstep: 64 is not allowed: 128, 256"),
-        (Pmc006Switches, {"device_id": -1}, "option device_id: -1 is out of range: 0 to 2147483647"),
+        (Pmc006ControllerOptions, {"max_microstep": 64}, "option max_microstep: 64 is not allowed: 128, 256"),
+        (Pmc006ControllerOptions, {"device_id": -1}, "option device_id: -1 is out of range: 0 to 2147483647"),
     ],
 )
 def test_adapters_and_controllers_refuse_in_the_same_words(options, given, message):

@@ -1,4 +1,4 @@
-"""Switches of the model: each reading that can be chosen, the default beside the other way.
+"""Options of the model: each reading that can be chosen, the default beside the other way.
 
 What the default does is proved with the rules; here both ways stand side by side.
 """
@@ -15,9 +15,9 @@ from scanrack.runtime.modules.amci3601 import Amci3601Options
 ROOT = Path(__file__).parents[2]
 
 
-def test_every_switch_stands_in_the_table_of_readings():
+def test_every_option_stands_in_the_table_of_readings():
     page = (ROOT / "docs" / "readings.md").read_text(encoding="utf-8")
-    table = page[page.index("## Switches") : page.index("## Timing")]
+    table = page[page.index("## Options") : page.index("## Timing")]
     named = set(re.findall(r"`(\w+)`", table)) & set(Amci3601Options.model_fields)
     assert named == set(Amci3601Options.model_fields)
 
