@@ -40,17 +40,12 @@ class Address:
 
     >>> str(Address(1, "I", 0, 14)), str(Address(2, "O", 3, None))
     ('Local:1:I.Data[0].14', 'Local:2:O.Data[3]')
-
-    Attributes:
-        image: "I" for the input image, "O" for the output image.
-        word: 0 to 7.
-        bit: 0 to 15, or None for the whole word.
     """
 
     slot: int
-    image: str
-    word: int
-    bit: int | None
+    image: str  # "I" for the input image, "O" for the output image
+    word: int  # 0 to 7
+    bit: int | None  # 0 to 15, or None for the whole word
 
     def __str__(self) -> str:
         word = f"Local:{self.slot}:{self.image}.Data[{self.word}]"

@@ -17,17 +17,11 @@ from .image import WORDS
 
 
 class BitPlace(NamedTuple):
-    """The place of a named bit.
+    """The place of a named bit."""
 
-    Attributes:
-        image: "I" for the input image, "O" for the output image.
-        word: 0 to 7.
-        bit: 0 to 15.
-    """
-
-    image: str
-    word: int
-    bit: int
+    image: str  # "I" for the input image, "O" for the output image
+    word: int  # 0 to 7
+    bit: int  # 0 to 15
 
 
 Groups = Mapping[str, Mapping[str, BitPlace]]

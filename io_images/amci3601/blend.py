@@ -66,16 +66,12 @@ class BlendHeader:
     >>> header.to_image()
     Image([0, 768, 2, 0, 4, 20, 0, 0])
 
-    Attributes:
-        types: acceleration type of each segment, 2 to 16 of them.
-        final_deceleration: 1 to 2000 steps/ms/s, from the last segment's speed to the starting speed.
-
     Raises:
         ValueError: another number of segments, or a rate out of range.
     """
 
-    types: tuple[Acceleration, ...]
-    final_deceleration: int
+    types: tuple[Acceleration, ...]  # acceleration type of each segment, 2 to 16 of them
+    final_deceleration: int  # 1 to 2000 steps/ms/s, from the last segment's speed to the starting speed
     final_type: Acceleration = Acceleration.CONSTANT
 
     def __post_init__(self) -> None:
@@ -114,18 +110,13 @@ class BlendSegment:
     >>> BlendSegment(3_500, 12_345, 20).to_image()
     Image([0, 768, 3, 500, 12, 345, 20, 0])
 
-    Attributes:
-        length: 1 to 8,388,607 steps, the change of speed included.
-        speed: 1 to 1,000,000 steps/s.
-        rate: of the change of speed, 1 to 2000 steps/ms/s.
-
     Raises:
         ValueError: one of them out of range.
     """
 
-    length: int
-    speed: int
-    rate: int
+    length: int  # 1 to 8,388,607 steps, the change of speed included
+    speed: int  # 1 to 1,000,000 steps/s
+    rate: int  # of the change of speed, 1 to 2000 steps/ms/s
 
     def __post_init__(self) -> None:
         require("length of a blend segment", self.length, 1, DISTANCE_MAX)

@@ -151,12 +151,9 @@ class StoreMinimumRegistration:
 
     >>> StoreMinimumRegistration(12_345).to_image()
     Image([0, 1024, 12, 345, 0, 0, 0, 0])
-
-    Attributes:
-        steps: 0 to 8,388,607; 0 disables the function.
     """
 
-    steps: int
+    steps: int  # 0 to 8,388,607; 0 disables the function
 
     def __post_init__(self) -> None:
         require("minimum registration distance", self.steps, 0, DISTANCE_MAX)

@@ -45,26 +45,18 @@ class Move:
     >>> Move(MoveKind.RELATIVE, -12_345, 5_000, 20, 10).to_image()
     Image([2, 0, -12, -345, 5, 0, 20, 10])
 
-    Attributes:
-        target: position or signed distance, -8,388,608 to 8,388,607.
-        speed: 1 to 1,000,000 steps/s.
-        acceleration: 1 to 2000 steps/ms/s.
-        deceleration: 1 to 2000 steps/ms/s.
-        encoder: the target is in encoder counts; the axis begins to stop when they are reached.
-        proximity: the backplane home proximity bit, ignored by a move.
-
     Raises:
         ValueError: a value out of range, or of another type.
     """
 
     kind: MoveKind
-    target: int
-    speed: int
-    acceleration: int
-    deceleration: int
+    target: int  # position or signed distance, -8,388,608 to 8,388,607
+    speed: int  # 1 to 1,000,000 steps/s
+    acceleration: int  # 1 to 2000 steps/ms/s
+    deceleration: int  # 1 to 2000 steps/ms/s
     shape: Acceleration = Acceleration.CONSTANT
-    encoder: bool = False
-    proximity: bool = False
+    encoder: bool = False  # the target is in encoder counts; the axis begins to stop when they are reached
+    proximity: bool = False  # the backplane home proximity bit, ignored by a move
 
     def __post_init__(self) -> None:
         require_member("kind", self.kind, MoveKind)
@@ -96,24 +88,16 @@ class Move:
 class Resume:
     """Continue a held move to its target.
 
-    Attributes:
-        speed: 1 to 1,000,000 steps/s.
-        acceleration: 1 to 2000 steps/ms/s.
-        deceleration: 1 to 2000 steps/ms/s.
-        shape: not taken from the held move.
-        proximity: the backplane home proximity bit, ignored by a move.
-        target_words: words 2 and 3, ignored.
-
     Raises:
         ValueError: a value out of range, or of another type.
     """
 
-    speed: int
-    acceleration: int
-    deceleration: int
-    shape: Acceleration = Acceleration.CONSTANT
-    proximity: bool = False
-    target_words: tuple[int, int] = (0, 0)
+    speed: int  # 1 to 1,000,000 steps/s
+    acceleration: int  # 1 to 2000 steps/ms/s
+    deceleration: int  # 1 to 2000 steps/ms/s
+    shape: Acceleration = Acceleration.CONSTANT  # not taken from the held move
+    proximity: bool = False  # the backplane home proximity bit, ignored by a move
+    target_words: tuple[int, int] = (0, 0)  # words 2 and 3, ignored
 
     def __post_init__(self) -> None:
         require_member("shape", self.shape, Acceleration)
@@ -144,22 +128,15 @@ class Resume:
 class FindHome:
     """Search for the home signal; the target is 0, without S-curves.
 
-    Attributes:
-        direction: first direction; it needs an end limit configured on that side.
-        speed: 1 to 1,000,000 steps/s.
-        acceleration: 1 to 2000 steps/ms/s.
-        deceleration: 1 to 2000 steps/ms/s.
-        proximity: the backplane home proximity bit; its rise slows the search to the starting speed.
-
     Raises:
         ValueError: a value out of range, or of another type.
     """
 
-    direction: Direction
-    speed: int
-    acceleration: int
-    deceleration: int
-    proximity: bool = False
+    direction: Direction  # first direction; it needs an end limit configured on that side
+    speed: int  # 1 to 1,000,000 steps/s
+    acceleration: int  # 1 to 2000 steps/ms/s
+    deceleration: int  # 1 to 2000 steps/ms/s
+    proximity: bool = False  # the backplane home proximity bit; its rise slows to the starting speed
 
     def __post_init__(self) -> None:
         require_member("direction", self.direction, Direction)
@@ -186,24 +163,17 @@ class Manual:
     >>> Manual(Direction.CW, 5_000, 20, 10).to_image()
     Image([128, 0, 0, 0, 5, 0, 20, 10])
 
-    Attributes:
-        speed: 0 to 1,000,000 steps/s; 0 makes one step; up to the starting speed there is no ramp.
-        acceleration: 0 to 2000 steps/ms/s; above the starting speed the module needs 1 or more.
-        deceleration: 0 to 2000 steps/ms/s; likewise.
-        registration: steps after the stop command, 0 to 8,388,607 (firmware 3.1).
-        proximity: the backplane home proximity bit, ignored by a move.
-
     Raises:
         ValueError: a value out of range, or of another type.
     """
 
     direction: Direction
-    speed: int
-    acceleration: int = 0
-    deceleration: int = 0
-    registration: int = 0
+    speed: int  # 0 to 1,000,000 steps/s; 0 makes one step; up to the starting speed there is no ramp
+    acceleration: int = 0  # 0 to 2000 steps/ms/s; above the starting speed the module needs 1 or more
+    deceleration: int = 0  # 0 to 2000 steps/ms/s; likewise
+    registration: int = 0  # steps after the stop command, 0 to 8,388,607 (firmware 3.1)
     shape: Acceleration = Acceleration.CONSTANT
-    proximity: bool = False
+    proximity: bool = False  # the backplane home proximity bit, ignored by a move
 
     def __post_init__(self) -> None:
         require_member("direction", self.direction, Direction)
@@ -256,22 +226,15 @@ class RunBlend:
 class Follower:
     """Encoder follower mode: counts times multiplier over divisor give steps (firmware 4.1).
 
-    Attributes:
-        direction: CW with the encoder, CCW against it, None for rest in this mode.
-        multiplier: 1 to 32,767.
-        divisor: 1 to 32,767.
-        acceleration: 0 to 2000 steps/ms/s; 0 jumps to the new speed.
-        deceleration: 0 to 2000 steps/ms/s; likewise.
-
     Raises:
         ValueError: a value out of range, or of another type.
     """
 
-    direction: Direction | None
-    multiplier: int
-    divisor: int
-    acceleration: int = 0
-    deceleration: int = 0
+    direction: Direction | None  # CW with the encoder, CCW against it, None for rest in this mode
+    multiplier: int  # 1 to 32,767
+    divisor: int  # 1 to 32,767
+    acceleration: int = 0  # 0 to 2000 steps/ms/s; 0 jumps to the new speed
+    deceleration: int = 0  # 0 to 2000 steps/ms/s; likewise
 
     def __post_init__(self) -> None:
         if self.direction is not None:

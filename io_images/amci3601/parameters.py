@@ -42,18 +42,12 @@ class Parameters:
 
     >>> Parameters.read((0x0002, 0, 12, 345, 5, -1, 20, 10))
     Parameters(target=12345, speed=None, acceleration=20, deceleration=10)
-
-    Attributes:
-        target: steps or counts; None for an illegal pair of words (CMD-04).
-        speed: steps/s; None likewise.
-        acceleration: steps/ms/s.
-        deceleration: steps/ms/s.
     """
 
-    target: int | None
-    speed: int | None
-    acceleration: int
-    deceleration: int
+    target: int | None  # steps or counts; None for an illegal pair of words (CMD-04)
+    speed: int | None  # steps/s; None likewise
+    acceleration: int  # steps/ms/s
+    deceleration: int  # steps/ms/s
 
     @classmethod
     def read(cls, words: Sequence[int]) -> Parameters:

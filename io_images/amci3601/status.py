@@ -42,11 +42,6 @@ class Status:
     >>> status.move_complete, status.position_invalid, status.moving_cw, status.position
     (True, True, False, -12345)
 
-    Attributes:
-        position: current position, steps, -65,535,999 to 65,535,999.
-        encoder: encoder or diagnostic feedback count, in the same range.
-        captured: the value stored by the capture input, in the same range.
-
     Raises:
         ValueError: one of the last three out of range.
     """
@@ -77,9 +72,9 @@ class Status:
     blend_ack: bool = False
     min_reg_nonzero: bool = False
     home_prox_echo: bool = False
-    position: int = 0
-    encoder: int = 0
-    captured: int = 0
+    position: int = 0  # current position, steps, -65,535,999 to 65,535,999
+    encoder: int = 0  # encoder or diagnostic feedback count, in the same range
+    captured: int = 0  # the value stored by the capture input, in the same range
 
     def __post_init__(self) -> None:
         for name, value in zip(("position", "encoder", "captured"), self._values(), strict=True):
@@ -130,16 +125,12 @@ class ConfigurationStatus:
     >>> ConfigurationStatus.from_image(Image([0xC43E, 0x003F, 1, 0, 0, 0, 4, 1]))  # doctest: +ELLIPSIS
     ConfigurationStatus(mirror=(1086, 63, 1, 0), config_error=False, module_ok=True, firmware=...)
 
-    Attributes:
-        mirror: the configuration in words 0 to 3, without bits 13 to 15 of word 0.
-        config_error: whether there is no valid configuration.
-
     Raises:
         ValueError: not four words, or bits of the first one that are not mirrored.
     """
 
-    mirror: tuple[int, int, int, int]
-    config_error: bool
+    mirror: tuple[int, int, int, int]  # the configuration in words 0 to 3, without bits 13 to 15 of word 0
+    config_error: bool  # whether there is no valid configuration
     module_ok: bool
     firmware: Firmware
 

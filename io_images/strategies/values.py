@@ -1,4 +1,4 @@
-"""Natural numbers for commands, and boundary values; the plainest come first."""
+"""Common values of commands, and boundary values; the plainest come first."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def starting_speeds() -> st.SearchStrategy[int]:
 
 
 def plain_speeds(starting_speed: int) -> tuple[int, ...]:
-    """Return natural programmed speeds for a starting speed, steps/s.
+    """Return common programmed speeds for a starting speed, steps/s.
 
     >>> plain_speeds(1000)
     (5000, 2000, 1000, 1001, 20000, 100000)

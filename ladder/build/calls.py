@@ -80,7 +80,7 @@ def _has_dims(wanted: tuple[int, ...], given: Place | Group) -> bool:
     dims = given.dims if isinstance(given, Group) else ()
     if len(wanted) == 1:
         return len(dims) == 1 and (wanted[0] == OPEN or wanted[0] <= dims[0])
-    # a whole array stands for its first element, as it does in COP
+    # a whole array means its first element, as in COP
     return dims == wanted or not wanted
 
 

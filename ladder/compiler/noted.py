@@ -55,7 +55,7 @@ class NotedRung:
         self._rungs, self._notes, self._line = rungs, rungs.notes, line
         self._writer = rungs.writer
         self._leaves = any(step.spec.leaves for step in _steps(line.nodes))
-        self._behind: list[tuple[Above, ...]] = []  # per instruction what has to hold
+        self._behind: list[tuple[Above, ...]] = []  # conditions of power per instruction
         self._guards: tuple[Above, ...] = ()
         self._meaning: dict[str, Above] = {"True": ("", _ALWAYS), "False": ("", _NEVER)}
         self._places = {"": rungs.notes.places[line.number]}

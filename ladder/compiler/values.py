@@ -297,7 +297,7 @@ class ValueWriter:
         """Return an integer operation wrapped to its width."""
         exact = self.operation(name, terms)
         if exact.fits(width):
-            # what may record a fault does so now, before anything else is taken
+            # faults are recorded now, before other operands are read
             return Term(self.keep(exact.text), exact.low, exact.high) if name in ("/", "MOD") else exact
         value = self.keep(exact.text)
         half = 1 << width - 1

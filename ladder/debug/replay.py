@@ -63,19 +63,14 @@ class Replayer:
         source: what went into the program.
         most: scans that are run at once to get to one.
         stretches: latest snapshots from which a change is searched.
-
-    Attributes:
-        engine: the engine after scan `at`.
-        at: the scan that was run last; None before the first.
-        truths: the power of the scan that was asked for last.
     """
 
     def __init__(
         self, engine: WatchedEngine, source: Source, most: int = 1 << 62, stretches: int | None = None
     ) -> None:
-        self.engine = engine
-        self.at: int | None = None
-        self.truths: Truths = {}
+        self.engine = engine  # the engine after scan `at`
+        self.at: int | None = None  # the scan that was run last; None before the first
+        self.truths: Truths = {}  # the power of the scan that was asked for last
         self._source, self._most, self._stretches = source, most, stretches
         self._images = [
             engine.memory.cells[leaf.ident].cell_contents.cast("B") for leaf in input_leaves(engine.memory)

@@ -29,9 +29,9 @@ class Problem:
 
     where: str  # routine and rung, or the tag, for people
     rung: str  # the rung as text, "" if it is not a rung
-    text: str  # what is wrong, with the value and what is allowed
-    remedy: str  # what helps
-    site: Site = NOWHERE  # where, without `rung` if it is no rung or line
+    text: str  # the error, with the value and what is allowed
+    remedy: str
+    site: Site = NOWHERE  # without `rung` for other places
 
     def __str__(self) -> str:
         shown = f"\n    {self.rung}" if self.rung else ""

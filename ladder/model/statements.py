@@ -316,7 +316,7 @@ def _part(part: Any, change: Callable[[Operand], Operand], inner: Callable[[Bloc
         return replace(part, condition=change(part.condition), body=inner(part.body))
     if isinstance(part, Choice):
         return replace(part, body=inner(part.body))
-    if isinstance(part, tuple):  # a block, or what holds blocks
+    if isinstance(part, tuple):  # a block, or a part with blocks
         arms = part and isinstance(part[0], (Arm, Choice))
         return tuple(_part(each, change, inner) for each in part) if arms else inner(part)
     return part

@@ -94,22 +94,15 @@ LREAL = Elementary("LREAL", 64, "d")
 
 @dataclass(frozen=True, slots=True)
 class Member:
-    """A member of a structure.
-
-    Attributes:
-        bit: of a predefined structure's BOOL: its bit in the first DINT.
-        initial: see `tags.Tag`; None = zero. No part of its identity
-        at: the part of the structure that it names: `Host.3`, `Delay.PRE`; "" with memory of its own
-        hidden: whether views omit it, like the host of packed bits.
-    """
+    """A member of a structure."""
 
     name: str
     type: DataType
     dims: tuple[int, ...] = ()
-    bit: int | None = None
-    initial: object = field(default=None, compare=False)
-    at: str = ""
-    hidden: bool = False
+    bit: int | None = None  # of a predefined structure's BOOL: its bit in the first DINT
+    initial: object = field(default=None, compare=False)  # see `tags.Tag`; None = zero. Not compared
+    at: str = ""  # the part of the structure that it names: `Host.3`, `Delay.PRE`; "" with memory of its own
+    hidden: bool = False  # whether views omit it, like the host of packed bits
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,6 +1,6 @@
 """The rule table: one row per rule of the 3601's manual, in the manual's order.
 
-It has the causes of bits, the rules of chapters, and the list for a test's coverage.
+Use it to find the cause of a bit, the rules of a chapter, or the rules that tests leave out.
 
 >>> rule = RULES["CMD-03"]
 >>> bit_names(rule.sets), rule.section

@@ -340,7 +340,7 @@ ANSWERS: Mapping[str, tuple[Answer, bool]] = {
 
 def begin(axis: Axis, motion: MotionControl, name: str, operands: tuple[Resolved | str, ...]) -> None:
     """Begin an instruction with the operands after the axis and the control."""
-    if name not in ANSWERS:  # in an add-on instruction, which is built before it is known what it gets
+    if name not in ANSWERS:  # in an add-on instruction, built before its arguments are known
         motion.refuse(ILLEGAL)
         return
     answer, moves = ANSWERS[name]

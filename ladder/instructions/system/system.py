@@ -153,7 +153,7 @@ def _write_date(machine: Interpreter, _name: str, data: bytes) -> None:
         return
     try:
         moment = datetime.datetime(*struct.unpack_from("<7i", data))
-    except (ValueError, OverflowError):  # no date: the clock goes on
+    except (ValueError, OverflowError):  # no date: the clock continues
         return
     _set_wall(machine, (moment - POWER_UP) // datetime.timedelta(microseconds=1))
 

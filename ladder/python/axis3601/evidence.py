@@ -55,7 +55,7 @@ class Evidence:
         words = self._in
         self.taken = self.broken = False
         self.was_valid = not words[0] & _INVALID
-        if words[0] >= 0:  # in configuration mode there is no position
+        if words[0] >= 0:  # not in configuration mode
             self._from = (words[2], words[3])
 
     def look(self, kind: CommandKind, out: Sequence[int], *, moving: bool, down: bool) -> None:

@@ -39,28 +39,17 @@ class Yielding(Enum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CommandKind:
-    """A kind of command.
+    """A kind of command."""
 
-    Attributes:
-        name: the method of the axis.
-        block: its function block.
-        allowed: states in which it may be requested.
-        state: of the axis during it.
-        done: status bits, one of which marks success at rest; 0: not needed, None: no end at rest
-        alone: whether its command word is zeroed once it runs; the module continues by itself.
-        keeps_out: whether a `stop` that holds the axis refuses it.
-        ends_at_rest: whether it is a motion that ends at rest without a completion bit.
-    """
-
-    name: str
-    block: str
-    allowed: tuple[State, ...]
-    state: State = State.STANDSTILL
-    done: int | None = 0
+    name: str  # the method of the axis
+    block: str  # its function block
+    allowed: tuple[State, ...]  # states in which it may be requested
+    state: State = State.STANDSTILL  # of the axis during it
+    done: int | None = 0  # status bits, one of which marks success at rest; 0: not needed, None: no end
     way: Yielding = Yielding.WAIT
-    alone: bool = False
-    keeps_out: bool = True
-    ends_at_rest: bool = False
+    alone: bool = False  # whether its command word is zeroed once it runs; the module continues by itself
+    keeps_out: bool = True  # whether a `stop` that holds the axis refuses it
+    ends_at_rest: bool = False  # whether it is a motion that ends at rest without a completion bit
 
 
 _REST = (State.STANDSTILL,)

@@ -220,7 +220,7 @@ def _close(work: Coroutine[Any, Any, object]) -> None:
         work.close()
     except RuntimeError:
         if getattr(work, "cr_frame", None) is None:
-            raise  # its own; one that swallows its end is left where it is
+            raise  # its own; one that swallows its end is abandoned
 
 
 def _at(frame: FrameType | None, error: Exception) -> Exception:

@@ -92,7 +92,7 @@ def _root(data: bytes, file: str) -> Any:
     data = _as_utf8(data, file)
     marks = _marks(data)
     if marks > MOST_MARKS:
-        data = _ZERO.sub(b"", data)  # most of what a large controller has are arrays of zeros
+        data = _ZERO.sub(b"", data)  # large controllers consist mostly of arrays of zeros
         marks = _marks(data)
     if marks > MOST_MARKS:
         raise L5xError(file, 0, f"it has {marks:,} tags, attributes and texts; {MOST_MARKS:,} are allowed")
@@ -228,7 +228,7 @@ class _L5xReader:
         get = controller.get
         target = root.get("TargetType") or "Controller"
         if target == "Controller" and get("Use", "Target") != "Target":
-            target = ""  # the controller is context of parts: not all of it is there
+            target = ""  # an incomplete controller is context only
         add_ons = [
             self._add_on(each)
             for group in controller.iterchildren("AddOnInstructionDefinitions")
