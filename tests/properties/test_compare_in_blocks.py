@@ -27,10 +27,10 @@ COLUMNS = np.array([0, 1, 6, 8, 9, 10, 11, 12, 20, 25])  # words in which someth
 
 @pytest.fixture(scope="module", autouse=True)
 def _short_reports() -> Iterator[None]:
-    """A report looks back three scans, so that what is farther back is forgotten."""
+    """A report looks back one scan, so that what is farther back is forgotten, but for the tolerance."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(findings, "LOOKED_AT", 3)
-        patch.setattr(blocks, "LOOKED_AT", 3)
+        patch.setattr(findings, "LOOKED_AT", 1)
+        patch.setattr(blocks, "LOOKED_AT", 1)
         yield
 
 

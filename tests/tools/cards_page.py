@@ -41,8 +41,8 @@ def _words(kind: CardKind) -> Iterator[str]:
     if outs:
         yield f"output {_numbers('word', range(outs))}"
     if kind.echo:
-        words = _numbers("word", range(kind.echo_at, kind.echo_at + outs))
-        yield f"input {words} {'repeats' if outs == 1 else 'repeat'} what is in force"
+        echo = _numbers("word", range(kind.echo_at, kind.echo_at + outs))
+        yield f"input {echo} {'repeats' if outs == 1 else 'repeat'} what is in force"
     for bits in kind.bits.values():
         words = sorted({bits.status_word, bits.word})
         yield f"status and range bits in input {_numbers('word', words)}"
