@@ -182,9 +182,6 @@ class Rewriter:
 
     Args:
         result: its counts are kept.
-
-    Attributes:
-        library: the software that wrote the trace.
     """
 
     def __init__(

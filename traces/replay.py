@@ -32,7 +32,6 @@ class Recording:
     """A trace in memory, packed, to be played.
 
     Attributes:
-        slots: the modules of the rack.
         events: all messages but images, in order.
     """
 
@@ -105,7 +104,6 @@ class Follower:
 
     Args:
         memory: the memory block of the receiver, with the layout of the recording.
-        images: the images to compare.
 
     Attributes:
         stop: called at the first scan that differs, without a tolerance; a comparison with tolerance

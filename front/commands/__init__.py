@@ -138,11 +138,7 @@ SPEECH = (
 
 
 def _usage(error: Any, words: Sequence[str]) -> str:
-    """Return the mistake in the words of a command, and the command that prints its page.
-
-    Args:
-        error: the parser's error.
-    """
+    """Return the mistake in the words of a command, and the command that prints its page."""
     said = error.format_message().rstrip(".")
     for theirs, ours in SPEECH:
         said = re.sub(theirs, ours, said)

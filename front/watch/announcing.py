@@ -52,7 +52,6 @@ class Announcer:
 
         Args:
             ring: the branch writes into it from here on.
-            trace: path of its recording.
             record: the same, if it is kept.
         """
         self._keeper.go_on_with(trace=str(trace), record=record, programs=self._programs)

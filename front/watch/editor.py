@@ -39,7 +39,6 @@ class Editor:
     """Watches the files of a program, and passes on edited ones.
 
     Args:
-        editions: receive the edited programs.
         hand_over: receives a `Takeover`, to be called between two scans.
     """
 

@@ -69,7 +69,6 @@ class Keeper:
         """Set the programs and the recording of later monitors.
 
         Args:
-            programs: all programs of the session.
             trace: path of a branch's recording; None = unchanged.
             record: the same, if it is kept.
         """

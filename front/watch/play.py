@@ -72,7 +72,6 @@ class Play:
 
     Args:
         folder: for temporary recordings, and copies of programs.
-        stack: closes what survives a session.
         key: that pages must send, of an existing link; None = a new one.
     """
 
@@ -162,7 +161,6 @@ class Play:
 
         Args:
             scan: the first one that may differ.
-            parent: path of its recording.
             paused: the branch begins paused.
 
         Raises:

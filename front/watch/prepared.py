@@ -51,7 +51,6 @@ class Start:
     Attributes:
         scan: the first scan that is not a repetition; 0 without a parent.
         orders: of the parent, those before that scan and before earlier ones.
-        metadata: entries about the parent.
         paused: it begins with a pause.
     """
 
@@ -63,12 +62,7 @@ class Start:
 
 @dataclass(frozen=True, slots=True)
 class PreparedRun:
-    """A run that is ready to begin.
-
-    Attributes:
-        trace: path of its recording.
-        ports: closes its open ports.
-    """
+    """A run that is ready to begin."""
 
     start: Start
     run: JobRun

@@ -116,8 +116,6 @@ class OpenedRecording:
 
     Args:
         place: its path, and the first scan of pages.
-        folder: for copies of its files.
-        trust: run its Python.
 
     Raises:
         ValueError: the trace does not name its rack, or its files can't be used.

@@ -191,8 +191,6 @@ def main(orders: str, listening: str, ring: str) -> None:
 
     Args:
         orders: file descriptor of the pipe to the scan process.
-        listening: that of the socket.
-        ring: that of the shared memory.
     """
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)  # signals are for the scan process, which ends this one

@@ -45,9 +45,6 @@ def exact_ns(value: Decimal, unit: str, key: str = "time") -> int:
 
     >>> exact_ns(Decimal("0.25"), "ms"), exact_ns(Decimal("600"), "s")
     (250000, 600000000000)
-
-    Args:
-        key: its name in a refusal.
     """
     whole, rest = divmod(value * UNITS_NS[unit], 1)
     if rest:

@@ -35,11 +35,7 @@ class RackFileError(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class RackFile:
-    """A rack file that has been read.
-
-    Attributes:
-        lines: the line of each key.
-    """
+    """A rack file that has been read."""
 
     path: Path
     text: str
@@ -51,7 +47,6 @@ class RackFile:
 
         Args:
             key: its name at the top of the file.
-            below: the key in its table.
         """
         value = getattr(self.spec, key)
         path: KeyPath = (key,) if below is None else (key, below)

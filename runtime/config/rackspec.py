@@ -113,7 +113,6 @@ class SlotSpec(Table):
 
     Attributes:
         number: from 1.
-        module: catalog name of its module.
         needs_firmware: the oldest version that the program supports; `scanrack fuzz` tries no older one.
         options: options of the model by name.
         machine: the machine that the module drives.
@@ -257,10 +256,7 @@ class RackSpec(Table):
         trace: path of the recording, relative to the rack file.
         keep_traces: number of earlier recordings kept under numbers; 0 = none.
         axes: axes of a ladder program's motion instructions, by tag: the 3601 behind each.
-        seed: of all random numbers.
-        mode: the CPU's mode at power-up.
         slot: the slots, at least one.
-        incident: events beside commands and inputs.
         unit: controllers on a serial line beside the rack.
     """
 

@@ -52,11 +52,7 @@ class UnitSpec(Table):
     pins: Mapping[str, str] = Field(default_factory=dict)
 
     def make(self, folder: Path) -> Pcl601:
-        """Make the unit, with its power on; ValueError if the program can't be used.
-
-        Args:
-            folder: the base of the program's path.
-        """
+        """Make the unit, with its power on; ValueError if the program can't be used."""
         from ..controllers.pcl601.line import Pcl601  # pymodbus takes time to import
         from ..controllers.pcl601.program import load, read_program
         from ..controllers.pcl601.wiring import Wiring

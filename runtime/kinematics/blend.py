@@ -35,7 +35,6 @@ def blend(
     (5000, -5000)
 
     Args:
-        origin: step count at which it begins.
         segments: length (from 1), speed (from the starting speed on), rate (from 1), shape, each.
 
     Raises:

@@ -43,7 +43,6 @@ def move(now_ns: int, origin: int, distance: int, profile: Profile) -> Motion:
     (2240000000, 600, 10000)
 
     Args:
-        origin: step count at which it begins.
         distance: in steps, its sign the direction, not 0.
 
     Raises:

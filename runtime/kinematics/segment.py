@@ -40,7 +40,6 @@ class Segment:
         q: what the polynomial is divided by, greater than 0.
 
     Args:
-        until_ns: its end.
         ramp: +1, -1 or 0.
     """
 

@@ -35,7 +35,6 @@ class FaultyDevice:
 
     Attributes:
         drop_next: replies that will be lost.
-        corrupt_next: replies that will be damaged.
     """
 
     def __init__(self, device: Device) -> None:

@@ -93,7 +93,6 @@ class Master:
         now_ns: its present time; scripts read it.
         published: the script has new results; the caller reads them and clears this.
         failures: number of failed exchanges.
-        line_format: of the present or latest exchange.
     """
 
     def __init__(self, line_timing: LineTiming) -> None:

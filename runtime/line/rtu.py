@@ -83,7 +83,6 @@ class Framer:
 
         Args:
             start_ns: begin of the first byte.
-            now_ns: end of the last byte.
         """
         timing = self._timing
         if self._buffer and timing.pause_ns is not None and start_ns - self._last_ns > timing.pause_ns:

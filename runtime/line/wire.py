@@ -119,7 +119,6 @@ class SerialBus:
     """A line with one master and any number of devices.
 
     Attributes:
-        now_ns: the present instant of the line.
         heard: bytes that the master has received and not taken yet, in order.
         quiet_since_ns: end of the last character so far, None if there was none.
     """

@@ -77,9 +77,6 @@ class Hands:
     def act(self, order: Order, at_ns: int, scan: int) -> None:
         """Carry out an order before the next scan, and announce it.
 
-        Args:
-            at_ns: virtual time of that scan.
-
         Raises:
             ValueError: it can't be carried out, and nothing has changed.
         """

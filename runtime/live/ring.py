@@ -81,7 +81,6 @@ class Ring:
 
     Attributes:
         shape: its dimensions.
-        file: the shared file for another process.
         put: writes a row; called after every scan.
     """
 
@@ -202,7 +201,6 @@ class Records:
     A record is its length in 4 bytes and its bytes, and begins at a multiple of 8.
 
     Args:
-        head: the numbers of the ring.
         index: the number that counts the bytes written so far.
     """
 

@@ -204,11 +204,7 @@ class Session:
         self.obey_all(self._cpu.now_ns, self._cpu.scan)
 
     def attend_scan(self, at_ns: int, scan: int) -> None:
-        """Check the breakpoints, and carry out orders; called after every scan.
-
-        Args:
-            at_ns: virtual time of the next scan.
-        """
+        """Check the breakpoints, and carry out orders; called after every scan."""
         if self.state.breakpoints:
             self._look()
         if self._inbox.pending or self.takeover is not None:
@@ -227,9 +223,6 @@ class Session:
 
         A step is answered after its last scan. At least one of its scans runs before the next order acts, so
         that "press, step, release" is a pulse, however fast the orders arrive.
-
-        Args:
-            at_ns: virtual time of the next scan.
         """
         if self.takeover is not None and not self._repeats:
             self._take_over(at_ns, scan)

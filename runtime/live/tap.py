@@ -52,13 +52,10 @@ class Tap(QuietListener):
     """Fills the ring; a listener of the scan loop that never raises.
 
     Args:
-        ring: receives rows and messages.
         rack: its memory is copied after every scan.
-        period_ns: time from scan to scan.
         figures: numbers beside the images.
 
     Attributes:
-        notes: writes notes on the program.
         session: obeys orders after each scan; set before the first one.
     """
 

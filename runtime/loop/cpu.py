@@ -48,7 +48,6 @@ class Cpu:
         logic: called once per scan with the `LogicScan`.
         period_ns: time from scan to scan, at least 1 ns.
         exchange: of images across the backplane; by default at the ends of the scan.
-        mode: the mode at power-up.
         listeners: called after every scan, in this order.
         pacer: makes scans wait for the wall clock; by default as fast as possible.
         watchdog: ends endless logic, by default after 500 ms.

@@ -17,13 +17,11 @@ class Event:
     """One event.
 
     Attributes:
-        at_ns: virtual time.
         kind: "rule" (a rule of the manual fired), "move" (a motion began or
             ended), "stimulus" (the machine's timeline acted), "indicator" (an LED changed),
             "refusal" (an axis lacks a function), "substitution" (it does it otherwise, to the
             same end), "adapter" (a link or controller failed).
         name: the rule's id, the move's kind, the input's name.
-        text: a sentence for people.
         fields: further values, by name.
     """
 

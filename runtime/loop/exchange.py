@@ -66,7 +66,6 @@ class Exchange(Protocol):
         """Return the scans from `now_ns` on.
 
         Args:
-            now_ns: virtual time of the next scan.
             count: their number, at most `calm_scans`.
             most_rows: their largest number if an axis moves.
         """

@@ -30,11 +30,8 @@ class Fault:
     """The cause of a stopped CPU.
 
     Attributes:
-        scan: number of its scan.
-        now_ns: virtual time of that scan.
         cause: the responsible part.
         where: file:line of the user's code, or of the innermost code known.
-        text: the error's message.
         site: routine and rung of a ladder program.
     """
 

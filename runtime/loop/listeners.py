@@ -38,7 +38,6 @@ class ScanListener(Protocol):
 
         Args:
             scan: its number, from 0.
-            now_ns: virtual time of its input latch.
             flags: of the CPU, see `runtime.loop.scan.ScanFlag`.
         """
 

@@ -229,7 +229,6 @@ class Clock:
 
         Args:
             at_ns: the instant; None = `longest_s`.
-            longest_s: longest wait.
         """
         if at_ns is None:
             return longest_s

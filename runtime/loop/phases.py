@@ -54,12 +54,8 @@ class ScanPhases:
     `prepare` lists these after every change, so that a scan without forces does not test for forces.
 
     Attributes:
-        listeners: receive every scan and event.
-        housekeeping: the last phase.
         order: the active phases.
         blame: the cause of an error in each of them.
-        flags: of the CPU in this scan.
-        call_logic: the phase that calls the program.
         attention: the housekeeping of this scan has requests.
         plain: only input latch, logic, output latch, record and housekeeping are active.
     """

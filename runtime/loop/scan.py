@@ -66,7 +66,6 @@ class LogicScan:
             read-only.
         number: number of the scan, from 0 at power-up.
         now_ns: virtual time of the scan, ns since power-up.
-        period_ns: time from scan to scan.
         first: the logic is called for the first time: since power-up, or since the CPU left
             program mode for run or test mode.
         updated: the modules have updated their inputs since the previous scan; on a CompactLogix only

@@ -29,9 +29,7 @@ class ScansAhead:
 
     Attributes:
         enabled: False = every scan by its phases, as in tests and for irregular scans.
-        stop_requested: run no further scan.
         present: the phase that ran last.
-        patience: decides when it looks ahead.
     """
 
     def __init__(self, phases: ScanPhases, rack: Rack, exchange: Exchange, period_ns: int) -> None:

@@ -41,7 +41,6 @@ class Stimuli:
 
     Attributes:
         next_ns: instant of the next action, FAR = never.
-        held_mask: inputs that are held.
         held: the energised ones among them.
         pulses: inputs that a station is pulsing.
         events: actions so far, in order of time; the reader empties it.

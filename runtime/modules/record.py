@@ -99,7 +99,6 @@ class LivePort:
 
     Attributes:
         opened: opens (port, address of the controller, options); ValueError if it can't.
-        factory_address: of a new controller.
         highest_address: addresses are 1 to this one, or the factory's.
     """
 

@@ -135,12 +135,7 @@ class Rows:
 
 
 class Copy:
-    """Writes the copy of a trace.
-
-    Args:
-        schema: the schema of its scans.
-        layout: the record of a scan.
-    """
+    """Writes the copy of a trace."""
 
     def __init__(
         self, trace: Trace, file: CountingFile, schema: ScanSchema, layout: np.dtype[np.void]

@@ -68,7 +68,6 @@ def check_output(path: Path | str, kind: FileKind, used: Used = NOTHING) -> Path
     """Refuse to replace an owned file; return the path to write, without links.
 
     Args:
-        kind: of the output.
         used: files that were read, imported or named.
 
     Raises:

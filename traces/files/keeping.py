@@ -40,7 +40,6 @@ class RecordingKeeper:
     """Keeps the existing files when a new recording begins.
 
     Args:
-        path: of the new recording.
         most: number of earlier ones to keep, 1 or more.
         beside: files that belong to it and are kept with it; their names have the same beginning.
     """
@@ -113,7 +112,6 @@ def check_recordings(paths: Sequence[Path], keeping: RecordingKeeper | None, use
     """Refuse new recordings that would replace an owned file, or move one in use.
 
     Args:
-        paths: of the new ones.
         keeping: keeps the existing files; None = they are replaced.
 
     Raises:

@@ -29,14 +29,7 @@ Target = Path | str | IO[Any]
 
 
 class Draft:
-    """A file that is being written, beside the one that it will replace.
-
-    Args:
-        target: the file that it replaces.
-
-    Attributes:
-        file: open for writing.
-    """
+    """A file that is being written, beside the one that it will replace."""
 
     def __init__(self, file: IO[Any], place: Path, target: Path, kind: FileKind) -> None:
         self.file, self.place, self._target, self._kind = file, place, target, kind

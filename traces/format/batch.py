@@ -34,7 +34,6 @@ class ScanBatch:
     """Up to `room` scans, and their layout as message records.
 
     Args:
-        channel: id of the scans' channel.
         memory: the rack's memory block, copied at every scan.
 
     Attributes:
@@ -121,11 +120,6 @@ def message_layout(
 
     >>> message_layout(32).itemsize
     75
-
-    Args:
-        image_bytes: size of the rack's memory block.
-        tags: the row of tags after it.
-        rest: the fields after the tags.
     """
     more: list[Any] = [] if tags is None else [(FIELD, tags)]
     more += [] if rest is None else [("rest", rest)]

@@ -74,7 +74,6 @@ def leaves(
     Args:
         lines: the message's fields, as in ros2msg.
         messages: possible messages of fields, by name.
-        path: names of the messages around it.
 
     Raises:
         ValueError: a field has no fixed size, is of an unknown type, or messages are nested too deep.

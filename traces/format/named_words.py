@@ -36,9 +36,6 @@ def names_text(words: ModuleWords) -> str:
 def recorded_words(schema: str, metadata: Mapping[str, str]) -> dict[int, ModuleWords]:
     """Return the words of the slots of a trace; slots without words in the schema are left out.
 
-    Args:
-        schema: text of the schema of /scan.
-
     Raises:
         ValueError: illegal names of bits.
     """

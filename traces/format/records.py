@@ -48,11 +48,7 @@ class TraceError(ValueError):
 
 
 class TraceLimitError(TraceError):
-    """A trace that exceeds the limits; see `limits.Limits`.
-
-    Attributes:
-        limit: name of the exceeded limit.
-    """
+    """A trace that exceeds the limits; see `limits.Limits`."""
 
     def __init__(self, message: str, limit: str) -> None:
         super().__init__(message)

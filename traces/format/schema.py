@@ -132,7 +132,6 @@ def rest_bytes(text: str, known: ScanSchema) -> int | None:
     """Return the bytes of a scan after the known fields; None if the schema does not begin with them.
 
     Args:
-        text: a schema of /scan.
         known: the schema of the same slots and tags, without more fields.
 
     Raises:

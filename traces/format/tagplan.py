@@ -128,7 +128,6 @@ class TagField:
     """A field of the row.
 
     Attributes:
-        name: its name in the schema.
         constants: of an ENUM: names of its codes in the schema.
     """
 

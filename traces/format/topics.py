@@ -36,7 +36,6 @@ class Topic:
     """A topic of JSON messages.
 
     Attributes:
-        schema: name of its schema.
         says: its description in the schema.
         properties: JSON schema of its known fields; messages may have others.
         state: a message states everything, so that an unchanged one is not written again.

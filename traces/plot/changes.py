@@ -74,7 +74,6 @@ class ChangeFinder:
     """Finds the changes in one image of a slot, block by block.
 
     Args:
-        slot: number of the slot.
         words: number of words to watch, from the first one.
     """
 

@@ -33,7 +33,6 @@ class Panel(Generic[C]):
         lanes: the bits that change, from top to bottom.
         steady: the bits that do not change.
         marks: events of the slot; events of the rack are with the first panel.
-        about: the text below its name.
         bands: steps and texts of the program that change.
         unchanged: tags that do not change, and their values.
         fractional: names of the curves whose values have fractions.
@@ -92,8 +91,6 @@ class Tracks(Generic[C]):
     """Gathers the contents of one panel.
 
     Args:
-        slot: a slot that can be drawn.
-        catalog: the signals of the trace.
         maker: makes a maker of curves.
     """
 

@@ -37,7 +37,6 @@ def placed(marks: Sequence[Mark], start_ns: int, end_ns: int, letter: float, row
     the first has their number.
 
     Args:
-        start_ns: begin of the axis.
         letter: width of a letter, as a part of the axis' length.
         rows: number of rows of labels.
     """

@@ -21,7 +21,6 @@ class Mark:
 
     Attributes:
         slot: number of the slot; None for the rack.
-        label: a word or two.
         of_tags: whether it is about tags of the program.
     """
 

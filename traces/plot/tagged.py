@@ -39,7 +39,6 @@ class Choice:
     """The tags of a chart.
 
     Attributes:
-        signals: those that are drawn.
         left_out: number of recorded values that are not drawn.
     """
 
@@ -154,7 +153,6 @@ class TagTracks(Generic[C]):
     """Gathers the contents of the tags' panel.
 
     Args:
-        signals: the tags to draw.
         outside: whether tags are forced or set from outside; a lane of its own if they ever are.
         maker: makes a maker of curves for values of the tags' own types.
     """

@@ -25,7 +25,6 @@ class Scans:
     """The columns that a query reads.
 
     Attributes:
-        scan: number of each scan.
         values: columns by signal name, of the signals' own types.
     """
 

@@ -33,7 +33,6 @@ class Expression:
         column: its place in the text, from 1.
         text: its first token, for a message.
         evaluate: returns its values, one per scan: conditions, or `Numbers`.
-        signals: the signals it reads.
     """
 
     type: Type

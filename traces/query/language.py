@@ -53,7 +53,6 @@ class Query:
 
     Attributes:
         aggregate: "count", "first", "last", "longest" or "shortest"; None for all occurrences.
-        signals: the signals it reads.
     """
 
     aggregate: str | None

@@ -59,7 +59,6 @@ def column_chunks(
     Args:
         selection: the first and the last chunk may have other scans as well.
         margin: number of additional scans before and after them, if the trace has them.
-        tags: also read recorded tags.
     """
     for section in _needed(trace, selection, margin):
         parts = trace.scan_rows(section)

@@ -47,7 +47,6 @@ def find_records(
     """Find the records of a file. After a damaged length, continue at the next chunk, or the end.
 
     Args:
-        size: its size in bytes.
         known: its first records; the search begins after them.
         drafts: whether an unfinished chunk counts; if not, the file ends before it.
 

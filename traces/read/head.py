@@ -34,7 +34,6 @@ class TraceHead:
     """The head of a trace: rack, metadata and layout.
 
     Attributes:
-        library: the software that wrote the file.
         metadata: the metadata record "scanrack".
         slots: in the order of the memory block.
         tags: the recorded tags, or None.

@@ -24,11 +24,7 @@ T = TypeVar("T")
 
 
 class PackedScans:
-    """Scans, packed chunk by chunk.
-
-    Args:
-        slots: number of slots of the rack.
-    """
+    """Scans, packed chunk by chunk."""
 
     def __init__(self, slots: int) -> None:
         self._slots = slots
@@ -92,11 +88,7 @@ class PackedScans:
 
 
 class NotedScans:
-    """Scans that a listener of the scan loop receives, packed one by one.
-
-    Args:
-        slots: number of slots of the rack.
-    """
+    """Scans that a listener of the scan loop receives, packed one by one."""
 
     def __init__(self, slots: int) -> None:
         self._packed = PackedScans(slots)

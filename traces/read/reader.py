@@ -53,7 +53,6 @@ class Scan(NamedTuple):
 
     Attributes:
         scan: its number (modulo 2**32).
-        now_ns: virtual time of its input latch.
         memory: the rack's memory block: per slot the output image, then the input image.
         places: slot number -> offset of the slot in the memory block.
         tags: the row of tags; empty without any.
@@ -102,7 +101,6 @@ class Records:
         grows: it is being recorded: the draft at its end, which may disappear at any time, is left out.
 
     Attributes:
-        size: its size in bytes.
         notes: the defects of the file; a damaged chunk is noted when it is read.
         spans: its whole records, in order.
         sections: places of the messages, in the order of the file.

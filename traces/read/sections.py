@@ -149,9 +149,7 @@ class ScanShape:
 
     Args:
         channel: id of the scans' channel; None for a trace without scans.
-        memory_bytes: size of the rack's memory block.
         tags: the row of tags after it, or None.
-        rest_bytes: bytes after the tags.
     """
 
     def __init__(

@@ -22,8 +22,6 @@ class Step:
     """The wait of a sequence from a scan on.
 
     Attributes:
-        scan: number of that scan.
-        sequence: the name of the sequence.
         file: name of the file; empty once it is over.
         line: the line of the wait; 0 once it is over.
         wait: the condition; empty once it is over.

@@ -20,7 +20,6 @@ class TagText:
 
     Args:
         texts: meanings of the codes of texts.
-        every: include numbers.
     """
 
     def __init__(self, plan: TagPlan, texts: Mapping[int, str], *, every: bool = False) -> None:

@@ -85,7 +85,6 @@ def speed(words: Words, time_ns: NDArray[np.int64], margin: int) -> NDArray[np.f
 
     Args:
         words: an input image's eight words, a row per scan.
-        time_ns: virtual time of each scan.
         margin: scans either way, 1 or more; fewer at the ends.
     """
     distance = np.cumsum(travel(words))

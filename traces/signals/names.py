@@ -24,11 +24,7 @@ _WILD = re.compile(r"[*?]")
 
 
 class SignalNames:
-    """Names of the tags and terminals of a trace.
-
-    Args:
-        slots: the slots of the trace.
-    """
+    """Names of the tags and terminals of a trace."""
 
     def __init__(self, signals: Iterable[Signal], slots: Sequence[SlotInfo]) -> None:
         own = [signal for signal in signals if signal.name.startswith(RECORDED)]

@@ -19,7 +19,6 @@ def tag_signals(plan: TagPlan, texts: Mapping[int, str]) -> Iterator[Signal]:
     """Yield a signal for every value of a row.
 
     Args:
-        plan: the tags of the trace.
         texts: meanings of the codes of texts.
     """
     for field in plan.fields:

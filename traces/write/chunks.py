@@ -50,9 +50,7 @@ class ChunkWriter:
     Schemas, channels and metadata come first, then messages; attachments come between chunks at any time.
 
     Args:
-        file: receives the records.
         profile: the MCAP profile, "ros2".
-        library: the writing software for the header.
         chunk_bytes: uncompressed size at which a chunk is closed.
     """
 

@@ -51,7 +51,6 @@ class LineRecorder:
 
     Args:
         target: path of the file, replaced if it exists.
-        metadata: entries of the metadata record.
         keeping: keeps earlier recordings; without, `target` is replaced.
 
     Raises:

@@ -122,7 +122,6 @@ class TraceFile:
 
     Args:
         raw: the empty file.
-        name: its name in messages.
         room: the ballast, or None. Without one, a full disk costs the open chunk
             and the summary.
         keeping: keeps earlier recordings, or None.

@@ -59,7 +59,6 @@ class Attachment:
 
     Attributes:
         name: its name, without a path of this machine.
-        media_type: kind of its content.
     """
 
     name: str
@@ -75,11 +74,8 @@ class ScanRecorder:
         memory: the rack's memory block, read at every scan: per slot the output image, then the
             input image, 32 bytes in all.
         slots: in the order of the memory block.
-        scan_period_ns: nominal time from scan to scan.
-        seed: of the run's random numbers.
         program: source of the logic. It is attached, and its SHA-256 goes into the metadata.
         rack_file: the rack file, likewise.
-        metadata: further entries of the metadata record.
         chunk_scans: most scans in a chunk; a smaller number limits the loss if the process is killed.
         tags: source of the recorded tags' values; None = no tags.
         orders: whether the rack can be operated while it runs: the trace has /orders then.
@@ -173,7 +169,6 @@ class ScanRecorder:
 
         Args:
             scan: its number, 0 or more.
-            now_ns: virtual time of its input latch.
             flags: of the CPU, 0 to 2**32 - 1.
 
         Raises:

@@ -73,11 +73,9 @@ class Session:
     Attributes:
         runs: number of scenarios without a limit of time.
         limit_ns: duration of the search; None = until all runs are done.
-        jobs: number of parallel searches.
         dask: address of a Dask scheduler, or None.
         base: the scenario of a recording, or None.
         quiet: print only failures.
-        as_json: print one JSON object.
     """
 
     job: Job

@@ -100,8 +100,6 @@ class _Answer(NamedTuple):
     """An answer.
 
     Attributes:
-        scan: number of its scan.
-        now_ns: virtual time of that scan.
         fault: the earlier fault of the CPU, or None.
         notes: omissions, a sentence each.
         when: the scan and its time, in words.

@@ -50,8 +50,6 @@ def show(
     Args:
         every: a row for every change, not only where more than position and counts changed.
         limit: most rows and most events to print; None = all.
-        wanted: the scans and events to print.
-        as_json: print one JSON object.
     """
     with open_trace(trace) as opened:
         contents = Contents(opened, every=every, limit=limit, wanted=wanted)
@@ -105,9 +103,7 @@ class Contents:
         count: number of scans, inside and outside of the range.
         first: number of the first scan.
         last: number of the last scan.
-        end_ns: virtual time of the last scan.
         rows: rows of the table, in the range.
-        events: events in the range.
     """
 
     def __init__(self, trace: Trace, *, every: bool, limit: int | None, wanted: Selection = ALL) -> None:

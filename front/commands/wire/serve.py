@@ -213,8 +213,6 @@ def recording(
     """Record the line and the units into a file, if there is a path.
 
     Args:
-        units: those on the line.
-        programs: files of their stored programs.
         replace: keep no earlier recordings.
 
     Raises:

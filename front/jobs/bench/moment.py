@@ -15,7 +15,6 @@ class ScanChoice:
 
     Attributes:
         at: a time with its unit, such as "1.5 s", or the number of a scan.
-        scans: number of scans before it.
         until: the bit that must be true: a tag, or an address of an image.
 
     Raises:

@@ -48,7 +48,6 @@ def why_of_trace(
 
     Args:
         trace: without its program, its images alone give the answer.
-        folder: for the extracted files.
         what: see `Bench.why`.
         trust: run Python that came with the trace; otherwise only files that equal those of the current
             folder.

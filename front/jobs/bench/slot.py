@@ -73,7 +73,6 @@ class SlotBench:
         """Set an analog input of a card from now on.
 
         Args:
-            name: as in the rack file.
             value: V or mA of a channel with a range, else the raw number.
 
         Raises:

@@ -45,8 +45,6 @@ class Facts:
     """Facts of a program.
 
     Attributes:
-        configurations: the ones that it sends.
-        searches: the home searches that it starts.
         repeated: bits with several coils.
         unused: tags that no instruction names.
         held: command bits that it sets and never clears.

@@ -57,7 +57,6 @@ def python_facts(path: Path, names: Mapping[str, Any], terminals: Set[str]) -> F
 
     Args:
         names: the names of its module, with their values.
-        terminals: the names of the cards' terminals.
     """
     tree = ast.parse(path.read_text("utf-8"))
     reader = Reader(str(path), tree, names)

@@ -29,12 +29,7 @@ SIGN_BIT = 15
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """A rule that a rack breaks.
-
-    Attributes:
-        rule: id of the rule.
-        text: the problem.
-    """
+    """A rule that a rack breaks."""
 
     rule: str
     place: FileLine
@@ -49,7 +44,6 @@ class CheckReport:
     """The result of a check.
 
     Attributes:
-        findings: in the order of the rules.
         not_seen: sentences about unknown facts.
     """
 
@@ -62,7 +56,6 @@ class Subject:
     """A rack with the facts of its program.
 
     Attributes:
-        job: the rack and its program.
         lines: of the rack file; None for a rack in Python.
     """
 
@@ -179,7 +172,6 @@ class Rule(NamedTuple):
 
     Attributes:
         id: its name on the command line and in JSON.
-        check: yields the places that break it.
     """
 
     id: str

@@ -38,7 +38,6 @@ class WireTarget(Generic[Env]):
     All functions are called with the bus's present time, to which the device has been advanced.
 
     Attributes:
-        device: what is on the line.
         signals: what can be observed, marks left out.
         set_env: sets pins and voltages; keys that are None are not in the request.
         silence_ns: how long the bench waits for a reply, from the end of the last byte.

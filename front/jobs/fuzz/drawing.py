@@ -108,7 +108,6 @@ def scenarios(
         scans: length of a run, with all events.
         kinds: random events, as far as they are possible.
         base: a scenario to vary: some of its parts are kept, others added.
-        most: most parts of a kind.
     """
     kinds = possible_kinds(spec).intersection(kinds)
     times = st.integers(0, scans - 1).map(lambda scan: scan * spec.scan_ns)

@@ -49,10 +49,6 @@ def locked(folder: Path) -> Iterator[None]:
 def write_text(path: Path, text: str, used: Used = NOTHING) -> Path:
     """Write a file of a campaign; return its path.
 
-    Args:
-        path: in the campaign's folder.
-        used: files that are not replaced.
-
     Raises:
         OwnedError: it is one of them.
         OSError: it can't be written.

@@ -48,10 +48,7 @@ class Setup:
     """The subject of a search, in a form that can be sent to a worker.
 
     Attributes:
-        invariants: files with invariants.
         checks: standard invariants by name.
-        scans: length of a run.
-        notes: folder for Hypothesis's files.
     """
 
     rack: str

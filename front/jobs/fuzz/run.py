@@ -53,7 +53,6 @@ class BrokenInvariant:
     """An invariant that did not hold.
 
     Attributes:
-        sentence: the invariant in words.
         why: its violation in words.
         shows: the state of each slot at the end of that scan, in words, and the waits of the program's
             sequences.
@@ -264,7 +263,6 @@ class TrialBench:
     """The constant part of all trials.
 
     Attributes:
-        scans: length of a run.
         tags_of: returns the tags of a logic by name.
     """
 
@@ -291,7 +289,6 @@ class TrialBench:
 
         Args:
             without: names of invariants to skip, and keys of failures to ignore.
-            aloud: show the program's output.
 
         Raises:
             InvariantError: an invariant raised.

@@ -51,7 +51,6 @@ class SearchReport:
         runs: their number, including those of shrinking.
         found: the failures, each once.
         firsts: the scenario in which a rule fired first, by the rule's id.
-        shrinking: number of runs for shrinking.
         spent: parts of its time, ns, by the names of `SPENT`.
         applied: names of the invariants that had something to check.
         printed: number of lines that the program has printed in all runs.

@@ -28,7 +28,6 @@ class ExportSlot:
 
     Attributes:
         number: from 1.
-        catalog: catalog number of its module.
         name: name of the module, "" without one.
         tags: names and sizes of its inputs and outputs.
         module: its name in a rack file, None if it is not simulated.

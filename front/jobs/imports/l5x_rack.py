@@ -31,7 +31,6 @@ def rack_of(imported: L5xImport, program: Path, steppers: Collection[str] = ()) 
 
     Args:
         imported: the export, imported for a trial.
-        program: its path in the rack file.
         steppers: modules that are 3601s, by name or slot.
     """
     slots = with_steppers(slots_of(imported.document.modules), steppers)

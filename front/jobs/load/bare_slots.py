@@ -14,7 +14,6 @@ class BareSlot:
     """A slot without a module.
 
     Attributes:
-        words: names of its words.
         inputs: the input image, all 0.
     """
 

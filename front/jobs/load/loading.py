@@ -49,7 +49,6 @@ class Job:
     Attributes:
         logic: the function that is called once per scan.
         logic_name: its origin, `file:function`.
-        program: the file with the logic.
         rack_file: for a rack in Python it may be the program, too.
         rack_name: the rack file's name, with the function of one in Python.
         retained: the file of the ladder program's initial tags; None without one.
@@ -272,7 +271,6 @@ def _stubs(spec: RackSpec, folder: Path, file: RackFile | None = None) -> Stubs:
     """Read the stubs of a rack; RackFileError for an illegal stub, or a function that can't be loaded.
 
     Args:
-        folder: of the rack file.
         file: the rack file, if it is TOML.
     """
     read: dict[str, Stub] = {}

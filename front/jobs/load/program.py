@@ -221,9 +221,7 @@ def load_function(
         address: `path[:function]`.
         folder: base of a relative path.
         default: name of the function, if the address names none.
-        arguments: positional arguments of its calls.
         stubs: of a ladder program, see `load_program`.
-        loosely: calls may have further arguments.
 
     Raises:
         ProgramError: see `load_program`.

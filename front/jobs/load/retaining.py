@@ -17,8 +17,6 @@ def retaining(job: Job, data: bytes, name: str) -> tuple[Job, list[str]]:
 
     Args:
         job: its program has done no scan yet.
-        data: contents of the file of tags.
-        name: the file's name in messages.
 
     Raises:
         ValueError: it is not a file of retained tags, or the program is a Python function.

@@ -186,7 +186,6 @@ def editions_of(
     Args:
         given: its orders.
         job: its first program.
-        folder: for copies of the files.
         trust: run Python of the trace, see `trust`.
 
     Raises:

@@ -36,9 +36,7 @@ def recorder_for(
         logic: replaces the job's logic, such as a debugger of it.
         orders: whether the rack can be operated while it runs.
         sequences: whether an edit may add sequences to a program without any.
-        metadata: further entries of the metadata record.
         keep: number of earlier recordings to keep; None = the rack file's.
-        warn: receives a warning about expensive tags.
 
     Raises:
         OwnedError: it would replace an owned file.

@@ -39,7 +39,6 @@ class OrderRepeater(QuietListener):
 
     Args:
         hands: carries them out.
-        orders: in the order of their scans.
 
     Attributes:
         refused: orders that could not be carried out, as sentences.

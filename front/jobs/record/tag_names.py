@@ -33,7 +33,6 @@ class NamedValue:
 
     Attributes:
         type: BOOL, LINT, LREAL, ENUM or TEXT.
-        source: the expression that reads it.
         members: of an ENUM: its members in order.
     """
 

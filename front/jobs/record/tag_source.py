@@ -103,10 +103,8 @@ class ProgramTags:
     """The tags of a program, for a recorder; see `traces.tagplan.TagSource`.
 
     Args:
-        recorded: the tags and their expressions.
         cells: variables of a ladder program.
         namespace: names of a Python program's module.
-        memory: the rack's memory block.
         texts: numbers the texts; by default from 0.
 
     Attributes:
@@ -170,7 +168,6 @@ class WatchedTags:
 
     Args:
         patterns: see `ladder.tag_values`.
-        memory: the rack's memory block.
 
     Attributes:
         pending: messages of the last scan.
@@ -217,7 +214,6 @@ def tags_of(logic: ScanLogic, patterns: Sequence[str], memory: bytearray) -> Pro
 
     Args:
         patterns: see `ladder.tag_values` and `tag_names`.
-        memory: the rack's memory block.
 
     Raises:
         ValueError: a pattern matches nothing, or the tags exceed the limit of a scan.

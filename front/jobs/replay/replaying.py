@@ -50,9 +50,6 @@ class Replay:
 
     Args:
         spec: the rack; its modules answer to the recorded outputs.
-        logic: answers to the recorded inputs.
-        into: the part that is real.
-        slots: the slots whose images are compared.
 
     Attributes:
         notes: restrictions of the replay, in words.

@@ -35,7 +35,6 @@ class ProgramEdit:
 
     Attributes:
         at_ns: time of the first scan after it.
-        text: a sentence about its tags.
         tags: new, changed and removed ones.
     """
 

@@ -37,12 +37,7 @@ _FIRST_PARAMETER = 2
 
 @dataclass(frozen=True, slots=True)
 class Unheard:
-    """Parameters that changed while a move's bit stayed on.
-
-    Attributes:
-        scan: the scan of their last change.
-        bit: the name of the move's bit.
-    """
+    """Parameters that changed while a move's bit stayed on."""
 
     scan: int
     words: tuple[int, ...]
@@ -103,7 +98,6 @@ class Hints(QuietListener):
     """A listener that watches all modules with the words of a 3601.
 
     Args:
-        spec: the wiring of its machines.
         places: by slot: the program's line that declares the axis there.
     """
 

@@ -172,7 +172,6 @@ class Stimulus:
     """A stimulus of a recording.
 
     Attributes:
-        input: the module's input.
         energised: its level from then on; None = controlled by the machine's switch or station.
     """
 

@@ -28,7 +28,6 @@ class SeenError:
 
     Attributes:
         sentence: the rule, with its bits, its words and the first scan that shows it.
-        count: number of occurrences.
     """
 
     sentence: str
@@ -96,7 +95,6 @@ class ErrorCount:
     Attributes:
         rule: of the manual, such as "CMD-03"; for an adapter the kind of its observation.
         text: the rule, with its bits, its words and the first scan that shows it.
-        count: number of occurrences.
     """
 
     slot: JsonValue
@@ -110,12 +108,10 @@ class RunResult:
     """The result of a run.
 
     Attributes:
-        scans: scans that were run.
         time_ns: their machine time, ns.
         moves: by slot, kind and outcome; one in progress at the end says so.
         errors: the first one first.
         every_start: errors of every start, see `RULES_OF_START`.
-        hints: possible mistakes of the program.
         trace: path of the recording; None without one.
     """
 

@@ -22,10 +22,6 @@ from ..trust.owned import in_use, names_of
 class RetainedMemory:
     """The retentive memory of a job; its file is locked until the context is left.
 
-    Attributes:
-        path: its file.
-        job: the job with the file's tags in its program; a recording attaches the file.
-
     Args:
         job: runs a ladder program.
         trace: the recording, or None.

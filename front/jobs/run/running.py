@@ -52,9 +52,7 @@ class RunOptions:
         trace: path of the recording; None = no recording.
         live: real ports may be driven.
         pacer: makes scans wait for the wall clock; None = as fast as possible.
-        warn: receives a hint at once.
         handled: the rack can be operated while it runs: tags are set and forced, incidents happen.
-        metadata: further entries of the recording's metadata.
         keep: number of earlier recordings to keep; None = the rack file's.
         orders: of a recorded session, given again; the rack can then be operated.
         editions: loads the programs of edits; None without edits.
@@ -80,7 +78,6 @@ class JobRun:
 
     Attributes:
         repeated: gives the orders of a recorded session; None without them.
-        hints: possible mistakes of the program.
         stubs: the stubs in use, see `Job.stubs`.
         steps: the waits of the program's sequences at the end of the run, a sentence each; none after a
             fault.
@@ -144,7 +141,6 @@ class JobRun:
 
         Args:
             scans: their number; None = until Ctrl-C.
-            observed: observes the CPU.
 
         Raises:
             CpuFault: the program, a module or a listener failed.

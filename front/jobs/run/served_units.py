@@ -42,8 +42,6 @@ class Unit:
     """One controller.
 
     Attributes:
-        device: on the line.
-        address: its initial one.
         status: returns a word or two for each column of the status table.
         values: returns its present values, by name, as recorded.
         wire: sets an input to a state, by name; ValueError for an unknown input or state.

@@ -134,7 +134,6 @@ def job_of(trace: Trace, folder: Path, *, trust: bool, program: str | None = Non
     """Load the rack and the program that made a trace.
 
     Args:
-        folder: for the extracted files.
         trust: run Python of the trace; otherwise only files that equal those of the current folder.
         program: the user's program in place of the trace's, `path[:function]`. A ladder program
             begins with those of the trace's retained tags that it has.

@@ -48,7 +48,6 @@ def launch(
         stdout: ours by default.
         stderr: ours by default.
         environment: its environment variables; None = ours.
-        pass_fds: file descriptors that it inherits.
         own_session: whether Ctrl-C of the terminal does not reach it.
     """
     path = [each for each in sys.path if each]  # the empty one is the current folder

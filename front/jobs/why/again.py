@@ -84,7 +84,6 @@ class Again:
         changes: row of a scan in question -> the changes in it, in order.
         departs: row of the first scan whose outputs are not the recorded ones; None if all are.
         watched: row of the last scan in which the watched value changed; None if it did not.
-        value: the watched value at the end.
     """
 
     changes: dict[int, list[TracedChange]] = field(default_factory=dict)

@@ -37,13 +37,7 @@ def place_of(line: Line) -> str:
 
 
 def told(said: str, change: TracedChange, slots: Iterable[SlotInfo], inputs: Words) -> Iterator[str]:
-    """Yield a line's change and its conditions, the code first, then its inputs.
-
-    Args:
-        said: the change and its time.
-        slots: the slots of the rack.
-        inputs: the input images of the scan.
-    """
+    """Yield a line's change and its conditions, the code first, then its inputs."""
     line = change.line
     yield f"{said}: {place_of(line)}"
     yield f"    {source_line(line.file, line.number)}"

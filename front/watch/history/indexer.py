@@ -47,7 +47,6 @@ class Indexer:
 
     Args:
         programs: the program, and its edited versions, none with routines in Python.
-        keep: receives the values.
     """
 
     def __init__(

@@ -35,7 +35,6 @@ class RecordedEvents:
         trace: the recording, which may be growing: its owner follows it.
 
     Attributes:
-        read: number of events read.
         edits: scans before which the program was edited, as far as read.
     """
 

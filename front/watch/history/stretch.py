@@ -30,9 +30,7 @@ class Stretch:
     """A program and the scans that it has run, from `first` on.
 
     Attributes:
-        number: number of edits before it.
         logic: None if it is unknown, or must not be run.
-        file: of the program.
         lacks: why it can't be shown; "" if it can.
         told: the values of a program in Python.
         kept: its values.

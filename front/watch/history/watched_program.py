@@ -33,7 +33,6 @@ class Values:
 
     Attributes:
         values: by identifier of the variable, see `ladder.debug.replay`.
-        program: number of edits before it.
         truths: power of the previous scan, of a program with routines in Python, which is always
             interpreted.
     """
@@ -52,7 +51,6 @@ class Inputs:
         writes: values set from outside since the previous scan: identifier, element, value.
         forces: those in effect from this scan on.
         images: the input images that the program read; None = those of the rack.
-        program: number of earlier edits.
     """
 
     scan: int

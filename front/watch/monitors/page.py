@@ -30,7 +30,6 @@ class Page:
         past: the scan that it shows; None = the latest.
         place: the last row in `Recent` of its strip; None before the first frame.
         events: number of its next event; None before the first frame.
-        outbox: messages that precede the next frame.
         due: set when there is something to send.
     """
 

@@ -52,7 +52,6 @@ class Setup:
     """The scan process's data for a monitor.
 
     Attributes:
-        host: address of the server.
         trace: path of the recording, which may be a temporary one.
         programs: those that have run so far, the latest last.
     """

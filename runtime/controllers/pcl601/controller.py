@@ -40,14 +40,11 @@ class Pcl601Controller:
 
     Attributes:
         motor: the motor that it turns.
-        inputs: the pins as it reads them.
-        protocol: of the line at present.
         outputs: output register, bit 0 is output 1.
         runner: the stored program, None if the memory is empty.
         autorun: whether the program starts at power-up; non-volatile.
 
     Args:
-        encoder: on the motor's shaft.
         wiring: SW2 and the thumbwheel.
     """
 

@@ -40,7 +40,6 @@ class Pcl601:
 
     Args:
         address: 1 to 99 (0 to 99 with AA ASCII's `~`), as if saved earlier.
-        encoder: on the motor's shaft.
         wiring: SW2 and the thumbwheel.
         runner: the stored program, as if saved earlier; it does not start by itself.
         timing: the silence that separates frames.

@@ -32,13 +32,9 @@ class Pmc006Controller:
     """A controller at power-up, at t = 0.
 
     Attributes:
-        memory: parameters and user program.
-        gpio: the GPIO word's effective bits.
         supply_v: supply voltage, V.
-        overheated: whether the driver is too hot.
 
     Args:
-        options: hardware version and readings.
         address: in the EEPROM, 1 to 120, or 255 as from the factory.
         program: in the EEPROM; it does not start by itself.
 

@@ -21,7 +21,6 @@ class Pmc006:
     """A controller on its serial line, as `wire.Device`.
 
     Attributes:
-        controller: carries out the instructions.
         line_format: 9,600 baud, 8N1, fixed.
     """
 

@@ -89,7 +89,6 @@ class MotionClient(ABC, Generic[SeenType]):
     line fails after the start.
 
     Attributes:
-        faults: number of missing or impossible answers.
         harmless: error bits that a successful motion may leave.
     """
 
@@ -138,7 +137,6 @@ class MotionClient(ABC, Generic[SeenType]):
 
         Args:
             progress: called with every position.
-            pause_s: time between two reads.
         """
         with stopped_when_lost(self.stop):
             while (rest := self._rest(1, progress)) is None:

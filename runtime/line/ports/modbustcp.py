@@ -27,11 +27,9 @@ class ModbusTcpPort:
     """A Modbus TCP server.
 
     Attributes:
-        name: host:port.
         traffic: bytes sent and received, headers included.
 
     Args:
-        host: the address to listen at.
         port: the port, 0 = any that is free.
 
     Raises:

@@ -19,9 +19,6 @@ class PtyPort(Port):
     Programs may open and close its path at any time: its other end is kept open here, so that it
     never hangs up. Speed and parity have no meaning on it; a program that requires even parity gets an
     error from the operating system and must be set to none.
-
-    Attributes:
-        name: the path to open.
     """
 
     def __init__(self) -> None:

@@ -16,11 +16,7 @@ class RawTcpPort(Port):
 
     Several clients may connect, but they share one line: replies go to the latest sender.
 
-    Attributes:
-        name: host:port.
-
     Args:
-        host: the address to listen at.
         port: the port, 0 = any that is free.
 
     Raises:

@@ -150,7 +150,6 @@ def serve_until_interrupted(
 
     Args:
         each_step: called after every step.
-        longest_s: longest wait of a step.
     """
     stop = stop or Stop()
     with _closing(server), stopping_on_interrupt(stop.ask, server.step.__code__):

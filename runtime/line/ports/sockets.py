@@ -17,10 +17,8 @@ class Listener:
 
     Attributes:
         name: host:port; for port 0 the port that the system has chosen.
-        connections: the open ones.
 
     Args:
-        host: the address to listen at.
         port: the port, 0 = any that is free.
 
     Raises:

@@ -62,9 +62,7 @@ class SubstitutionRow(Generic[AdapterOptions]):
     """A difference between the controller and a 3601.
 
     Attributes:
-        name: short name for events.
         applies: returns whether a command of `RAMPED` is carried out differently.
-        how: a sentence for the user.
     """
 
     name: str

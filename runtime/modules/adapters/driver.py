@@ -23,11 +23,7 @@ PROBE_NS = 250_000_000
 
 
 class Driver(Exchanges[Drive]):
-    """The script of the exchanges with a controller.
-
-    Args:
-        line_timing: timing of the line.
-    """
+    """The script of the exchanges with a controller."""
 
     def __init__(self, line_timing: LineTiming) -> None:
         super().__init__(line_timing)

@@ -46,8 +46,6 @@ class Exchanges(Generic[Drive]):
 
     Attributes:
         position: of the controller's counter, as last read.
-        busy: whether the controller moves.
-        task: the motion that runs.
         cut: a hard stop is requested or in progress.
         setup: a configuration is requested or in progress.
         rebased: steps by which the counter was set without motion.

@@ -52,8 +52,6 @@ class AdapterKind(Generic[Drive]):
     """The parts of an adapter that differ by controller.
 
     Attributes:
-        options: the type of its options.
-        line_format: of the line to the controller.
         driver: returns a driver, of options and an address, that has not sent anything.
         axis: returns the controller behind such a driver as an axis, not configured.
         plant: returns a simulated controller of address 1 that moves a machine, wired by the options.
@@ -93,7 +91,6 @@ class Adapter(Generic[Drive]):
         machine: of the simulated controller.
         controller: at the far end of the line.
         events: in order of time; the caller empties it.
-        driver: exchanges bytes with the controller.
         axis: the controller as the command layer sees it.
         layer: the 3601's rules.
     """
@@ -334,7 +331,6 @@ class SimulatedAdapter(Adapter[Drive]):
 
         Args:
             what: one of `incidents.ON_THE_LINE`.
-            begins: False ends it.
             lasts: it lasts until its end; otherwise one reply is lost or damaged.
         """
         line = self.controller.line

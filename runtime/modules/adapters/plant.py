@@ -49,7 +49,6 @@ class Plant(ABC):
 
     Attributes:
         machine: driven by the controller; its shaft follows every step.
-        line: between controller and adapter.
         levels: electrical levels of the machine's inputs, as a mask of `InputBit`.
 
     Raises:

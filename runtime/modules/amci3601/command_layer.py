@@ -50,13 +50,9 @@ HOLD_OR_RESUME = (CommandMsw.HOLD_MOVE.value, CommandMsw.RESUME_MOVE.value)
 class CommandLayer(Host):
     """Rules, modes and memory of a 3601 over any axis.
 
-    Attributes:
-        operation: the motion that runs.
-
     Args:
         firmware: the module's revision; it decides which functions exist.
         events: receives rules that fire and moves that end.
-        now_ns: the instant of power-up.
     """
 
     def __init__(
@@ -93,7 +89,6 @@ class CommandLayer(Host):
 
         Args:
             now_ns: the instant; the axis has been advanced to it.
-            words: the eight output words in force.
             levels: electrical levels of the discrete inputs, as a mask of `InputBit`.
         """
         self._inputs.sample(levels)

@@ -47,7 +47,6 @@ def indicators(status: int, *, moving: bool, linked: bool = True) -> Indicators:
     Args:
         status: latched bits of input word 0.
         moving: a motion or the follower mode is under way, or the bit of a one-shot is held.
-        linked: the PLC and the module communicate.
     """
     errors = status & BLINKING_ERRORS
     axis_ok = Light.OFF if errors else Light.BLINKING if moving else Light.SOLID

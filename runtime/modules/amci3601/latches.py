@@ -82,7 +82,6 @@ class Latches:
         A recording has the id of a rule, and its `event` as text.
 
         Args:
-            rule_id: a row of the rule table.
             alone: fire without the rows that usually fire together with it.
         """
         fault = BrokenRule(rule_id, alone)

@@ -98,7 +98,6 @@ class Operation:
         limits: the end limits that stop it.
         status_lsw: bits of status word LSW while it runs.
         shown_direction: direction of the motion bits while the axis runs no motion of its own.
-        shown_ramp: the same for the ramp bits.
     """
 
     name: ClassVar[str] = ""

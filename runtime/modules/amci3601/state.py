@@ -32,10 +32,8 @@ class ModuleState:
     """Memory of a 3601: modes, stored programs, sampled inputs, obeyed words.
 
     Attributes:
-        latches: latched status bits.
         configuration: the accepted configuration, or None.
         mirror: the words that configuration mode echoes.
-        command: the last processed output words.
         running: whether the PLC is in run mode.
         held: the move that Resume continues; None after a command or an error in between.
         held_by_external: whether the external input has held the last move.

@@ -48,7 +48,6 @@ class GenericCard(Module):
     """A card at power-up, at t = 0.
 
     Attributes:
-        kind: its row of the table.
         lit: mask of the digital outputs that are on.
 
     Raises:

@@ -121,7 +121,6 @@ class CardOptions(Options):
         inputs: names of inputs by terminal, or of analog inputs by channel.
         outputs: names of outputs by terminal or channel.
         normally_closed: inputs whose contacts are closed at rest: acting on one de-energises it.
-        timeline: events of the inputs.
         cam: inputs that the machine of another slot operates.
         ranges: of an analog card: the range of a named channel, such as "4..20 mA"; with it the card
             converts, and shows over- and under-range.

@@ -27,7 +27,6 @@ class Task:
 
     Attributes:
         number: from 0; its seed follows from it.
-        examples: number of scenarios.
         base: a scenario to vary, or None.
     """
 

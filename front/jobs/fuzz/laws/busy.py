@@ -42,7 +42,6 @@ class Busy:
         text: its name, or an object that has it.
         rests: its axis rests, and answers.
         phase: changes when it makes progress at rest.
-        limit_ns: longest rest.
     """
 
     text: object

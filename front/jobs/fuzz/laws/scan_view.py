@@ -21,7 +21,6 @@ class SlotMoment:
 
     Attributes:
         outputs: the logic's latest words, sent or not; live, so that they must not be kept.
-        inputs: the logic's latest input words.
         status: the bits and values of `inputs` by name; of a card all are off and 0.
     """
 

@@ -116,12 +116,9 @@ class Scenario:
 
     Attributes:
         firmware: versions of modules, by slot number, if they differ from the rack file.
-        presses: people's actions on the inputs.
-        incidents: of modules and CPU.
         shifts: displaced switches.
         lost: lost steps.
         pushes: people's actions on the contacts of cards.
-        signals: values of their analog inputs.
     """
 
     __pydantic_config__ = NO_MORE_KEYS

@@ -25,7 +25,6 @@ class Line:
 
     Attributes:
         number: from 1.
-        function: name of its function.
     """
 
     file: str

@@ -16,11 +16,6 @@ from ...load.bare_slots import bare_slots
 class Names:
     """The names of a program; none if it is no class of `Logic`.
 
-    Attributes:
-        addresses: of inputs and outputs.
-        axes: slots of the axes.
-        sequences: names of the sequences.
-
     Args:
         logic: the program; a new instance of it is attached to slots without modules.
         words: names of the words of the slots.

@@ -28,7 +28,6 @@ class ProgramMachine:
 
     Attributes:
         program: the program in memory, None if it is empty.
-        line: index of the next step.
         next_wake_ns: instant of the next step; None while no program runs.
     """
 

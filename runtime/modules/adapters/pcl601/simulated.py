@@ -62,7 +62,6 @@ class SimulatedPcl601(Plant):
 
     Args:
         machine: its shaft follows every step.
-        options: wiring of the controller.
 
     Raises:
         ValueError: the machine slips or jams, which this controller's simulation lacks.

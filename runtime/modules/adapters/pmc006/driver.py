@@ -51,7 +51,6 @@ class Pmc006Driver(Driver[Pmc006Speeds]):
     """A PMC006x3s as the link knows it.
 
     Attributes:
-        flags: external stops that are latched.
         clear_stops: a request to clear latched stops that are no longer active.
 
     Args:
