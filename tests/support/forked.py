@@ -64,8 +64,7 @@ class Python(subprocess.Popen[Any]):
             streams = (p2cread, c2pwrite, errwrite)
             _become(list(map(str, args)), streams, pass_fds, cwd, env, own_session=start_new_session)
         self._child_created = True
-        for end in {p2cread, c2pwrite, errwrite} - {-1}:
-            os.close(end)
+        self._close_pipe_fds(p2cread, p2cwrite, c2pread, c2pwrite, errread, errwrite)  # type: ignore[attr-defined]
 
 
 def fork_helpers() -> None:
@@ -142,6 +141,12 @@ def _take_streams(streams: tuple[int, int, int], pass_fds: Collection[int]) -> N
 
 
 def _forget_pytest() -> None:
+    """Have signals, warnings and hooks as they are when Python starts."""
+    signal.set_wakeup_fd(-1)
+    for number in signal.valid_signals():
+        if callable(signal.getsignal(number)):
+            begun = signal.default_int_handler if number == signal.SIGINT else signal.SIG_DFL
+            signal.signal(number, begun)
     warnings.simplefilter("ignore")
     sys.unraisablehook, threading.excepthook = sys.__unraisablehook__, threading.__excepthook__
 
