@@ -121,7 +121,7 @@ def install() -> None:
         source = self.get_data(path).decode("utf-8")
         return cast(CodeType, compile(reworded(source, whole=path.endswith(WHOLE)), path, "exec"))
 
-    SourceFileLoader.get_code = get_code  # type: ignore[method-assign]
+    SourceFileLoader.get_code = get_code  # type: ignore[method-assign, assignment]
 
 
 def pytest_load_initial_conftests() -> None:

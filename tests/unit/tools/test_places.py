@@ -17,6 +17,7 @@ from scanrack.rockwell.l5x.importer import Importer
 from scanrack.rockwell.l5x.xml.document import parse_document
 from scanrack.rockwell.slc import import_text
 from scanrack.runtime.config.rackfile import RackFileError, load_rack_file
+from scanrack.runtime.loop.events import Event
 from scanrack.runtime.loop.faults import CpuFault
 from scanrack.runtime.modules.amci3601.latches import Latches
 from scanrack.traces.read.reader import open_trace
@@ -171,6 +172,6 @@ def test_why_finds_the_rung_of_an_output(rack):
 
 
 def test_recordings_keep_the_words_of_a_rule():
-    events = []
+    events: list[Event] = []
     Latches(events).fire(0, "CMD-03")
     assert {each.name: each.text for each in events}["CMD-03"] == RULES["CMD-03"].event

@@ -14,7 +14,7 @@ ROOT = Path(__file__).parents[3]
 
 
 def run(source):
-    names = {}
+    names: dict[str, object] = {}
     exec(compile(reworded(source), "module.py", "exec"), names)
     return names
 
