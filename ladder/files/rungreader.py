@@ -6,6 +6,7 @@ import json
 import re
 from bisect import bisect_right
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from decimal import Decimal
 from difflib import get_close_matches
@@ -250,6 +251,14 @@ class Reader:
         site = Site(file=self._file, line=self._at + 1, column=column)
         raise RungTextError(expected, line or shown, site)
 
+    @contextmanager
+    def _at_line(self, number: int) -> Iterator[None]:
+        """Give a refusal of a declaration file and line."""
+        try:
+            yield
+        except LadderError as error:
+            raise LadderError.at(Site(file=self._file, line=number + 1), str(error)) from None
+
     def _declaration(self, program: Program | Controller) -> None:
         line = self._peek() or ""
         comment = _comment_of(self._lines[self._at])
@@ -264,10 +273,8 @@ class Reader:
         elif found := _STUB.fullmatch(line):
             if self._in_program:
                 self._fail("STUB before the programs of a controller")
-            try:
+            with self._at_line(self._at):
                 program.stub(found.group(1), found.group(2))
-            except LadderError as error:
-                raise LadderError(f"{self._file}:{self._at + 1}: {error}") from None
             self._stubs = {**program.stubs, **self._given.by_name}
             self._specs = specs_of(self._add_ons, self._stubs, self._builtin)
         elif found := _ALIAS.fullmatch(line):
@@ -287,10 +294,8 @@ class Reader:
             self._use(found.group(1))
         elif found := _TYPE.fullmatch(line):
             members = tuple(self._member(each) for each in _split(found.group(2)))
-            try:
+            with self._at_line(self._at):
                 self._types[found.group(1)] = Structure(found.group(1), members)
-            except LadderError as error:
-                raise LadderError(f"{self._file}:{self._at + 1}: {error}") from None
         elif found := _INSTRUCTION.fullmatch(line):
             self._instruction(found.group(1))
             return True
@@ -324,10 +329,8 @@ class Reader:
         if line is None:
             self._fail("END INSTRUCTION")
         self._at += 1
-        try:
+        with self._at_line(start):
             definition = AddOn(name, tuple(parameters), tuple(routines), comment)
-        except LadderError as error:
-            raise LadderError(f"{self._file}:{start + 1}: {error}") from None
         self._add_ons[name.upper()] = definition
         self._specs = specs_of(self._add_ons, self._stubs)
         self._types[name] = definition.structure

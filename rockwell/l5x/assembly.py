@@ -99,10 +99,13 @@ class Parts:
             controller.add_task(task)
         return controller
 
+    def owned(self) -> list[tuple[str, Routine]]:
+        """Return the routines of programs, each with its program."""
+        return [(part.name, each) for part in self.programs.values() for each in part.routines.values()]
+
     def operands_of(self, name: str) -> tuple[tuple[DataType, tuple[int, ...]], ...]:
         """Return the operand types and dimensions of an add-on instruction; none for another one."""
-        definition = self.add_ons.get(name.upper())
-        return definition.operand_types if definition is not None else ()
+        return self.add_ons[name.upper()].operand_types if name.upper() in self.add_ons else ()
 
     def with_fault_routines(self) -> Parts:
         """Return the same parts, with a clearing fault routine in every program without one."""
@@ -121,7 +124,7 @@ class Parts:
         r"""Return a declaration by its name in a program; `\Main.Run` names the tag of program Main."""
         scopes = [program, ""]
         if name.startswith("\\"):
-            owner, _, name = name[1:].partition(".")
+            owner, name = owner_of(name)
             scopes = [owner]
         for scope in scopes:
             part = self.programs.get(scope.upper())
@@ -146,6 +149,12 @@ class Parts:
                 break
             address = Address(declared.target.name, declared.target.steps + address.steps)
         return address
+
+
+def owner_of(name: str) -> tuple[str, str]:
+    r"""Split `\Program.Name` or `AddOn.Role`."""
+    owner, _, own = name.removeprefix("\\").partition(".")
+    return owner, own
 
 
 def _added(to: Any, declarations: list[Declaration], report: Report) -> list[Declaration]:

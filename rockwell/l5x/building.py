@@ -11,7 +11,7 @@ from ...ladder.build.controller import Controller
 from ...ladder.model.errors import BuildError, LadderError, Problem
 from ...ladder.model.tags import Tag, program_of
 from ...ladder.model.tree import Routine
-from .assembly import Parts, does_nothing, without
+from .assembly import Parts, does_nothing, owner_of, without
 from .report import Report
 from .routines import RoutineReader, line_of
 
@@ -165,12 +165,6 @@ class Builder:
                 self._report.lose(definition.name, f"its defaults are not used: {text}")
                 something = True
         return something
-
-
-def owner_of(routine: str) -> tuple[str, str]:
-    r"""Split `\Program.Routine` or `AddOn.Role`."""
-    owner, _, name = routine.removeprefix("\\").partition(".")
-    return owner, name
 
 
 def _with_routine(definition: AddOn, new: Routine) -> AddOn:

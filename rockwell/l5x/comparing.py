@@ -142,15 +142,19 @@ def _path(element: etree._Element, top: etree._Element) -> str:
     return ".".join(filter(None, reversed(names))).replace(".[", "[") or "value"
 
 
-def _module_text(record: Any) -> str:
-    fields = ("catalog", "vendor", "type", "code", "parent", "address", "bus", "rpi_us", "inhibited")
-    return "\n".join(f"{each}: {getattr(record, each)}" for each in fields)
+def _fields(*names: str) -> Callable[[Any], str]:
+    return lambda record: "\n".join(f"{each}: {getattr(record, each)}" for each in names)
+
+
+_module_text = _fields(
+    *("catalog", "vendor", "type", "code", "parent", "address", "bus", "rpi_us", "inhibited")
+)
+_program_text = _fields("main", "fault", "disabled", "comment")
+_task_fields = _fields("kind", "rate", "priority", "inhibited", "comment")
 
 
 def _task_text(record: Any) -> str:
-    fields = ("kind", "rate", "priority", "inhibited", "comment")
-    listed = [f"{each}: {getattr(record, each)}" for each in fields]
-    return "\n".join([*listed, f"programs: {', '.join(record.programs)}"])
+    return f"{_task_fields(record)}\nprograms: {', '.join(record.programs)}"
 
 
 # --- what has routines
@@ -161,11 +165,6 @@ def _programs(old: Sequence[ProgramRecord], new: Sequence[ProgramRecord]) -> Ite
     for before, after in _pairs(old, new):
         yield from _named("tag", after.name, before.tags, after.tags, _tag_text)
         yield from _routines(after.name, before.routines, after.routines)
-
-
-def _program_text(record: ProgramRecord) -> str:
-    fields = ("main", "fault", "disabled", "comment")
-    return "\n".join(f"{each}: {getattr(record, each)}" for each in fields)
 
 
 def _add_ons(old: Sequence[AddOnRecord], new: Sequence[AddOnRecord]) -> Iterator[Difference]:

@@ -16,7 +16,7 @@ from .assembly import CALLS, Parts, ProgramPart, call_of, does_nothing, implicit
 from .modules import is_bound
 from .report import Report
 from .routines import RoutineReader
-from .uses import called_routines, jumps, labels, triggered_tasks
+from .uses import named_first
 from .values.datatypes import NAME
 
 
@@ -38,20 +38,15 @@ class Completion:
     def tags(self) -> None:
         """Declare tags from their use."""
         guesses = Guesses(self._missing, self._parts.known, self._parts.operands_of, self._reader.specs)
-        routines = [
-            (part.name, self._to_guess(part, routine))
-            for part in self._parts.programs.values()
-            for routine in part.routines.values()
-        ]
-        guesses.read_all(routines)
+        guesses.read_all((owner, self._to_guess(owner, each)) for owner, each in self._parts.owned())
         for guess in guesses.found.values():
             self._declare_guess(guess)
 
-    def _to_guess(self, part: ProgramPart, routine: Routine) -> Routine:
+    def _to_guess(self, owner: str, routine: Routine) -> Routine:
         """Return the part of a routine that may name something missing; of a whole controller, a module."""
         if self._all or self._aliases_of_modules or routine.statements is not None:
             return routine
-        record = self._reader.record(part.name, routine.name)
+        record = self._reader.record(owner, routine.name)
         texts = [each.text for each in record.rungs] if record else []
         pairs = zip(routine.rungs, texts, strict=False)
         return replace(routine, rungs=tuple(rung for rung, text in pairs if ":" in text))
@@ -98,7 +93,7 @@ class Completion:
         for part in self._parts.programs.values():
             for routine in part.routines.values():
                 part.routines[routine.name.upper()] = self._with_labels(part, routine)
-            called = {name.upper(): name for name in called_routines(part.routines.values())}
+            called = {name.upper(): name for name in named_first(part.routines.values(), "JSR", "FOR")}
             for key, name in called.items():
                 if key not in {*part.routines, *part.functions} and NAME.fullmatch(name):
                     part.functions[key] = does_nothing(name)
@@ -108,8 +103,8 @@ class Completion:
 
     def _with_labels(self, part: ProgramPart, routine: Routine) -> Routine:
         """Append the labels to which a routine jumps and which the export omits."""
-        there = [name.upper() for name in labels([routine])]
-        missing = {name.upper(): name for name in jumps([routine]) if name.upper() not in there}
+        there = [name.upper() for name in named_first([routine], "LBL")]
+        missing = {name.upper(): name for name in named_first([routine], "JMP") if name.upper() not in there}
         for name in missing.values():
             self._report.declared[rf"\{part.name}.{routine.name}, label {name}"] = "after the last rung"
         rungs = tuple(Rung((Instruction("LBL", (Address(name),)),)) for name in missing.values())
@@ -117,8 +112,8 @@ class Completion:
 
     def tasks(self) -> None:
         """Declare missing event tasks; without any task, one for all programs."""
-        routines = [each for part in self._parts.programs.values() for each in part.routines.values()]
-        events = {name.upper(): name for name in triggered_tasks(routines)}
+        routines = [each for _, each in self._parts.owned()]
+        events = {name.upper(): name for name in named_first(routines, "EVENT")}
         known = {each.name.upper() for each in self._parts.tasks}
         missing = [name for key, name in events.items() if key not in known]
         if missing and not self._parts.tasks:
@@ -129,16 +124,11 @@ class Completion:
 
     def _main_of(self, part: ProgramPart, called: Iterable[str]) -> None:
         uncalled = [each for name, each in part.routines.items() if name not in called]
-        if len(part.routines) == 1 and uncalled and len(call_of(uncalled[0]).series) == 1:
-            only = uncalled[0]
-            if not _takes_inputs(only):
-                part.main = only.name
-                return
+        call = call_of(uncalled[0]).series if len(part.routines) == 1 and uncalled else ()
+        if len(call) == 1 and len(call[0].operands) <= 2:  # type: ignore[union-attr]
+            part.main = uncalled[0].name  # it takes no inputs
+            return
         if part.routines:
             calls = tuple(map(call_of, uncalled or part.routines.values()))
             part.routines[CALLS.upper()] = Routine(CALLS, calls)
             part.main = CALLS
-
-
-def _takes_inputs(routine: Routine) -> bool:
-    return len(call_of(routine).series[0].operands) > 2  # type: ignore[union-attr]

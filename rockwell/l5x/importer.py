@@ -90,7 +90,9 @@ class Importer:
         self._declare()
         if trial:
             self._parts.stubs.setdefault(ALL_MESSAGES, parse_stub(TRIAL_STUB))
-            self._note_stubs()
+            used = all_instructions(each for _, each in self._owned())
+            if any(each.name == ALL_MESSAGES for each in used):
+                self.report.stubs[ALL_MESSAGES] = str(self._parts.stubs[ALL_MESSAGES])
             if self._parts.add_ons:
                 self._builder.build(harness_of)
         controller = self._builder.build() if self._parts.programs else None
@@ -130,10 +132,7 @@ class Importer:
         unknown = UnknownTypes(self._document, self._types)
         if not unknown:
             return
-        programs = [
-            (part.name, each) for part in self._parts.programs.values() for each in part.routines.values()
-        ]
-        defined = unknown.define([*programs, *self._add_ons.routines()], self._reader.specs)
+        defined = unknown.define([*self._parts.owned(), *self._add_ons.routines()], self._reader.specs)
         for name, kind in defined.items():
             members = [each.name for each in kind.members] if isinstance(kind, Structure) else [kind.name]
             self.report.declared[f"type {name}"] = ", ".join(members)
@@ -174,18 +173,20 @@ class Importer:
         self._builder.empty()
 
     def _owned(self) -> list[tuple[str, Routine]]:
-        programs = [
-            (part.name, each) for part in self._parts.programs.values() for each in part.routines.values()
-        ]
         definitions = self._parts.add_ons.values()
-        return [*programs, *((each.name, routine) for each in definitions for routine in each.routines)]
+        return [
+            *self._parts.owned(),
+            *((each.name, routine) for each in definitions for routine in each.routines),
+        ]
 
     def _program(self, record: ProgramRecord) -> None:
         key = record.name.upper()
         part = self._parts.programs.get(key)
         if part is None:
             if not NAME.fullmatch(record.name):
-                self._skip_program(record, f"{record.name!r} is not a name of a program")
+                for each in record.routines:
+                    reason = f"{record.name!r} is not a name of a program"
+                    self._reader.skipped(record.name, each, reason, "rename it")
                 return
             part = self._parts.programs[key] = ProgramPart(record.name)
         for each in record.routines:
@@ -205,10 +206,6 @@ class Importer:
         known = {*part.routines, *part.functions}
         part.main = record.main if record.main.upper() in known else None
         part.fault = record.fault if record.fault.upper() in known else None
-
-    def _skip_program(self, record: ProgramRecord, reason: str) -> None:
-        for each in record.routines:
-            self._reader.skipped(record.name, each, reason, "rename it")
 
     # --- declaring
 
@@ -231,7 +228,3 @@ class Importer:
         parts.tasks = tasks_of(document, [each.name for each in parts.programs.values()], self.report)
         if self._completes:
             completion.tasks()
-
-    def _note_stubs(self) -> None:
-        if any(each.name == ALL_MESSAGES for each in all_instructions(each for _, each in self._owned())):
-            self.report.stubs[ALL_MESSAGES] = str(self._parts.stubs[ALL_MESSAGES])

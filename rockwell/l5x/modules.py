@@ -33,12 +33,8 @@ _PARTS = ("Data", "Slot")  # arrays with one element per slot in the tag of an a
 
 def prefix_of(module: ModuleRecord) -> str:
     """Return the prefix of a module's tags: `Local:1`, `Rack:3` or `Drive`."""
-    on_network = any(module.bus.upper().startswith(each) for each in NETWORKS)
-    return (
-        module.name
-        if on_network or number_of(module.address) is None
-        else f"{module.parent}:{module.address}"
-    )
+    on_network = module.bus.upper().startswith(NETWORKS) or number_of(module.address) is None
+    return module.name if on_network else f"{module.parent}:{module.address}"
 
 
 _LOCAL = re.compile(r"Local:(\d+)", re.IGNORECASE)

@@ -6,7 +6,7 @@ a line of structured text) are refused as objects.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
@@ -185,19 +185,14 @@ class Report:
             yield f"{self.rungs} rungs: {self.imported} imported, {len(self.refused)} refused, {self.ran} ran"
         if self.texts:
             yield self._structured_line()
-        for title, listed in (
-            ("refused rungs", self.refused),
-            ("refused objects", self.objects),
-            ("notes", self.notes),
-        ):
-            if listed:
-                yield f"{title}:"
-                yield from (f"    {each}" for each in listed)
-        for title, pairs in (
-            ("declared from their use", self.declared),
-            ("stubs", self.stubs),
-            ("in the trial", self.faults),
-        ):
-            if pairs:
-                yield f"{title}:"
-                yield from (f"    {name}: {text}" for name, text in pairs.items())
+        sections: dict[str, Iterable[object]] = {
+            "refused rungs": self.refused,
+            "refused objects": self.objects,
+            "notes": self.notes,
+            "declared from their use": map(": ".join, self.declared.items()),
+            "stubs": map(": ".join, self.stubs.items()),
+            "in the trial": map(": ".join, self.faults.items()),
+        }
+        for title, listed in sections.items():
+            shown = [f"    {each}" for each in listed]
+            yield from (f"{title}:", *shown) if shown else ()

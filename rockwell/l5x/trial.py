@@ -21,8 +21,7 @@ from ...ladder.model.schedule import Task
 from ...ladder.model.tree import Routine
 from ...ladder.run.engine import Engine
 from ...ladder.state.memory import same
-from .assembly import Parts, does_nothing, harness_of, implicit_task, trial_tasks
-from .building import owner_of
+from .assembly import Parts, does_nothing, harness_of, implicit_task, owner_of, trial_tasks
 from .importer import L5xImport
 
 SCANS = 100

@@ -11,7 +11,7 @@ InOut, and a member Ch0 of the type of the second.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 
 from ...ladder.build.inferred import Guesses
@@ -19,19 +19,18 @@ from ...ladder.model.errors import LadderError
 from ...ladder.model.expressions import parse_address
 from ...ladder.model.predefined.motion_types import AXIS_TYPES
 from ...ladder.model.spec import Spec
-from ...ladder.model.statements import Invocation, statements_in
 from ...ladder.model.tree import (
     Address,
-    Instruction,
     MemberStep,
     Routine,
     Step,
     SubscriptStep,
-    instructions_of,
 )
 from ...ladder.model.types import DINT, DataType, Member, Structure
 from .addons import arguments_of
+from .assembly import owner_of
 from .scopes import type_of
+from .uses import all_instructions
 from .values.datatypes import Types, UnknownTypeError
 from .xml.records import L5xDocument, RoutineRecord, TagRecord
 
@@ -44,6 +43,7 @@ Owned = Iterable[tuple[str, Routine]]
 Handed = tuple[str, Address, TagRecord]
 """An argument: the program or add-on of the call, the address, the InOut."""
 
+AXES = AXIS_TYPES["AXIS_CIP_DRIVE"]
 _DEEPEST = 64  # maximum depth of types that depend on each other
 
 
@@ -98,7 +98,7 @@ class UnknownTypes:
                 for pattern in (_MEMBER, _ATTRIBUTE)
                 for pair in pattern.findall(text)
             )
-            if any(name.upper() in axes and not _is_of_axes(member) for name, member in named):
+            if any(name.upper() in axes and AXES.member(member) is None for name, member in named):
                 yield owner.upper(), routine.name.upper()
 
     def _is_unknown(self, name: str) -> bool:
@@ -177,7 +177,7 @@ class UnknownTypes:
 
     def _handed(self, owner: str, routine: Routine) -> Iterator[Handed]:
         """Yield the arguments of add-on calls in a routine."""
-        for instruction in _instructions(routine):
+        for instruction in all_instructions([routine]):
             for inout, operand in zip(
                 self._arguments.get(instruction.name.upper(), ()), instruction.operands[1:], strict=False
             ):
@@ -189,7 +189,7 @@ class UnknownTypes:
         if own is not None and name.upper() in own:
             return own[name.upper()]
         if name.startswith("\\"):
-            owner, _, name = name[1:].partition(".")
+            owner, name = owner_of(name)
             return self._tags.get(owner.upper(), {}).get(name.upper())
         return self._tags.get(owner.upper(), {}).get(name.upper()) or self._tags[""].get(name.upper())
 
@@ -202,11 +202,15 @@ class UnknownTypes:
         while kind:
             if steps and isinstance(steps[0], SubscriptStep):
                 steps.pop(0)
-            if kind.upper() in self.names or _is_beyond_axes(kind, steps):
+            inner = steps[0] if steps else None
+            named = inner.name if isinstance(inner, MemberStep) else ""
+            beyond = kind.upper() in AXIS_TYPES and bool(named) and AXES.member(named) is None
+            if kind.upper() in self.names or beyond:
                 return kind, tuple(steps)
-            if not steps or not isinstance(steps[0], MemberStep):
+            if not named:
                 return None
-            kind = self._member_type(kind, steps.pop(0).name)  # type: ignore[union-attr]
+            del steps[0]
+            kind = self._member_type(kind, named)
         return None
 
     def _without_aliases(self, owner: str, address: Address) -> Address:
@@ -237,25 +241,6 @@ class UnknownTypes:
             return self._types.find(record.type)
         except LadderError:
             return None
-
-
-def _is_of_axes(name: str) -> bool:
-    return AXIS_TYPES["AXIS_CIP_DRIVE"].member(name) is not None
-
-
-def _is_beyond_axes(kind: str, steps: Sequence[Step]) -> bool:
-    """Whether steps lead to an axis member beyond `AXIS_TYPES`."""
-    if kind.upper() not in AXIS_TYPES or not steps:
-        return False
-    return isinstance(steps[0], MemberStep) and not _is_of_axes(steps[0].name)
-
-
-def _instructions(routine: Routine) -> Iterator[Instruction]:
-    for rung in routine.rungs:
-        yield from instructions_of(rung.series)
-    for statement in statements_in(routine.statements or ()):
-        if isinstance(statement, Invocation):
-            yield statement.instruction
 
 
 def _texts(routine: RoutineRecord) -> Iterator[str]:

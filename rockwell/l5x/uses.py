@@ -8,27 +8,7 @@ from ...ladder.model.statements import Invocation, statements_in
 from ...ladder.model.tree import Address, Instruction, Routine, instructions_of
 
 
-def called_routines(routines: Iterable[Routine]) -> Iterator[str]:
-    """Yield the called routines, as written."""
-    return _named_first(routines, "JSR", "FOR")
-
-
-def triggered_tasks(routines: Iterable[Routine]) -> Iterator[str]:
-    """Yield the tasks that EVENT triggers, as written."""
-    return _named_first(routines, "EVENT")
-
-
-def jumps(routines: Iterable[Routine]) -> Iterator[str]:
-    """Yield the targets of jumps, as written."""
-    return _named_first(routines, "JMP")
-
-
-def labels(routines: Iterable[Routine]) -> Iterator[str]:
-    """Yield the labels of routines, as written."""
-    return _named_first(routines, "LBL")
-
-
-def _named_first(routines: Iterable[Routine], *instructions: str) -> Iterator[str]:
+def named_first(routines: Iterable[Routine], *instructions: str) -> Iterator[str]:
     """Yield the first operand of each instruction that is a name."""
     for each in all_instructions(routines):
         if each.name in instructions and each.operands:

@@ -62,6 +62,7 @@ _SHOWN = {
 """By use of an element: where a rung shows its words, and their names."""
 
 
+_LONG = frozenset(("COP", "FLL", "SQO", "SQC", "SQL", "FFL", "FFU", "LFL", "LFU"))  # with a length
 _BITS = frozenset({Use.BIT, Use.COIL, Use.LATCH, Use.STORAGE})  # uses of a bit
 
 
@@ -192,17 +193,7 @@ class DataFiles:
         """COP, FLL and sequencers extend a file by their length."""
         spec = self._specs.get(instruction.name)
         numbers = [each for each in instruction.operands if isinstance(each, Number)]
-        if spec is None or instruction.name not in (
-            "COP",
-            "FLL",
-            "SQO",
-            "SQC",
-            "SQL",
-            "FFL",
-            "FFU",
-            "LFL",
-            "LFU",
-        ):
+        if spec is None or instruction.name not in _LONG:
             return
         count = numbers[-1].value if instruction.name in ("COP", "FLL") and numbers else 0
         if instruction.name.startswith("SQ") and len(numbers) >= 2:
@@ -241,8 +232,7 @@ class DataFiles:
         if not values:
             return None
         kind = self._type(file)
-        empty: Any = {} if isinstance(kind, Structure) else 0
-        empty = "" if kind is STRING else empty
+        empty: Any = "" if kind is STRING else {} if isinstance(kind, Structure) else 0
         return [values.get(place, empty) for place in range(min(max(values) + 1, file.length, MOST))]
 
 

@@ -107,7 +107,7 @@ class _Importer:
     # --- rungs
 
     def _routine(self, record: LadderRecord) -> Routine:
-        reader = RungReader(self._specs, {})
+        reader = RungReader(self._specs)
         rungs = []
         for number, each in enumerate(record.rungs):
             self._report.rungs += 1
@@ -120,19 +120,16 @@ class _Importer:
             except RungError as error:
                 self._refuse(record.number, number, str(error), error.remedy, error.column)
             rungs.append(Rung(series, each.comment, Origin(self._document.file, each.line)))
-        return Routine(routine_name(record.number, {}), tuple(rungs), record.name)
+        return Routine(routine_name(record.number), tuple(rungs), record.name)
 
     def _refuse(self, file: int, rung: int, reason: str, remedy: str, column: int = 1) -> None:
         line, text = self._rungs[file, rung]
-        text = text[:LONGEST]
-        name = routine_name(file, {})
-        self._report.refused.append(
-            Refusal(self._document.file, line, self._document.name, name, rung, column, text, reason, remedy)
-        )
+        place = (self._document.file, line, self._document.name, routine_name(file), rung, column)
+        self._report.refused.append(Refusal(*place, text[:LONGEST], reason, remedy))
 
     def _refuse_all(self, problems: list[Problem] | tuple[Problem, ...], routines: list[Routine]) -> bool:
         places = {routine.name: number for number, routine in enumerate(routines)}
-        files = {routine_name(number, {}): number for number, _ in self._rungs}
+        files = {routine_name(number): number for number, _ in self._rungs}
         empty: set[tuple[int, int]] = set()
         for problem in problems:
             file, rung = files.get(problem.site.routine), problem.site.rung
@@ -150,16 +147,15 @@ class _Importer:
         """Refuse the remaining rungs, which can't be built together."""
         gone = {(each.routine, each.rung) for each in self._report.refused}
         for file, rung in self._rungs:
-            if (routine_name(file, {}), rung) not in gone:
+            if (routine_name(file), rung) not in gone:
                 self._refuse(file, rung, reason, "correct the program")
 
     # --- the program
 
     def _program(self, routines: list[Routine]) -> Program:
         name = re.sub(r"\W", "_", self._document.name) or "program"
-        main = routine_name(MAIN, {})
-        known = [each.name for each in routines]
-        program = Program(name, main=main if main in known else None, dialect=SLC)
+        main = next((each.name for each in routines if each.name == routine_name(MAIN)), None)
+        program = Program(name, main=main, dialect=SLC)
         program.take_stubs(self._stubs)
         files = DataFiles(self._specs)
         for routine in routines:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
+from typing import NoReturn
 
 from ...ladder.model.errors import LadderError
 from ...ladder.model.expressions import parse_expression
@@ -57,10 +58,10 @@ class RungError(LadderError):
 
 
 class RungReader:
-    """Reads rungs, with specs by name in capitals and ladder file names by number."""
+    """Reads rungs, with specs by name in capitals."""
 
-    def __init__(self, specs: Mapping[str, Spec], names: Mapping[int, str]) -> None:
-        self._specs, self._names = specs, names
+    def __init__(self, specs: Mapping[str, Spec]) -> None:
+        self._specs = specs
 
     def read(self, words: Sequence[str]) -> Series:
         """Read a rung, or raise a RungError."""
@@ -77,7 +78,7 @@ class RungReader:
             self._fail(f"{self._words[self._at]} is outside of a branch", "begin the branch with BST")
         return series
 
-    def _fail(self, text: str, remedy: str, at: int | None = None) -> None:
+    def _fail(self, text: str, remedy: str, at: int | None = None) -> NoReturn:
         place = self._at if at is None else at
         column = self._columns[place] if place < len(self._columns) else self._end
         raise RungError(text, column, remedy)
@@ -120,7 +121,6 @@ class RungReader:
             self._at += 1
         if spec is None:
             self._fail(f"there is no instruction {name}", f"stub it: {name} = 'false'", start)
-        assert spec is not None
         words = self._words[start + 1 : self._at]
         if name == "CPT" and len(words) > 2:
             words = [words[0], " ".join(words[1:])]
@@ -157,14 +157,13 @@ class RungReader:
         digits = re.fullmatch(r"(?:U:?)?(\d{1,3})", word, re.IGNORECASE)
         if digits is None:
             self._fail(f"{word} is not a ladder file", "write its number, as in JSR U:3", at)
-        assert digits is not None
-        return Address(routine_name(int(digits.group(1)), self._names))
+        return Address(routine_name(int(digits.group(1))))
 
 
-def routine_name(file: int, names: Mapping[int, str]) -> str:
+def routine_name(file: int) -> str:
     """Return the routine of a ladder file.
 
-    >>> routine_name(3, {})
+    >>> routine_name(3)
     'U3'
     """
     return f"{ROUTINE}{file}"

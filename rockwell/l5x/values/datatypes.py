@@ -41,14 +41,10 @@ NAME = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 """Names of members, parameters, programs and routines."""
 
 _RENAMED: Mapping[str, str] = {
-    "BIT": "BOOL",
-    "BOOLEAN": "BOOL",
+    **dict.fromkeys(("BIT", "BOOLEAN"), "BOOL"),
+    **dict.fromkeys(("TIME", "LTIME", "DT", "LDT"), "LINT"),
     "TIMER_T": "TIMER",
     "TIME32": "DINT",
-    "TIME": "LINT",
-    "LTIME": "LINT",
-    "DT": "LINT",
-    "LDT": "LINT",
 }
 """Other names of types. Durations and dates are whole numbers: µs, and ns where the name begins with an L."""
 
@@ -142,10 +138,8 @@ class Types:
         """Whether the order of a type's bytes is known, see `raw`."""
         known = self._bytes.get(id(kind))
         if known is None:
-            known = self._bytes[id(kind)] = (
-                kind,
-                has_known_bytes(kind, self._records, eights=self._eights),
-            )
+            order = has_known_bytes(kind, self._records, eights=self._eights)
+            known = self._bytes[id(kind)] = kind, order
         return known[1]
 
     def take(self, kind: DataType, dims: tuple[int, ...]) -> None:

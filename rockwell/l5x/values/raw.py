@@ -24,7 +24,6 @@ from ....ladder.model.types import (
     TIMER,
     DataType,
     Elementary,
-    Member,
     Structure,
     count_of,
     members_at,
@@ -108,18 +107,13 @@ def _one(data: bytes, at: int, kind: DataType) -> Any:
         return _text(data, at, kind)
     found = {}
     for member, offset, bit in members_at(kind):
-        value = _bit(data, at + offset, bit) if bit is not None else _member(data, at + offset, member)
+        if bit is not None:
+            value: Any = bool(data[at + offset] >> bit & 1) or None
+        else:
+            value = _value(data, at + offset, member.type, member.dims)
         if value is not None:
             found[member.name] = value
     return found or None
-
-
-def _member(data: bytes, at: int, member: Member) -> Any:
-    return _value(data, at, member.type, member.dims)
-
-
-def _bit(data: bytes, at: int, bit: int) -> bool | None:
-    return bool(data[at] >> bit & 1) or None
 
 
 def _text(data: bytes, at: int, kind: Structure) -> str | None:

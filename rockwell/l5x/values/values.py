@@ -24,7 +24,6 @@ from collections.abc import Callable, Sequence
 from functools import lru_cache
 from typing import Any
 
-from ....ladder.model.quoting import unquoted
 from ....ladder.model.types import BOOL, DataType, Elementary, Member, Structure, count_of
 from ....ladder.state.memory import meant_by
 from ..xml.records import Data
@@ -32,7 +31,7 @@ from .datatypes import Types, has_initials
 from .initials import How, nested, scalar
 from .l5k import from_l5k
 from .raw import bytes_in, fits, from_bytes, is_certain
-from .value_texts import TRUTH, ValueTextError, unsaid, value_of
+from .value_texts import TRUTH, ValueTextError, unquoted_or_raise, unsaid, value_of
 
 _INDEX = re.compile(r"\d{1,9}")
 
@@ -93,8 +92,9 @@ def _decorated(element: Data, kind: DataType, dims: tuple[int, ...], how: How) -
 
 
 def _structure(element: Data, kind: Structure, how: How) -> Any:
-    if kind.is_string and not _has_elements(element):
-        return _string(element, kind)
+    if kind.is_string and element.find("ArrayMember/Element") is None:
+        data = next((each for each in element.iterchildren("*") if each.get("Name") == "DATA"), None)
+        return None if data is None else _cut(_quoted(data), kind) or None
     found = {}
     for each in element.iterchildren("*"):
         member = kind.member(each.get("Name", ""))
@@ -124,24 +124,11 @@ def _wrong_alias(kind: Structure, member: Member) -> str:
     return f"{member.name} of {kind.name} is a {member.type.name}, and at {member.at}, a {there.type.name}"
 
 
-def _string(element: Data, kind: Structure) -> str | None:
-    data = next((each for each in element.iterchildren("*") if each.get("Name") == "DATA"), None)
-    return None if data is None else _cut(_quoted(data), kind) or None
-
-
-def _has_elements(element: Data) -> bool:
-    """Whether the characters of a string are listed singly."""
-    return element.find("ArrayMember/Element") is not None
-
-
 def _quoted(element: Data) -> str:
     text = (element.text or "").strip()
     if text[:1] == "'" == text[-1:] and len(text) > 1:
         text = text[1:-1]
-    try:
-        return unquoted(text)
-    except ValueError as error:
-        raise ValueTextError(str(error)) from None
+    return unquoted_or_raise(text)
 
 
 def _cut(text: str, kind: Structure) -> str:

@@ -45,41 +45,24 @@ def instructions_in(text: str) -> int:
     return text.count("(")
 
 
-def _programs(document: L5xDocument) -> int:
-    return len(document.programs)
+def _sum(count: Callable[[RoutineRecord], int]) -> Callable[[L5xDocument], int]:
+    return lambda document: sum(map(count, _routines(document)))
 
 
-def _add_ons(document: L5xDocument) -> int:
-    return len(document.add_ons)
-
-
-def _routine_count(document: L5xDocument) -> int:
-    return sum(1 for _ in _routines(document))
-
-
-def _rungs(document: L5xDocument) -> int:
-    return sum(len(each.rungs) for each in _routines(document))
-
-
-def _lines(document: L5xDocument) -> int:
-    return sum(len(each.lines) for each in _routines(document))
-
-
-def _characters(document: L5xDocument) -> int:
-    rungs = sum(len(rung.text) for each in _routines(document) for rung in each.rungs)
-    return rungs + sum(len(text) for each in _routines(document) for text, _ in each.lines)
-
-
-def _all_instructions(document: L5xDocument) -> int:
-    return sum(instructions_in(rung.text) for each in _routines(document) for rung in each.rungs)
+def _characters(routine: RoutineRecord) -> int:
+    return sum(len(rung.text) for rung in routine.rungs) + sum(len(text) for text, _ in routine.lines)
 
 
 LIMITS = (
-    Limit(1_000, "programs", _programs),
-    Limit(2_000, "add-on instructions", _add_ons),
-    Limit(5_000, "routines", _routine_count),
-    Limit(30_000, "rungs", _rungs),
-    Limit(30_000, "lines of structured text", _lines),
-    Limit(8 << 20, "characters of logic", _characters),
-    Limit(250_000, "instructions in rungs", _all_instructions),
+    Limit(1_000, "programs", lambda document: len(document.programs)),
+    Limit(2_000, "add-on instructions", lambda document: len(document.add_ons)),
+    Limit(5_000, "routines", _sum(lambda _routine: 1)),
+    Limit(30_000, "rungs", _sum(lambda routine: len(routine.rungs))),
+    Limit(30_000, "lines of structured text", _sum(lambda routine: len(routine.lines))),
+    Limit(8 << 20, "characters of logic", _sum(_characters)),
+    Limit(
+        250_000,
+        "instructions in rungs",
+        _sum(lambda routine: sum(instructions_in(each.text) for each in routine.rungs)),
+    ),
 )

@@ -79,11 +79,12 @@ def test_page_finds_the_rung_of_a_fault(rack, tmp_path):
         ("line.rung", RUNGS.replace("MOV(1,", "MOV(Missing,"), 7),
         ("line.rung", RUNGS.replace("XIC(Go)MOV", "XIC(Go MOV"), 7),
         ("line.rung", RUNGS.replace("TAG Index : DINT", "TAG Index : DINT := 3.5"), None),
+        ("line.rung", "PROGRAM line\nSTUB MSG : at once or never\nROUTINE Main\nNOP();\nEND\n", 2),
         ("line.steps", "HOLD_MOVE\nNONSENSE\n", 2),
         ("line.py", "def logic(scan):\n    pass\n\n1 / 0\n", 4),
         ("line.py", "def logic(scan):\n    pass pass\n", 2),
     ],
-    ids=["operand", "rung", "initial", "steps", "raises", "syntax"],
+    ids=["operand", "rung", "initial", "stub", "steps", "raises", "syntax"],
 )
 def test_page_finds_the_line_of_a_mistake_in_an_edit(rack, tmp_path, name, text, line):
     with pytest.raises(ValueError) as refused:  # noqa: PT011 - the words are not the point
