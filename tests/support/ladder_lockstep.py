@@ -155,5 +155,5 @@ def check_debugged(text, scans, *, watched):
             return
         ours, theirs = engine.memory.snapshot(), debugger._engine.memory.snapshot()
         assert [path for path in ours if not same(ours[path], theirs[path])] == []
-    again = debugger._journal.again(debugger.scans - 1).memory.snapshot()
+    again = debugger._past.again(debugger.scans - 1).memory.snapshot()
     assert [path for path in ours if not same(ours[path], again[path])] == []
