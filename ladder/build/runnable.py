@@ -43,20 +43,6 @@ class LadderLogic(ABC):
     The first use builds it: one error lists all mistakes, and no more declarations are accepted. A call
     runs it compiled, on memory that `tags` shows.
 
-    Attributes:
-        declarations: tags and aliases.
-        add_ons: add-on instructions in use, by name in capitals.
-        allowed: suppressed warnings, see `checks.ALLOWANCES`.
-        stubs: replacements of instructions and results of messages, by name in capitals.
-        dialect: its instruction set, see `instructions.dialects`.
-        builtin: specs of its instruction set, by name in capitals.
-        opening: called with the engine before each scan, and whether it is the first.
-        closing: called with the engine after each scan.
-        axes: axes on 3601s of the rack, or None.
-        declares_missing: whether undeclared tags are declared by their use.
-        declared_missing: those tags, once it is built.
-        refused: parts of an export that are left out, as texts.
-
     Raises:
         LadderError: unknown `allow` or `dialect`.
     """
@@ -68,22 +54,22 @@ class LadderLogic(ABC):
         self.name = name
         if dialect not in DIALECTS:
             raise LadderError(f"{dialect!r} is not a dialect; there are {', '.join(DIALECTS)}")
-        self.dialect = dialect
-        self.builtin = DIALECTS[dialect]
-        self.opening: list[Callable[[Engine, bool], None]] = []
-        self.closing: list[Callable[[Engine], None]] = []
-        self.declarations: list[Declaration] = []
-        self.add_ons: dict[str, AddOn] = {}
-        self.allowed = frozenset(allow)
+        self.dialect = dialect  # its instruction set, see `instructions.dialects`
+        self.builtin = DIALECTS[dialect]  # specs of its instruction set, by name in capitals
+        self.opening: list[Callable[[Engine, bool], None]] = []  # before each scan: engine, first?
+        self.closing: list[Callable[[Engine], None]] = []  # after each scan
+        self.declarations: list[Declaration] = []  # tags and aliases
+        self.add_ons: dict[str, AddOn] = {}  # add-on instructions in use, by name in capitals
+        self.allowed = frozenset(allow)  # suppressed warnings, see `checks.ALLOWANCES`
         unknown = self.allowed.difference(ALLOWANCES)
         if unknown:
             raise LadderError(f"{min(unknown)!r} can't be allowed; what can is {', '.join(ALLOWANCES)}")
-        self.stubs: dict[str, Stub] = {}
+        self.stubs: dict[str, Stub] = {}  # stubs of instructions and messages, by name in capitals
         self.cards: Mapping[int, str] = {}
-        self.axes: Axes | None = None
-        self.declares_missing = False
-        self.declared_missing: list[Tag] = []
-        self.refused: Sequence[str] = ()
+        self.axes: Axes | None = None  # axes on 3601s of the rack, or None
+        self.declares_missing = False  # whether undeclared tags are declared by their use
+        self.declared_missing: list[Tag] = []  # those tags, once it is built
+        self.refused: Sequence[str] = ()  # parts of an export that are left out, as texts
         self._names: set[str] = set()
         self._lowered: LoweredProgram | None = None
         self._scanner: Scanner | None = None

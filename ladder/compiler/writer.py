@@ -20,15 +20,6 @@ MOST_LINES = 120_000
 class Writer:
     """Collects the lines of one function of a routine.
 
-    Attributes:
-        layout: of the program or of the add-on instruction `frame`.
-        called: called add-on routines, each with whether its instance has an offset.
-        lines: text and source line.
-        written: assigned identifiers.
-        inputs: input images that are read.
-        origin: source line of the current rung.
-        flags: whether the status flags are enabled.
-
     Args:
         based: whether the instance has an offset.
     """
@@ -38,15 +29,15 @@ class Writer:
     ) -> None:
         self.lowered = lowered
         self._routine = routine
-        self.layout: Layout = lowered.frames[frame].layout if frame else lowered.layout
+        self.layout: Layout = lowered.frames[frame].layout if frame else lowered.layout  # of the operands
         self._bits = lowered.frames[frame].bits if frame else set[str]()
-        self.called: set[tuple[str, bool]] = set()
+        self.called: set[tuple[str, bool]] = set()  # add-on routines; True: with an offset
         self._based = based
-        self.lines: list[tuple[str, int]] = []
-        self.written: set[str] = set()
-        self.inputs: set[str] = set()
-        self.origin = 1
-        self.flags = lowered.flags
+        self.lines: list[tuple[str, int]] = []  # text and source line
+        self.written: set[str] = set()  # assigned identifiers
+        self.inputs: set[str] = set()  # input images that are read
+        self.origin = 1  # source line of the current rung
+        self.flags = lowered.flags  # whether the status flags are enabled
         self._depth = 1
         self._temporaries = 0
         self._lasting = 0

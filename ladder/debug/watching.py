@@ -29,17 +29,7 @@ from .watched import Change, WatchedInterpreter, WatchedMemory
 
 
 class WatchedEngine(Engine):
-    """An engine that runs compiled, or, while it is watched, in the interpreter.
-
-    Attributes:
-        watching: whether the next scans are watched.
-        noted: the noted lines.
-        variants: compiled variants for observers; engines of one program may share them.
-        broken_off: whether a fault ended the latest scan, or a rung of it.
-        history: changes in watched scans.
-        scans: number of scans so far.
-        outside: external writes before the next scan.
-    """
+    """An engine that runs compiled, or, while it is watched, in the interpreter."""
 
     memory_type = WatchedMemory
     interpreter_type = WatchedInterpreter
@@ -50,7 +40,7 @@ class WatchedEngine(Engine):
         super().__init__(lowered, scanner)
         self._compiled = self._scan
         self._calling = self._calling_compiled = self.call_routine
-        self.variants: dict[Observation, ObservedScanner] = {}
+        self.variants: dict[Observation, ObservedScanner] = {}  # for observers; may be shared
         self._unapplied = False
         self._bound: Callable[[int], object] | None = self._compiled
         self._variables: tuple[ForcedValue, ...] = ()
@@ -58,13 +48,13 @@ class WatchedEngine(Engine):
         self._blank: list[None] = []
         self._readings: Sequence[Reading] = ()
         self._places: dict[LineKey, int] = {}
-        self.noted: tuple[LineKey, ...] = ()
+        self.noted: tuple[LineKey, ...] = ()  # the noted lines
         self._all_lines = lines_of(lowered)
-        self.watching = False
-        self.broken_off = False
-        self.history: list[Change] = []
-        self.scans = 0
-        self.outside: tuple[tuple[Leaf, int, Value], ...] = ()
+        self.watching = False  # whether the next scans are watched
+        self.broken_off = False  # whether a fault ended the latest scan, or a rung of it
+        self.history: list[Change] = []  # changes in watched scans
+        self.scans = 0  # number of scans so far
+        self.outside: tuple[tuple[Leaf, int, Value], ...] = ()  # external writes before the next scan
 
     # --- what is observed
 

@@ -152,11 +152,6 @@ def tag_in(path: str) -> str:
 class Layout:
     """The memory layout of a program.
 
-    Attributes:
-        declarations: by full name in capitals, see `scoped`.
-        leaves: by path in capitals.
-        boxed: identifier of the list of each tag that has one, by name in capitals.
-
     Args:
         declarations: tags and aliases, under their full names.
         files: whether the tags are data files of an SLC, with elements like N7:0.
@@ -174,9 +169,9 @@ class Layout:
         cards: Mapping[int, str] = MappingProxyType({}),
     ) -> None:
         self.files, self.cards = files, cards
-        self.declarations: dict[str, Declaration] = {}
-        self.leaves: dict[str, Leaf] = {}
-        self.boxed: dict[str, str] = {}
+        self.declarations: dict[str, Declaration] = {}  # by full name in capitals, see `scoped`
+        self.leaves: dict[str, Leaf] = {}  # by path in capitals
+        self.boxed: dict[str, str] = {}  # identifiers of lists, by tag in capitals
         self._spots: dict[str, Spot] = {}
         self._single: tuple[tuple[int, int], list[Leaf]] = (0, 0), []
         self._idents: set[str] = set()

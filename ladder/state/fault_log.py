@@ -30,21 +30,14 @@ MOST_JUMPS = 200_000
 
 
 class FaultLog:
-    """The faults of a running program.
-
-    Attributes:
-        minor: the latest minor faults, one per instruction and scan.
-        now_ns: virtual time of the scan.
-        overflows: overflows and zero divisors so far.
-        depth: nested calls of recursive routines.
-    """
+    """The faults of a running program."""
 
     def __init__(self, lowered: LoweredProgram, memory: Memory) -> None:
-        self.minor: deque[MinorFault] = deque(maxlen=KEPT)
-        self.now_ns = 0
-        self.overflows = 0
+        self.minor: deque[MinorFault] = deque(maxlen=KEPT)  # the latest, one per instruction and scan
+        self.now_ns = 0  # virtual time of the scan
+        self.overflows = 0  # overflows and zero divisors so far
         self._jumps = 0
-        self.depth = 0
+        self.depth = 0  # nested calls of recursive routines
         self._lowered, self._memory = lowered, memory
         self._told: set[int] = set()
         self._overflow = memory.layout.leaf("S:V")

@@ -131,19 +131,13 @@ def _count(imported: L5xImport, names: Iterable[str]) -> None:
 
 
 class Outcome:
-    """The outcome of a trial.
-
-    Attributes:
-        scans: whether all scans were done.
-        fault: the first major fault, "" without one.
-        program: its program.
-        difference: the first difference, "" without one.
-    """
+    """The outcome of a trial."""
 
     def __init__(self) -> None:
-        self.scans = False
-        self.fault = self.program = ""
-        self.difference = ""
+        self.scans = False  # whether all scans were done
+        self.fault = ""  # the first major fault, "" without one
+        self.program = ""  # its program
+        self.difference = ""  # the first difference, "" without one
 
 
 def lockstep(controller: LadderLogic, work: Work) -> Outcome:

@@ -59,9 +59,6 @@ AnyCommand = TypeVar("AnyCommand", bound=Command)
 class Axis3601(Device):
     """An axis: the only writer of its module's eight output words.
 
-    Attributes:
-        status: status bits and values of the current scan, such as `axis.status.IN_ESTOP`.
-
     Args:
         slot: number of the slot.
         configuration: sent by `configure`.
@@ -93,7 +90,7 @@ class Axis3601(Device):
         self.parameters_first = parameters_first
         self._drive = self._new_drive()
         self._words = self._drive.inputs.words
-        self.status = StatusView(self._drive.inputs)
+        self.status = StatusView(self._drive.inputs)  # such as `axis.status.IN_ESTOP`
 
     # -- state
 

@@ -39,12 +39,6 @@ class Outcome(Enum):
 class Command(LinkedWait[None]):
     """A requested command: await its end, or read its outcome.
 
-    Attributes:
-        words: the eight words that start it; empty if its parameters were refused.
-        outcome: whether it waits, runs, is done, aborted or failed.
-        error_id: the ErrorID of the function block; 0 without an error.
-        detail: more about the error.
-
     Args:
         axis: name of the axis.
         text: the call, as in "move_to(4000)".
@@ -63,10 +57,10 @@ class Command(LinkedWait[None]):
         self._axis = axis
         self.kind = kind
         self.text = text
-        self.words: array[int] = array("h")
-        self.outcome = Outcome.BUSY
-        self.error_id = ErrorId(0)
-        self.detail = ""
+        self.words: array[int] = array("h")  # the eight words that start it; empty if it was refused
+        self.outcome = Outcome.BUSY  # whether it waits, runs, is done, aborted or failed
+        self.error_id = ErrorId(0)  # the ErrorID of the function block; 0 without an error
+        self.detail = ""  # more about the error
         self._is_active = False
 
     @property

@@ -33,11 +33,6 @@ _COMPLETION = {
 class Evidence:
     """The evidence for a command that was sent.
 
-    Attributes:
-        taken: whether the module has accepted the command.
-        was_valid: whether the position was valid when the command was sent.
-        broken: whether the link was lost since then, without motion on a good link afterwards.
-
     Args:
         inputs: input words of the module.
         limit_ns: maximum rest of an axis under a command.
@@ -45,7 +40,9 @@ class Evidence:
 
     def __init__(self, inputs: memoryview, limit_ns: int) -> None:
         self._in, self._limit_ns = inputs, limit_ns
-        self.taken = self.was_valid = self.broken = False
+        self.taken = False  # whether the module has accepted the command
+        self.was_valid = False  # whether the position was valid when the command was sent
+        self.broken = False  # whether the link was lost since then, without motion on a good link afterwards
         self._from = (0, 0)
         self._phase = 0
         self._rests_since_ns: int | None = None

@@ -15,12 +15,6 @@ T_co = TypeVar("T_co", covariant=True)
 class Link:
     """The link to a module, from its connection fault [`I.Fault` of a CompactLogix].
 
-    Attributes:
-        down: whether the PLC does not reach the module.
-        changes: number of losses and returns.
-        lost_ns: time of the last loss, ns.
-        back_ns: time of the last return, ns.
-
     Args:
         number: of the slot.
         slot: with the attribute `fault`; without it the module always answers.
@@ -28,9 +22,10 @@ class Link:
 
     def __init__(self, number: int = 0, slot: Slot | None = None) -> None:
         self.number = number
-        self.down = False
-        self.changes = 0
-        self.lost_ns = self.back_ns = 0
+        self.down = False  # whether the PLC does not reach the module
+        self.changes = 0  # number of losses and returns
+        self.lost_ns = 0  # time of the last loss, ns
+        self.back_ns = 0  # time of the last return, ns
         self._slot = slot
 
     def look(self, now_ns: int) -> bool:
