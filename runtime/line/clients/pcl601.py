@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from struct import unpack
 
@@ -54,9 +54,8 @@ class Pcl601Client(MotionClient[Registers]):
     def __init__(self, line: ModbusLine, unit: int = 1) -> None:
         if not 1 <= unit <= 99:
             raise ValueError(f"unit {unit}: allowed is 1 to 99")
-        super().__init__()
+        super().__init__(unit)
         self._line = line
-        self.unit = unit
 
     # -- by name -----------------------------------------------------------------------------
 
@@ -78,16 +77,11 @@ class Pcl601Client(MotionClient[Registers]):
         """
         row = settable(SETTABLE, name, value)
         if row.register is Register.ADDRESS:
-            self._set_address(value)
+            self._change_address(value, lambda: self._once(_write(row, value)), "address")
             return
         self._asked(_write(row, value))
         if (kept := self.read(name)) != value:
             raise RefusedError(f"{name} was set to {value} and reads {kept}")
-
-    @property
-    def position(self) -> int:
-        """The position register, read; steps."""
-        return self.read("position")
 
     @override
     def look(self) -> Registers:
@@ -171,23 +165,14 @@ class Pcl601Client(MotionClient[Registers]):
         self.set("steps", abs(steps))
         return self._start(Code.GO).position + steps
 
-    def move(self, steps: int, progress: Progress = lambda _: None) -> int:
-        """Move over signed steps and wait for the end; return the position.
-
-        Raises:
-            ValueError: 0, or too many steps.
-            StoppedError: it ended elsewhere, with an error, or with the encoder outside its window.
-        """
+    @override
+    def _check_of_move(self, steps: int) -> Callable[[Registers], None]:
+        """Check the encoder if the controller does."""
         before = self.look().values
-        target = self.start_move(steps)
-        seen = self.watch(progress)
-        with stopped_when_lost(self.stop):
-            self.check_end("move", seen, target)
-            if before[Register.ENCODER_AUTOCORRECT]:
-                counts = steps * before[Register.ENCODER_RATIO]
-                self._check_encoder(seen, before[Register.ENCODER_POSITION] + counts)
-            self.check_errors("move", seen)
-        return seen.position
+        if not before[Register.ENCODER_AUTOCORRECT]:
+            return super()._check_of_move(steps)
+        expected = before[Register.ENCODER_POSITION] + steps * before[Register.ENCODER_RATIO]
+        return lambda seen: self._check_encoder(seen, expected)
 
     def home(self, kind: int, progress: Progress = lambda _: None) -> int:
         """Search for the home switch by the manual's home type 0 or 1; return the position at the end.
@@ -235,27 +220,13 @@ class Pcl601Client(MotionClient[Registers]):
             message = f"the move ended with the encoder {off:+} pulses off, its window is ±{window}"
             raise StoppedError(f"{message}{self.reasons(seen.errors)}")
 
-    def _set_address(self, value: int) -> None:
-        """Change the address: the old address answers, then the new one is valid."""
-        former, pdu = self.unit, _write(ROWS[Register.ADDRESS], value)
-        try:
-            self._once(pdu)
-        except (NoAnswerError, BadAnswerError):
-            self.unit = value
-            try:
-                self.read("address")
-            except NoAnswerError:
-                self.unit = former
-                raise
-        self.unit = value
-
     def _asked(self, pdu: bytes) -> bytes:
         """Ask, up to `TRIES` times; return the data of the answer."""
         return until_answered(lambda: self._once(pdu))
 
     def _once(self, pdu: bytes) -> bytes:
         try:
-            return self._line.ask(self.unit, pdu)
+            return self._line.ask(self.address, pdu)
         except (NoAnswerError, BadAnswerError):
             self.faults += 1
             raise

@@ -120,11 +120,10 @@ class Pmc006Client(MotionClient[ControllerView]):
     ) -> None:
         if not 1 <= address <= 120 and address != 255:
             raise ValueError(f"address {address}: allowed is 1 to 120, or 255 as from the factory")
-        super().__init__()
+        super().__init__(address)
         self._link = link
         self._answer_s = checked_answer_s(answer_s)
         self._readable = READABLE | BY_ZERO if by_zero else READABLE
-        self.address = address
         self._quiet_s = SILENCE_S
 
     # -- by name -----------------------------------------------------------------------------
@@ -154,7 +153,9 @@ class Pmc006Client(MotionClient[ControllerView]):
         """
         row = settable(SETTABLE, name, value)
         if name == ADDRESS:
-            self._set_address(row, value)
+            self._change_address(
+                value, lambda: self._check(row, self._once(row.code, value, value), value), "status1"
+            )
             return
         answer = self._asked(row.code, value)
         self._check(row, answer, value)
@@ -199,11 +200,6 @@ class Pmc006Client(MotionClient[ControllerView]):
         """The firmware version as text, read."""
         return firmware_text(self.read("firmware"))
 
-    @property
-    def position(self) -> int:
-        """The position register, read; steps."""
-        return self.read("position")
-
     # -- motion ------------------------------------------------------------------------------
 
     @override
@@ -222,20 +218,6 @@ class Pmc006Client(MotionClient[ControllerView]):
             raise ValueError(f"{steps} steps: allowed is 1 to {BY_NAME['step'].high} in either direction")
         self.set("direction", int(steps > 0))
         return self._start(BY_NAME["step"], abs(steps)).position + steps
-
-    def move(self, steps: int, progress: Progress = lambda _: None) -> int:
-        """Move over signed steps and wait for the end; return the position.
-
-        Raises:
-            ValueError: 0, or too many steps.
-            StoppedError: it ended elsewhere, or with a stall; the message says why.
-        """
-        target = self.start_move(steps)
-        seen = self.watch(progress)
-        with stopped_when_lost(self.stop):
-            self.check_end("move", seen, target)
-            self.check_errors("move", seen)
-        return seen.position
 
     def home(self, stroke: int, progress: Progress = lambda _: None) -> int:
         """Go back to the switch on EXT1 and wait for it; return the position there.
@@ -304,22 +286,6 @@ class Pmc006Client(MotionClient[ControllerView]):
         """Return whether EXT1 has the level that follows its configured edge."""
         rising = self.read("ext_trigger_mode") & 1
         return (self.read("levels") >> 2 & 1) == rising
-
-    def _set_address(self, row: InstructionRow, value: int) -> None:
-        """Change the address, which takes effect at once: the answer may have either address."""
-        former = self.address
-        try:
-            answer = self._once(row.code, value, value)
-        except (NoAnswerError, BadAnswerError):
-            self.address = value
-            try:
-                self.read("status1")
-            except NoAnswerError:
-                self.address = former
-                raise
-            return
-        self._check(row, answer, value)
-        self.address = value
 
     def _check(self, row: InstructionRow, answer: int, value: int | None) -> None:
         """Raise a refusal; 6 and 7 are values where 6 or 7 was set."""

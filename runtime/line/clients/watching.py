@@ -94,12 +94,21 @@ class MotionClient(ABC, Generic[SeenType]):
 
     harmless: ClassVar[int] = 0
 
-    def __init__(self) -> None:
+    def __init__(self, address: int) -> None:
+        self.address = address
         self.faults = 0
         self._faults_before = 0
         self._errors_before = 0
 
     # -- implemented by each client ------------------------------------------------------------
+
+    @abstractmethod
+    def read(self, name: str) -> int:
+        """Return a value by its name; ValueError for an unknown one."""
+
+    @abstractmethod
+    def start_move(self, steps: int) -> int:
+        """Start a move over signed steps; return its target."""
 
     @abstractmethod
     def look(self) -> SeenType:
@@ -118,6 +127,31 @@ class MotionClient(ABC, Generic[SeenType]):
         """Wait."""
 
     # -- motions ------------------------------------------------------------------------------
+
+    @property
+    def position(self) -> int:
+        """The position register, read; steps."""
+        return self.read("position")
+
+    def move(self, steps: int, progress: Progress = lambda _: None) -> int:
+        """Move over signed steps and wait for the end; return the position.
+
+        Raises:
+            ValueError: 0, or too many steps.
+            StoppedError: it ended elsewhere, or with an error; the message says why.
+        """
+        check = self._check_of_move(steps)
+        target = self.start_move(steps)
+        seen = self.watch(progress)
+        with stopped_when_lost(self.stop):
+            self.check_end("move", seen, target)
+            check(seen)
+            self.check_errors("move", seen)
+        return seen.position
+
+    def _check_of_move(self, steps: int) -> Callable[[SeenType], None]:
+        """Return what else is checked at the end of a move that has not been started."""
+        return lambda seen: None
 
     def stop(self) -> None:
         """Stop at once, without a ramp, and check that the motor stands.
@@ -218,3 +252,17 @@ class MotionClient(ABC, Generic[SeenType]):
             self.pause(POLL_S)
             seen = self.look()
         return seen
+
+    def _change_address(self, value: int, send: Callable[[], object], witness: str) -> None:
+        """Send a new address; after an uncertain answer keep the one with which `witness` can be read."""
+        former = self.address
+        try:
+            send()
+        except (NoAnswerError, BadAnswerError):
+            self.address = value
+            try:
+                self.read(witness)
+            except NoAnswerError:
+                self.address = former
+                raise
+        self.address = value

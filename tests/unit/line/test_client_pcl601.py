@@ -68,7 +68,7 @@ def test_what_is_set_is_read_back() -> None:
 def test_a_new_address_is_followed() -> None:
     client, _ = client_of(Pcl601())
     client.set("address", 33)
-    assert (client.unit, client.read("address")) == (33, 33)
+    assert (client.address, client.read("address")) == (33, 33)
 
 
 def test_mistakes_are_told_before_anything_is_sent() -> None:
