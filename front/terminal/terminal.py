@@ -58,7 +58,6 @@ def say(text: object, *, err: bool = False, nl: bool = True, whole: bool = False
 
 
 LINE_MOST = 2 * SHOWN
-"""Most characters of a line."""
 
 MESSAGE_LINES = 500
 """Most lines of a message on standard error."""

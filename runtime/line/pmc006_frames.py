@@ -10,7 +10,6 @@ from .master import LineRequest, Reply, Verdict
 from .wire import LineFormat
 
 LINE_FORMAT = LineFormat(BAUD)
-"""The fixed format of the line."""
 
 
 def _read(data: bytes, unit: int, value: int | None) -> Reply | Verdict:

@@ -65,10 +65,8 @@ class FieldKind(Enum):
     """A number made of two words."""
 
     WORD = "word"
-    """A word."""
 
     TAG = "tag"
-    """A recorded tag."""
 
 
 @dataclass(frozen=True, slots=True)

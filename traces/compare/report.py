@@ -10,7 +10,6 @@ from .comparison import Comparison
 from .findings import Detail, Extent, First
 
 Names = tuple[str, str]
-"""Names of the two traces."""
 
 _UNITS = ((1_000_000_000, "s"), (1_000_000, "ms"), (1_000, "µs"), (1, "ns"))
 

@@ -39,12 +39,12 @@ def write_csv(
 
 
 def _lines(columns: Sequence[Column]) -> str:
-    cells = [cell for is_bits, run in groupby(columns, _is_bit) for cell in _cells(is_bits, list(run))]
+    cells = [
+        cell
+        for is_bits, run in groupby(columns, lambda column: column.values.dtype == bool)
+        for cell in _cells(is_bits, list(run))
+    ]
     return "\n".join(map(",".join, zip(*cells, strict=True))) + "\n"
-
-
-def _is_bit(column: Column) -> bool:
-    return column.values.dtype == bool
 
 
 def _cells(is_bits: bool, columns: Sequence[Column]) -> Iterator[list[str]]:

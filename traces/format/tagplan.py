@@ -40,7 +40,6 @@ VALUES_MAX = 10_000
 """Most values in a row; each element of an array counts."""
 
 ROW_BYTES_MAX = 64 * 1024
-"""Most bytes of a row."""
 
 CHEAP_VALUES = 1_000
 """Values in a row beyond which a run warns of their cost."""

@@ -40,11 +40,7 @@ def marks(events: Iterable[TraceEvent], start_ns: int, end_ns: int) -> list[Mark
         mark = _mark(event, forced) if start_ns <= event.now_ns <= end_ns else None
         found += [] if mark is None else [mark]
         forced = event.fields.get("tags") if event.topic == "/forces" else forced
-    return sorted(found, key=_by_time_and_kind)
-
-
-def _by_time_and_kind(mark: Mark) -> tuple[int, int]:
-    return mark.time_ns, KINDS.index(mark.kind)
+    return sorted(found, key=lambda mark: (mark.time_ns, KINDS.index(mark.kind)))
 
 
 def _mark(event: TraceEvent, forced: object) -> Mark | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -64,30 +65,6 @@ def read_scans(trace: Trace, signals: Iterable[Signal], progress: Callable[[int]
     return Scans(np.concatenate(numbers), np.concatenate(times), joined)
 
 
-def _all(found: Occurrences, scans: Scans) -> slice:
-    return slice(None)
-
-
-def _none(found: Occurrences, scans: Scans) -> slice:
-    return slice(0)
-
-
-def _first(found: Occurrences, scans: Scans) -> slice:
-    return slice(1)
-
-
-def _last(found: Occurrences, scans: Scans) -> slice:
-    return slice(max(0, len(found) - 1), None)
-
-
-def _longest(found: Occurrences, scans: Scans) -> slice:
-    return _at(np.argmax, found, scans)
-
-
-def _shortest(found: Occurrences, scans: Scans) -> slice:
-    return _at(np.argmin, found, scans)
-
-
 def _at(pick: Callable[[Array], Any], found: Occurrences, scans: Scans) -> slice:
     if not len(found):
         return slice(0)
@@ -96,12 +73,12 @@ def _at(pick: Callable[[Array], Any], found: Occurrences, scans: Scans) -> slice
 
 
 _PICKS: Mapping[str | None, Callable[[Occurrences, Scans], slice]] = {
-    None: _all,
-    "count": _none,
-    "first": _first,
-    "last": _last,
-    "longest": _longest,
-    "shortest": _shortest,
+    None: lambda found, _scans: slice(None),
+    "count": lambda found, _scans: slice(0),
+    "first": lambda found, _scans: slice(1),
+    "last": lambda found, _scans: slice(max(0, len(found) - 1), None),
+    "longest": partial(_at, np.argmax),
+    "shortest": partial(_at, np.argmin),
 }
 
 

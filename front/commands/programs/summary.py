@@ -13,7 +13,6 @@ from ...runtime.loop.pace import LATE_FROM_NS, Pacer
 from ...traces.read.event_text import move_wording
 
 WIDTH = 14
-"""Columns of the titles."""
 
 
 def seconds(time_ns: int) -> str:
@@ -41,7 +40,7 @@ def summary(
         f"{title if first else '':<{WIDTH}}{line}"
         for title, paragraph in (
             ("scans", _scans(tally.scans, wall_ns)),
-            ("machine time", _machine_time(tally.scans * period_ns, wall_ns)),
+            ("machine time", [f"{seconds(tally.scans * period_ns)}, run in {wall_ns / 1e9:.3g} s"]),
             ("overruns", _overruns(pacer)),
             ("late scans", _late_scans(pacer)),
             ("moves", _moves(tally)),
@@ -81,10 +80,6 @@ def summary_row(run: JobRun, result: RunResult, took_ns: int) -> dict[str, objec
 def _scans(scans: int, wall_ns: int) -> Iterator[str]:
     rate = scans * 1_000_000_000 // max(wall_ns, 1)
     yield f"{scans:,} ({rate:,} per second)"
-
-
-def _machine_time(machine_ns: int, wall_ns: int) -> Iterator[str]:
-    yield f"{seconds(machine_ns)}, run in {wall_ns / 1e9:.3g} s"
 
 
 def _overruns(pacer: Pacer) -> Iterator[str]:

@@ -134,7 +134,7 @@ class _Reader:
             facts.not_seen.append(f"routines in Python ({names}) may use any tag and any terminal")
             return
         facts.uses_bit = self._uses_bit()
-        used = {tag_in(_path(each)).upper() for each in self.mentions}
+        used = {tag_in(path_of(each.where, as_written=True)).upper() for each in self.mentions}
         for name, tag in self.lowered.layout.tags().items():
             recorded = any(fnmatch(name, pattern.upper()) for pattern in self.spec.tags)
             if name not in used and not recorded:
@@ -264,7 +264,3 @@ def _reaches(mention: Mention, word: int, bit: int) -> bool:
     if at is None or (mention.stretch and at <= word):
         return True
     return at == word and (not isinstance(where.bit, Constant) or where.bit.value == bit)
-
-
-def _path(mention: Mention) -> str:
-    return path_of(mention.where, as_written=True)

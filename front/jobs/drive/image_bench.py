@@ -131,11 +131,8 @@ class ImageBench:
         return met
 
     def _satisfies(self, until: Until) -> bool:
-        names = self._bits()
+        names = set(status_names(self._image[0] & 0xFFFF, self._image[1] & 0xFFFF))
         return names.issuperset(until.set) and names.isdisjoint(until.clear)
-
-    def _bits(self) -> set[str]:
-        return set(status_names(self._image[0] & 0xFFFF, self._image[1] & 0xFFFF))
 
     def _reply(self) -> dict[str, Any]:
         words = list(self._image)

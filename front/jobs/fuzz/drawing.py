@@ -93,7 +93,6 @@ def _with(spec: RackSpec, trait: Trait) -> list[int]:
 
 
 LASTING_MS = (2, 20, 100, 500, 2000)
-"""Durations, ms."""
 
 STEPS = (1, -1, 10, -10, 200, -200, 3000, -3000)
 """Displacements of a machine, steps."""
@@ -137,7 +136,6 @@ def scenarios(
 
 
 INCIDENTS = (Kind.LINK, Kind.POWER, Kind.MODE, Kind.TORN, Kind.LINE)
-"""Kinds that are incidents."""
 
 
 def _lost(slots: Sequence[int]) -> st.SearchStrategy[LostSteps]:

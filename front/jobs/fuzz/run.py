@@ -247,7 +247,6 @@ Rules about inputs or a power-up are excluded: they may fire in the same scan by
 """
 
 Listeners = Callable[[RackSpec, Rack], Iterable[ScanListener]]
-"""Makes listeners for a rack."""
 
 
 def _no_listeners(_spec: RackSpec, _rack: Rack) -> Iterable[ScanListener]:

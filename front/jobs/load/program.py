@@ -49,7 +49,6 @@ SLC_SUFFIXES = (".SLC", ".slc")
 """Suffixes of the text of an SLC 500 or MicroLogix program."""
 
 L5X_SUFFIXES = (".L5X", ".l5x")
-"""Suffixes of an exported controller."""
 
 EXPORT_SUFFIXES = (*L5X_SUFFIXES, *SLC_SUFFIXES)
 """Suffixes of programs of which a part may be refused."""

@@ -60,7 +60,7 @@ def points_of(times: Sequence[int], values: Sequence[Any], before: Any = UNKNOWN
     if len(changes) <= MOST_POINTS:
         return [_point(times[place], values[place]) for place in changes]
     if all(_is_number(values[place]) for place in changes):
-        return _stretches(times, values, changes, _envelope)
+        return _stretches(times, values, changes, lambda some: [min(some), max(some), some[-1]])
     if all(isinstance(values[place], bool) for place in changes):
         return _stretches(times, values, changes, _counted)
     unknown = [times[changes[0]], None]
@@ -86,10 +86,6 @@ def _stretches(
     starts = [changes[0] + place * (len(values) - changes[0]) // MOST_POINTS for place in range(MOST_POINTS)]
     ends = [*starts[1:], len(values)]
     return [[times[start], *said(values[start:end])] for start, end in zip(starts, ends, strict=True)]
-
-
-def _envelope(stretch: Sequence[Any]) -> Point:
-    return [min(stretch), max(stretch), stretch[-1]]
 
 
 def _counted(stretch: Sequence[bool]) -> Point:

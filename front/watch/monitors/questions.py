@@ -27,10 +27,8 @@ ENVELOPE_STEPS = 500
 """Points of a position in a past window."""
 
 EVENTS_MOST = 100
-"""Events of an answer."""
 
 WINDOW_MOST = 50_000
-"""Most scans of a past window."""
 
 
 def show(monitor: Monitor, page: Page, said: Said) -> Json:

@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 NEVER = FOREVER
-"""Never (ns)."""
 
 
 class StepGenerator:

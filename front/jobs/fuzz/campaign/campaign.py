@@ -128,7 +128,7 @@ class _Desk:
             error = future.exception()
             if error is None:
                 self._early[task.number] = future.result()
-            elif _worker_died(error):
+            elif isinstance(error, BrokenExecutor) or type(error).__name__ == "KilledWorker":
                 broken = broken or isinstance(error, BrokenExecutor)
                 lost.append(task)
             else:
@@ -144,10 +144,6 @@ class _Desk:
     def close(self) -> None:
         """Cancel the running tasks."""
         self._pool.shutdown(wait=True, cancel_futures=True)
-
-
-def _worker_died(error: BaseException) -> bool:
-    return isinstance(error, BrokenExecutor) or type(error).__name__ == "KilledWorker"
 
 
 def _tasks(state: State, examples: int, count: int | None, known: frozenset[str]) -> Iterator[Task]:

@@ -65,7 +65,6 @@ class Processes(Executor):
 
 
 Asked = tuple[Callable[..., Any], Sequence[Any], dict[str, Any]]
-"""A function and its arguments."""
 
 
 class OnCluster(Executor):
