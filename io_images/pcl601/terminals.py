@@ -27,13 +27,13 @@ LIMIT_INPUTS = (
 INPUTS = (*GENERAL_INPUTS, *LIMIT_INPUTS)
 
 HARD_LIMITS = {1: "hard_plus", -1: "hard_minus"}
-"""By direction of motion: the limits are directional [Hard Limit Inputs]."""
+"""Hard limit inputs by direction of motion: the limits are directional [Hard Limit Inputs]."""
 
 SOFT_LIMITS = {1: "soft_plus", -1: "soft_minus"}
-"""By direction of motion [Soft Limit Inputs]."""
+"""Soft limit inputs by direction of motion [Soft Limit Inputs]."""
 
 JOG_INPUTS = {1: "jog_plus", -1: "jog_minus"}
-"""By direction of motion [Jog Inputs]."""
+"""Jog inputs by direction of motion [Jog Inputs]."""
 
 HARD_LIMIT_BIT = 6
 SOFT_LIMIT_BIT = 7

@@ -27,15 +27,12 @@ STEP_MS = 10
 
 
 class Engine:
-    """Runs one lowered program on memory of its own.
+    """Runs one lowered program on memory of its own, with a compiled scan or the interpreter.
 
     Attributes:
         scheduler: of a controller; None if a scan calls one routine.
         now_ns: virtual time of the last scan.
         compiled: the routine of each compiled function.
-
-    Args:
-        scanner: makes the function of one scan, called with the time; by default the interpreter.
     """
 
     memory_type: type[Memory] = Memory
