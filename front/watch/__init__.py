@@ -7,8 +7,8 @@
 | file or room | content |
 |---|---|
 | `command` | the command: options in, an exit status out |
-| `play`, `recorded` | a session from start to end with its branches; a recording |
-| `prepared`, `editor`, `announcing` | options; a saved program; edits and branches announced |
+| `play`, `recorded_session` | a session from start to end with its branches; a recording |
+| `prepared_run`, `editor`, `announcing` | options; a saved program; edits and branches announced |
 | `keeper` | starts the monitor process, and again when it dies |
 | `server`, `gate`, `text` | files and the socket; access, as tables; the terminal's view |
 | `monitors/` | what pages look at and ask; long questions in a process of their own |

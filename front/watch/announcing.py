@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from ..jobs.record.editions import Edition, Editions
-from ..jobs.record.repeating import RecordedOrder
+from ..jobs.record.order_repeater import RecordedOrder
 from ..jobs.run.editing import ProgramEdit
 from ..jobs.run.running import JobRun
 from ..runtime.live.orders import Edit

@@ -15,8 +15,8 @@ from ..terminal.complaints import reported_mistakes
 from ..terminal.status import BAD_INPUT, complain
 from ..terminal.trace_options import ReplaceOption
 from .play import watch_job
-from .prepared import WatchOptions
-from .recorded import place_of, watch_trace
+from .prepared_run import WatchOptions
+from .recorded_session import place_of, watch_trace
 
 
 def _speed(text: str) -> float | None:

@@ -20,7 +20,7 @@ from pathlib import Path
 
 from ..jobs.load.loading import Job
 from ..jobs.record.editions import Editions, edition_of
-from ..jobs.record.repeating import RecordedOrder
+from ..jobs.record.order_repeater import RecordedOrder
 from ..jobs.run.running import JobRun, RunOptions
 from ..runtime.live.orders import Edit
 from ..runtime.live.ring import Ring
@@ -40,7 +40,7 @@ from .history.watched_python import PythonNotes
 from .keeper import Keeper
 from .monitors.monitor import About
 from .monitors.session_monitor import Setup
-from .prepared import PreparedRun, Start, WatchOptions
+from .prepared_run import PreparedRun, Start, WatchOptions
 from .text import TextView
 
 HOST = "127.0.0.1"

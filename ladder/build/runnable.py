@@ -28,7 +28,7 @@ from .addon import AddOn, specs_of
 from .bound_axes import Axes, prescan_axes, run_axes
 from .checks import ALLOWANCES, uses_of_stubs
 from .dialects import DIALECTS, HOOKS, LOGIX, SLC
-from .inferred import Guesses
+from .type_inference import Guesses
 
 MOST_BYTES = 1 << 25
 """Maximum size of a tag, 32 MiB: more than the memory of the largest controllers."""

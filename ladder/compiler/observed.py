@@ -3,7 +3,7 @@
 They are compiled on demand; the plain program has no cost.
 
 Noted: a rung collects the power after its instructions in variables and stores them in a list at its end; see
-`noted`, and `statements` for structured text.
+`power_notes`, and `statements` for structured text.
 
 Held: a line after every assignment to a forced variable forces it again. The value is computed all the
 same, since that may record a fault. Lists are forced in the memory, see `debug.forces.HeldList`.

@@ -10,8 +10,8 @@ from functools import partial
 
 from ..state.lowered import LoweredLine, LoweredProgram, LoweredRoutine
 from .calls import function_name, parameters_of
-from .noted import write_rung
 from .observed import NOTED, NOTES, UNOBSERVED, NoteList, Notes, Observation
+from .power_notes import write_rung
 from .rungs import RungWriter
 from .statements import StatementWriter
 from .writer import INDENT, Writer

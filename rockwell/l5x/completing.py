@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterable
 from dataclasses import replace
 from functools import cached_property
 
-from ...ladder.build.inferred import Guess, Guesses
+from ...ladder.build.type_inference import Guess, Guesses
 from ...ladder.model.expressions import TAG_NAME
 from ...ladder.model.schedule import Task, TaskKind
 from ...ladder.model.tags import STATUS_FLAGS, TRUTHS, Alias, Declaration, Tag, program_of

@@ -1,6 +1,6 @@
 """Undefined types: of modules, or missing in a partial export.
 
-Their members are those that rungs name, with types inferred from their uses, see `inferred`. An axis has
+Their members are those that rungs name, with types inferred from their uses (`type_inference`). An axis has
 hundreds of members, varying by kind and revision: members in use beyond `AXIS_TYPES` are added to its type in
 the same way.
 
@@ -14,7 +14,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 
-from ...ladder.build.inferred import Guesses
+from ...ladder.build.type_inference import Guesses
 from ...ladder.model.errors import LadderError
 from ...ladder.model.expressions import parse_address
 from ...ladder.model.predefined.motion_types import AXIS_TYPES

@@ -14,13 +14,13 @@ from pathlib import Path
 import pytest
 from live_sessions import FEEDER, LiveSession
 from page_model import PERIOD_NS, TAGS, Lanes, Recorded
-from scanrack.jobs.record.repeating import orders_of
+from scanrack.jobs.record.order_repeater import orders_of
 from scanrack.traces.read.reader import open_trace
 from scanrack.watch.monitors.monitor import About, Monitor
 from scanrack.watch.monitors.page import Page
 from scanrack.watch.monitors.questions import ask
 from scanrack.watch.monitors.session_monitor import SessionMonitor, SessionProgram, Setup
-from scanrack.watch.recorded import OpenedRecording, TracePlace
+from scanrack.watch.recorded_session import OpenedRecording, TracePlace
 
 SCANS = 1500
 SEEDS = range(2)

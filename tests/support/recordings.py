@@ -15,7 +15,7 @@ from scanrack.traces.read.reader import Trace, open_trace
 from scanrack.watch.monitors.page import Page
 from scanrack.watch.monitors.questions import ask
 from scanrack.watch.monitors.trace_monitor import TraceMonitor
-from scanrack.watch.recorded import OpenedRecording, TracePlace
+from scanrack.watch.recorded_session import OpenedRecording, TracePlace
 
 COUNTING = """
 PROGRAM count

@@ -15,7 +15,7 @@ import typer
 from ...jobs.load.loading import DEFAULT_RUN, Job, load_job, scans_to_run, with_tags
 from ...jobs.run.build import check_ports
 from ...jobs.run.result import Tally, result_of
-from ...jobs.run.retained import RetainedMemory
+from ...jobs.run.retained_memory import RetainedMemory
 from ...jobs.run.running import JobRun, RunOptions
 from ...jobs.trust.owned import check_recording
 from ...runtime.loop.pace import FreeRun, Pacer, RealTime, wall_ns

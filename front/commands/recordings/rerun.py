@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from ...jobs.record.editions import editions_of
-from ...jobs.record.repeating import is_session, orders_of
+from ...jobs.record.order_repeater import is_session, orders_of
 from ...jobs.replay.replaying import lost_edits, lost_notes
 from ...jobs.run.running import RunOptions
 from ...jobs.trust.attachments import job_of

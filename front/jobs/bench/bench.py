@@ -19,11 +19,11 @@ from ...runtime.loop.scan import CpuMode, ScanLogic
 from ..record.sequence_watch import sequences_in, standing, watching
 from ..record.tag_names import named_values, namespace_of
 from ..run.build import build_cpu, build_rack
-from ..run.outside import tell_cpu
-from ..why.again import Load
+from ..run.external_tags import tell_cpu
 from ..why.answer import Why
 from ..why.journal import Journal
-from ..why.source.named import Names
+from ..why.source.class_names import Names
+from ..why.traced_run import Load
 from .event_log import EventLog
 from .slot import SlotBench
 

@@ -16,10 +16,10 @@ from ..load.loading import Job
 from ..replay.replaying import edit_notes, score_of
 from ..replay.tag_orders import TagOrders, first_few
 from ..trust.attachments import job_of
-from ..why.again import Load
 from ..why.answer import Why
-from ..why.following import InputReplay
+from ..why.input_replay import InputReplay
 from ..why.source.lines import Line
+from ..why.traced_run import Load
 from . import NotReachedError
 from .moment import ScanChoice
 

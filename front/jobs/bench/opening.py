@@ -12,7 +12,7 @@ from ...runtime.loop.rack import Rack
 from ..load.loading import Job, load_job
 from ..record.recording import recorder_for
 from ..record.sequence_watch import watching
-from ..why.again import Load
+from ..why.traced_run import Load
 from . import Bench
 
 

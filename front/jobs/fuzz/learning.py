@@ -11,8 +11,8 @@ from typing import NamedTuple
 from ...runtime.config.rackspec import RackSpec
 from ...traces.read.reader import open_trace
 from ...traces.replay import Recording
-from ..record.repeating import is_session, orders_of
-from ..replay.levels import recorded_levels
+from ..record.order_repeater import is_session, orders_of
+from ..replay.input_levels import recorded_levels
 from ..replay.replaying import recorded_stimuli
 from ..run.playback import Stimulus
 from ..trust.attachments import job_of

@@ -22,12 +22,12 @@ from ...runtime.loop.listeners import QuietListener, ScanListener
 from ...runtime.loop.pace import wall_ns
 from ...runtime.loop.rack import Rack
 from ...runtime.loop.scan import ScanLogic
+from ..record.logic_wrapper import LogicWrapper
 from ..record.sequence_watch import sequences_in, standing
-from ..record.wrapped import LogicWrapper
 from ..run.build import build_cpu, build_rack
 from .laws.busy import axes_in
 from .laws.invariants import Invariant, Watch
-from .laws.place import Places
+from .laws.output_line import Places
 from .laws.scan_view import Moment
 from .scenarios.scenario import Scenario
 

@@ -25,7 +25,7 @@ from typing import Any
 
 from ...runtime.loop.faults import is_the_users
 from ...runtime.loop.scan import ScanLogic
-from ..record.wrapped import LogicWrapper, unwrapped
+from ..record.logic_wrapper import LogicWrapper, unwrapped
 from .run import TrialBench
 
 CHANCE, CLOCK, THREADS, PROCESS = "chance", "the clock", "threads", "state of the process"

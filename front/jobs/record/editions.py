@@ -34,7 +34,7 @@ from ..trust.attachments import (
 )
 from ..trust.extracting import attached_files, extract
 from ..trust.trust import RunFiles, address_name, admitted
-from .repeating import orders_of
+from .order_repeater import orders_of
 
 
 @dataclass(frozen=True, slots=True)

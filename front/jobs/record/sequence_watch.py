@@ -19,7 +19,7 @@ from ...runtime.loop.listeners import ScanListener
 from ...runtime.loop.scan import ScanLogic
 from ...traces.format.topics import SEQUENCES
 from ...traces.read.sequence_steps import Step
-from .wrapped import unwrapped
+from .logic_wrapper import unwrapped
 
 
 def sequences_in(logic: ScanLogic) -> tuple[Sequence, ...]:

@@ -16,11 +16,11 @@ from ...traces.compare import Tolerance
 from ...traces.format.topics import ORDERS
 from ...traces.read.reader import TraceEvent
 from ...traces.replay import Follower, Image, Recording
-from ..record.links import link_changes
+from ..record.link_losses import link_changes
 from ..run.build import build_playback, build_rack, round_trip_ms
 from ..run.playback import RecordedInputs, Score, Stimulus, recorded_outputs, stimulated
 from ..run.running import Observer, unobserved
-from .levels import recorded_levels
+from .input_levels import recorded_levels
 from .tag_orders import TagOrders, first_few
 
 

@@ -17,7 +17,7 @@ from ...runtime.loop.rack import Rack
 from ...runtime.loop.scan import ScanFlag, ScanLogic
 from ...traces.format.topics import ORDERS
 from ...traces.read.reader import TraceEvent
-from ..record.repeating import OrderRepeater, orders_of
+from ..record.order_repeater import OrderRepeater, orders_of
 from ..run.playback import Score
 
 Forced = Mapping[str, str | int | float | bool]

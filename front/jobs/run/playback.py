@@ -24,7 +24,7 @@ from ...runtime.loop.phases import IDLE_PHASES
 from ...runtime.loop.rack import SLOT_BYTES, Rack
 from ...runtime.loop.scan import MODE_MASK, CpuMode, LogicScan, ScanFlag, ScanLogic
 from ...runtime.machine import MachineSpec, TimelineEntry
-from ..record.links import LinkChange
+from ..record.link_losses import LinkChange
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,13 +21,13 @@ from ...runtime.loop.pace import FreeRun, Pacer
 from ...runtime.loop.realtime import frozen_collector
 from ...traces.write.recorder import ScanRecorder
 from ..load.loading import Job
+from ..record.order_repeater import OrderRepeater, RecordedOrder
 from ..record.recording import recorder_for
-from ..record.repeating import OrderRepeater, RecordedOrder
 from ..record.sequence_watch import declared_axes, sequences_in, standing
 from .build import build_cpu, build_rack
 from .editing import RunProgram
+from .external_tags import tell_cpu
 from .hints import Hints
-from .outside import tell_cpu
 
 if TYPE_CHECKING:  # imported late: the controllers of units take time to import
     from ...runtime.controllers.pcl601.line import Pcl601

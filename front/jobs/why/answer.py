@@ -17,12 +17,12 @@ from ...traces.read.event_text import describe
 from ...traces.read.image_text import module_text
 from ...traces.replay import Recording
 from ..record.tag_names import named_values, namespace_of
-from .again import Again, Load, TracedChange, Watched, fresh, run_again
 from .past import ALL_BITS, Past, SlotPast
+from .sentences import told, told_sender
+from .source.class_names import Names
 from .source.conditions import source_line
 from .source.lines import Line
-from .source.named import Names
-from .telling import told, told_sender
+from .traced_run import Again, Load, TracedChange, Watched, fresh, run_again
 from .waits import waits
 
 NO_LINE = "no line of the program wrote it in that scan: a force came or went, or a test wrote it"

@@ -30,7 +30,7 @@ from ...io_images.amci3601 import (
 from ...io_images.thousands import join_reported
 from ...traces.read.event_text import describe
 from ...traces.read.image_text import short_seconds
-from ..record.links import link_changes
+from ..record.link_losses import link_changes
 from .past import SlotPast
 
 MOVING = StatusMsw.MOVING_CW | StatusMsw.MOVING_CCW

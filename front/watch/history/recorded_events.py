@@ -11,8 +11,8 @@ from bisect import bisect_right
 from collections.abc import Iterator
 from typing import Any
 
-from ...jobs.record.links import INDICATORS, LinkChange, link_changes
-from ...jobs.record.repeating import RecordedOrder, orders_of
+from ...jobs.record.link_losses import INDICATORS, LinkChange, link_changes
+from ...jobs.record.order_repeater import RecordedOrder, orders_of
 from ...jobs.replay.replaying import is_edit
 from ...runtime.loop.faults import Fault
 from ...traces.format.topics import ORDERS

@@ -26,10 +26,10 @@ from ..history.stretch import Stretch, Stretches
 from ..history.strip import piece_of, signals_of
 from ..history.timeline import Timeline
 from ..history.watched_program import Inputs, Values
-from .elsewhere import Elsewhere
 from .hello import incidents_of, slots_of
 from .page import Page
 from .picture import Places, changed, mode_of
+from .question_process import Elsewhere
 
 Json = dict[str, Any]
 

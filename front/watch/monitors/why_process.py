@@ -42,7 +42,7 @@ def answer(path: str, what: str, scan: str, more: Columns) -> dict[str, Any]:
 
 
 def main(path: str, what: str, scan: str) -> None:
-    """Answer a question: the main function of the process, see `elsewhere`."""
+    """Answer a question: the main function of the process, see `question_process`."""
     if hasattr(os, "nice"):
         os.nice(MODESTY)  # scans and frames have priority
     sys.stdout.write(json.dumps(answer(path, what, scan, pickle.load(sys.stdin.buffer))))

@@ -8,9 +8,9 @@ from scanrack.commands import build
 from scanrack.traces.read.arrays import column_chunks
 from scanrack.traces.read.columns import Columns, join
 from scanrack.traces.read.reader import open_trace
-from scanrack.watch.monitors import elsewhere
-from scanrack.watch.monitors.elsewhere import Elsewhere
+from scanrack.watch.monitors import question_process
 from scanrack.watch.monitors.page import Page
+from scanrack.watch.monitors.question_process import Elsewhere
 from typer.testing import CliRunner
 
 SCANS = 1500
@@ -89,7 +89,7 @@ def test_another_question_ends_the_one_before_and_the_end_of_the_session_all(ask
 
 
 def test_an_answer_that_takes_too_long_is_given_up(asked, recording, columns, monkeypatch):
-    monkeypatch.setattr(elsewhere, "PATIENCE_NS", -1)
+    monkeypatch.setattr(question_process, "PATIENCE_NS", -1)
     page = Page()
     asked.why(page, 1, str(recording), "line.step", columns)
     asked.tick()

@@ -21,7 +21,7 @@ from scanrack.commands import build
 from scanrack.jobs.fuzz.campaign.state import State, write_state
 from scanrack.jobs.fuzz.folder_lock import write_text
 from scanrack.jobs.load.loading import load_job
-from scanrack.jobs.run.retained import RetainedMemory
+from scanrack.jobs.run.retained_memory import RetainedMemory
 from scanrack.traces import repair
 from scanrack.traces.export import write_csv, write_mcap, write_vcd
 from scanrack.traces.files import locking, newfile

@@ -17,7 +17,7 @@ from ....ladder.python.axis3601.evidence import HOME_REST_NS
 from ....ladder.python.axis3601.kinds import GEAR, HOME
 from ....ladder.python.sequences import Logic, parts_of
 from ....runtime.loop.scan import ScanLogic
-from ...record.wrapped import unwrapped
+from ...record.logic_wrapper import unwrapped
 
 
 class NamedTags(Protocol):

@@ -13,7 +13,7 @@ from dataclasses import replace
 from ....runtime.config.rackspec import RackSpec
 from ....runtime.live.orders import Happen, Mode, Press
 from ....runtime.loop.incidents import FaultKind, Incident
-from ...record.repeating import RecordedOrder
+from ...record.order_repeater import RecordedOrder
 from .scenario import Push, Scenario
 
 

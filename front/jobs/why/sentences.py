@@ -15,10 +15,10 @@ from pathlib import Path
 
 from ...io_images.thousands import join_reported
 from ...traces.format.layout import SlotInfo
-from .again import TracedChange
 from .source.conditions import source_line
 from .source.lines import Line
 from .source.senders import Sender
+from .traced_run import TracedChange
 
 VALUES_3601 = {2: "position", 4: "encoder", 6: "captured"}
 """Values of a 3601's input image by the first of their two words."""

@@ -16,7 +16,7 @@ from urllib.parse import parse_qs, quote
 
 from ..jobs.load.loading import Job
 from ..jobs.record.editions import Editions, edition_of, editions_of, edits_of
-from ..jobs.record.repeating import is_session, orders_of
+from ..jobs.record.order_repeater import is_session, orders_of
 from ..jobs.replay.replaying import lost_edits
 from ..jobs.trust.attachments import job_of, spec_of
 from ..jobs.trust.trust import UntrustedError
@@ -35,7 +35,7 @@ from .gate import Gate
 from .monitors.monitor import About
 from .monitors.trace_monitor import Source, TraceMonitor
 from .play import HOST, KEY_BYTES, Play, listen
-from .prepared import WatchOptions
+from .prepared_run import WatchOptions
 
 Prepare = Callable[[int, Iterable[GivenOrder], Editions, Path], None]
 

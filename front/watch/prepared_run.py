@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from ..jobs.record.editions import Editions
-from ..jobs.record.repeating import RecordedOrder
+from ..jobs.record.order_repeater import RecordedOrder
 from ..jobs.run.running import JobRun
 from ..runtime.loop.pace import AdjustablePace
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from ....runtime.loop.rack import Rack
 from ....runtime.loop.scan import ScanLogic
-from ...record.wrapped import LogicWrapper
+from ...record.logic_wrapper import LogicWrapper
 from ...why.source.lines import Line, Lines
 
 

@@ -23,12 +23,12 @@ from ...runtime.config.rackspec import RackSpec
 from ...runtime.loop.rack import Slot
 from ...runtime.loop.scan import LogicScan, ScanLogic
 from ...traces.replay import Recording
-from ..record.wrapped import LogicWrapper
+from ..record.logic_wrapper import LogicWrapper
 from ..trust.attachments import forget_imported
-from .following import InputReplay
+from .input_replay import InputReplay
 from .source.conditions import Stands, stands_in, values_of
+from .source.input_reads import Reads
 from .source.lines import Line, Lines
-from .source.reads import Reads
 from .source.senders import Sender, senders
 
 LOOKED_AT = 20_000
