@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 from collections.abc import Iterator
@@ -52,6 +53,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 def pytest_configure(config: pytest.Config) -> None:
     settings.load_profile("long" if config.getoption("--long") else "ci")
     fork_helpers()
+    gc.disable()
     if not config.getoption("--long"):
         _draw_no_constants_of_modules()
     lines = config.stash.setdefault(RULE_LINES, [])
@@ -95,6 +97,12 @@ def _together(item: pytest.Item) -> object:
     if item.config.getoption("--long"):
         return item.nodeid
     return BROWSER if item.path.is_relative_to(BROWSER) else item.path
+
+
+def pytest_collection_finish() -> None:
+    """Search what tests make for garbage, and not again and again what collecting has made."""
+    gc.freeze()
+    gc.enable()
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -9,7 +9,6 @@ Where Python can't fork, and with `--processes 1`, pytest runs the tests itself.
 
 from __future__ import annotations
 
-import gc
 import mmap
 import os
 import sys
@@ -73,8 +72,6 @@ class Processes:
         stop = mmap.mmap(-1, 1)
         folder = session.config._tmp_path_factory  # type: ignore[attr-defined]  # each process gets its own
         folder.getbasetemp()
-        gc.collect()
-        gc.freeze()
         workers: list[Worker] = []
         for number in range(min(self._count, len(groups))):
             ours, theirs = Pipe(duplex=False)
@@ -85,7 +82,6 @@ class Processes:
                 _become_worker(session, _taken(numbers, groups, stop), theirs, self._result)
             theirs.close()
             workers.append(Worker(number, pid, ours, stop))
-        gc.unfreeze()
         os.close(numbers)
         return workers
 
