@@ -31,13 +31,14 @@ from .files.keeping import begin_alike
 from .files.newfile import Draft, new_file, replacing
 from .format.records import (
     BROKEN,
-    DAMAGED,
     DRAFT,
     MAGIC,
+    Damage,
     Message,
     Span,
     TraceError,
     TraceLimitError,
+    note_of,
     read_attachment,
     read_record,
 )
@@ -77,7 +78,7 @@ class Repair:
     @property
     def damaged(self) -> int:
         """Number of chunks or other records that were left out because they can't be read."""
-        return sum(note.startswith(DAMAGED) for note in self.notes)
+        return sum(isinstance(note, Damage) for note in self.notes)
 
 
 def repair(
@@ -224,7 +225,7 @@ class Rewriter:
         told = data_crc(self._trace.file, self._trace.spans)
         if told == 0 and ends_whole(self._trace.file, self._trace.spans):
             return 0  # its writer states none
-        if told not in (None, self._crc) and not any(note.startswith(DAMAGED) for note in self._trace.notes):
+        if told not in (None, self._crc) and not any(isinstance(note, Damage) for note in self._trace.notes):
             self._trace.note(DATA_DAMAGE)
         return self._crc
 
@@ -242,7 +243,7 @@ class Rewriter:
             try:
                 self._index(span)
             except TraceError as error:
-                self._trace.note(f"{error}; it is left out")
+                self._trace.note(note_of(error, "it is left out"))
             else:
                 self._write(self._trace.raw(span))
 

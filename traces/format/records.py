@@ -37,14 +37,30 @@ _CRC = struct.Struct("<I")
 BROKEN = (McapError, struct.error, ValueError, OverflowError, RuntimeError, EOFError, MemoryError, ZstdError)
 """Exceptions of the libraries on malformed bytes."""
 
-DAMAGED = "damaged "
-"""Prefix of every note of damage; other notes report a missing end."""
-
 R = TypeVar("R")
 
 
 class TraceError(ValueError):
     """A file that can't be read as a trace; the message gives reason and place."""
+
+
+class DamageError(TraceError):
+    """A damaged part of a file; its message begins with "damaged"."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__(f"damaged {text}")
+
+
+class Damage(str):
+    """A note of damage; other notes report a missing end."""
+
+    __slots__ = ()
+
+
+def note_of(error: TraceError, outcome: str) -> str:
+    """Return the note on an error, with what becomes of the part."""
+    text = f"{error}; {outcome}"
+    return Damage(text) if isinstance(error, DamageError) else text
 
 
 class TraceLimitError(TraceError):
@@ -87,7 +103,7 @@ def read_record(file: BinaryIO, span: Span, read: Callable[[ReadDataStream], R])
     try:
         return read(ReadDataStream(BytesIO(file.read(span.length))))
     except BROKEN as error:
-        raise TraceError(f"{DAMAGED}record at byte {span.offset:,}: {error}") from error
+        raise DamageError(f"record at byte {span.offset:,}: {error}") from error
 
 
 _NAME_LENGTH = struct.Struct("<I")
@@ -106,9 +122,7 @@ def read_attachment(file: BinaryIO, span: Span) -> Attachment:
     content = file.read(span.length)
     (crc,) = _CRC.unpack(content[-_CRC.size :])
     if crc not in (0, zlib.crc32(content[: -_CRC.size])):
-        raise TraceError(
-            f"{DAMAGED}attachment {attachment.name!r} at byte {span.offset:,}: its CRC does not fit"
-        )
+        raise DamageError(f"attachment {attachment.name!r} at byte {span.offset:,}: its CRC does not fit")
     return attachment
 
 
@@ -134,7 +148,7 @@ def chunk_data(file: BinaryIO, span: Span) -> bytes:
     except TraceLimitError:
         raise
     except BROKEN as error:
-        raise TraceError(f"{DAMAGED}chunk at byte {span.offset:,}: {error}") from error
+        raise DamageError(f"chunk at byte {span.offset:,}: {error}") from error
 
 
 def _unpacked(chunk: Chunk, where: str) -> bytes:
@@ -188,7 +202,7 @@ def read_chunk(file: BinaryIO, span: Span) -> list[Message | Channel | Schema]:
     except TraceLimitError as error:
         raise TraceLimitError(f"the chunk at byte {span.offset:,} {error}", error.limit) from error
     except BROKEN as error:
-        raise TraceError(f"{DAMAGED}chunk at byte {span.offset:,}: {error}") from error
+        raise DamageError(f"chunk at byte {span.offset:,}: {error}") from error
 
 
 def records_in(data: bytes) -> Iterator[tuple[int, Message | Channel | Schema]]:

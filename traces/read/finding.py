@@ -20,7 +20,7 @@ from typing import BinaryIO
 from mcap.opcode import Opcode
 from mcap.records import DataEnd, Footer
 
-from ..format.records import DAMAGED, DRAFT, MAGIC, RECORD_HEAD, Span, TraceError, check_count, read_record
+from ..format.records import DRAFT, MAGIC, RECORD_HEAD, Damage, Span, TraceError, check_count, read_record
 
 _COMPRESSION = re.compile(rb"\x04\x00\x00\x00zstd|\x03\x00\x00\x00lz4")
 _COMPRESSION_BYTES_MAX = 8
@@ -69,7 +69,7 @@ def find_records(
         if found is None:
             return spans, [*notes, trouble]
         if found > last_end:
-            notes.append(f"{DAMAGED}at byte {last_end:,}; the {what} is at byte {found:,}")
+            notes.append(Damage(f"damaged at byte {last_end:,}; the {what} is at byte {found:,}"))
         offset = found
     return spans, notes
 
@@ -83,7 +83,7 @@ def _hop(
         if span.opcode == DRAFT and not drafts:
             return UNDER_WAY
         if not _is_known(span.opcode):
-            return f"{DAMAGED}at byte {offset:,}: no record begins with {span.opcode:#04x}"
+            return Damage(f"damaged at byte {offset:,}: no record begins with {span.opcode:#04x}")
         if span.end > size:
             break
         spans.append(span)
@@ -93,13 +93,13 @@ def _hop(
             _note_what_follows(size - offset - len(MAGIC), offset, notes)
             return None
     if _footer_at_the_end(file, size) or _contradicts_itself(file, size, offset):
-        return f"{DAMAGED}at byte {offset:,}: the record there is longer than the file"
+        return Damage(f"damaged at byte {offset:,}: the record there is longer than the file")
     return f"it has no end: the last whole record ends at byte {offset:,} of {size:,}"
 
 
 def _note_what_follows(rest: int, offset: int, notes: list[str]) -> None:
     if rest:
-        notes.append(f"{DAMAGED}at byte {offset + len(MAGIC):,}: {rest:,} bytes follow its end")
+        notes.append(Damage(f"damaged at byte {offset + len(MAGIC):,}: {rest:,} bytes follow its end"))
 
 
 def _record_at(file: BinaryIO, size: int, offset: int, notes: list[str]) -> Span:
@@ -205,8 +205,8 @@ def data_damage(file: BinaryIO, spans: Sequence[Span]) -> str | None:
     return None if crc == told else DATA_DAMAGE
 
 
-DATA_DAMAGE = (
-    f"{DAMAGED}data: their CRC does not fit, though the messages are whole; the metadata may be wrong"
+DATA_DAMAGE = Damage(
+    "damaged data: their CRC does not fit, though the messages are whole; the metadata may be wrong"
 )
 
 

@@ -27,14 +27,15 @@ from ...io_images.image import IMAGE_BYTES, Image
 from ..files.locking import is_being_recorded
 from ..format.layout import SLOT_BYTES
 from ..format.records import (
-    DAMAGED,
     DRAFT,
     MAGIC,
+    Damage,
     Message,
     Span,
     TraceError,
     TraceLimitError,
     attachment_name,
+    note_of,
     read_attachment,
 )
 from ..format.schema import LIBRARY, SCAN_HEAD
@@ -182,7 +183,7 @@ class Records:
         except TraceLimitError:
             raise
         except TraceError as error:
-            self.note(f"{error}; {held(self.shape, section)} are left out")
+            self.note(note_of(error, f"{held(self.shape, section)} are left out"))
             return None
 
     def check_data(self) -> None:
@@ -191,7 +192,7 @@ class Records:
         It protects parts without a CRC of their own: the metadata. The whole file is read, a GB in about a
         second.
         """
-        if any(note.startswith(DAMAGED) for note in self.notes):
+        if any(isinstance(note, Damage) for note in self.notes):
             return
         if damage := data_damage(self.file, self.spans):
             self.note(damage)
@@ -306,7 +307,7 @@ class Trace(Records):
         if self.shape.only_scans(section):
             return False
         whole = self.spans[-1].opcode != Opcode.MESSAGE_INDEX or section is not self.sections[-1]
-        if topics is None or not whole or any(note.startswith(DAMAGED) for note in self.notes):
+        if topics is None or not whole or any(isinstance(note, Damage) for note in self.notes):
             return True
         told = section.counts
         return not told or any(told.get(number) for number, name in self._topics.items() if name in topics)
@@ -387,7 +388,7 @@ class Trace(Records):
                 try:
                     found.append(read_attachment(self.file, span))
                 except TraceError as error:
-                    self.note(f"{error}; the attachment is left out")
+                    self.note(note_of(error, "the attachment is left out"))
         return found
 
     def attachment_names(self) -> list[tuple[Span, str]]:

@@ -23,11 +23,10 @@ from numpy.typing import NDArray
 from ..format.batch import message_layout
 from ..format.records import (
     BROKEN,
-    DAMAGED,
     RECORD_HEAD,
+    DamageError,
     Message,
     Span,
-    TraceError,
     TraceLimitError,
     check_count,
     chunk_data,
@@ -266,4 +265,4 @@ def take_apart(file: BinaryIO, section: Section, shape: ScanShape) -> list[Part]
     except TraceLimitError as error:
         raise TraceLimitError(f"the chunk at byte {section.span.offset:,} {error}", error.limit) from error
     except BROKEN as error:
-        raise TraceError(f"{DAMAGED}chunk at byte {section.span.offset:,}: {error}") from error
+        raise DamageError(f"chunk at byte {section.span.offset:,}: {error}") from error

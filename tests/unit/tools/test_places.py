@@ -21,6 +21,7 @@ from scanrack.runtime.loop.events import Event
 from scanrack.runtime.loop.faults import CpuFault
 from scanrack.runtime.modules.amci3601.latches import Latches
 from scanrack.traces.read.reader import open_trace
+from scanrack.traces.repair import repair
 from scanrack.watch.editor import mistake_of
 from scanrack.watch.history.catalog import Catalog
 from scanrack.watch.history.event_log import EventLog
@@ -170,6 +171,18 @@ def test_why_finds_the_rung_of_an_output(rack):
     bench["Go"] = True
     bench.scan()
     assert "OTE(Local:1:O.Data[0].0)" in bench.why("O:1.0/0")
+
+
+def test_repair_counts_the_damaged_chunks(rack, tmp_path):
+    path = tmp_path / "t.mcap"
+    with open_bench(rack(RUNGS), path) as bench:
+        bench.scan(50)
+    with open_trace(path) as trace:
+        chunk = trace.sections[0].span
+    data = bytearray(path.read_bytes())
+    data[chunk.end - 5] ^= 0xFF
+    path.write_bytes(data)
+    assert repair(path).damaged == 1
 
 
 def test_recordings_keep_the_words_of_a_rule():
