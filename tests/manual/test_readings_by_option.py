@@ -5,21 +5,52 @@ What the default does is proved with the rules; here both ways stand side by sid
 
 from __future__ import annotations
 
+import ast
+import json
 import re
 from pathlib import Path
 
 import pytest
 from bench3601 import CAPTURE, ENCODER, HOLD, RELATIVE, RESUME, Bench, configuration
+from scanrack.io_images.amci3601 import RULES
 from scanrack.runtime.modules.amci3601 import Amci3601Options
 
 ROOT = Path(__file__).parents[2]
 
 
-def test_every_option_stands_in_the_table_of_readings():
+def rows():
+    """Return reading, name and default of each option in the table of docs/readings.md."""
     page = (ROOT / "docs" / "readings.md").read_text(encoding="utf-8")
     table = page[page.index("## Options") : page.index("## Timing")]
-    named = set(re.findall(r"`(\w+)`", table)) & set(Amci3601Options.model_fields)
-    assert named == set(Amci3601Options.model_fields)
+    for reading, names, _, default in re.findall(
+        r"^\| (A-\w+) \| (.+) \| (.+) \| (.+) \|$", table, re.MULTILINE
+    ):
+        ticked = (re.findall(r"`(\w+)`", cell) for cell in (names, default))
+        yield from ((reading, name, value) for name, value in zip(*ticked, strict=True))
+
+
+def test_every_option_stands_in_the_table_of_readings_with_its_default():
+    defaults = {name: json.dumps(field.default) for name, field in Amci3601Options.model_fields.items()}
+    assert {name: default for _, name, default in rows()} == defaults
+
+
+def test_every_option_is_described_with_its_reading():
+    described = re.findall(r"^ {8}(\w+): ((?:.|\n {12})*)", Amci3601Options.__doc__, re.MULTILINE)
+    told = {name: re.findall(r"A-\w+", text) for name, text in described}
+    assert told == {name: [reading] for reading, name, _ in rows()}
+
+
+def test_a_rule_follows_every_reading_that_has_an_option():
+    named = {reading for rule in RULES.values() for reading in rule.reading}
+    assert {name: reading for reading, name, _ in rows() if reading not in named} == {}
+
+
+def test_every_option_is_chosen_by_a_parameter_of_a_test_here():
+    calls = [
+        node for node in ast.walk(ast.parse(Path(__file__).read_text("utf-8"))) if isinstance(node, ast.Call)
+    ]
+    chosen = {key.arg for call in calls for key in call.keywords if isinstance(key.value, ast.Name)}
+    assert set(Amci3601Options.model_fields) - chosen == set()
 
 
 @pytest.mark.parametrize(("chosen", "position"), [(True, 1), (False, 0)])

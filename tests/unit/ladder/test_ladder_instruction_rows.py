@@ -10,12 +10,23 @@ import pytest
 import scanrack.ladder
 from instructions_page import PAGE, REMEDY, missing, written
 from ladder_programs import without_strategy
-from scanrack.ladder import BOOL, COUNTER, DINT, TIMER, LadderError, LadderFault, Program, instructions
+from scanrack.ladder import (
+    BOOL,
+    COUNTER,
+    DINT,
+    TIMER,
+    BuildError,
+    LadderError,
+    LadderFault,
+    Program,
+    instructions,
+)
 from scanrack.ladder.build.text import parse_rung
 from scanrack.ladder.draw import rung_text
 from scanrack.ladder.instructions import BY_NAME, FAMILIES, SPECS
 from scanrack.ladder.model.operand_checks import OPERAND_CHECKS
 from scanrack.ladder.model.spec import InstructionKind, Spec, Use
+from scanrack.ladder.st import parse_statements
 
 TESTS = Path(__file__).parents[2]
 AS_THEIR_NEIGHBOURS = set(
@@ -26,6 +37,10 @@ AS_THEIR_NEIGHBOURS = set(
     )
 )
 """Motion instructions that no axis here does: read and answered as those in `test_motion_rows`."""
+
+WITHOUT_CAPTIONS = {"ISINF", "ISNAN", "RES"}
+NO_CALLS = {"MOD", "AND", "OR", "XOR", "NOT", "FOR", "SBR", "SWPB"}
+"""Words of structured text's grammar, the head of a routine, and one with a keyword."""
 
 RESOLVED_AS_NAMES = {Use.LABEL, Use.MODE, Use.PASSES, Use.PRESET, Use.KEYWORD}
 
@@ -85,6 +100,31 @@ def test_a_picture_has_the_name_and_the_captions_of_a_row(spec):
     for number, (caption, line) in enumerate(zip(captions, lines[1:], strict=False)):
         assert f"{caption} " in line
         assert f"Tag{number} " in line
+
+
+@pytest.mark.parametrize("name", ["bits", "timing", "compare", "compute", "move", "files"])
+def test_every_operand_of_a_box_has_a_caption(name):
+    """In the families whose captions are known."""
+    rows = [row for row in vars(getattr(instructions, name)).values() if isinstance(row, Spec)]
+    boxes = [row for row in rows if not row.symbol and row.name not in WITHOUT_CAPTIONS]
+    assert {row.name: len(row.captions) for row in boxes} == {row.name: len(row.operands) for row in boxes}
+
+
+@pytest.mark.parametrize(
+    "spec", [spec for spec in SPECS if spec.name not in NO_CALLS], ids=lambda spec: spec.name
+)
+def test_structured_text_has_an_instruction_or_says_what_to_write_instead(spec):
+    (statement,) = parse_statements(sample(spec))
+    assert str(statement.instruction) == sample(spec).removesuffix(";")
+    program = Program("one")
+    program.statements("Main", sample(spec))
+    try:
+        program.build()
+        says = ""
+    except BuildError as refused:
+        says = str(refused)
+    instead = f"{spec.name} is not an instruction of structured text; {spec.instead}"
+    assert (instead in says) is ("not an instruction of structured text" in says) is bool(spec.instead)
 
 
 def test_random_programs_have_every_instruction_whose_operands_they_know():

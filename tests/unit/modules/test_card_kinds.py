@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -50,8 +51,15 @@ def test_a_card_has_as_many_terminals_as_its_name_says() -> None:
         kind = KINDS[name]
         inputs, outputs = (len(terminals_in(masks)) for masks in (kind.inputs, kind.outputs))
         has = {"IQ": inputs, "IF": kind.channels_in, "OF": kind.channels_out}.get(name[5:7], outputs)
-        assert has == int(name[7:])
-        assert inputs + outputs + kind.channels_in + kind.channels_out == has
+        assert has == int(name[7:]), name
+        assert inputs + outputs + kind.channels_in + kind.channels_out == has, name
+
+
+@pytest.mark.parametrize("name", SOLD)
+def test_the_changelog_names_every_card(name: str) -> None:
+    """In full, or after another of its kind: 1762-OB8, -OB16."""
+    log = (PAGE.parents[1] / "CHANGELOG.md").read_text(encoding="utf-8")
+    assert re.search(rf"{name}\b| {name[4:]}\b", log), f"{name} is not in CHANGELOG.md"
 
 
 def test_terminals_may_be_any_bits_of_words() -> None:

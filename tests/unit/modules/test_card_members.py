@@ -49,10 +49,9 @@ def test_members_of_a_1769_of4(row: tuple[int, ...]) -> None:
 
 def test_the_members_are_where_the_card_puts_them() -> None:
     few = {name: {each for each, _ in table} for name, table in MEMBERS.items() if not KINDS[name].analog}
-    assert {name for name, members in few.items() if not members} == {"discrete16", "1769-IQ16", "1769-IQ32"}
-    assert {name for name, members in few.items() if members} == {"1769-OB16", "1769-OB32", "1769-OW8"}
-    assert set().union(*few.values()) == {"ReadBack"}
-    assert MEMBERS.keys() - few.keys() == {"1769-IF4", "1769-OF4"}
+    assert few == {name: {"ReadBack"} if name.startswith("1769-O") else set() for name in few}
+    assert {"discrete16", "1769-IQ32", "1769-OB16", "1769-OW8"} < few.keys()
+    assert {"1769-IF4", "1769-OF4"} <= MEMBERS.keys() - few.keys()
     cards = ("discrete16", "1769-OW8", "1769-OB32", "1769-IF4")
     assert [KINDS[name].data_bits for name in cards] == [16, 16, 32, 0]
 

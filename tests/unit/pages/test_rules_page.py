@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 
+from rule_proofs import PAGE, REMEDY
 from rules_page import heading_of, page, row
 from scanrack.io_images.amci3601 import RULES, Firmware
 from scanrack.io_images.amci3601.rules import Rule
@@ -15,6 +16,15 @@ def test_the_page_has_a_row_for_every_rule_under_its_chapter():
     chapter_2 = text.split("## Chapter 2")[1].split("## Chapter 3")[0]
     assert re.findall(r"\*\*([A-Z]+)-", chapter_2) == ["PRO"] * 9
     assert "](readings.md)" in text
+
+
+def test_the_page_says_of_every_rule_what_the_table_says():
+    """All but its tests, which `tests/tools/rule_proofs.py` collects."""
+    told = [re.sub(r"\| [^|]*\|$", "|", line) for line in PAGE.read_text("utf-8").splitlines()]
+    stale = [
+        rule.id for rule in RULES.values() if re.sub(r"\| [^|]*\|$", "|", row(rule, lambda _: ())) not in told
+    ]
+    assert stale == [], REMEDY
 
 
 def test_a_row():
