@@ -10,10 +10,9 @@ from typing import Annotated
 
 import typer
 
-from ...io_images.input_files import read_checked
-from ...io_images.pmc006.program import UserProgram, assemble
+from ...io_images.pmc006.program import UserProgram
 from ...io_images.pmc006.status import Level
-from ...io_images.text_limits import TextKind
+from ...jobs.run.served_units import user_program
 from ...runtime.line.clients.link import Link, Progress
 from ...runtime.line.clients.pmc006 import BY_ZERO, READABLE, SETTABLE, Pmc006Client
 from ...runtime.line.pmc006_frames import LINE_FORMAT
@@ -177,12 +176,7 @@ FileArgument = Annotated[Path, typer.Argument(metavar="FILE", help="The listing.
 
 
 def _listing(file: Path) -> UserProgram:
-    try:
-        program = assemble(read_checked(file, TextKind.STORED))
-    except OSError as error:
-        raise ValueError(f"{file}: {error.strerror}") from error
-    except ValueError as error:
-        raise ValueError(f"{file}: {error}") from error
+    program = user_program(file)
     for warning in program.warnings:
         complain(f"{file}: {warning}")
     return program

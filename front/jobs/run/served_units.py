@@ -198,7 +198,7 @@ def pmc006_units(
         raise ValueError("--thumbwheel: only a PCL601 has one")
     if len(addresses) > 1 or len(programs) > 1:
         raise ValueError("a PMC006 is alone on its line: give one --address and one --program at most")
-    program = _user_program(programs[0]) if programs else None
+    program = user_program(programs[0]) if programs else None
     controller = Pmc006Controller(address=addresses[0] if addresses else FACTORY_ADDRESS, program=program)
     return [
         Unit(
@@ -211,7 +211,8 @@ def pmc006_units(
     ]
 
 
-def _user_program(file: Path) -> UserProgram:
+def user_program(file: Path) -> UserProgram:
+    """Read the listing of a user program of a PMC006; ValueError if it can't be read or assembled."""
     try:
         return assemble(read_checked(file, TextKind.STORED))
     except OSError as error:
