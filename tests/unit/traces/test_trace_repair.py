@@ -439,7 +439,7 @@ def test_no_flipped_bit_in_a_channel_hides_a_topic_in_silence(path: Path, conten
     cut = spans(path, Opcode.DATA_END)[0][0]
     for whole in (content, content[:cut]):
         for start, end in channels:
-            for bit in range(8 * start, 8 * min(end, len(whole)), 3):
+            for bit in range(8 * start, 8 * min(end, len(whole)), 7):
                 path.write_bytes(flipped(whole, bit // 8, bit % 8))
                 try:
                     with open_trace(path) as trace:
