@@ -69,7 +69,7 @@ class Python(subprocess.Popen[Any]):
 
 def fork_helpers() -> None:
     """Let the helpers of this process, and those of its forks, be forked."""
-    launcher.subprocess = types.SimpleNamespace(**vars(subprocess) | {"Popen": start})
+    launcher.subprocess = types.SimpleNamespace(**vars(subprocess) | {"Popen": start})  # type: ignore[assignment]
 
 
 def run(words: Sequence[object], **options: Any) -> subprocess.CompletedProcess[Any]:
