@@ -37,7 +37,7 @@ class Segment:
     Attributes:
         c3: coefficient of u^3.
         c2: coefficient of u^2.
-        q: what the polynomial is divided by, greater than 0.
+        q: divisor of the polynomial, greater than 0.
 
     Args:
         ramp: +1, -1 or 0.

@@ -24,7 +24,7 @@ class Line(Protocol):
         """Advance to `now_ns`."""
 
     def take(self) -> bytes:
-        """Return what has been received since the last call."""
+        """Return the bytes received since the last call."""
 
     def send(self, data: bytes, line_format: LineFormat) -> None:
         """Send without waiting; receive in the same format from then on."""

@@ -119,7 +119,7 @@ class LiveLine(Line):
         self._said.put((data, line_format))
 
     def close(self) -> None:
-        """Send what is queued, then close the port."""
+        """Send the queued bytes, then close the port."""
         self._over.set()
         self._said.put(None)
         for thread in self._threads:

@@ -56,7 +56,7 @@ class LinePause:
 
 
 class Publish(Enum):
-    """The token with which a script publishes what it has read."""
+    """The token with which a script publishes its results."""
 
     PUBLISH = "publish"
 

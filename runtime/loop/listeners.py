@@ -46,7 +46,7 @@ class ScanListener(Protocol):
 
 
 class QuietListener(ScanListener):
-    """A listener that does nothing; its subclasses override what concerns them."""
+    """A listener that does nothing; its subclasses override the calls that concern them."""
 
     @override
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:

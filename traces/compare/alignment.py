@@ -59,7 +59,7 @@ def align(one: Trace, other: Trace, at: str) -> TimeMap:
 def realign(one: Trace, other: Trace, signal: str) -> TimeMap:
     """Return the clock by which a bit rises at the same times in both traces, as often as it does in both.
 
-    What takes a little longer each time, as on a real machine, so does not add up.
+    Small delays, as on a real machine, do not add up.
 
     Raises:
         ValueError: there is no such bit, or it never rises in one of them.

@@ -31,7 +31,7 @@ BLOCK_SCANS = 1 << 14
 
 
 class Windows(NamedTuple):
-    """What rows of one trace are set against in the other."""
+    """The windows in the other trace for rows of one."""
 
     rows: Rows  # the rows that can be judged, ascending
     held: Rows  # for each of them the row of the other trace that is in force at its time

@@ -25,7 +25,7 @@ def differing(fields: Sequence[Field], block: ComparedBlock, counts: int | None)
     """Return the fields that differ in a block.
 
     Args:
-        counts: by how much a count may differ from what it passes; None = every bit of it counts.
+        counts: allowed difference of a count from its window; None = every bit of it counts.
     """
     one, other = block.one, block.other
     found = []
@@ -107,7 +107,7 @@ def _merged(there: FieldDifference, back: FieldDifference) -> FieldDifference:
 
 
 def over_windows(values: Array, first: Rows, end: Rows, join: np.ufunc) -> Array:
-    """Return what `join` makes of each window of some values, such as its least or greatest.
+    """Return the result of `join` for each window of some values, such as its least or greatest.
 
     A window of any length is covered by two of a power of two that may overlap, and the values of
     these are made of those half as long:

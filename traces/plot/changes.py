@@ -19,7 +19,7 @@ class BitChanges:
     """An image in the first scan, and in every scan in which a word with bits changed.
 
     Attributes:
-        row: the scan's place in what was read, from 0.
+        row: the scan's place among the scans read, from 0.
     """
 
     row: NDArray[np.int64]
@@ -32,7 +32,7 @@ class Steps:
     """A value in the first scan, and in every scan in which it changed.
 
     Attributes:
-        row: the scan's place in what was read, from 0.
+        row: the scan's place among the scans read, from 0.
         value: the values, of the signal's own type.
     """
 

@@ -175,7 +175,7 @@ def _mention(each: Mention) -> dict[str, object]:
 
 
 def _refused(error: Exception) -> typer.Exit:
-    """Report what is wrong, and what helps; return the end of the command."""
+    """Report the mistake and its remedy; return the end of the command."""
     remedy = f"; {error.remedy}" if isinstance(error, AddressError) else ""
     return typer.Exit(complain(f"{error}{remedy}", BAD_INPUT))
 

@@ -38,7 +38,7 @@ class WireTarget(Generic[Env]):
     All functions are called with the bus's present time, to which the device has been advanced.
 
     Attributes:
-        signals: what can be observed, marks left out.
+        signals: those that can be observed, without marks.
         set_env: sets pins and voltages; keys that are None are not in the request.
         silence_ns: how long the bench waits for a reply, from the end of the last byte.
         quiet_ns: returns the silence that the controller needs at present before a frame.
@@ -56,11 +56,7 @@ class WireTarget(Generic[Env]):
 def pin_state(
     value: Any, levels: Mapping[str, PinState], followers: Mapping[str, Callable[[int], PinState]], forms: str
 ) -> PinState:
-    """Return what a pin's value names: a level, or one that follows the position.
-
-    Raises:
-        ValueError: nothing; `forms` are allowed.
-    """
+    """Return the level of a pin's value, or one that follows the position."""
     if isinstance(value, str) and value in levels:
         return levels[value]
     if isinstance(value, dict) and len(value) == 1:

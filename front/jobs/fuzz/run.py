@@ -117,7 +117,7 @@ class _TimedLogic(LogicWrapper):
 
 
 class _LineCounter(TextIOBase):
-    """What a program prints to; it only counts the lines."""
+    """The program's standard output; it only counts the lines."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -173,7 +173,7 @@ class _Watcher(QuietListener):
         self._fired: dict[int, list[str]] = {}
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
-        """Note the rules that fire, and what an adapter says beside them."""
+        """Note the rules that fire, and an adapter's messages beside them."""
         if fields.get("kind") in SENTENCES:
             name = str(fields["name"])
             self._told.append(f"{fields['text']} [{name}]")
@@ -214,11 +214,11 @@ class _Watcher(QuietListener):
 
     @property
     def applied(self) -> frozenset[str]:
-        """Names of the invariants that have had something to look at."""
+        """Names of the invariants that have had something to check."""
         return frozenset(each.invariant.name for each in self._asked if getattr(each.watch, "applied", True))
 
     def told(self, name: str, sentence: str, why: str) -> BrokenInvariant:
-        """Return what is broken at this moment."""
+        """Return the broken invariants of this moment."""
         now = self.moment
         shows = tuple(f"slot {number}: {slot}" for number, slot in now.slot.items())
         shows += self._stood or self._standing(now.scan)

@@ -65,7 +65,7 @@ class SlotHints:
         self._configures = False
 
     def look(self, scan: int) -> None:
-        """Look at the images of a scan."""
+        """Check the images of a scan."""
         if self._configures:  # as sent in the previous scan; these inputs answer it
             self._look_for_configuration()
         if self._raw != self._before:
@@ -116,7 +116,7 @@ class Hints(QuietListener):
         ]
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
-        """Look at the images of a scan."""
+        """Check the images of a scan."""
         for slot in self.slots:
             slot.look(scan)
 

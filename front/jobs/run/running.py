@@ -1,4 +1,4 @@
-"""A job, run scan by scan and recorded: what `scanrack run` does, without its words.
+"""A job, run scan by scan and recorded: the work of `scanrack run`, without its messages.
 
     with ExitStack() as ports:
         run = JobRun(load_job("line.toml"), ports, RunOptions(trace=Path("line.mcap")))

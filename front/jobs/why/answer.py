@@ -33,7 +33,7 @@ class Why:
     """Answers about one scan of a rack.
 
     Args:
-        spec: the rack; None if a trace does not say what made it.
+        spec: the rack; None if a trace lacks it.
         load: how the Python program is loaded again; None for one that has no lines.
         by_rung: of a ladder program at that scan: the last change of a tag, see `Debugger.cause`.
         lines: the lines of the program that answers have named.

@@ -155,7 +155,7 @@ class Pcl601Controller:
         return self.read()[register]
 
     def take_sent(self) -> bytes:
-        """Return what a stored program has sent since the last call."""
+        """Return the stored program's output since the last call."""
         data = bytes(self._sent)
         self._sent.clear()
         return data

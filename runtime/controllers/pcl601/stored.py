@@ -47,7 +47,7 @@ class Axis601(Protocol):
         """Carry out a command code: 2 and 3 home, 4 slew, 5 stop hard, 6 stop soft, 7 analog speed, 15 ..."""
 
     def move(self, steps: int) -> bool:
-        """MOVE: index so many steps in the present direction."""
+        """MOVE: index a number of steps in the present direction."""
 
     def move_to(self, position: int) -> bool:
         """MOVETO: index to a position."""

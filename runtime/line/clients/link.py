@@ -44,7 +44,7 @@ class LinkError(Exception):
     """The exchange between this program and the controller failed.
 
     Attributes:
-        reason: what went wrong, without the bytes.
+        reason: the cause, without the bytes.
         received: the offending bytes, as far as they arrived.
     """
 

@@ -150,7 +150,7 @@ class MotionClient(ABC, Generic[SeenType]):
         return seen.position
 
     def _check_of_move(self, steps: int) -> Callable[[SeenType], None]:
-        """Return what else is checked at the end of a move that has not been started."""
+        """Return a check of the state at the end of a move, prepared before its start."""
         return lambda seen: None
 
     def stop(self) -> None:

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator
 
+from ....io_images.amci3601 import StatusMsw
 from ...line.master import PUBLISH, LinePause, LineRequest, LineTiming, Reply, Script, Step
 from .exchanges import BIAS, ControllerState, Exchanges, LinkLostError, PowerLostError, Talk
 from .findings import FindingKind
@@ -187,7 +188,10 @@ class Driver(Exchanges[Drive]):
                 return
 
     def note_refusal(self, reply: Reply) -> None:
-        """Report a start that the controller has refused."""
+        """Complain about a refused start: a stop or a program is active, or another master moves the axis."""
+        if reply.refused is not None:
+            text = "the controller has refused to start the motion"
+            self.findings.complain(StatusMsw.COMMAND_ERROR.value, text)
 
     def model(self, task: Task[Drive]) -> None:
         """Note the motion that the controller is assumed to make now."""

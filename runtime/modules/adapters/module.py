@@ -73,7 +73,7 @@ class AdapterKind(Generic[Drive]):
         """Return an adapter whose controller and line are simulated.
 
         Args:
-            machine: what is bolted to the controller; by default a machine without switches.
+            machine: of the simulated controller; by default a machine without switches.
             options: by name.
 
         Raises:
@@ -178,7 +178,7 @@ class Adapter(Generic[Drive]):
         return self.machine
 
     def figures(self) -> tuple[int, int, int]:
-        """Return what the machine shows at the last `update`, see `ModuleWithFigures`."""
+        """Return shaft position, encoder counts and energised inputs at the last `update`."""
         machine = self.machine
         return machine.shaft, machine.encoder_counts(self._now_ns), machine.shown
 

@@ -1,4 +1,4 @@
-"""The adapters as the registry knows them; what takes long to import waits until it is needed."""
+"""The registry records of the adapters; slow imports wait until they are needed."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def adapter_record(
 
 
 def _refusals(kind: AdapterKind[Any]) -> Iterator[str]:
-    """Yield the lines of the table of what an adapter refuses, in Markdown."""
+    """Yield the lines of the table of an adapter's refusals, in Markdown."""
     from ..amci3601 import Feature
     from .capabilities import CONFIG_ERROR
 

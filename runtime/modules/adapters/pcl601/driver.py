@@ -23,7 +23,7 @@ from ..driver import Driver
 from ..exchanges import BIAS, LinkLostError, Talk
 from ..findings import FindingKind
 from ..task import Task, TaskKind
-from .errors import COMMAND_ERROR, ERRORS
+from .errors import ERRORS
 from .options import Pcl601Options
 from .units import Drive
 
@@ -307,12 +307,6 @@ class Pcl601Driver(Driver[Drive]):
         if task.kind is TaskKind.HOME and self.has_proximity:
             return Code.HOME_TYPE_0
         return STARTS[task.kind]
-
-    @override
-    def note_refusal(self, reply: Reply) -> None:
-        """Complain about a refused start: a program runs, or another master moves the axis."""
-        if reply.refused is not None:
-            self.findings.complain(COMMAND_ERROR, "the controller has refused to start the motion")
 
     def _make_room(self, task: Task[Drive]) -> Talk:
         """Keep the counter within its range; a slew sets it only near the end."""

@@ -40,7 +40,6 @@ LATCHES = (
 
 POLLS_PER_CHECKUP = 10
 
-COMMAND_ERROR = StatusMsw.COMMAND_ERROR.value
 POSITION_INVALID = StatusMsw.POSITION_INVALID.value
 
 LOW_SUPPLY = "the supply voltage is too low"
@@ -242,12 +241,6 @@ class Pmc006Driver(Driver[Pmc006Speeds]):
         if task.kind is TaskKind.HOME:
             return frames.instruction(self.unit, "zero_back", self._home_stroke)
         return frames.instruction(self.unit, "speed_mode", 1)
-
-    @override
-    def note_refusal(self, reply: Reply) -> None:
-        """Complain about a refused start: an external stop is active, or another master moves the axis."""
-        if reply.refused is not None:
-            self.findings.complain(COMMAND_ERROR, "the controller has refused to start the motion")
 
     @override
     def model(self, task: Task[Pmc006Speeds]) -> None:
