@@ -7,10 +7,12 @@ reference. After a finished search a false rung resets it, so that the next one 
 
 from __future__ import annotations
 
+from functools import partial
+
 from ..interpreter import Interpreter
 from ..interpreter.files import Control, Elements
 from ..model.operands import Group, Place, Resolved
-from ..model.spec import WITH_CONTROL, Use, always
+from ..model.spec import WITH_CONTROL, Spec, Use, always
 from ..model.types import Elementary
 from ..state.regions import converted
 
@@ -111,18 +113,13 @@ _FILES = (
     *WITH_CONTROL,
 )
 
-FBC = always(
-    "FBC",
-    *_FILES,
-    run=lambda machine, power, *operands: _compare(machine, power, *operands, updates=False),
-    prescan=_prescan,
-)
-DDT = always(
-    "DDT",
-    *_FILES,
-    run=lambda machine, power, *operands: _compare(machine, power, *operands, updates=True),
-    prescan=_prescan,
-)
+
+def _row(name: str, *, updates: bool) -> Spec:
+    return always(name, *_FILES, run=partial(_compare, updates=updates), prescan=_prescan)
+
+
+FBC = _row("FBC", updates=False)
+DDT = _row("DDT", updates=True)
 DTR = always(
     "DTR",
     Use.INTEGER,

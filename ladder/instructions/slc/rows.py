@@ -99,6 +99,11 @@ def _queue(spec: Spec, *uses: Use) -> Spec:
     )
 
 
+def _file(name: str, *uses: Use, shown: int, run: Callable[..., None]) -> Spec:
+    prescan = words.prescan_control("EN", uses.index(Use.SLC_CONTROL))
+    return always(name, *uses, *_shown(shown), optional=shown, run=run, prescan=prescan)
+
+
 def _of_one(name: str, function: Callable[[float], float]) -> Spec:
     return action(name, Use.NUMBER, Use.TARGET, run=numbers.of_one(function))
 
@@ -108,6 +113,7 @@ def _log(function: Callable[[float], float]) -> Callable[[float], float]:
 
 
 _TWO = (Use.NUMBER, Use.NUMBER, Use.TARGET)
+_MASKED = (Use.TABLE, Use.INTEGER)
 _LOGIC = (Use.INTEGER, Use.INTEGER, Use.INTEGER_TARGET)
 
 _ROWS: tuple[Spec, ...] = (
@@ -164,50 +170,17 @@ _ROWS: tuple[Spec, ...] = (
     # files
     files.COP,
     files.FLL,
-    always(
-        "BSL",
-        *(Use.ARRAY, Use.SLC_CONTROL, Use.BIT),
-        *_shown(1),
-        optional=1,
-        run=words.shift(True),
-        prescan=words.prescan_control("EN", 1),
-    ),
-    always(
-        "BSR",
-        *(Use.ARRAY, Use.SLC_CONTROL, Use.BIT),
-        *_shown(1),
-        optional=1,
-        run=words.shift(False),
-        prescan=words.prescan_control("EN", 1),
-    ),
+    _file("BSL", Use.ARRAY, Use.SLC_CONTROL, Use.BIT, shown=1, run=words.shift(True)),
+    _file("BSR", Use.ARRAY, Use.SLC_CONTROL, Use.BIT, shown=1, run=words.shift(False)),
     _queue(shifts.FFL, Use.ITEM, Use.ARRAY),
     _queue(shifts.FFU, Use.ARRAY, Use.ITEM_TARGET),
     _queue(shifts.LFL, Use.ITEM, Use.ARRAY),
     _queue(shifts.LFU, Use.ARRAY, Use.ITEM_TARGET),
-    always(
-        "SQO",
-        *(Use.TABLE, Use.INTEGER, Use.INTEGER_TARGET, Use.SLC_CONTROL),
-        *_shown(2),
-        optional=2,
-        run=words.sequence_output,
-        prescan=words.prescan_control("EN", 3),
+    _file(
+        "SQO", Use.TABLE, Use.INTEGER, Use.INTEGER_TARGET, Use.SLC_CONTROL, shown=2, run=words.sequence_output
     ),
-    always(
-        "SQC",
-        *(Use.TABLE, Use.INTEGER, Use.INTEGER, Use.SLC_CONTROL),
-        *_shown(2),
-        optional=2,
-        run=words.sequence_compare,
-        prescan=words.prescan_control("EN", 3),
-    ),
-    always(
-        "SQL",
-        *(Use.ARRAY, Use.INTEGER, Use.SLC_CONTROL),
-        *_shown(2),
-        optional=2,
-        run=words.sequence_load,
-        prescan=words.prescan_control("EN", 2),
-    ),
+    _file("SQC", *_MASKED, Use.INTEGER, Use.SLC_CONTROL, shown=2, run=words.sequence_compare),
+    _file("SQL", Use.ARRAY, Use.INTEGER, Use.SLC_CONTROL, shown=2, run=words.sequence_load),
     # program control
     *(control.JMP, control.LBL, control.JSR, control.RET, control.SBR, control.MCR, control.AFI, control.NOP),
     action("TND", run=_end_scan),

@@ -12,6 +12,7 @@ import datetime
 import struct
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 
 from ...interpreter import Interpreter
 from ...model.arithmetic import wrap
@@ -20,7 +21,7 @@ from ...model.operand_checks import OperandError
 from ...model.operands import Group, Place
 from ...model.predefined.motion_types import BY_CLASS
 from ...model.schedule import ScheduledProgram, ScheduledTask, task_named
-from ...model.spec import Use, action
+from ...model.spec import Spec, Use, action
 from ...model.tags import program_of
 from ...model.tree import Address, MemberStep, Operand
 from ...model.types import HIDDEN
@@ -315,22 +316,12 @@ def _event(machine: Interpreter, name: str) -> None:
 
 # --- the rows
 
+
+def _row(name: str, use: Use, run: Callable[..., None], *, written: bool) -> Spec:
+    resolve = partial(_resolve, written=written)
+    return action(name, Use.LABEL, Use.LABEL, Use.LABEL, use, resolve=resolve, run=run)
+
+
 EVENT = action("EVENT", Use.LABEL, run=_event)
-GSV = action(
-    "GSV",
-    Use.LABEL,
-    Use.LABEL,
-    Use.LABEL,
-    Use.DESTINATION,
-    resolve=lambda resolver, given: _resolve(resolver, given, written=True),
-    run=_gsv,
-)
-SSV = action(
-    "SSV",
-    Use.LABEL,
-    Use.LABEL,
-    Use.LABEL,
-    Use.SOURCE,
-    resolve=lambda resolver, given: _resolve(resolver, given, written=False),
-    run=_ssv,
-)
+GSV = _row("GSV", Use.DESTINATION, _gsv, written=True)
+SSV = _row("SSV", Use.SOURCE, _ssv, written=False)
