@@ -29,15 +29,11 @@ Image = tuple[int, str]
 
 @dataclass(frozen=True, slots=True)
 class Recording:
-    """A trace in memory, packed, to be played.
-
-    Attributes:
-        events: all messages but images, in order.
-    """
+    """A trace in memory, packed, to be played."""
 
     slots: tuple[SlotInfo, ...]
     scans: PackedScans
-    events: tuple[TraceEvent, ...]
+    events: tuple[TraceEvent, ...]  # all messages but images, in order
 
     @classmethod
     def of(cls, trace: Trace, more: Columns | None = None) -> Recording:

@@ -27,13 +27,9 @@ __all__ = ["build", "main"]
 
 
 class Entry(NamedTuple):
-    """A line of `scanrack --help`.
+    """A line of `scanrack --help`."""
 
-    Attributes:
-        module: of the command, relative to this package; it has `register(app)`.
-    """
-
-    module: str
+    module: str  # of the command, relative to this package; it has `register(app)`
     sentence: str
 
 

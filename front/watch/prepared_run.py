@@ -15,33 +15,20 @@ from ..runtime.loop.pace import AdjustablePace
 
 @dataclass(frozen=True, slots=True)
 class WatchOptions:
-    """The options of the command line.
-
-    Attributes:
-        port: of the server; 0 = any free one.
-        speed: times real time; None = as fast as possible.
-        read_only: refuse orders, and edits of the program.
-        record: path of a permanent recording, or None.
-        scans: their number; None = until Ctrl-C.
-        live: real ports may be driven.
-        opened: open the page in the browser.
-        text: show the session in the terminal, too.
-        editable: the program's files are on the disk, and saved changes are used.
-        keep: number of earlier recordings to keep; None = the rack file's.
-    """
+    """The options of the command line."""
 
     rack: str
-    port: int
-    speed: float | None
+    port: int  # of the server; 0 = any free one
+    speed: float | None  # times real time; None = as fast as possible
     paused: bool
-    read_only: bool
-    record: Path | None
-    scans: int | None
-    live: bool
-    opened: bool
-    text: bool = False
-    editable: bool = True
-    keep: int | None = None
+    read_only: bool  # refuse orders, and edits of the program
+    record: Path | None  # path of a permanent recording, or None
+    scans: int | None  # their number; None = until Ctrl-C
+    live: bool  # real ports may be driven
+    opened: bool  # open the page in the browser
+    text: bool = False  # show the session in the terminal, too
+    editable: bool = True  # the program's files are on the disk, and saved changes are used
+    keep: int | None = None  # number of earlier recordings to keep; None = the rack file's
 
 
 @dataclass(frozen=True, slots=True)

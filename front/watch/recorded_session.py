@@ -47,16 +47,11 @@ UNTRUSTED = (
 
 
 class TracePlace(NamedTuple):
-    """The place `TRACE#scan=12345&rung=Main.6`.
-
-    Attributes:
-        scan: None = the last one.
-        rung: "" = none.
-    """
+    """The place `TRACE#scan=12345&rung=Main.6`."""
 
     path: Path
-    scan: int | None
-    rung: str
+    scan: int | None  # None = the last one
+    rung: str  # "" = none
 
 
 def place_of(text: str) -> TracePlace:

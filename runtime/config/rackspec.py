@@ -183,15 +183,10 @@ class SlotSpec(Table):
 
 
 class ForceSpec(Table):
-    """A force that holds from the first scan on.
+    """A force that holds from the first scan on."""
 
-    Attributes:
-        address: see `io_images.addresses`.
-        value: 0 or 1 for a bit, -32,768 to 65,535 for a word.
-    """
-
-    address: str
-    value: Annotated[int, BeforeValidator(_bit_or_word)]
+    address: str  # see `io_images.addresses`
+    value: Annotated[int, BeforeValidator(_bit_or_word)]  # 0 or 1 for a bit, -32,768 to 65,535 for a word
 
 
 def _happening(value: object) -> object:

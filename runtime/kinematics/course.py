@@ -57,23 +57,16 @@ _STEP = PICO * FINE
 
 
 class Course:
-    """Segments laid so far, and their end.
-
-    Attributes:
-        scale: ticks in a ns.
-        now: end of the segments, in ticks.
-        travel: travel at that end, in 1e-18 step divided by the scale.
-        segments: those that contain a whole ns.
-    """
+    """Segments laid so far, and their end."""
 
     __slots__ = ("_start_ns", "now", "scale", "segments", "travel")
 
     def __init__(self, now_ns: int, travel: Fraction = _NOTHING) -> None:
         self._start_ns = now_ns
-        self.scale = travel.denominator
-        self.now = now_ns * self.scale
-        self.travel = travel.numerator
-        self.segments: list[Segment] = []
+        self.scale = travel.denominator  # ticks in a ns
+        self.now = now_ns * self.scale  # end of the segments, in ticks
+        self.travel = travel.numerator  # travel at that end, in 1e-18 step divided by the scale
+        self.segments: list[Segment] = []  # those that contain a whole ns
 
     def ramp(self, from_nsps: int, to_nsps: int, rate_spmss: Rate, shape: Shape) -> None:
         """Lay a speed change, up or down."""

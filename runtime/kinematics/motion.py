@@ -22,12 +22,6 @@ class Motion:
 
     Instants before `start_ns` are not part of it and must not be queried.
 
-    Attributes:
-        origin: step count at which the travel was 0.
-        segments: in order of time, without gap; empty if it ends as it begins.
-        end_ns: the instant of its last step, None for an endless one.
-        final_steps: whole steps it will have made, None for an endless one.
-
     Args:
         direction: +1 or -1.
         origin: step count at which the travel was 0.
@@ -62,11 +56,11 @@ class Motion:
         if direction not in (1, -1):
             raise ValueError(f"direction {direction} is not allowed: only 1 (CW) and -1 (CCW)")
         self.direction = direction
-        self.origin = origin
+        self.origin = origin  # step count at which the travel was 0
         self.start_ns = start_ns
-        self.segments = tuple(segments)
-        self.end_ns: int | None = None
-        self.final_steps: int | None = None
+        self.segments = tuple(segments)  # in order of time, without gap; empty if it ends as it begins
+        self.end_ns: int | None = None  # the instant of its last step, None for an endless one
+        self.final_steps: int | None = None  # whole steps it will have made, None for an endless one
         self._track = self.segments
         if rest is not None:
             self.end_ns = rest.start_ns

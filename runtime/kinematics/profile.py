@@ -14,20 +14,14 @@ class Profile:
     At or below the starting speed a move runs at the programmed speed throughout, and the rates are
     ignored [chapter 4, Manual Move].
 
-    Attributes:
-        start_sps: starting speed in steps/s, from 1.
-        speed_sps: programmed speed in steps/s, from 1.
-        acceleration_spmss: in steps/ms/s, above 0 if the speed exceeds the starting speed.
-        deceleration_spmss: in steps/ms/s, above 0 if the speed exceeds the starting speed.
-
     Raises:
         ValueError: a value below what is allowed. Upper limits are the module's business.
     """
 
-    start_sps: int
-    speed_sps: int
-    acceleration_spmss: Rate
-    deceleration_spmss: Rate
+    start_sps: int  # starting speed in steps/s, from 1
+    speed_sps: int  # programmed speed in steps/s, from 1
+    acceleration_spmss: Rate  # in steps/ms/s, above 0 if the speed exceeds the starting speed
+    deceleration_spmss: Rate  # in steps/ms/s, above 0 if the speed exceeds the starting speed
     shape: Shape = Shape.CONSTANT
 
     def __post_init__(self) -> None:

@@ -87,18 +87,12 @@ class LineTiming:
 
 
 class Master:
-    """Carries out a script over a line.
-
-    Attributes:
-        now_ns: its present time; scripts read it.
-        published: the script has new results; the caller reads them and clears this.
-        failures: number of failed exchanges.
-    """
+    """Carries out a script over a line."""
 
     def __init__(self, line_timing: LineTiming) -> None:
-        self.now_ns = 0
-        self.published = False
-        self.failures = 0
+        self.now_ns = 0  # its present time; scripts read it
+        self.published = False  # the script has new results; the caller reads them and clears this
+        self.failures = 0  # number of failed exchanges
         self.line_format = line_timing.line_format
         self._timing = line_timing
         self._script: Script | None = None

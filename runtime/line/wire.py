@@ -116,18 +116,13 @@ MASTER = -1
 
 
 class SerialBus:
-    """A line with one master and any number of devices.
-
-    Attributes:
-        heard: bytes that the master has received and not taken yet, in order.
-        quiet_since_ns: end of the last character so far, None if there was none.
-    """
+    """A line with one master and any number of devices."""
 
     def __init__(self, *devices: Device, now_ns: int = 0) -> None:
         self.devices = devices
         self.now_ns = now_ns
-        self.heard = bytearray()
-        self.quiet_since_ns: int | None = None
+        self.heard = bytearray()  # bytes that the master has received and not taken yet, in order
+        self.quiet_since_ns: int | None = None  # end of the last character so far, None if there was none
         self._under_way: list[_Character] = []
         self._order = 0
         self._free_ns = dict.fromkeys(range(MASTER, len(devices)), now_ns)

@@ -131,15 +131,10 @@ class Reload:
 
 @dataclass(frozen=True, slots=True)
 class Edit:
-    """Continue with an edited program; a session gives this order itself, with the program's files.
+    """Continue with an edited program; a session gives this order itself, with the program's files."""
 
-    Attributes:
-        number: of the edit, from 1; its files are in the trace as `edit-NUMBER/...`.
-        program: the program among them, `path[:function]`.
-    """
-
-    number: int
-    program: str
+    number: int  # of the edit, from 1; its files are in the trace as `edit-NUMBER/...`
+    program: str  # the program among them, `path[:function]`
 
 
 @dataclass(frozen=True, slots=True)

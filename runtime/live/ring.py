@@ -43,29 +43,19 @@ _HEAD_BYTES = 128
 
 
 class RingShape(NamedTuple):
-    """The dimensions that another process needs to open a ring.
-
-    Attributes:
-        figures: numbers per row beside the memory.
-    """
+    """The dimensions that another process needs to open a ring."""
 
     memory_bytes: int
-    figures: int
+    figures: int  # numbers per row beside the memory
     rows: int
 
 
 class RingRows(NamedTuple):
-    """Rows that were read.
+    """Rows that were read."""
 
-    Attributes:
-        rows: a copy of them, in order.
-        end: the place of the next read.
-        lost: rows that were overwritten before they could be read.
-    """
-
-    rows: Rows
-    end: int
-    lost: int
+    rows: Rows  # a copy of them, in order
+    end: int  # the place of the next read
+    lost: int  # rows that were overwritten before they could be read
 
 
 Put = Callable[[int, int, int, int, tuple[int, ...], bytearray], None]

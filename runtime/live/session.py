@@ -56,19 +56,13 @@ class Stops(Protocol):
 
 @dataclass(slots=True)
 class SessionState:
-    """The state of a session for monitors.
-
-    Attributes:
-        speed: times real time; None = as fast as possible.
-        met: the breakpoints that ended the latest run.
-        fault: the fault that stopped the CPU; "" while it runs.
-    """
+    """The state of a session for monitors."""
 
     paused: bool = False
-    speed: float | None = 1.0
+    speed: float | None = 1.0  # times real time; None = as fast as possible
     breakpoints: list[str] = field(default_factory=list)
-    met: list[str] = field(default_factory=list)
-    fault: str = ""
+    met: list[str] = field(default_factory=list)  # the breakpoints that ended the latest run
+    fault: str = ""  # the fault that stopped the CPU; "" while it runs
 
 
 class Session:

@@ -54,12 +54,9 @@ class Tap(QuietListener):
     Args:
         rack: its memory is copied after every scan.
         figures: numbers beside the images.
-
-    Attributes:
-        session: obeys orders after each scan; set before the first one.
     """
 
-    session: Session
+    session: Session  # obeys orders after each scan; set before the first one
 
     def __init__(self, ring: Ring, rack: Rack, period_ns: int, figures: Figures) -> None:
         self._ring, self._memory, self._period_ns = ring, rack.memory, period_ns

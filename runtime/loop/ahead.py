@@ -147,19 +147,14 @@ def numpy_is_worth_it(scans: int) -> bool:
 
 
 class Patience:
-    """The interval and range of looking ahead: rarer after failures, farther after successes.
-
-    Attributes:
-        wait: ordinary scans to run first.
-        most_rows: most scans to foresee while an axis moves.
-    """
+    """The interval and range of looking ahead: rarer after failures, farther after successes."""
 
     SHORTEST_WAIT, LONGEST_WAIT = 4, 128
     FEWEST_ROWS, MOST_ROWS = 256, 2048
 
     def __init__(self) -> None:
-        self.wait = self.SHORTEST_WAIT
-        self.most_rows = self.FEWEST_ROWS
+        self.wait = self.SHORTEST_WAIT  # ordinary scans to run first
+        self.most_rows = self.FEWEST_ROWS  # most scans to foresee while an axis moves
 
     def not_calm(self, scans: int) -> None:
         """Wait because an event comes within `scans` scans; 0 = the modules can't tell."""

@@ -38,11 +38,6 @@ class Cpu:
 
     Use it as a context manager, or call `close` at the end: that closes the listeners.
 
-    Attributes:
-        forces: changes take effect with the next scan.
-        pacer: makes scans wait; its overruns count the late ones.
-        fault: the cause of a stop, or None.
-
     Args:
         rack: modules in their slots, just powered up.
         logic: called once per scan with the `LogicScan`.
@@ -71,9 +66,9 @@ class Cpu:
         if period_ns < 1:
             raise ValueError(f"scan period of {period_ns} ns is not allowed: it must be at least 1 ns")
         self.rack, self.period_ns = rack, period_ns
-        self.pacer = pacer or FreeRun()
-        self.forces = Forces(rack, self._ask_for_attention)
-        self.fault: Fault | None = None
+        self.pacer = pacer or FreeRun()  # makes scans wait; its overruns count the late ones
+        self.forces = Forces(rack, self._ask_for_attention)  # changes take effect with the next scan
+        self.fault: Fault | None = None  # the cause of a stop, or None
         self._watchdog = watchdog or Watchdog()
         self._listeners = Listeners(listeners)
         exchange = exchange or EndOfScan()

@@ -27,20 +27,14 @@ class Cause(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """The cause of a stopped CPU.
-
-    Attributes:
-        cause: the responsible part.
-        where: file:line of the user's code, or of the innermost code known.
-        site: routine and rung of a ladder program.
-    """
+    """The cause of a stopped CPU."""
 
     scan: int
     now_ns: int
-    cause: Cause
-    where: str
+    cause: Cause  # the responsible part
+    where: str  # file:line of the user's code, or of the innermost code known
     text: str
-    site: Site = NOWHERE
+    site: Site = NOWHERE  # routine and rung of a ladder program
 
     def __str__(self) -> str:
         seconds = f"{self.now_ns // 1_000_000_000}.{self.now_ns % 1_000_000_000:09d}".rstrip("0").rstrip(".")

@@ -17,16 +17,13 @@ from .events import JsonValue
 class Options(BaseModel):
     """The options of a module or a controller; a subclass declares name, type, range and default of each.
 
-    Attributes:
-        owner: name of the device in messages.
-
     Raises:
         ValueError: an unknown name, or an illegal value; the message has the allowed ones.
     """
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
 
-    owner: ClassVar[str]
+    owner: ClassVar[str]  # name of the device in messages
 
     def __init__(self, **given: Any) -> None:
         try:

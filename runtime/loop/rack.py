@@ -23,22 +23,14 @@ SLOT_BYTES = 2 * IMAGE_BYTES
 
 @dataclass(frozen=True, slots=True)
 class Card:
-    """A module on its way into a rack.
+    """A module on its way into a rack."""
 
-    Attributes:
-        slot: number of its slot, from 1 (0 is the controller's own place).
-        catalog: catalog name, such as "amci3601"; for the record only.
-        firmware: such as "4.1"; for the record only.
-        words: names of its words and bits, from which addresses follow.
-        round_trip_ms: longest time of a command and its answer, ms; 0 = only that of the scan loop.
-    """
-
-    slot: int
+    slot: int  # number of its slot, from 1 (0 is the controller's own place)
     module: Module
-    catalog: str = ""
-    firmware: str = ""
-    words: ModuleWords = PLAIN_WORDS
-    round_trip_ms: int = 0
+    catalog: str = ""  # catalog name, such as "amci3601"; for the record only
+    firmware: str = ""  # such as "4.1"; for the record only
+    words: ModuleWords = PLAIN_WORDS  # names of its words and bits, from which addresses follow
+    round_trip_ms: int = 0  # longest time of a command and its answer, ms; 0 = only that of the scan loop
 
 
 @dataclass(frozen=True, slots=True)

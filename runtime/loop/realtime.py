@@ -32,16 +32,11 @@ CAP_IPC_LOCK = 14
 
 @dataclass(frozen=True)
 class Outcome:
-    """The result of a request to the system.
-
-    Attributes:
-        refusal: the reason of a refusal; empty = granted.
-        advice: the remedy.
-    """
+    """The result of a request to the system."""
 
     name: str
-    refusal: str = ""
-    advice: str = ""
+    refusal: str = ""  # the reason of a refusal; empty = granted
+    advice: str = ""  # the remedy
 
     def __str__(self) -> str:
         if not self.refusal:

@@ -25,17 +25,12 @@ _WHOLE = slice(None)
 
 
 class ScansAhead:
-    """Runs scans, by their phases or by rows.
-
-    Attributes:
-        enabled: False = every scan by its phases, as in tests and for irregular scans.
-        present: the phase that ran last.
-    """
+    """Runs scans, by their phases or by rows."""
 
     def __init__(self, phases: ScanPhases, rack: Rack, exchange: Exchange, period_ns: int) -> None:
-        self.enabled = True
+        self.enabled = True  # False = every scan by its phases, as in tests and for irregular scans
         self.stop_requested = False
-        self.present: Phase = phases.input_latch
+        self.present: Phase = phases.input_latch  # the phase that ran last
         self.patience = Patience()
         self._phases, self._exchange, self._period_ns = phases, exchange, period_ns
         self._memory, self._latch = rack.memory, memoryview(rack.memory)

@@ -56,9 +56,6 @@ class _SlipState:
 class Shaft:
     """The shaft, its slips and its jams.
 
-    Attributes:
-        position: true position, steps; 0 at power-up.
-
     Args:
         slips: positions that lose steps.
         seed: of the random numbers; the same seed gives the same run.
@@ -67,7 +64,7 @@ class Shaft:
     __slots__ = ("_departing", "_high", "_jams", "_left", "_low", "_obstacles", "_slips", "position")
 
     def __init__(self, slips: Sequence[Slip] = (), jams: Sequence[Jam] = (), seed: int = 0) -> None:
-        self.position = 0
+        self.position = 0  # true position, steps; 0 at power-up
         self._jams = frozenset((jam.at, jam.direction) for jam in jams)
         self._slips: dict[tuple[int, int], list[_SlipState]] = {}
         for index, slip in enumerate(slips):

@@ -111,19 +111,14 @@ class Switch:
     Several switches may feed one input: normally open ones in parallel (any of
     them energises it), normally closed ones in series (any of them opens the
     circuit). One input can't have both kinds.
-
-    Attributes:
-        first: lowest shaft position that operates it, steps; None = open-ended.
-        last: highest shaft position that operates it, steps; None = open-ended.
-        normally_closed: the input is energised outside the range instead of inside.
     """
 
     __pydantic_config__ = NO_MORE_KEYS
 
     input: InputName
-    first: StrictInt | None = None
-    last: StrictInt | None = None
-    normally_closed: StrictBool = False
+    first: StrictInt | None = None  # lowest shaft position that operates it, steps; None = open-ended
+    last: StrictInt | None = None  # highest shaft position that operates it, steps; None = open-ended
+    normally_closed: StrictBool = False  # the input is energised outside the range instead of inside
 
     def __post_init__(self) -> None:
         _check_input(self, self.input)
@@ -154,15 +149,11 @@ class TimelineEntry:
 
     On an input that a switch or a station feeds, an entry is a fault: a stuck
     contact (True) or a broken wire (False), until an entry with None repairs it.
-
-    Attributes:
-        at_ns: ns since power-up.
-        energised: the level from then on; None = controlled by the machine's switch or station.
     """
 
-    at_ns: int
+    at_ns: int  # ns since power-up
     input: InputBit
-    energised: bool | None
+    energised: bool | None  # the level from then on; None = controlled by the machine's switch or station
 
     def __post_init__(self) -> None:
         _check_whole(self, "at_ns", 0)
@@ -228,21 +219,15 @@ class Slip:
     When the motor sets out from shaft position `at` in `direction`, the shaft
     stays there for `steps` motor steps and follows from then on. Reversing the
     motor ends a slip.
-
-    Attributes:
-        steps: motor steps lost each time, 1 or more.
-        direction: +1 or -1 for that direction only, 0 for both.
-        times: number of occurrences, 1 or more; None = unlimited.
-        chance: 0 to 1, the probability each time the motor sets out from there.
     """
 
     __pydantic_config__ = NO_MORE_KEYS
 
     at: StrictInt
-    steps: StrictInt
-    direction: StrictInt = 0
-    times: Times = 1
-    chance: Chance = 1.0
+    steps: StrictInt  # motor steps lost each time, 1 or more
+    direction: StrictInt = 0  # +1 or -1 for that direction only, 0 for both
+    times: Times = 1  # number of occurrences, 1 or more; None = unlimited
+    chance: Chance = 1.0  # 0 to 1, the probability each time the motor sets out from there
 
     def __post_init__(self) -> None:
         _check_whole(self, "at")
@@ -257,17 +242,12 @@ class Slip:
 
 @dataclass(frozen=True, slots=True)
 class Jam:
-    """A position that the shaft can't pass in one direction; the other way is free.
-
-    Attributes:
-        at: the last shaft position it reaches.
-        direction: +1 or -1.
-    """
+    """A position that the shaft can't pass in one direction; the other way is free."""
 
     __pydantic_config__ = NO_MORE_KEYS
 
-    at: StrictInt
-    direction: StrictInt
+    at: StrictInt  # the last shaft position it reaches
+    direction: StrictInt  # +1 or -1
 
     def __post_init__(self) -> None:
         _check_whole(self, "at")

@@ -37,14 +37,7 @@ class _Work:
 
 
 class Stimuli:
-    """Timeline, stations and bench: changes of the inputs by time. Calls must be in order of time.
-
-    Attributes:
-        next_ns: instant of the next action, FAR = never.
-        held: the energised ones among them.
-        pulses: inputs that a station is pulsing.
-        events: actions so far, in order of time; the reader empties it.
-    """
+    """Timeline, stations and bench: changes of the inputs by time. Calls must be in order of time."""
 
     __slots__ = ("_entries", "_fed", "_index", "_works", "events", "held", "held_mask", "next_ns", "pulses")
 
@@ -54,10 +47,10 @@ class Stimuli:
         self._works = [_Work(station) for station in spec.stations]
         self._fed = spec.fed_inputs
         self.held_mask = 0
-        self.held = 0
-        self.pulses = 0
-        self.events: list[Event] = []
-        self.next_ns = self._soonest_ns()
+        self.held = 0  # the energised ones among them
+        self.pulses = 0  # inputs that a station is pulsing
+        self.events: list[Event] = []  # actions so far, in order of time; the reader empties it
+        self.next_ns = self._soonest_ns()  # instant of the next action, FAR = never
 
     def _soonest_ns(self) -> int:
         soonest = self._entries[self._index].at_ns if self._index < len(self._entries) else FAR

@@ -139,18 +139,13 @@ def _extent(name: str, numbers: Array, most: int | None) -> Extent:
 
 
 class Findings:
-    """The differences in the blocks of two traces.
-
-    Attributes:
-        first: the first scan that differs, or None.
-        differing: number of scans with a difference.
-    """
+    """The differences in the blocks of two traces."""
 
     def __init__(self, slots: Sequence[SlotInfo]) -> None:
         self._slots = slots
         self._extents: dict[str, Extent] = {}
-        self.first: First | None = None
-        self.differing = 0
+        self.first: First | None = None  # the first scan that differs, or None
+        self.differing = 0  # number of scans with a difference
 
     def add(self, one: Side, other: Side, found: Sequence[FieldDifference]) -> None:
         """Add the fields that differ in the next block; their rows ascend."""

@@ -93,14 +93,6 @@ class Stream:
     Args:
         wanted: numbers of the slots whose words are needed.
         tags: a row of their tags, or None.
-
-    Attributes:
-        row: the row at which the next block begins.
-        scans: number of scans read.
-        ended: whether all have been read.
-        first_scan: number of the first scan of all.
-        first_key: its key; None if there is none, or it has not been read.
-        last_key: the key of the last scan read.
     """
 
     def __init__(
@@ -115,12 +107,12 @@ class Stream:
         self._columns = [no_columns(len(places), tags)]
         self._keys = [np.zeros(0, np.int64)]
         self._rows = 0
-        self.row = 0
-        self.scans = 0
-        self.ended = False
-        self.first_scan = 0
-        self.first_key: int | None = None
-        self.last_key = 0
+        self.row = 0  # the row at which the next block begins
+        self.scans = 0  # number of scans read
+        self.ended = False  # whether all have been read
+        self.first_scan = 0  # number of the first scan of all
+        self.first_key: int | None = None  # its key; None if there is none, or it has not been read
+        self.last_key = 0  # the key of the last scan read
 
     def __len__(self) -> int:
         """Return the number of rows in memory."""

@@ -44,14 +44,10 @@ Message = tuple[str, list[str]]
 
 
 class DecodedColumn(NamedTuple):
-    """A decoded column.
-
-    Attributes:
-        name: its field in `DecodedValues.dtype`.
-    """
+    """A decoded column."""
 
     signal: Signal
-    name: str
+    name: str  # its field in `DecodedValues.dtype`
 
 
 class DecodedValues:

@@ -18,17 +18,11 @@ Array = NDArray[Any]
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """A column of a block.
+    """A column of a block."""
 
-    Attributes:
-        name: the signal's name, "scan" or "time_ns".
-        values: bool, whole numbers, floats, or texts (of type object).
-        missing: rows without a value; None if there are none.
-    """
-
-    name: str
-    values: Array
-    missing: NDArray[np.bool_] | None = None
+    name: str  # the signal's name, "scan" or "time_ns"
+    values: Array  # bool, whole numbers, floats, or texts (of type object)
+    missing: NDArray[np.bool_] | None = None  # rows without a value; None if there are none
 
 
 def table(

@@ -38,14 +38,10 @@ class OwnedError(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class FileKind:
-    """A kind of file that commands write.
-
-    Attributes:
-        fits: whether a file with this beginning is of the kind.
-    """
+    """A kind of file that commands write."""
 
     name: str
-    fits: Callable[[bytes], bool]
+    fits: Callable[[bytes], bool]  # whether a file with this beginning is of the kind
 
 
 def beginning(name: str, *begins: bytes) -> FileKind:

@@ -43,19 +43,12 @@ _CONSTANT = re.compile(r"\w+ \w+ ?=")
 
 
 class Leaf(NamedTuple):
-    """A value, or the elements of an array, of a message.
+    """A value, or the elements of an array, of a message."""
 
-    Attributes:
-        path: its name, after the names of the messages around it.
-        letter: its type in the `struct` module.
-        length: elements; 1 for a single value.
-        offset: its first byte.
-    """
-
-    path: tuple[str, ...]
-    letter: str
-    length: int
-    offset: int
+    path: tuple[str, ...]  # its name, after the names of the messages around it
+    letter: str  # its type in the `struct` module
+    length: int  # elements; 1 for a single value
+    offset: int  # its first byte
 
     @property
     def end(self) -> int:

@@ -72,15 +72,10 @@ _HASH_DIGITS = 12
 
 @dataclass(frozen=True, slots=True)
 class ScanSchema:
-    """The schema of the scans of one rack.
+    """The schema of the scans of one rack."""
 
-    Attributes:
-        layout: hash of the text, twelve hexadecimal digits.
-        text: the ros2msg definition.
-    """
-
-    layout: str
-    text: str
+    layout: str  # hash of the text, twelve hexadecimal digits
+    text: str  # the ros2msg definition
 
     @property
     def name(self) -> str:

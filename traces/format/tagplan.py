@@ -55,15 +55,10 @@ LAST_CODE = 0xFFFF
 
 
 class Format(NamedTuple):
-    """Storage of a value.
+    """Storage of a value."""
 
-    Attributes:
-        ros: its type in ros2msg.
-        letter: its letter in the `struct` module.
-    """
-
-    ros: str
-    letter: str
+    ros: str  # its type in ros2msg
+    letter: str  # its letter in the `struct` module
     size: int
 
 
@@ -95,19 +90,12 @@ _FIELD = re.compile(
 
 @dataclass(frozen=True, slots=True)
 class Tag:
-    r"""A tag that is recorded.
+    """A tag that is recorded."""
 
-    Attributes:
-        name: its full name: `Fill.ACC`, `\Main.Step`, `line.step`; of an array see `io_images.tag_names`.
-        type: a key of `FORMATS`.
-        length: elements of an array; 0 for a single value.
-        names: of an ENUM: names of the codes 0, 1, ...
-    """
-
-    name: str
-    type: str
-    length: int = 0
-    names: tuple[str, ...] = ()
+    name: str  # its full name: `Fill.ACC`, `\Main.Step`, `line.step`; of an array see `io_images.tag_names`
+    type: str  # a key of `FORMATS`
+    length: int = 0  # elements of an array; 0 for a single value
+    names: tuple[str, ...] = ()  # of an ENUM: names of the codes 0, 1,
 
     @property
     def count(self) -> int:
@@ -124,15 +112,11 @@ class Tag:
 
 @dataclass(frozen=True, slots=True)
 class TagField:
-    """A field of the row.
-
-    Attributes:
-        constants: of an ENUM: names of its codes in the schema.
-    """
+    """A field of the row."""
 
     tag: Tag
     name: str
-    constants: tuple[str, ...] = ()
+    constants: tuple[str, ...] = ()  # of an ENUM: names of its codes in the schema
 
     @property
     def letters(self) -> str:

@@ -33,19 +33,13 @@ _SLOT: Properties = {"slot": {"type": "integer", "description": "number of the s
 
 @dataclass(frozen=True, slots=True)
 class Topic:
-    """A topic of JSON messages.
-
-    Attributes:
-        says: its description in the schema.
-        properties: JSON schema of its known fields; messages may have others.
-        state: a message states everything, so that an unchanged one is not written again.
-    """
+    """A topic of JSON messages."""
 
     name: str
     schema: str
-    says: str
-    properties: Properties
-    state: bool = False
+    says: str  # its description in the schema
+    properties: Properties  # JSON schema of its known fields; messages may have others
+    state: bool = False  # a message states everything, so that an unchanged one is not written again
 
     @property
     def schema_text(self) -> str:

@@ -16,29 +16,20 @@ BIT_WORDS = 2
 
 @dataclass(frozen=True, slots=True)
 class BitChanges:
-    """An image in the first scan, and in every scan in which a word with bits changed.
+    """An image in the first scan, and in every scan in which a word with bits changed."""
 
-    Attributes:
-        row: the scan's place among the scans read, from 0.
-    """
-
-    row: NDArray[np.int64]
+    row: NDArray[np.int64]  # the scan's place among the scans read, from 0
     time_ns: NDArray[np.int64]
     words: NDArray[np.int16]
 
 
 @dataclass(frozen=True, slots=True)
 class Steps:
-    """A value in the first scan, and in every scan in which it changed.
+    """A value in the first scan, and in every scan in which it changed."""
 
-    Attributes:
-        row: the scan's place among the scans read, from 0.
-        value: the values, of the signal's own type.
-    """
-
-    row: NDArray[np.int64]
+    row: NDArray[np.int64]  # the scan's place among the scans read, from 0
     time_ns: NDArray[np.int64]
-    value: NDArray[Any]
+    value: NDArray[Any]  # the values, of the signal's own type
 
 
 class StepFinder:

@@ -57,24 +57,16 @@ class Panel(Generic[C]):
 
 @dataclass(frozen=True, slots=True)
 class Chart(Generic[C]):
-    """A timing chart.
-
-    Attributes:
-        start_ns: virtual time of its first scan.
-        first: number of its first scan.
-        last: number of its last.
-        panels: one per module, in the order of the slots; the program's tags are last.
-        left_out: number of recorded tag values that are not drawn.
-    """
+    """A timing chart."""
 
     title: str
-    start_ns: int
+    start_ns: int  # virtual time of its first scan
     end_ns: int
-    first: int
-    last: int
+    first: int  # number of its first scan
+    last: int  # number of its last
     scans: int
-    panels: Sequence[Panel[C]]
-    left_out: int = 0
+    panels: Sequence[Panel[C]]  # one per module, in the order of the slots; the program's tags are last
+    left_out: int = 0  # number of recorded tag values that are not drawn
 
 
 def groups_of(chart: Chart[C]) -> list[str]:

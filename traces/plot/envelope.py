@@ -24,15 +24,10 @@ GROUPS_MAX = 16_384
 
 @dataclass(frozen=True, slots=True)
 class Curve:
-    """Groups of scans in order.
+    """Groups of scans in order."""
 
-    Attributes:
-        time_ns: virtual time of the first scan of each.
-        low: its least value; NaN without one.
-    """
-
-    time_ns: Times
-    low: Values
+    time_ns: Times  # virtual time of the first scan of each
+    low: Values  # its least value; NaN without one
     high: Values
 
     def line(self) -> tuple[Values, Values]:

@@ -17,17 +17,11 @@ MANY = 30
 
 
 class Label(NamedTuple):
-    """A label that is drawn.
+    """A label that is drawn."""
 
-    Attributes:
-        mark: its mark.
-        row: 0 or more.
-        before: it ends at its mark, for lack of room behind it, instead of beginning there.
-    """
-
-    mark: Mark
-    row: int
-    before: bool
+    mark: Mark  # its mark
+    row: int  # 0 or more
+    before: bool  # it ends at its mark, for lack of room behind it, instead of beginning there
 
 
 def placed(marks: Sequence[Mark], start_ns: int, end_ns: int, letter: float, rows: int) -> list[Label]:

@@ -54,13 +54,9 @@ class Lane:
 
 @dataclass(frozen=True, slots=True)
 class Band(Lane):
-    """A lane whose values have names: the steps of a sequence, a text.
+    """A lane whose values have names: the steps of a sequence, a text."""
 
-    Attributes:
-        names: meanings of the values.
-    """
-
-    names: Mapping[int, str] = field(default_factory=dict)
+    names: Mapping[int, str] = field(default_factory=dict)  # meanings of the values
 
     def text(self, value: int) -> str:
         """Return the meaning of a value; an empty text in quotes."""

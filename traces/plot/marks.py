@@ -17,19 +17,14 @@ KINDS = ("broken", "rule", "stimulus", "move", "cpu")
 
 @dataclass(frozen=True, slots=True)
 class Mark:
-    """An event at an instant.
-
-    Attributes:
-        slot: number of the slot; None for the rack.
-        of_tags: whether it is about tags of the program.
-    """
+    """An event at an instant."""
 
     time_ns: int
-    slot: int | None
+    slot: int | None  # number of the slot; None for the rack
     kind: str
     label: str
     text: str
-    of_tags: bool = False
+    of_tags: bool = False  # whether it is about tags of the program
 
 
 def marks(events: Iterable[TraceEvent], start_ns: int, end_ns: int) -> list[Mark]:

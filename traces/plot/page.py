@@ -35,15 +35,10 @@ SCANS_MAX = 10_000_000
 
 
 class PackedValues(NamedTuple):
-    """The values of all scans.
+    """The values of all scans."""
 
-    Attributes:
-        kind: type of a value in the page: "Int32", "Float32", "Float64", "BigInt64" or "BigUint64".
-        differences: whether it has differences from scan to scan.
-    """
-
-    kind: str
-    differences: bool
+    kind: str  # type of a value in the page: "Int32", "Float32", "Float64", "BigInt64" or "BigUint64"
+    differences: bool  # whether it has differences from scan to scan
     curve: str
 
 

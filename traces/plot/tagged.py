@@ -36,34 +36,22 @@ C = TypeVar("C")
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """The tags of a chart.
-
-    Attributes:
-        left_out: number of recorded values that are not drawn.
-    """
+    """The tags of a chart."""
 
     signals: Sequence[Signal]
-    left_out: int
+    left_out: int  # number of recorded values that are not drawn
 
 
 @dataclass(frozen=True, slots=True)
 class TagParts(Generic[C]):
-    """The contents of the tags' panel.
+    """The contents of the tags' panel."""
 
-    Attributes:
-        curves: full names and curves of the numbers that change.
-        fractional: names of the curves whose values have fractions.
-        bands: steps and texts that change.
-        steady: BOOLs that do not change.
-        unchanged: names and values of all tags that do not change.
-    """
-
-    curves: Sequence[tuple[str, C]]
-    fractional: Sequence[str]
-    bands: Sequence[Band]
+    curves: Sequence[tuple[str, C]]  # full names and curves of the numbers that change
+    fractional: Sequence[str]  # names of the curves whose values have fractions
+    bands: Sequence[Band]  # steps and texts that change
     lanes: Sequence[Lane]
-    steady: Sequence[Lane]
-    unchanged: Sequence[tuple[str, str]]
+    steady: Sequence[Lane]  # BOOLs that do not change
+    unchanged: Sequence[tuple[str, str]]  # names and values of all tags that do not change
 
 
 def choose(trace: Trace, catalog: Catalog, selection: Selection, patterns: Sequence[str]) -> Choice:
@@ -127,17 +115,12 @@ def _changing(trace: Trace, signals: Sequence[Signal], selection: Selection) -> 
 
 
 class Steady:
-    """Checks whether a signal keeps its first value; NaN is equal to NaN.
-
-    Attributes:
-        same: whether it had one value so far.
-        first: this value; None before the first block.
-    """
+    """Checks whether a signal keeps its first value; NaN is equal to NaN."""
 
     def __init__(self, signal: Signal) -> None:
         self.signal = signal
-        self.same = True
-        self.first: Any = None
+        self.same = True  # whether it had one value so far
+        self.first: Any = None  # this value; None before the first block
 
     def add(self, values: NDArray[Any]) -> None:
         """Add the values of a block."""

@@ -34,14 +34,8 @@ class Occurrence:
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """The result of a query.
+    """The result of a query."""
 
-    Attributes:
-        aggregate: "count", "first", "last", "longest" or "shortest"; None for all occurrences.
-        count: number of occurrences, of which an aggregate returns one or none.
-        occurrences: those returned, in the order of their begins.
-    """
-
-    aggregate: str | None
-    count: int
-    occurrences: tuple[Occurrence, ...]
+    aggregate: str | None  # "count", "first", "last", "longest" or "shortest"; None for all occurrences
+    count: int  # number of occurrences, of which an aggregate returns one or none
+    occurrences: tuple[Occurrence, ...]  # those returned, in the order of their begins

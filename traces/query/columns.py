@@ -22,15 +22,11 @@ Column = Condition | Numbers
 
 @dataclass(frozen=True, slots=True)
 class Scans:
-    """The columns that a query reads.
-
-    Attributes:
-        values: columns by signal name, of the signals' own types.
-    """
+    """The columns that a query reads."""
 
     scan: NDArray[np.int64]
     time_ns: NDArray[np.int64]
-    values: Mapping[str, Array]
+    values: Mapping[str, Array]  # columns by signal name, of the signals' own types
 
     def __len__(self) -> int:
         return len(self.scan)

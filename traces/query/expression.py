@@ -27,18 +27,12 @@ class Type(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Expression:
-    """A part of a query.
-
-    Attributes:
-        column: its place in the text, from 1.
-        text: its first token, for a message.
-        evaluate: returns its values, one per scan: conditions, or `Numbers`.
-    """
+    """A part of a query."""
 
     type: Type
-    column: int
-    text: str
-    evaluate: Callable[[Scans], Any]
+    column: int  # its place in the text, from 1
+    text: str  # its first token, for a message
+    evaluate: Callable[[Scans], Any]  # returns its values, one per scan: conditions, or `Numbers`
     signals: tuple[Signal, ...] = ()
 
 

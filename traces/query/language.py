@@ -49,13 +49,9 @@ class QueryError(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Query:
-    """A parsed query.
+    """A parsed query."""
 
-    Attributes:
-        aggregate: "count", "first", "last", "longest" or "shortest"; None for all occurrences.
-    """
-
-    aggregate: str | None
+    aggregate: str | None  # "count", "first", "last", "longest" or "shortest"; None for all occurrences
     pattern: Pattern
     signals: tuple[Signal, ...]
 

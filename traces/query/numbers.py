@@ -30,15 +30,10 @@ _LEAST, _MOST = -(2**63), 2**63 - 1
 
 @dataclass(frozen=True, slots=True)
 class Numbers:
-    """A number per scan, or none.
+    """A number per scan, or none."""
 
-    Attributes:
-        values: int64, Python's integers (object) or float64.
-        none: scans without a number.
-    """
-
-    values: Array
-    none: Condition
+    values: Array  # int64, Python's integers (object) or float64
+    none: Condition  # scans without a number
 
     def __len__(self) -> int:
         return len(self.values)

@@ -25,19 +25,12 @@ Rows = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True)
 class Occurrences:
-    """Occurrences, in the order of their beginnings.
+    """Occurrences, in the order of their beginnings."""
 
-    Attributes:
-        first: row of the first scan of each.
-        last: row of the last scan of each.
-        end: row of the scan whose time is the end of each.
-        open: whether each lasted beyond the last scan of the trace.
-    """
-
-    first: Rows
-    last: Rows
-    end: Rows
-    open: Condition
+    first: Rows  # row of the first scan of each
+    last: Rows  # row of the last scan of each
+    end: Rows  # row of the scan whose time is the end of each
+    open: Condition  # whether each lasted beyond the last scan of the trace
 
     def __len__(self) -> int:
         return len(self.first)

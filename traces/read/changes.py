@@ -38,23 +38,14 @@ _MODE_CONFIG_HIGH = 0x80
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One direction of one slot in one scan.
+    """One direction of one slot in one scan."""
 
-    Attributes:
-        scan: number of the scan; None for a row of several scans.
-        now_ns: virtual time of the scan; None likewise.
-        slot: number of the slot; None for the CPU.
-        direction: "in", "out", "cpu" or "tags"; empty for several scans.
-        position: reported position, steps; None where the image has none.
-        encoder: reported count; None likewise.
-    """
-
-    scan: int | None
-    now_ns: int | None
-    slot: int | None
-    direction: str
-    position: int | None
-    encoder: int | None
+    scan: int | None  # number of the scan; None for a row of several scans
+    now_ns: int | None  # virtual time of the scan; None likewise
+    slot: int | None  # number of the slot; None for the CPU
+    direction: str  # "in", "out", "cpu" or "tags"; empty for several scans
+    position: int | None  # reported position, steps; None where the image has none
+    encoder: int | None  # reported count; None likewise
     text: str
 
 

@@ -94,18 +94,12 @@ def _slot_layout(slot: SlotInfo) -> np.dtype[np.void]:
 
 @dataclass(frozen=True, slots=True)
 class Selection:
-    """A selection of scans: those within both ranges, ends included.
+    """A selection of scans: those within both ranges, ends included."""
 
-    Attributes:
-        first: lowest scan number.
-        last: highest scan number; None = to the end.
-        end_ns: latest virtual time; None = to the end.
-    """
-
-    first: int = 0
-    last: int | None = None
+    first: int = 0  # lowest scan number
+    last: int | None = None  # highest scan number; None = to the end
     start_ns: int = 0
-    end_ns: int | None = None
+    end_ns: int | None = None  # latest virtual time; None = to the end
 
     def rows(self, columns: Columns) -> tuple[int, int]:
         """Return first row and end of the selected rows."""

@@ -31,22 +31,15 @@ from .finding import sound_summary
 
 @dataclass(frozen=True, slots=True)
 class TraceHead:
-    """The head of a trace: rack, metadata and layout.
-
-    Attributes:
-        metadata: the metadata record "scanrack".
-        slots: in the order of the memory block.
-        tags: the recorded tags, or None.
-        rest_bytes: bytes of a scan after the tags, which are ignored.
-    """
+    """The head of a trace: rack, metadata and layout."""
 
     profile: str
     library: str
-    metadata: Mapping[str, str]
-    slots: tuple[SlotInfo, ...]
+    metadata: Mapping[str, str]  # the metadata record "scanrack"
+    slots: tuple[SlotInfo, ...]  # in the order of the memory block
     channels: Mapping[str, Channel]
-    tags: TagPlan | None = None
-    rest_bytes: int = 0
+    tags: TagPlan | None = None  # the recorded tags, or None
+    rest_bytes: int = 0  # bytes of a scan after the tags, which are ignored
 
 
 def read_head(file: BinaryIO, spans: Sequence[Span]) -> TraceHead:

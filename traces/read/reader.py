@@ -50,21 +50,14 @@ ENDED = "its recording was ended from outside, or by os._exit; scanrack repair c
 
 
 class Scan(NamedTuple):
-    """One scan.
+    """One scan."""
 
-    Attributes:
-        scan: its number (modulo 2**32).
-        memory: the rack's memory block: per slot the output image, then the input image.
-        places: slot number -> offset of the slot in the memory block.
-        tags: the row of tags; empty without any.
-    """
-
-    scan: int
+    scan: int  # its number (modulo 2**32)
     now_ns: int
     flags: int
-    memory: bytes
-    places: Mapping[int, int]
-    tags: bytes = b""
+    memory: bytes  # the rack's memory block: per slot the output image, then the input image
+    places: Mapping[int, int]  # slot number -> offset of the slot in the memory block
+    tags: bytes = b""  # the row of tags; empty without any
 
     def outputs(self, slot: int) -> Image:
         """Return a copy of a slot's output image (logic to module); KeyError for no such slot."""

@@ -19,20 +19,14 @@ OVER = "over"
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """The wait of a sequence from a scan on.
-
-    Attributes:
-        file: name of the file; empty once it is over.
-        line: the line of the wait; 0 once it is over.
-        wait: the condition; empty once it is over.
-    """
+    """The wait of a sequence from a scan on."""
 
     scan: int
     now_ns: int
     sequence: str
-    file: str
-    line: int
-    wait: str
+    file: str  # name of the file; empty once it is over
+    line: int  # the line of the wait; 0 once it is over
+    wait: str  # the condition; empty once it is over
 
     @property
     def label(self) -> str:

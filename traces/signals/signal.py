@@ -39,24 +39,15 @@ class SignalKind(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Signal:
-    """A named column of a trace.
+    """A named column of a trace."""
 
-    Attributes:
-        name: its public name, such as "slot1.in.COMMAND_ERROR".
-        read: returns its values in a block, one per scan.
-        names: of kind CODE: meanings of the codes.
-        bits: of kind NUMBER: the bits of an integer; 0 for a float.
-        title: of a tag: its full name in the program, with the subscript of an element.
-        signed: of an integer: whether it has a sign.
-    """
-
-    name: str
+    name: str  # its public name, such as "slot1.in.COMMAND_ERROR"
     kind: SignalKind
-    read: Callable[[Block], Array]
-    names: Mapping[int, str] = field(default_factory=dict)
-    bits: int = 0
-    title: str = ""
-    signed: bool = True
+    read: Callable[[Block], Array]  # returns its values in a block, one per scan
+    names: Mapping[int, str] = field(default_factory=dict)  # of kind CODE: meanings of the codes
+    bits: int = 0  # of kind NUMBER: the bits of an integer; 0 for a float
+    title: str = ""  # of a tag: its full name in the program, with the subscript of an element
+    signed: bool = True  # of an integer: whether it has a sign
 
     @property
     def path(self) -> tuple[str, ...]:

@@ -27,21 +27,13 @@ SPEED_WINDOW_NS = 20_000_000
 
 @dataclass(frozen=True, slots=True)
 class Block:
-    """Some scans in a row.
+    """Some scans in a row."""
 
-    Attributes:
-        wide: their columns, with up to `margin` more scans either side where the trace has them.
-        start: first row of `wide` that belongs to the block.
-        stop: the row after its last.
-        margin: scans in half of `SPEED_WINDOW_NS`, 1 or more.
-        places: slot number -> first column of its output words.
-    """
-
-    wide: Columns
-    start: int
-    stop: int
-    margin: int
-    places: Mapping[int, int]
+    wide: Columns  # their columns, with up to `margin` more scans either side where the trace has them
+    start: int  # first row of `wide` that belongs to the block
+    stop: int  # the row after its last
+    margin: int  # scans in half of `SPEED_WINDOW_NS`, 1 or more
+    places: Mapping[int, int]  # slot number -> first column of its output words
 
     def __len__(self) -> int:
         return self.stop - self.start

@@ -55,13 +55,9 @@ Value = str | int | float | bool | None | list[int] | list[str] | Mapping[str, s
 
 @dataclass(frozen=True, slots=True)
 class Attachment:
-    """A file that travels with the trace.
+    """A file that travels with the trace."""
 
-    Attributes:
-        name: its name, without a path of this machine.
-    """
-
-    name: str
+    name: str  # its name, without a path of this machine
     data: bytes
     media_type: str = "text/plain"
 

@@ -68,25 +68,17 @@ def noting_ctrl_c() -> Iterator[Callable[[], bool]]:
 
 @dataclass(frozen=True, slots=True)
 class Session:
-    """The options of one call of the command.
-
-    Attributes:
-        runs: number of scenarios without a limit of time.
-        limit_ns: duration of the search; None = until all runs are done.
-        dask: address of a Dask scheduler, or None.
-        base: the scenario of a recording, or None.
-        quiet: print only failures.
-    """
+    """The options of one call of the command."""
 
     job: Job
     setup: Setup
     folder: Path
-    runs: int
-    limit_ns: int | None
+    runs: int  # number of scenarios without a limit of time
+    limit_ns: int | None  # duration of the search; None = until all runs are done
     jobs: int
-    dask: str | None
-    base: Scenario | None
-    quiet: bool
+    dask: str | None  # address of a Dask scheduler, or None
+    base: Scenario | None  # the scenario of a recording, or None
+    quiet: bool  # print only failures
     as_json: bool = False
 
     @property

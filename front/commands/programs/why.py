@@ -97,19 +97,13 @@ def _why_command(
 
 
 class _Answer(NamedTuple):
-    """An answer.
-
-    Attributes:
-        fault: the earlier fault of the CPU, or None.
-        notes: omissions, a sentence each.
-        when: the scan and its time, in words.
-    """
+    """An answer."""
 
     scan: int
     now_ns: int
-    fault: str | None
-    notes: Sequence[str]
-    when: str
+    fault: str | None  # the earlier fault of the CPU, or None
+    notes: Sequence[str]  # omissions, a sentence each
+    when: str  # the scan and its time, in words
     text: str
 
 

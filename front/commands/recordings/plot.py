@@ -89,17 +89,11 @@ def _plot_command(
 
 
 class _ChartContent(NamedTuple):
-    """The contents of a chart.
+    """The contents of a chart."""
 
-    Attributes:
-        slots: numbers of the slots; empty = all.
-        tags: patterns of the tags; empty = as many as fit.
-        title: text above it; None = the rack's name.
-    """
-
-    slots: Sequence[int]
-    tags: Sequence[str]
-    title: str | None
+    slots: Sequence[int]  # numbers of the slots; empty = all
+    tags: Sequence[str]  # patterns of the tags; empty = as many as fit
+    title: str | None  # text above it; None = the rack's name
 
 
 def _draw(

@@ -67,16 +67,12 @@ class CappedList(Generic[T]):
 
     Args:
         limit: most items to keep; None = all.
-
-    Attributes:
-        more: number of items that were not kept.
-        stopped: whether reading ended early, so that there may be more.
     """
 
     def __init__(self, limit: int | None) -> None:
         self.kept: list[T] = []
-        self.more = 0
-        self.stopped = False
+        self.more = 0  # number of items that were not kept
+        self.stopped = False  # whether reading ended early, so that there may be more
         self._limit = limit
 
     @property

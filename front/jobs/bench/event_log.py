@@ -12,21 +12,13 @@ from ...runtime.loop.listeners import QuietListener
 
 @dataclass(frozen=True, slots=True)
 class BenchEvent:
-    """One event.
+    """One event."""
 
-    Attributes:
-        scan: number of the scan that reported it.
-        now_ns: its time, ns since power-up.
-        slot: the module, 0 for the CPU.
-        kind: "rule", "move", "stimulus", "indicator", or the topic of an event of the CPU.
-        name: the rule's id, the move's kind, the input's name; the topic for the CPU.
-    """
-
-    scan: int
-    now_ns: int
-    slot: int
-    kind: str
-    name: str
+    scan: int  # number of the scan that reported it
+    now_ns: int  # its time, ns since power-up
+    slot: int  # the module, 0 for the CPU
+    kind: str  # "rule", "move", "stimulus", "indicator", or the topic of an event of the CPU
+    name: str  # the rule's id, the move's kind, the input's name; the topic for the CPU
     text: str
 
     def __str__(self) -> str:
@@ -35,16 +27,11 @@ class BenchEvent:
 
 
 class EventLog(QuietListener):
-    """A listener that keeps events, and ends a run on request.
-
-    Attributes:
-        told: the events, oldest first.
-        over: called after every scan; returns whether the run is over.
-    """
+    """A listener that keeps events, and ends a run on request."""
 
     def __init__(self) -> None:
-        self.told: list[BenchEvent] = []
-        self.over: Callable[[], object] = bool
+        self.told: list[BenchEvent] = []  # the events, oldest first
+        self.over: Callable[[], object] = bool  # called after every scan; returns whether the run is over
         self.cpu: Cpu
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:

@@ -13,17 +13,13 @@ from ...traces.replay import Recording
 class ScanChoice:
     """The scan of a question; the last one by default.
 
-    Attributes:
-        at: a time with its unit, such as "1.5 s", or the number of a scan.
-        until: the bit that must be true: a tag, or an address of an image.
-
     Raises:
         ValueError: more than one of them is given, or `at` is neither.
     """
 
-    at: str | None = None
+    at: str | None = None  # a time with its unit, such as "1.5 s", or the number of a scan
     scans: int | None = None
-    until: str | None = None
+    until: str | None = None  # the bit that must be true: a tag, or an address of an image
 
     def __post_init__(self) -> None:
         options = (("--at", self.at), ("--scans", self.scans), ("--until", self.until))

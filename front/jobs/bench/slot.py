@@ -15,20 +15,14 @@ from ...runtime.modules.registry import MODULES, has
 
 
 class SlotBench:
-    """A module on the bench, and its machine.
-
-    Attributes:
-        outputs: the latest output image of the program.
-        inputs: the latest input image that the program read.
-        status: the bits and values of the input image by name.
-    """
+    """A module on the bench, and its machine."""
 
     def __init__(self, slot: Slot, run_for: Callable[[str], None], now_ns: Callable[[], int]) -> None:
         self.number = slot.number
-        self.outputs: Image = slot.outputs
-        self.inputs: Image = slot.inputs
+        self.outputs: Image = slot.outputs  # the latest output image of the program
+        self.inputs: Image = slot.inputs  # the latest input image that the program read
         self._slot = slot
-        self.status: Any = self._view(slot)
+        self.status: Any = self._view(slot)  # the bits and values of the input image by name
         self._run_for, self._now_ns = run_for, now_ns
         self._module: Any = slot.module
         self._device: Any = getattr(slot.module, "module", slot.module)  # inside of incidents

@@ -58,27 +58,17 @@ WORD_RANGES = {
 
 @dataclass(frozen=True, slots=True)
 class Write:
-    """An instruction that writes an output word of a 3601.
-
-    Attributes:
-        word: 0 to 7.
-        sets: bits that it may set.
-        clears: bits that it may clear.
-        known: whether the bits that it sets are known.
-        first_scan: whether its rung needs the first scan.
-        status: bits of input word 0 that its rung needs.
-        command: bits of output word 0 that its rung needs.
-    """
+    """An instruction that writes an output word of a 3601."""
 
     place: FileLine
     slot: int
-    word: int
-    sets: int
-    clears: int
-    known: bool = True
-    first_scan: bool = False
-    status: int = 0
-    command: int = 0
+    word: int  # 0 to 7
+    sets: int  # bits that it may set
+    clears: int  # bits that it may clear
+    known: bool = True  # whether the bits that it sets are known
+    first_scan: bool = False  # whether its rung needs the first scan
+    status: int = 0  # bits of input word 0 that its rung needs
+    command: int = 0  # bits of output word 0 that its rung needs
 
     def takes_back(self, bit: int) -> bool:
         """Whether this clears a command bit after the command has been given."""

@@ -41,27 +41,19 @@ class Finding:
 
 @dataclass(frozen=True, slots=True)
 class CheckReport:
-    """The result of a check.
-
-    Attributes:
-        not_seen: sentences about unknown facts.
-    """
+    """The result of a check."""
 
     findings: tuple[Finding, ...]
-    not_seen: tuple[str, ...]
+    not_seen: tuple[str, ...]  # sentences about unknown facts
 
 
 @dataclass(frozen=True, slots=True)
 class Subject:
-    """A rack with the facts of its program.
-
-    Attributes:
-        lines: of the rack file; None for a rack in Python.
-    """
+    """A rack with the facts of its program."""
 
     job: Job
     facts: Facts
-    lines: KeyLines | None
+    lines: KeyLines | None  # of the rack file; None for a rack in Python
 
     def place(self, *path: str | int) -> FileLine:
         """Return file and line of a key of the rack file; line 1 for a rack in Python."""
@@ -168,13 +160,9 @@ def _remarks(field: str) -> Callable[[Subject], Iterator[Violation]]:
 
 
 class Rule(NamedTuple):
-    """A rule.
+    """A rule."""
 
-    Attributes:
-        id: its name on the command line and in JSON.
-    """
-
-    id: str
+    id: str  # its name on the command line and in JSON
     words: str
     check: Callable[[Subject], Iterator[Violation]]
 

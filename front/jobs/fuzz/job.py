@@ -45,15 +45,11 @@ AROUND_NS = 200_000_000
 
 @dataclass(frozen=True, slots=True)
 class Setup:
-    """The subject of a search, in a form that can be sent to a worker.
-
-    Attributes:
-        checks: standard invariants by name.
-    """
+    """The subject of a search, in a form that can be sent to a worker."""
 
     rack: str
     invariants: tuple[Path, ...]
-    checks: tuple[str, ...]
+    checks: tuple[str, ...]  # standard invariants by name
     scans: int
     kinds: frozenset[Kind]
     notes: Path

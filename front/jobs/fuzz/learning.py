@@ -26,15 +26,10 @@ SCENARIO = "scenario.json"
 
 
 class LearnedScenario(NamedTuple):
-    """The results of a recording.
+    """The results of a recording."""
 
-    Attributes:
-        rack: path of a rack file without events by time.
-        scenario: the events by time.
-    """
-
-    rack: Path
-    scenario: Scenario
+    rack: Path  # path of a rack file without events by time
+    scenario: Scenario  # the events by time
     scans: int
 
 

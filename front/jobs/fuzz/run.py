@@ -85,22 +85,14 @@ class BrokenInvariant:
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """The result of a run.
-
-    Attributes:
-        rules: number of firings of each rule of the manual, by id.
-        broken: the first invariant that did not hold, or None.
-        spent: parts of its time, ns.
-        applied: names of the invariants that had something to check.
-        printed: number of lines that the program printed, which are not shown.
-    """
+    """The result of a run."""
 
     scans: int
-    rules: Mapping[str, int]
-    broken: BrokenInvariant | None = None
-    spent: Mapping[str, int] = field(default_factory=dict, compare=False)
-    applied: frozenset[str] = frozenset()
-    printed: int = 0
+    rules: Mapping[str, int]  # number of firings of each rule of the manual, by id
+    broken: BrokenInvariant | None = None  # the first invariant that did not hold, or None
+    spent: Mapping[str, int] = field(default_factory=dict, compare=False)  # parts of its time, ns
+    applied: frozenset[str] = frozenset()  # names of the invariants that had something to check
+    printed: int = 0  # number of lines that the program printed, which are not shown
 
 
 class _TimedLogic(LogicWrapper):

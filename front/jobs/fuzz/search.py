@@ -32,15 +32,11 @@ SPENT = (PROGRAM, RUNNING, ASKING, BUILDING, DRAWING, CONFIRMING)
 
 @dataclass(frozen=True, slots=True)
 class Counterexample:
-    """A scenario in which an invariant is broken.
-
-    Attributes:
-        after: number of runs until its first failure.
-    """
+    """A scenario in which an invariant is broken."""
 
     scenario: Scenario
     broken: BrokenInvariant
-    after: int
+    after: int  # number of runs until its first failure
 
 
 @dataclass(slots=True)

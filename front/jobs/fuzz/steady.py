@@ -73,14 +73,10 @@ PATH_READS = {"open", "read_text", "read_bytes", "exists", "is_file", "is_dir", 
 
 
 class Uses:
-    """A program's observed sources of differences.
-
-    Attributes:
-        seen: by source, the first place that uses it, such as "line.py:12".
-    """
+    """A program's observed sources of differences."""
 
     def __init__(self) -> None:
-        self.seen: dict[str, str] = {}
+        self.seen: dict[str, str] = {}  # by source, the first place that uses it, such as "line.py:12"
         self._seeded = False
 
     def __str__(self) -> str:

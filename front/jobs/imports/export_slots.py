@@ -24,22 +24,14 @@ STEPPER = "amci3601"
 
 @dataclass(frozen=True, slots=True)
 class ExportSlot:
-    """A slot of an export.
+    """A slot of an export."""
 
-    Attributes:
-        number: from 1.
-        name: name of the module, "" without one.
-        tags: names and sizes of its inputs and outputs.
-        module: its name in a rack file, None if it is not simulated.
-        why: the reason for that choice, "" if its catalog number decides.
-    """
-
-    number: int
+    number: int  # from 1
     catalog: str
-    name: str = ""
-    tags: str = ""
-    module: str | None = None
-    why: str = ""
+    name: str = ""  # name of the module, "" without one
+    tags: str = ""  # names and sizes of its inputs and outputs
+    module: str | None = None  # its name in a rack file, None if it is not simulated
+    why: str = ""  # the reason for that choice, "" if its catalog number decides
 
     def __str__(self) -> str:
         return f"slot {self.number}: {f'{self.catalog} {self.name}'.strip() or 'a module'}"

@@ -11,14 +11,10 @@ from ...io_images.module_words import ModuleWords
 
 @dataclass(frozen=True, slots=True)
 class BareSlot:
-    """A slot without a module.
-
-    Attributes:
-        inputs: the input image, all 0.
-    """
+    """A slot without a module."""
 
     words: ModuleWords
-    inputs: Image = field(default_factory=Image)
+    inputs: Image = field(default_factory=Image)  # the input image, all 0
     outputs: Image = field(default_factory=Image)
 
 

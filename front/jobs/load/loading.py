@@ -44,25 +44,16 @@ RACK_FUNCTION = "rack"
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """A rack and its program, ready to run.
-
-    Attributes:
-        logic: the function that is called once per scan.
-        logic_name: its origin, `file:function`.
-        rack_file: for a rack in Python it may be the program, too.
-        rack_name: the rack file's name, with the function of one in Python.
-        retained: the file of the ladder program's initial tags; None without one.
-        notices: differences of program and rack from an export, a sentence for each.
-    """
+    """A rack and its program, ready to run."""
 
     spec: RackSpec
-    logic: ScanLogic
-    logic_name: str
+    logic: ScanLogic  # the function that is called once per scan
+    logic_name: str  # its origin, `file:function`
     program: Path
-    rack_file: Path
-    rack_name: str
-    retained: bytes | None = None
-    notices: tuple[str, ...] = ()
+    rack_file: Path  # for a rack in Python it may be the program, too
+    rack_name: str  # the rack file's name, with the function of one in Python
+    retained: bytes | None = None  # the file of the ladder program's initial tags; None without one
+    notices: tuple[str, ...] = ()  # differences of program and rack from an export, a sentence for each
 
     @property
     def warnings(self) -> tuple[str, ...]:

@@ -79,19 +79,14 @@ FORMS = {
 
 @dataclass(frozen=True, slots=True)
 class LoadedProgram:
-    """A function from a file.
-
-    Attributes:
-        notices: differences from an export, a sentence for each.
-        modules: records of the modules of an export.
-    """
+    """A function from a file."""
 
     path: Path
     name: str
     function: Callable[..., Any]
     data: bytes
-    notices: tuple[str, ...] = ()
-    modules: tuple[ModuleRecord | SlotRecord, ...] = ()
+    notices: tuple[str, ...] = ()  # differences from an export, a sentence for each
+    modules: tuple[ModuleRecord | SlotRecord, ...] = ()  # records of the modules of an export
 
     @property
     def source(self) -> str:

@@ -14,16 +14,11 @@ INDICATORS = "/indicators"
 
 @dataclass(frozen=True, slots=True)
 class LinkChange:
-    """A link that is lost or restored.
+    """A link that is lost or restored."""
 
-    Attributes:
-        scan: number of the first scan that sees it.
-        good: the PLC reaches the module from then on.
-    """
-
-    scan: int
+    scan: int  # number of the first scan that sees it
     now_ns: int
-    good: bool
+    good: bool  # the PLC reaches the module from then on
 
 
 def link_changes(events: Iterable[TraceEvent], slot: int) -> list[LinkChange]:

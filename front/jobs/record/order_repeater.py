@@ -39,16 +39,13 @@ class OrderRepeater(QuietListener):
 
     Args:
         hands: carries them out.
-
-    Attributes:
-        refused: orders that could not be carried out, as sentences.
     """
 
     def __init__(self, cpu: Cpu, hands: Hands, orders: Iterable[RecordedOrder]) -> None:
         self._cpu, self._hands = cpu, hands
         self._orders: Sequence[RecordedOrder] = sorted(orders, key=lambda each: each.scan)
         self._next = 0
-        self.refused: list[str] = []
+        self.refused: list[str] = []  # orders that could not be carried out, as sentences
 
     def begin(self) -> None:
         """Give the orders before scan 0."""

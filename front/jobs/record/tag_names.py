@@ -29,17 +29,12 @@ PLAIN_TYPES: Mapping[type, str] = {bool: "BOOL", int: "LINT", float: "LREAL", st
 
 @dataclass(frozen=True, slots=True)
 class NamedValue:
-    """A value of a Python program.
-
-    Attributes:
-        type: BOOL, LINT, LREAL, ENUM or TEXT.
-        members: of an ENUM: its members in order.
-    """
+    """A value of a Python program."""
 
     name: str
-    type: str
+    type: str  # BOOL, LINT, LREAL, ENUM or TEXT
     source: str
-    members: tuple[Enum, ...] = field(default=())
+    members: tuple[Enum, ...] = field(default=())  # of an ENUM: its members in order
 
 
 def namespace_of(logic: ScanLogic) -> dict[str, Any]:

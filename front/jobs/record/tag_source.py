@@ -30,28 +30,19 @@ Pending = list[tuple[str, Mapping[str, str | int]]]
 
 @dataclass(frozen=True, slots=True)
 class RecordedTag:
-    """A tag and the expression that reads it.
-
-    Attributes:
-        source: the expression; of a TEXT the arguments of the function that returns its code.
-        codes: of an ENUM: its codes by value of the member.
-    """
+    """A tag and the expression that reads it."""
 
     tag: Tag
-    source: str
-    codes: Mapping[Any, int] = field(default_factory=dict)
+    source: str  # the expression; of a TEXT the arguments of the function that returns its code
+    codes: Mapping[Any, int] = field(default_factory=dict)  # of an ENUM: its codes by value of the member
 
 
 class TextCodes:
-    """Numbers the texts of a run in the order of their first appearance.
-
-    Attributes:
-        pending: messages of the last scan.
-    """
+    """Numbers the texts of a run in the order of their first appearance."""
 
     def __init__(self, pending: Pending) -> None:
         self._codes: dict[str, int] = {}
-        self.pending = pending
+        self.pending = pending  # messages of the last scan
         self._full = False
 
     def code(self, name: str, text: str) -> int:

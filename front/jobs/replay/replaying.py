@@ -50,9 +50,6 @@ class Replay:
 
     Args:
         spec: the rack; its modules answer to the recorded outputs.
-
-    Attributes:
-        notes: restrictions of the replay, in words.
     """
 
     def __init__(
@@ -66,7 +63,7 @@ class Replay:
         directions = {Into.MODULE: ("in",), Into.PROGRAM: ("out",), Into.RACK: ("in", "out")}[into]
         self._orders: TagOrders | None = None
         self._images: list[Image] = [(slot, direction) for slot in slots for direction in directions]
-        self.notes = list(_assumptions(into, self._score))
+        self.notes = list(_assumptions(into, self._score))  # restrictions of the replay, in words
         if into is not Into.MODULE:
             self.notes += edit_notes(recording.events)
             self._orders = TagOrders(self._score, recording.events)

@@ -31,18 +31,13 @@ NO_TAGS: Mapping[str, list[str]] = MappingProxyType({"new": [], "changed": [], "
 
 @dataclass(frozen=True, slots=True)
 class ProgramEdit:
-    """An edit of the running program.
-
-    Attributes:
-        at_ns: time of the first scan after it.
-        tags: new, changed and removed ones.
-    """
+    """An edit of the running program."""
 
     number: int
-    at_ns: int
+    at_ns: int  # time of the first scan after it
     name: str
     text: str
-    tags: Mapping[str, list[str]]
+    tags: Mapping[str, list[str]]  # new, changed and removed ones
 
 
 class RunProgram:

@@ -29,17 +29,12 @@ from ..record.link_losses import LinkChange
 
 @dataclass(frozen=True, slots=True)
 class Score:
-    """The scans to repeat.
-
-    Attributes:
-        times: virtual times, ns.
-        forces: number of a scan -> all forces in effect from it on, by address.
-    """
+    """The scans to repeat."""
 
     numbers: Sequence[int]
-    times: Sequence[int]
+    times: Sequence[int]  # virtual times, ns
     flags: Sequence[int]
-    forces: Mapping[int, Mapping[str, int]]
+    forces: Mapping[int, Mapping[str, int]]  # number of a scan -> all forces in effect from it on, by address
 
     def mode(self, row: int) -> CpuMode:
         """Return the mode of a scan."""
@@ -169,16 +164,12 @@ def recorded_outputs(score: Score, memory: Sequence[bytes]) -> ScanLogic:
 
 @dataclass(frozen=True, slots=True)
 class Stimulus:
-    """A stimulus of a recording.
-
-    Attributes:
-        energised: its level from then on; None = controlled by the machine's switch or station.
-    """
+    """A stimulus of a recording."""
 
     at_ns: int
     slot: int
     input: InputBit
-    energised: bool | None
+    energised: bool | None  # its level from then on; None = controlled by the machine's switch or station
 
 
 def stimulated(machine: MachineSpec, stimuli: Iterable[Stimulus], *, switches: bool = True) -> MachineSpec:

@@ -24,13 +24,9 @@ RULES_OF_START = frozenset({"CER-01", "POS-01"})
 
 @dataclass(slots=True)
 class SeenError:
-    """A rule of the manual that set an error bit.
+    """A rule of the manual that set an error bit."""
 
-    Attributes:
-        sentence: the rule, with its bits, its words and the first scan that shows it.
-    """
-
-    sentence: str
+    sentence: str  # the rule, with its bits, its words and the first scan that shows it
     count: int = 0
 
 
@@ -90,38 +86,25 @@ class MoveCount:
 
 @dataclass(frozen=True, slots=True)
 class ErrorCount:
-    """An error of a module.
-
-    Attributes:
-        rule: of the manual, such as "CMD-03"; for an adapter the kind of its observation.
-        text: the rule, with its bits, its words and the first scan that shows it.
-    """
+    """An error of a module."""
 
     slot: JsonValue
-    rule: JsonValue
-    text: str
+    rule: JsonValue  # of the manual, such as "CMD-03"; for an adapter the kind of its observation
+    text: str  # the rule, with its bits, its words and the first scan that shows it
     count: int
 
 
 @dataclass(frozen=True, slots=True)
 class RunResult:
-    """The result of a run.
-
-    Attributes:
-        time_ns: their machine time, ns.
-        moves: by slot, kind and outcome; one in progress at the end says so.
-        errors: the first one first.
-        every_start: errors of every start, see `RULES_OF_START`.
-        trace: path of the recording; None without one.
-    """
+    """The result of a run."""
 
     scans: int
-    time_ns: int
-    moves: list[MoveCount]
-    errors: list[ErrorCount]
-    every_start: list[ErrorCount]
+    time_ns: int  # their machine time, ns
+    moves: list[MoveCount]  # by slot, kind and outcome; one in progress at the end says so
+    errors: list[ErrorCount]  # the first one first
+    every_start: list[ErrorCount]  # errors of every start, see `RULES_OF_START`
     hints: list[str]
-    trace: Path | None
+    trace: Path | None  # path of the recording; None without one
 
 
 def result_of(run: JobRun, tally: Tally, trace: Path | None) -> RunResult:

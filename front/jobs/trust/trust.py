@@ -38,16 +38,11 @@ class Use(StrEnum):
 
 
 class RunFiles(NamedTuple):
-    """The files that a run starts from, by name.
-
-    Attributes:
-        program: None if it is in the rack file, or not the trace's.
-        retained: the initial tags of the program; None for its own.
-    """
+    """The files that a run starts from, by name."""
 
     rack: str
-    program: str | None
-    retained: str | None = None
+    program: str | None  # None if it is in the rack file, or not the trace's
+    retained: str | None = None  # the initial tags of the program; None for its own
 
 
 def admitted(files: Mapping[str, bytes], given: RunFiles, *, trust: bool) -> dict[str, bytes]:

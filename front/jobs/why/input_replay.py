@@ -25,11 +25,6 @@ class InputReplay(QuietListener):
         recording: the inputs, and the expected outputs.
         last: row of the last scan to run.
         over: called after each scan; returns whether it was the last one.
-
-    Attributes:
-        row: the present scan; after the run the next one.
-        departs: row of the first scan with other outputs than recorded, or None.
-        met: whether `over` has ended it.
     """
 
     def __init__(
@@ -41,9 +36,9 @@ class InputReplay(QuietListener):
         self._memory = self._rack.memory
         self._spans = [slice(at, at + IMAGE_BYTES) for at in range(0, len(self._memory), SLOT_BYTES)]
         self._stop: Callable[[], None] = lambda: None
-        self.row = 0
-        self.departs: int | None = None
-        self.met = False
+        self.row = 0  # the present scan; after the run the next one
+        self.departs: int | None = None  # row of the first scan with other outputs than recorded, or None
+        self.met = False  # whether `over` has ended it
 
     def play(self, logic: ScanLogic, orders: TagOrders | None = None) -> list[str]:
         """Run a program; a fault ends the run, as in the recording. Return the refused orders.

@@ -37,15 +37,10 @@ LOOKED_AT = 20_000
 
 @dataclass(frozen=True, slots=True)
 class Load:
-    """The means to load the program again.
+    """The means to load the program again."""
 
-    Attributes:
-        program: its file; modules imported from its folder are imported again, too.
-        logic: returns a fresh instance.
-    """
-
-    program: Path
-    logic: Callable[[], ScanLogic]
+    program: Path  # its file; modules imported from its folder are imported again, too
+    logic: Callable[[], ScanLogic]  # returns a fresh instance
 
     @property
     def folder(self) -> Path:
@@ -55,25 +50,15 @@ class Load:
 
 @dataclass(frozen=True, slots=True)
 class TracedChange:
-    """A change that a line made.
+    """A change that a line made."""
 
-    Attributes:
-        line: number 0 if no line of the user's program made it.
-        before: the watched value before.
-        after: the watched value after.
-        stands: the conditions around the line.
-        values: values of the names in them and in the line, when the line began.
-        masks: the program's reads until then, see `Reads.masks`.
-        senders: if no line made it: the commands of the program's axes.
-    """
-
-    line: Line
-    before: Any
-    after: Any
-    stands: Stands
-    values: Mapping[str, str]
-    masks: Mapping[tuple[int, int], int]
-    senders: Sequence[Sender] = ()
+    line: Line  # number 0 if no line of the user's program made it
+    before: Any  # the watched value before
+    after: Any  # the watched value after
+    stands: Stands  # the conditions around the line
+    values: Mapping[str, str]  # values of the names in them and in the line, when the line began
+    masks: Mapping[tuple[int, int], int]  # the program's reads until then, see `Reads.masks`
+    senders: Sequence[Sender] = ()  # if no line made it: the commands of the program's axes
 
 
 @dataclass(slots=True)
@@ -140,11 +125,7 @@ def fresh(load: Load) -> Iterator[ScanLogic]:
 
 
 class _TracedLogic(LogicWrapper):
-    """A logic that is traced in some scans.
-
-    Attributes:
-        following: the run that it belongs to.
-    """
+    """A logic that is traced in some scans."""
 
     def __init__(
         self, logic: ScanLogic, rows: frozenset[int], read: Callable[[], Any] | None, program: Path
@@ -156,7 +137,7 @@ class _TracedLogic(LogicWrapper):
         self._reads.counts = lambda: self._lines.in_program
         self._values: dict[Line, dict[str, str]] = {}
         self._looked = 0
-        self.following: InputReplay
+        self.following: InputReplay  # the run that it belongs to
         self.found = Again(value=None if read is None else read())
 
     def __call__(self, scan: LogicScan) -> None:

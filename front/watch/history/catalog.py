@@ -34,18 +34,12 @@ COLUMNS = range(40, 161)
 
 @dataclass(frozen=True, slots=True)
 class PageRoutine:
-    """A routine that a page shows.
-
-    Attributes:
-        rungs: by number; none of structured text.
-        lines: numbers of its lines of structured text.
-        names: its tags.
-    """
+    """A routine that a page shows."""
 
     name: str
-    rungs: Mapping[int, Rung]
-    lines: tuple[int, ...]
-    names: tuple[str, ...]
+    rungs: Mapping[int, Rung]  # by number; none of structured text
+    lines: tuple[int, ...]  # numbers of its lines of structured text
+    names: tuple[str, ...]  # its tags
 
     def power(self, truths: Truths) -> dict[str, str]:
         """Return the power of its rungs and lines, see `ladder.draw.power`."""

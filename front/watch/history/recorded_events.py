@@ -33,9 +33,6 @@ class RecordedEvents:
 
     Args:
         trace: the recording, which may be growing: its owner follows it.
-
-    Attributes:
-        edits: scans before which the program was edited, as far as read.
     """
 
     def __init__(self, trace: Trace) -> None:
@@ -44,7 +41,7 @@ class RecordedEvents:
         self._looked_at = -1
         self._latest: tuple[int | None, int, Json, list[Json]] = (None, 0, {}, [])
         self.read = 0
-        self.edits: set[int] = set()
+        self.edits: set[int] = set()  # scans before which the program was edited, as far as read
         self._find()
 
     def _find(self) -> None:

@@ -12,15 +12,11 @@ PER_SLOT = 3
 
 
 class MachineFigures:
-    """Reads the machines of a rack; see `runtime.live.tap.Figures`.
-
-    Attributes:
-        slots: the slots with a readable machine, `PER_SLOT` numbers each.
-    """
+    """Reads the machines of a rack; see `runtime.live.tap.Figures`."""
 
     def __init__(self, rack: Rack) -> None:
         self._machines: list[ModuleWithFigures] = []
-        self.slots: list[int] = []
+        self.slots: list[int] = []  # the slots with a readable machine, `PER_SLOT` numbers each
         for slot in rack.slots.values():
             module: Any = slot.module
             device = getattr(module, "module", module)  # inside of incidents

@@ -45,23 +45,16 @@ STRIP_FIRST = 2048
 
 @dataclass(frozen=True, slots=True)
 class About:
-    """Facts of a session or a recording beside its rack.
-
-    Attributes:
-        path: of the rack file, or of the trace.
-        live: there are real ports.
-        record: path of the permanent recording, or None.
-        branches: whether a page may begin a branch.
-    """
+    """Facts of a session or a recording beside its rack."""
 
     version: str
     name: str
-    path: str
+    path: str  # of the rack file, or of the trace
     kind: str
     read_only: bool
-    live: bool
-    record: str | None
-    branches: bool = False
+    live: bool  # there are real ports
+    record: str | None  # path of the permanent recording, or None
+    branches: bool = False  # whether a page may begin a branch
 
 
 class Subject:
@@ -123,19 +116,14 @@ class Subject:
 
 
 class Monitor(ABC):
-    """The source of pages.
-
-    Attributes:
-        latest: the row of the latest scan; None before the first.
-        over: whether the server is to end.
-    """
+    """The source of pages."""
 
     def __init__(self, about: About, subject: Subject, states: States) -> None:
         self.about, self.subject, self.states = about, subject, states
         self.pages: list[Page] = []
         self.elsewhere = Elsewhere()
-        self.latest: Row | None = None
-        self.over = False
+        self.latest: Row | None = None  # the row of the latest scan; None before the first
+        self.over = False  # whether the server is to end
 
     # --- differences between a session and a recording
 

@@ -20,32 +20,21 @@ SECOND_NS = 1_000_000_000
 
 
 class Page:
-    """An open page.
-
-    Attributes:
-        program: the program that it has received; None before its first message.
-        watched: tags that it shows beside those of the routine.
-        lanes: tags in its timing strip.
-        lanes_at: the last scan of their lanes; None before the first frame.
-        past: the scan that it shows; None = the latest.
-        place: the last row in `Recent` of its strip; None before the first frame.
-        events: number of its next event; None before the first frame.
-        due: set when there is something to send.
-    """
+    """An open page."""
 
     def __init__(self) -> None:
-        self.program: Stretch | None = None
+        self.program: Stretch | None = None  # the program that it has received; None before its first message
         self.shown: PageRoutine = NOTHING_SHOWN
-        self.watched: tuple[str, ...] = ()
-        self.lanes: tuple[str, ...] = ()
-        self.lanes_at: int | None = None
-        self.past: int | None = None
+        self.watched: tuple[str, ...] = ()  # tags that it shows beside those of the routine
+        self.lanes: tuple[str, ...] = ()  # tags in its timing strip
+        self.lanes_at: int | None = None  # the last scan of their lanes; None before the first frame
+        self.past: int | None = None  # the scan that it shows; None = the latest
         self.row: Row | None = None
-        self.place: int | None = None
-        self.events: int | None = None
+        self.place: int | None = None  # the last row in `Recent` of its strip; None before the first frame
+        self.events: int | None = None  # number of its next event; None before the first frame
         self.last: Json = {}
         self.outbox: deque[Json] = deque()
-        self.due = asyncio.Event()
+        self.due = asyncio.Event()  # set when there is something to send
         self._times: deque[int] = deque(maxlen=ORDERS_PER_SECOND)
 
     def begin_anew(self) -> None:

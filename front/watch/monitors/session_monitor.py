@@ -33,28 +33,17 @@ SPEED_ROWS = 512
 
 
 class SessionProgram(NamedTuple):
-    """A program of the session.
-
-    Attributes:
-        place: folder of a copy of its files.
-        rack: the rack file in it, `path[:function]`.
-        program: the program in it, `path[:function]`.
-    """
+    """A program of the session."""
 
     first: int
-    place: str
-    rack: str
-    program: str
+    place: str  # folder of a copy of its files
+    rack: str  # the rack file in it, `path[:function]`
+    program: str  # the program in it, `path[:function]`
 
 
 @dataclass(frozen=True, slots=True)
 class Setup:
-    """The scan process's data for a monitor.
-
-    Attributes:
-        trace: path of the recording, which may be a temporary one.
-        programs: those that have run so far, the latest last.
-    """
+    """The scan process's data for a monitor."""
 
     shape: RingShape
     about: About
@@ -62,8 +51,8 @@ class Setup:
     host: str
     port: int
     machines: tuple[int, ...]
-    trace: str
-    programs: tuple[SessionProgram, ...]
+    trace: str  # path of the recording, which may be a temporary one
+    programs: tuple[SessionProgram, ...]  # those that have run so far, the latest last
     started: int = 0
 
 

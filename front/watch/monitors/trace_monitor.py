@@ -35,18 +35,12 @@ IMPURE = (
 
 
 class Source(NamedTuple):
-    """A program of a recording.
-
-    Attributes:
-        logic: None if the trace lacks it, or it must not be run.
-        file: of the program; None without one.
-        lacks: why it can't be shown; "" if it can.
-    """
+    """A program of a recording."""
 
     first: int
-    logic: ScanLogic | None
-    file: Path | None
-    lacks: str = ""
+    logic: ScanLogic | None  # None if the trace lacks it, or it must not be run
+    file: Path | None  # of the program; None without one
+    lacks: str = ""  # why it can't be shown; "" if it can
 
 
 class TraceMonitor(Monitor):

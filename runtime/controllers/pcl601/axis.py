@@ -29,10 +29,6 @@ MSPS = 1000
 class SimulatedPcl601Axis:
     """One axis.
 
-    Attributes:
-        kind: the present activity, None when idle.
-        direction: of the present or last motion, +1 or -1.
-
     Args:
         values: the registers; position and encoder are counted in them.
         report: sets an error bit.
@@ -47,8 +43,8 @@ class SimulatedPcl601Axis:
         report: Callable[[Error], None],
         retries_failed: Callable[[], None],
     ) -> None:
-        self.kind: AxisActivity | None = None
-        self.direction = 1
+        self.kind: AxisActivity | None = None  # the present activity, None when idle
+        self.direction = 1  # of the present or last motion, +1 or -1
         self.fly = OutputOnFly()
         self.jog = JogInputs(pins, motor)
         self.speeds = Pcl601Speeds(values)

@@ -38,12 +38,6 @@ class Aim(Enum):
 class Pcl601Controller:
     """A PCL601 without its line.
 
-    Attributes:
-        motor: the motor that it turns.
-        outputs: output register, bit 0 is output 1.
-        runner: the stored program, None if the memory is empty.
-        autorun: whether the program starts at power-up; non-volatile.
-
     Args:
         wiring: SW2 and the thumbwheel.
     """
@@ -51,14 +45,14 @@ class Pcl601Controller:
     def __init__(self, encoder: EncoderModel | None = None, wiring: Wiring | None = None) -> None:
         self.values = Values()
         self.pins = Pcl601Pins()
-        self.motor = Motor(encoder)
+        self.motor = Motor(encoder)  # the motor that it turns
         self.inputs = Inputs(self.pins, self.motor, wiring or Wiring(), self.values, self.report)
         self.axis = SimulatedPcl601Axis(self.values, self.pins, self.motor, self.report, self._retries_failed)
         self.protocol = Protocol.MODBUS
-        self.outputs = 0
+        self.outputs = 0  # output register, bit 0 is output 1
         self.errors = NO_ERROR
-        self.runner: ProgramRunner | None = None
-        self.autorun = False
+        self.runner: ProgramRunner | None = None  # the stored program, None if the memory is empty
+        self.autorun = False  # whether the program starts at power-up; non-volatile
         self._aim = Aim.STEPS
         self._last_distance = 0
         self._sent = bytearray()

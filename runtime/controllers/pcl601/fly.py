@@ -20,18 +20,12 @@ REMEMBERED = 100_000
 
 
 class OutputOnFly:
-    """Output 1 during index moves.
-
-    Attributes:
-        next_position: of the next pulse, None if no more are due.
-        positions: position register at each pulse so far.
-        until_ns: end of the present pulse, None between pulses.
-    """
+    """Output 1 during index moves."""
 
     def __init__(self) -> None:
-        self.next_position: int | None = None
-        self.positions: deque[int] = deque(maxlen=REMEMBERED)
-        self.until_ns: int | None = None
+        self.next_position: int | None = None  # of the next pulse, None if no more are due
+        self.positions: deque[int] = deque(maxlen=REMEMBERED)  # position register at each pulse so far
+        self.until_ns: int | None = None  # end of the present pulse, None between pulses
         self._spacing = 0
         self._left = 0
 

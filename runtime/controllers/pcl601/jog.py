@@ -10,15 +10,12 @@ from .pins import Pcl601Pins
 class JogInputs:
     """Jog +, Jog - and Fast Jog.
 
-    Attributes:
-        allowed: whether they have an effect.
-
     Args:
         motor: its position operates contacts.
     """
 
     def __init__(self, pins: Pcl601Pins, motor: Motor) -> None:
-        self.allowed = True
+        self.allowed = True  # whether they have an effect
         self._pins, self._motor = pins, motor
         self._released = True
 

@@ -31,15 +31,12 @@ class EncoderModel:
 class Motor:
     """The motor's position, and its encoder.
 
-    Attributes:
-        position: physical position, steps; 0 at the start.
-
     Args:
         encoder: on its shaft, None without one.
     """
 
     def __init__(self, encoder: EncoderModel | None = None) -> None:
-        self.position = 0
+        self.position = 0  # physical position, steps; 0 at the start
         self._ratio = 0
         self._before = self._losing = 0
         self._index_losses = 0

@@ -37,13 +37,7 @@ class MotorActivity(Enum):
 
 
 class ExtStop:
-    """One external stop.
-
-    Attributes:
-        flag: bit of status register 1.
-        bit: in the values of f and J.
-        blocks: the direction in which steps are refused while it is active (reading).
-    """
+    """One external stop."""
 
     __slots__ = ("_memory", "_pins", "bit", "blocks", "flag", "pin")
 
@@ -53,9 +47,9 @@ class ExtStop:
         self._memory = memory
         self._pins = pins
         self.pin = pin
-        self.flag = flag
-        self.bit = bit
-        self.blocks = blocks
+        self.flag = flag  # bit of status register 1
+        self.bit = bit  # in the values of f and J
+        self.blocks = blocks  # the direction in which steps are refused while it is active (reading)
 
     @property
     def armed(self) -> bool:
@@ -70,13 +64,7 @@ class ExtStop:
 
 
 class SimulatedPmc006Axis:
-    """The motor, at rest at physical position 0.
-
-    Attributes:
-        physical: steps since power-up, signed; only steps change it.
-        flags: latched EXT1 and EXT2 emergency stops, as in status register 1.
-        stalled: the encoder has reported a stall since the last start.
-    """
+    """The motor, at rest at physical position 0."""
 
     def __init__(self, memory: Memory, pins: Pmc006Pins) -> None:
         self._memory = memory
@@ -87,9 +75,9 @@ class SimulatedPmc006Axis:
         self._zero = 0  # physical position at which the position register reads 0
         self._stroke = self._retreated = 0
         self.doing = MotorActivity.IDLE
-        self.physical = 0
-        self.flags = Status1(0)
-        self.stalled = False
+        self.physical = 0  # steps since power-up, signed; only steps change it
+        self.flags = Status1(0)  # latched EXT1 and EXT2 emergency stops, as in status register 1
+        self.stalled = False  # the encoder has reported a stall since the last start
 
     # -- state -------------------------------------------------------------------------------
 

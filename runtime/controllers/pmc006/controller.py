@@ -31,9 +31,6 @@ Handler = Callable[["Pmc006Controller", int], int]
 class Pmc006Controller:
     """A controller at power-up, at t = 0.
 
-    Attributes:
-        supply_v: supply voltage, V.
-
     Args:
         address: in the EEPROM, 1 to 120, or 255 as from the factory.
         program: in the EEPROM; it does not start by itself.
@@ -62,7 +59,7 @@ class Pmc006Controller:
         self.interpreter: Interpreter = Interpreter(self)
         self.pins.on_change = self._on_pins
         self.gpio = Gpio.GPIO8
-        self.supply_v = 24.0
+        self.supply_v = 24.0  # supply voltage, V
         self.overheated = False
         self.now_ns = 0
 

@@ -41,17 +41,12 @@ Progress = Callable[[int], None]
 
 
 class LinkError(Exception):
-    """The exchange between this program and the controller failed.
-
-    Attributes:
-        reason: the cause, without the bytes.
-        received: the offending bytes, as far as they arrived.
-    """
+    """The exchange between this program and the controller failed."""
 
     def __init__(self, message: str, received: bytes = b"") -> None:
         super().__init__(f"{message}: {received.hex(' ')}" if received else message)
-        self.reason = message
-        self.received = received
+        self.reason = message  # the cause, without the bytes
+        self.received = received  # the offending bytes, as far as they arrived
 
 
 class NoAnswerError(LinkError):

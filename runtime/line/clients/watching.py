@@ -34,20 +34,15 @@ SIGN_LOOKS = 4
 
 
 class LostSightError(LinkError):
-    """A motion was started and can no longer be watched.
-
-    Attributes:
-        stopped: whether the motor was seen at rest since.
-        why: the cause, in words.
-    """
+    """A motion was started and can no longer be watched."""
 
     def __init__(self, why: str, *, stopped: bool, received: bytes = b"") -> None:
         outcome = (
             "the motor was stopped" if stopped else "a stop was not confirmed: THE MOTOR MAY STILL BE MOVING"
         )
         super().__init__(f"{why}; {outcome}", received)
-        self.stopped = stopped
-        self.why = why
+        self.stopped = stopped  # whether the motor was seen at rest since
+        self.why = why  # the cause, in words
 
 
 def try_to_stop(stop: Callable[[], None]) -> bool:
@@ -87,12 +82,9 @@ class MotionClient(ABC, Generic[SeenType]):
 
     Motions raise LinkError if they were refused or are not known to have begun, and LostSightError if the
     line fails after the start.
-
-    Attributes:
-        harmless: error bits that a successful motion may leave.
     """
 
-    harmless: ClassVar[int] = 0
+    harmless: ClassVar[int] = 0  # error bits that a successful motion may leave
 
     def __init__(self, address: int) -> None:
         self.address = address

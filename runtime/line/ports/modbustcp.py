@@ -26,9 +26,6 @@ AnswerPdu = Callable[[int, bytes], bytes | None]
 class ModbusTcpPort:
     """A Modbus TCP server.
 
-    Attributes:
-        traffic: bytes sent and received, headers included.
-
     Args:
         port: the port, 0 = any that is free.
 
@@ -40,7 +37,7 @@ class ModbusTcpPort:
         self._listener = Listener(host, port)
         self._pending: dict[socket.socket, bytes] = {}
         self.name = self._listener.name
-        self.traffic = Traffic()
+        self.traffic = Traffic()  # bytes sent and received, headers included
 
     @property
     def connections(self) -> int:

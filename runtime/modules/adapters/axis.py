@@ -25,9 +25,6 @@ CAPTURE = InputBit.CAPTURE.value
 class LinkedAxis(Generic[Drive]):
     """An `Axis` whose steps a controller makes.
 
-    Attributes:
-        substitutions: those that have not been reported yet.
-
     Args:
         capabilities: the limits of the controller.
     """
@@ -35,7 +32,7 @@ class LinkedAxis(Generic[Drive]):
     def __init__(self, driver: Driver[Drive], capabilities: RowCapabilities[Any]) -> None:
         self._driver = driver
         self.capabilities: Capabilities = capabilities
-        self.substitutions = capabilities.news
+        self.substitutions = capabilities.news  # those that have not been reported yet
         self.configuration: Configuration | None = None
         self.marker_seen = False
         self._offset = 0

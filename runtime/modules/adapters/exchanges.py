@@ -42,31 +42,21 @@ Talk = Generator[Step, Reply | None, None]
 
 
 class Exchanges(Generic[Drive]):
-    """A controller as the link knows it.
-
-    Attributes:
-        position: of the controller's counter, as last read.
-        cut: a hard stop is requested or in progress.
-        setup: a configuration is requested or in progress.
-        rebased: steps by which the counter was set without motion.
-        findings: those that the adapter has not processed yet.
-        unfit: the controller reports a failure of its own: MODULE_OK is clear meanwhile.
-        captures: level of the capture input at which it captures, or None.
-    """
+    """A controller as the link knows it."""
 
     def __init__(self, line_timing: LineTiming) -> None:
         self.master = Master(line_timing)
         self.state = ControllerState.ABSENT
-        self.position = 0
+        self.position = 0  # of the controller's counter, as last read
         self.busy = False
         self.task: Task[Drive] | None = None
         self.tasks: list[Task[Drive]] = []
-        self.cut = False
-        self.setup = False
-        self.rebased = 0
-        self.findings = Findings()
-        self.unfit = False
-        self.captures: bool | None = None
+        self.cut = False  # a hard stop is requested or in progress
+        self.setup = False  # a configuration is requested or in progress
+        self.rebased = 0  # steps by which the counter was set without motion
+        self.findings = Findings()  # those that the adapter has not processed yet
+        self.unfit = False  # the controller reports a failure of its own: MODULE_OK is clear meanwhile
+        self.captures: bool | None = None  # level of the capture input at which it captures, or None
         self._was_ready = False
         self._failed = 0
         self._good_ns = 0

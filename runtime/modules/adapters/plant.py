@@ -47,10 +47,6 @@ class LinkedController(Protocol):
 class Plant(ABC):
     """A controller, its line and its machine.
 
-    Attributes:
-        machine: driven by the controller; its shaft follows every step.
-        levels: electrical levels of the machine's inputs, as a mask of `InputBit`.
-
     Raises:
         ValueError: the machine slips or jams, which is simulated with the 3601 only.
     """
@@ -58,10 +54,10 @@ class Plant(ABC):
     def __init__(self, machine: Machine, device: ControllerDevice) -> None:
         if machine.spec.slips or machine.spec.jams:
             raise SettingError("machine", "machine: slips and jams are simulated with module amci3601 only")
-        self.machine = machine
+        self.machine = machine  # driven by the controller; its shaft follows every step
         self.device = device
         self.line = SimulatedLine(device)
-        self.levels = machine.levels(0)
+        self.levels = machine.levels(0)  # electrical levels of the machine's inputs, as a mask of `InputBit`
         self._held = machine.held
         self._feedback = 0
         self._position_before = 0

@@ -63,16 +63,11 @@ def bits_of(row: str) -> int:
 
 
 class Latches:
-    """Bits of input word 0 that stay until something clears them.
-
-    Attributes:
-        bits: input word 0 without the motion bits.
-        causes: for each error bit that is set, the id of the rule that set it.
-    """
+    """Bits of input word 0 that stay until something clears them."""
 
     def __init__(self, events: list[Event]) -> None:
-        self.bits = MODULE_OK
-        self.causes: dict[int, str] = {}
+        self.bits = MODULE_OK  # input word 0 without the motion bits
+        self.causes: dict[int, str] = {}  # for each error bit that is set, the id of the rule that set it
         self._events = events
 
     def fire(self, now_ns: int, rule_id: str, *, alone: bool = False) -> int:

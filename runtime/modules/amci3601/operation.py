@@ -92,17 +92,11 @@ class Host(Protocol):
 
 
 class Operation:
-    """One motion, from acceptance to end.
-
-    Attributes:
-        limits: the end limits that stop it.
-        status_lsw: bits of status word LSW while it runs.
-        shown_direction: direction of the motion bits while the axis runs no motion of its own.
-    """
+    """One motion, from acceptance to end."""
 
     name: ClassVar[str] = ""
-    limits: ClassVar[Limits] = Limits.EITHER
-    status_lsw: ClassVar[int] = 0
+    limits: ClassVar[Limits] = Limits.EITHER  # the end limits that stop it
+    status_lsw: ClassVar[int] = 0  # bits of status word LSW while it runs
 
     def __init__(self, host: Host, now_ns: int) -> None:
         self.host = host
@@ -110,7 +104,7 @@ class Operation:
         self.state = host.state
         self.started_ns = now_ns
         self.started_at = self.axis.position
-        self.shown_direction = 0
+        self.shown_direction = 0  # direction of the motion bits while the axis runs no motion of its own
         self.shown_ramp = 0
 
     @property

@@ -47,9 +47,6 @@ class Change(NamedTuple):
 class GenericCard(Module):
     """A card at power-up, at t = 0.
 
-    Attributes:
-        lit: mask of the digital outputs that are on.
-
     Raises:
         ValueError: the kind of card lacks a terminal of the wiring.
     """
@@ -59,7 +56,7 @@ class GenericCard(Module):
         self.options.check(kind)
         self.kind = kind
         self.events: list[Event] = []
-        self.lit = 0
+        self.lit = 0  # mask of the digital outputs that are on
         self._levels = self.options.at_rest
         self.before_change: Callable[[], None] = unnoticed
         self._cams: list[tuple[str, Contact]] = []

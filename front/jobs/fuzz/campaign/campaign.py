@@ -23,17 +23,12 @@ TRIES = 3
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """One search.
+    """One search."""
 
-    Attributes:
-        number: from 0; its seed follows from it.
-        base: a scenario to vary, or None.
-    """
-
-    number: int
+    number: int  # from 0; its seed follows from it
     examples: int
     known: frozenset[str] = frozenset()
-    base: Scenario | None = None
+    base: Scenario | None = None  # a scenario to vary, or None
 
 
 Work = Callable[[Task], SearchReport]

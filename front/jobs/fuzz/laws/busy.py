@@ -36,17 +36,11 @@ SEARCH, FOLLOWER = 4, 10
 
 @dataclass(frozen=True, slots=True)
 class Busy:
-    """A command in progress.
+    """A command in progress."""
 
-    Attributes:
-        text: its name, or an object that has it.
-        rests: its axis rests, and answers.
-        phase: changes when it makes progress at rest.
-    """
-
-    text: object
-    rests: bool
-    phase: int
+    text: object  # its name, or an object that has it
+    rests: bool  # its axis rests, and answers
+    phase: int  # changes when it makes progress at rest
     limit_ns: int
 
 

@@ -15,17 +15,13 @@ from ...why.source.lines import Line, Lines
 
 
 class Places(LogicWrapper):
-    """A logic that is traced line by line.
-
-    Attributes:
-        last: file name and line, such as "line.py:37"; empty before the first change.
-    """
+    """A logic that is traced line by line."""
 
     def __init__(self, logic: ScanLogic, rack: Rack) -> None:
         super().__init__(logic)
         self._outputs = [slot.outputs.raw for slot in rack.slots.values()]
         self._lines = Lines(lambda: b"".join(self._outputs), self._changed)
-        self.last = ""
+        self.last = ""  # file name and line, such as "line.py:37"; empty before the first change
 
     def __call__(self, scan: Any) -> None:
         """Call the logic."""

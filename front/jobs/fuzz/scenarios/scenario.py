@@ -79,14 +79,10 @@ class Push(Part):
 
 @dataclass(frozen=True, slots=True)
 class Signal(Part):
-    """An analog input of a card has another value for a time.
-
-    Attributes:
-        value: V or mA of a channel with a range, else the raw number.
-    """
+    """An analog input of a card has another value for a time."""
 
     input: StrictStr
-    value: float
+    value: float  # V or mA of a channel with a range, else the raw number
     at_ns: Time
     for_ns: Annotated[Time, Field(gt=0)]
 
@@ -100,35 +96,24 @@ class Shift(Part):
 
 @dataclass(frozen=True, slots=True)
 class LostSteps(Part):
-    """Steps that a motor loses.
+    """Steps that a motor loses."""
 
-    Attributes:
-        at: shaft position, steps.
-    """
-
-    at: StrictInt
+    at: StrictInt  # shaft position, steps
     steps: StrictInt
 
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """The surroundings of a program in one run.
-
-    Attributes:
-        firmware: versions of modules, by slot number, if they differ from the rack file.
-        shifts: displaced switches.
-        lost: lost steps.
-        pushes: people's actions on the contacts of cards.
-    """
+    """The surroundings of a program in one run."""
 
     __pydantic_config__ = NO_MORE_KEYS
 
-    firmware: Versions = ()
+    firmware: Versions = ()  # versions of modules, by slot number, if they differ from the rack file
     presses: tuple[Press, ...] = ()
     incidents: tuple[Incident, ...] = ()
-    shifts: tuple[Shift, ...] = ()
-    lost: tuple[LostSteps, ...] = ()
-    pushes: tuple[Push, ...] = ()
+    shifts: tuple[Shift, ...] = ()  # displaced switches
+    lost: tuple[LostSteps, ...] = ()  # lost steps
+    pushes: tuple[Push, ...] = ()  # people's actions on the contacts of cards
     signals: tuple[Signal, ...] = ()
 
     def laid_over(self, spec: RackSpec) -> RackSpec:

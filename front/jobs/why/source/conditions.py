@@ -33,15 +33,10 @@ Condition = tuple[str, tuple[str, ...]]
 
 @dataclass(frozen=True, slots=True)
 class Stands:
-    """The conditions around a line.
+    """The conditions around a line."""
 
-    Attributes:
-        inside: in their source text, from the innermost outwards.
-        names: names and attributes in them and in the line, such as `line.step`.
-    """
-
-    inside: tuple[Condition, ...]
-    names: tuple[str, ...]
+    inside: tuple[Condition, ...]  # in their source text, from the innermost outwards
+    names: tuple[str, ...]  # names and attributes in them and in the line, such as `line.step`
 
 
 NOTHING = Stands((), ())

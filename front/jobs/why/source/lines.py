@@ -21,14 +21,10 @@ from ....runtime.loop.faults import is_the_users
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """A line of the user's program.
-
-    Attributes:
-        number: from 1.
-    """
+    """A line of the user's program."""
 
     file: str
-    number: int
+    number: int  # from 1
     function: str
 
 

@@ -18,16 +18,11 @@ from .lines import NOWHERE, Line
 
 @dataclass(frozen=True, slots=True)
 class Sender:
-    """The axis, or the step of a list of steps, that writes the words of a slot.
-
-    Attributes:
-        text: the words and their command, in words; empty for a step.
-        line: the line that awaits the command, or `NOWHERE`.
-    """
+    """The axis, or the step of a list of steps, that writes the words of a slot."""
 
     slot: int
-    text: str
-    line: Line
+    text: str  # the words and their command, in words; empty for a step
+    line: Line  # the line that awaits the command, or `NOWHERE`
 
 
 def senders(logic: object, program: Path) -> list[Sender]:

@@ -24,17 +24,12 @@ INSTRUCTION_NS = 1_000_000
 
 
 class ProgramMachine:
-    """Runs one stored program; see `ProgramRunner`.
-
-    Attributes:
-        program: the program in memory, None if it is empty.
-        next_wake_ns: instant of the next step; None while no program runs.
-    """
+    """Runs one stored program; see `ProgramRunner`."""
 
     def __init__(self, program: Program | None = None) -> None:
-        self.program = program
+        self.program = program  # the program in memory, None if it is empty
         self.line = 0
-        self.next_wake_ns: int | None = None
+        self.next_wake_ns: int | None = None  # instant of the next step; None while no program runs
         self._previous = 0
         self._return: int | None = None
         self._passes: dict[int, int] = {}

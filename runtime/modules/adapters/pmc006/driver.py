@@ -49,9 +49,6 @@ OVERHEATED = "the controller is too hot"
 class Pmc006Driver(Driver[Pmc006Speeds]):
     """A PMC006x3s as the link knows it.
 
-    Attributes:
-        clear_stops: a request to clear latched stops that are no longer active.
-
     Args:
         options: the longest search for home, and the current of the motor.
     """
@@ -59,7 +56,7 @@ class Pmc006Driver(Driver[Pmc006Speeds]):
     def __init__(self, options: Pmc006Options, unit: int) -> None:
         super().__init__(LINE_TIMING)
         self.unit = unit
-        self.clear_stops = False
+        self.clear_stops = False  # a request to clear latched stops that are no longer active
         self.levels = Level.EXT1 | Level.EXT2 | Level.FSET
         self.flags = Status1(0)
         self._home_stroke = options.home_stroke or 1  # without one no configuration allows a search
