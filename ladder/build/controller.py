@@ -29,16 +29,15 @@ from typing import Any
 
 from typing_extensions import override
 
-from ..model.errors import BuildError, LadderError, Problem
+from ..model.errors import LadderError, Problem
 from ..model.schedule import Task, TaskKind, schedule_of
 from ..model.tags import Declaration, Layout, scoped
 from ..model.tree import Routine
 from ..state.lowered import LoweredProgram
-from .bound_axes import axis_tags, lower_axes, with_blocks
-from .checks import check_whole, recursive_routines, warnings_of
+from .bound_axes import axis_tags, with_blocks
 from .lowering import Lowering
 from .program import Program
-from .runnable import LadderLogic, wrong_initials
+from .runnable import LadderLogic
 
 IMPLICIT_TASK = "MainTask"
 """Name of the default continuous task, which runs all programs in order."""
@@ -150,12 +149,8 @@ class Controller(LadderLogic):
             lowered.schedule = schedule_of(layout, tasks, roots)
         for program in self.programs:
             problems += program.lower_into(lowering, program.name)
-        problems += lower_axes(lowering, self.axes)
-        lowered.recursive = recursive_routines(lowered)
-        problems = lowering.problems + check_whole(lowered) + problems + wrong_initials(lowered)
-        if problems:
-            raise BuildError(self.name, problems, self.kind)
-        return lowered, [*lowering.warnings, *warnings_of(lowered, self.allowed), *self._idle(tasks)]
+        lowered, warnings = self._checked(lowering, problems)
+        return lowered, [*warnings, *self._idle(tasks)]
 
     def _all_declarations(self) -> Iterator[Declaration]:
         yield from self.declarations

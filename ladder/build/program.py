@@ -21,17 +21,16 @@ from typing import Any
 
 from typing_extensions import override
 
-from ..model.errors import BuildError, LadderError, Problem
+from ..model.errors import LadderError, Problem
 from ..model.schedule import ProgramRoutines, Task, TaskKind, schedule_of
 from ..model.tags import Layout, scoped
 from ..model.tree import Routine
 from ..state.lowered import LoweredProgram
-from .bound_axes import axis_tags, lower_axes, with_blocks
-from .checks import check_whole, recursive_routines, warnings_of
+from .bound_axes import axis_tags, with_blocks
 from .dialects import LOGIX, SLC
 from .lowering import Lowering
 from .python_rungs import RungMaker
-from .runnable import LadderLogic, wrong_initials
+from .runnable import LadderLogic
 
 
 class Program(LadderLogic):
@@ -171,9 +170,4 @@ class Program(LadderLogic):
         problems = self.lower_into(lowering)
         if not self.names and not self.main:
             problems.append(Problem(f"program {self.name}", "", "there is no routine Main", "add a routine"))
-        problems += lower_axes(lowering, self.axes)
-        lowered.recursive = recursive_routines(lowered)
-        problems = lowering.problems + check_whole(lowered) + problems + wrong_initials(lowered)
-        if problems:
-            raise BuildError(self.name, problems)
-        return lowered, [*lowering.warnings, *warnings_of(lowered, self.allowed)]
+        return self._checked(lowering, problems)

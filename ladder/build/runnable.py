@@ -10,7 +10,7 @@ from typing import Any
 
 from ..compiler import Scanner, scanner_of, source_of
 from ..instructions.system.messages import ends_of_messages
-from ..model.errors import LadderError, MinorFault, Problem
+from ..model.errors import BuildError, LadderError, MinorFault, Problem
 from ..model.expressions import TAG_NAME, parse_address
 from ..model.resolver import is_image
 from ..model.spec import Spec
@@ -25,9 +25,10 @@ from ..run.view import Tags
 from ..state.lowered import LoweredProgram
 from ..state.memory import Memory
 from .addon import AddOn, specs_of
-from .bound_axes import Axes, prescan_axes, run_axes
-from .checks import ALLOWANCES, uses_of_stubs
+from .bound_axes import Axes, lower_axes, prescan_axes, run_axes
+from .checks import ALLOWANCES, check_whole, recursive_routines, uses_of_stubs, warnings_of
 from .dialects import DIALECTS, HOOKS, LOGIX, SLC
+from .lowering import Lowering
 from .type_inference import Guesses
 
 MOST_BYTES = 1 << 25
@@ -89,6 +90,21 @@ class LadderLogic(ABC):
     @abstractmethod
     def _lower(self) -> tuple[LoweredProgram, list[Problem]]:
         """Lower and check the program; return it with its warnings, or raise a BuildError."""
+
+    def _checked(self, lowering: Lowering, problems: list[Problem]) -> tuple[LoweredProgram, list[Problem]]:
+        """Return what was lowered with its warnings, or raise a BuildError; `problems` are those so far."""
+        problems += lower_axes(lowering, self.axes)
+        lowered = lowering.lowered
+        lowered.recursive = recursive_routines(lowered)
+        problems = lowering.problems + check_whole(lowered) + problems
+        try:
+            Memory(lowered.layout, lowered.presets, lowered.defaults)
+        except LadderError as error:
+            remedy = "correct the initial value"
+            problems.append(Problem("initial values", "", str(error), remedy, error.site))
+        if problems:
+            raise BuildError(self.name, problems, self.kind)
+        return lowered, [*lowering.warnings, *warnings_of(lowered, self.allowed)]
 
     @property
     def specs(self) -> Mapping[str, Spec]:
@@ -374,12 +390,3 @@ def declared(tag: Tag) -> str:
     """
     dims = f"[{','.join(map(str, tag.dims))}]" if tag.dims else ""
     return f"{tag.name} : {tag.type.name}{dims}"
-
-
-def wrong_initials(lowered: LoweredProgram) -> list[Problem]:
-    """Return the problems of initial values."""
-    try:
-        Memory(lowered.layout, lowered.presets, lowered.defaults)
-    except LadderError as error:
-        return [Problem("initial values", "", str(error), "correct the initial value", error.site)]
-    return []
