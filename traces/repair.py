@@ -56,19 +56,12 @@ ORIGINAL_SUFFIX = ".orig"
 
 @dataclass(slots=True)
 class Repair:
-    """The result of a repair.
+    """The result of a repair."""
 
-    Attributes:
-        notes: the defects of the trace; without any it has been left unchanged.
-        scans: their number, without those left out; None for the trace of a line.
-        messages: their number, including scans.
-        original: path of the kept original; None if it is not kept, or still in its place.
-    """
-
-    notes: list[str] = field(default_factory=list)
-    scans: int | None = 0
-    messages: int = 0
-    original: Path | None = None
+    notes: list[str] = field(default_factory=list)  # defects of the trace; without any it is unchanged
+    scans: int | None = 0  # their number, without those left out; None for the trace of a line
+    messages: int = 0  # their number, including scans
+    original: Path | None = None  # path of the kept original; None if it is not kept, or still in its place
 
     @property
     def needed(self) -> bool:

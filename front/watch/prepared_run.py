@@ -33,18 +33,12 @@ class WatchOptions:
 
 @dataclass(frozen=True, slots=True)
 class Start:
-    """The begin of a session.
+    """The begin of a session."""
 
-    Attributes:
-        scan: the first scan that is not a repetition; 0 without a parent.
-        orders: of the parent, those before that scan and before earlier ones.
-        paused: it begins with a pause.
-    """
-
-    scan: int = 0
-    orders: Sequence[RecordedOrder] | None = None
+    scan: int = 0  # the first scan that is not a repetition; 0 without a parent
+    orders: Sequence[RecordedOrder] | None = None  # of the parent before that scan, and of its ancestors
     metadata: dict[str, str] = field(default_factory=dict)
-    paused: bool = False
+    paused: bool = False  # it begins with a pause
 
 
 @dataclass(frozen=True, slots=True)

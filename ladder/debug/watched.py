@@ -69,11 +69,11 @@ class WatchedMemory(Memory):
     """Memory that reports changes and holds forces.
 
     Attributes:
-        watcher: called at changes of a watched scan
-        outside: collects external writes between scans, or None
+        watcher: called at changes of a watched scan.
+        outside: collects external writes between scans, or None.
         on_outside: called after each external write.
         forces: replaced, never changed, see `hold`.
-        held: the same with leaves
+        held: the same with leaves.
     """
 
     watcher: Callable[[Leaf, int, Value, Value], None] | None = None

@@ -72,18 +72,12 @@ LATE_NS = 1_000_000_000
 
 @dataclass(frozen=True, slots=True)
 class LineTiming:
-    """Timing of a line.
-
-    Attributes:
-        gap_ns: silence before a request.
-        patience_ns: longest wait for a reply, in addition to its time on the line.
-        second_ns: wait for a second reply while answers may be late and replies do not name their request.
-    """
+    """Timing of a line."""
 
     line_format: LineFormat
-    gap_ns: int
-    patience_ns: int
-    second_ns: int = 0
+    gap_ns: int  # silence before a request
+    patience_ns: int  # longest wait for a reply, in addition to its time on the line
+    second_ns: int = 0  # wait for a second reply while answers may be late and do not name requests
 
 
 class Master:

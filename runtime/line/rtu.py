@@ -60,18 +60,14 @@ class Timing:
 
 
 class Framer:
-    """The receiver: bytes and the time in, frames out.
-
-    Attributes:
-        deadline_ns: the instant at which silence ends the present frame, None without one.
-    """
+    """The receiver: bytes and the time in, frames out."""
 
     def __init__(self, timing: Timing) -> None:
         self._timing = timing
         self._buffer = bytearray()
         self._spoilt = False
         self._last_ns = 0
-        self.deadline_ns: int | None = None
+        self.deadline_ns: int | None = None  # time at which silence ends the frame, None without one
 
     @property
     def gap_ns(self) -> int:

@@ -43,13 +43,9 @@ NUMPY_WORTH_SCANS = 50_000
 
 
 class Block(NamedTuple):
-    """The foreseen scans.
+    """The foreseen scans."""
 
-    Attributes:
-        scans: for each the rack's memory before the logic, and whether the modules update their inputs.
-    """
-
-    scans: Iterable[tuple[bytes, bool]]
+    scans: Iterable[tuple[bytes, bool]]  # the rack's memory before the logic, and whether the modules update
     length: int
 
     @classmethod

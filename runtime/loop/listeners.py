@@ -62,18 +62,13 @@ class QuietListener(ScanListener):
 
 
 class Listeners:
-    """The listeners of a CPU.
-
-    Attributes:
-        listeners: those that receive events and scans, in order.
-        called_last: the listener called last, which is responsible if that call raised.
-    """
+    """The listeners of a CPU."""
 
     __slots__ = ("_to_close", "called_last", "listeners")
 
     def __init__(self, listeners: Iterable[ScanListener]) -> None:
-        self.listeners = list(listeners)
-        self.called_last: ScanListener | None = None
+        self.listeners = list(listeners)  # those that receive events and scans, in order
+        self.called_last: ScanListener | None = None  # the latest one, to blame for an exception
         self._to_close = list(self.listeners)
 
     def add(self, listener: ScanListener) -> None:

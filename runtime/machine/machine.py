@@ -35,7 +35,7 @@ class Machine:
     `now_ns` never decreases between calls of any methods.
 
     Attributes:
-        before_change: called before a manual change of an input, the encoder or a Z pulse.
+        before_change: called before a manual change of an input or encoder.
     """
 
     __slots__ = (

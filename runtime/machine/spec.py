@@ -172,7 +172,7 @@ def press(
     Args:
         for_ns: duration, 1 or more.
         normally_closed: pressing it de-energises the input. (The level before the first
-            press is then an entry of its own, at 0.)
+            press is then an entry of its own, at 0.).
 
     Raises:
         ValueError: `for_ns` is less than 1, or an entry is illegal.
@@ -185,21 +185,14 @@ def press(
 
 @dataclass(frozen=True, slots=True)
 class EncoderSpec:
-    """A quadrature encoder that the shaft turns.
-
-    Attributes:
-        counts_per_step: x4 counts per step of the shaft, more than 0: a Fraction or a whole number.
-        direction: +1 counts up when the shaft turns CW, -1 down.
-        marker_every: counts from one Z pulse to the next (x4 counts per turn); None = no Z wired.
-        marker_at: a count at which the Z line lies (the others are `marker_every` apart).
-    """
+    """A quadrature encoder that the shaft turns."""
 
     __pydantic_config__ = NO_MORE_KEYS
 
-    counts_per_step: Ratio
-    direction: StrictInt = 1
-    marker_every: StrictInt | None = None
-    marker_at: StrictInt = 0
+    counts_per_step: Ratio  # x4 counts per step of the shaft, more than 0: a Fraction or a whole number
+    direction: StrictInt = 1  # +1 counts up when the shaft turns CW, -1 down
+    marker_every: StrictInt | None = None  # counts per Z pulse (x4 counts per turn); None = no Z wired
+    marker_at: StrictInt = 0  # a count at which the Z line lies (the others are `marker_every` apart)
 
     def __post_init__(self) -> None:
         ratio: object = self.counts_per_step
@@ -277,14 +270,10 @@ class Station:
 
 @dataclass(frozen=True, slots=True)
 class MachineSpec:
-    """All parts of a machine. Without parts it is a motor on a bench with unwired inputs.
-
-    Attributes:
-        timeline: actions of people, in any order; entries of the same instant act in the order given.
-    """
+    """All parts of a machine. Without parts it is a motor on a bench with unwired inputs."""
 
     switches: tuple[Switch, ...] = ()
-    timeline: tuple[TimelineEntry, ...] = ()
+    timeline: tuple[TimelineEntry, ...] = ()  # actions of people; those of one instant in the given order
     encoder: EncoderSpec | None = None
     slips: tuple[Slip, ...] = ()
     jams: tuple[Jam, ...] = ()

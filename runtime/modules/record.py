@@ -95,16 +95,11 @@ class Trait(Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LivePort:
-    """Opens a kind of adapter on a real port.
+    """Opens a kind of adapter on a real port."""
 
-    Attributes:
-        opened: opens (port, address of the controller, options); ValueError if it can't.
-        highest_address: addresses are 1 to this one, or the factory's.
-    """
-
-    opened: Callable[[str, int, Options], LiveModule]
+    opened: Callable[[str, int, Options], LiveModule]  # opens port, address and options; or ValueError
     factory_address: int
-    highest_address: int
+    highest_address: int  # addresses are 1 to this one, or the factory's
 
     def check_address(self, address: int | None) -> None:
         """Refuse an address that the controller can't have, with a ValueError."""

@@ -47,7 +47,7 @@ class Detail:
         words_b: the same in the second.
         a: value of the words; None for bits, and where they have none.
         b: the same in the second trace.
-        bits: those that differ: name, level in the first trace, in the second.
+        bits: different ones: name, level in the first trace, in the second.
         text_a: of a tag, its value in the first trace in words.
         text_b: the same in the second.
     """

@@ -24,30 +24,18 @@ C = TypeVar("C")
 
 @dataclass(frozen=True, slots=True)
 class Panel(Generic[C]):
-    """One module on the chart, or the tags of the program.
+    """One module on the chart, or the tags of the program."""
 
-    Attributes:
-        slot: the module; None for the program.
-        curves: names and curves from top to bottom; of a 3601 position and speed, of the program numbers.
-        ramp: the ramp state of a 3601; None for a card.
-        lanes: the bits that change, from top to bottom.
-        steady: the bits that do not change.
-        marks: events of the slot; events of the rack are with the first panel.
-        bands: steps and texts of the program that change.
-        unchanged: tags that do not change, and their values.
-        fractional: names of the curves whose values have fractions.
-    """
-
-    slot: SlotInfo | None
-    curves: Sequence[tuple[str, C]]
-    ramp: Lane | None
-    lanes: Sequence[Lane]
-    steady: Sequence[Lane]
-    marks: Sequence[Mark]
+    slot: SlotInfo | None  # the module; None for the program
+    curves: Sequence[tuple[str, C]]  # names and curves from top to bottom
+    ramp: Lane | None  # the ramp state of a 3601; None for a card
+    lanes: Sequence[Lane]  # the bits that change, from top to bottom
+    steady: Sequence[Lane]  # the bits that do not change
+    marks: Sequence[Mark]  # events of the slot; events of the rack are with the first panel
     about: str = ""
-    bands: Sequence[Band] = ()
-    unchanged: Sequence[tuple[str, str]] = ()
-    fractional: Sequence[str] = ()
+    bands: Sequence[Band] = ()  # steps and texts of the program that change
+    unchanged: Sequence[tuple[str, str]] = ()  # tags that do not change, and their values
+    fractional: Sequence[str] = ()  # names of the curves whose values have fractions
 
     @property
     def name(self) -> str:

@@ -8,23 +8,14 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Occurrence:
-    """One occurrence.
+    """One occurrence."""
 
-    Attributes:
-        first: number of its first scan.
-        last: number of the last scan in which it held; of an answer, the scan of the answer.
-        start_ns: virtual time of its first scan.
-        end_ns: virtual time of the first scan in which it no longer held; of an answer, of the answer.
-        open: it was not over in the last scan of the trace: it lasted at least this long.
-        shown: values of the requested signals in its first scan, or None.
-    """
-
-    first: int
-    last: int
-    start_ns: int
-    end_ns: int
-    open: bool
-    shown: Mapping[str, int | float | bool | None]
+    first: int  # number of its first scan
+    last: int  # number of the last scan in which it held; of an answer, the scan of the answer
+    start_ns: int  # virtual time of its first scan
+    end_ns: int  # virtual time of the first scan in which it no longer held; of an answer, of the answer
+    open: bool  # it was not over in the last scan of the trace: it lasted at least this long
+    shown: Mapping[str, int | float | bool | None]  # requested signals in its first scan, or None
 
     @property
     def duration_ns(self) -> int:

@@ -16,21 +16,13 @@ SLOT_WORDS = SLOT_BYTES // 2
 
 
 class Columns(NamedTuple):
-    """Columns of scans, a row per scan.
+    """Columns of scans, a row per scan."""
 
-    Attributes:
-        scan: number of the scan, int64.
-        time_ns: virtual time of its input latch, int64.
-        flags: the CPU's flags, uint32.
-        words: the memory block as int16: per slot eight output words, then eight input words.
-        tags: recorded tags by field, each of its own type; None if not read, or without any.
-    """
-
-    scan: NDArray[np.int64]
-    time_ns: NDArray[np.int64]
-    flags: NDArray[np.uint32]
-    words: NDArray[np.int16]
-    tags: NDArray[np.void] | None = None
+    scan: NDArray[np.int64]  # number of the scan, int64
+    time_ns: NDArray[np.int64]  # virtual time of its input latch, int64
+    flags: NDArray[np.uint32]  # the CPU's flags, uint32
+    words: NDArray[np.int16]  # the memory block as int16: per slot eight output words, then eight input words
+    tags: NDArray[np.void] | None = None  # recorded tags by field, None if not read or absent
 
     def rows(self, start: int, stop: int) -> Columns:
         """Return some of the rows."""

@@ -73,19 +73,12 @@ class Scan(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class TraceEvent:
-    """A message other than a scan.
+    """A message other than a scan."""
 
-    Attributes:
-        scan: number of the scan that reported it.
-        topic: "/events", "/stimuli", "/indicators", "/forces", "/cpu", "/faults", "/texts",
-            "/orders" or "/sequences".
-        fields: its values by name, without the scan.
-    """
-
-    scan: int
+    scan: int  # number of the scan that reported it
     now_ns: int
-    topic: str
-    fields: Mapping[str, object]
+    topic: str  # such as "/events", "/stimuli", "/indicators", "/forces", "/cpu", "/faults"
+    fields: Mapping[str, object]  # its values by name, without the scan
 
 
 class Records:

@@ -56,7 +56,7 @@ class Part(NamedTuple):
 
     Attributes:
         offset: its begin in the section.
-        what: successive scans, or another message, or a channel or schema registered there.
+        what: successive scans, another message, or a registered channel or schema.
     """
 
     offset: int
@@ -65,21 +65,13 @@ class Part(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """A stretch of messages.
+    """A stretch of messages."""
 
-    Attributes:
-        span: the chunk; for messages outside of chunks, all of them from the first one's opcode on.
-        start_ns: earliest time of a message in it; 0 if unknown.
-        end_ns: latest; 2**64 if unknown.
-        size: bytes of its messages, before compression.
-        counts: messages by channel, from its indexes; empty without them.
-    """
-
-    span: Span
-    start_ns: int
-    end_ns: int
-    size: int
-    counts: Mapping[int, int] = field(default_factory=dict)
+    span: Span  # the chunk; for messages outside of chunks, all of them from the first one's opcode on
+    start_ns: int  # earliest time of a message in it; 0 if unknown
+    end_ns: int  # latest; 2**64 if unknown
+    size: int  # bytes of its messages, before compression
+    counts: Mapping[int, int] = field(default_factory=dict)  # messages by channel, from its indexes
 
     @property
     def is_chunk(self) -> bool:

@@ -24,16 +24,11 @@ class Remark:
 
 @dataclass(frozen=True, slots=True)
 class SentCommand:
-    """Output words, or a command, that the program sends to a 3601.
-
-    Attributes:
-        slot: None if it is unknown.
-        words: the eight output words; empty for a command whose words have no effect on the rules.
-    """
+    """Output words, or a command, that the program sends to a 3601."""
 
     place: FileLine
-    slot: int | None
-    words: tuple[int, ...] = ()
+    slot: int | None  # None if it is unknown
+    words: tuple[int, ...] = ()  # the eight output words; empty without effect on the rules
 
 
 UsesBit = Callable[[int, str, str, int, int], bool]
@@ -49,7 +44,7 @@ class Facts:
         unused: tags that no instruction names.
         held: command bits that it sets and never clears.
         out_of_range: constants that a 3601 refuses.
-        misplaced: inputs, outputs and axes that the rack lacks, or that two owners claim.
+        misplaced: inputs, outputs and axes missing in the rack or claimed twice.
         endless: loops of sequences that never wait.
         misused: calls that fail when they are reached.
         uses_bit: tests whether it uses a bit of a card; None if that is unknown.

@@ -36,21 +36,14 @@ class WireTarget(Generic[Env]):
     """A controller on the bench.
 
     All functions are called with the bus's present time, to which the device has been advanced.
-
-    Attributes:
-        signals: those that can be observed, without marks.
-        set_env: sets pins and voltages; keys that are None are not in the request.
-        silence_ns: how long the bench waits for a reply, from the end of the last byte.
-        quiet_ns: returns the silence that the controller needs at present before a frame.
-        has_reset: whether there is a reset button, which cycles the power.
     """
 
     device: ControllerDevice
-    signals: Mapping[str, Callable[[], JsonValue]]
-    set_env: Callable[[int, Env], None]
-    silence_ns: int
-    quiet_ns: Callable[[], int] = lambda: 0
-    has_reset: bool = False
+    signals: Mapping[str, Callable[[], JsonValue]]  # those that can be observed, without marks
+    set_env: Callable[[int, Env], None]  # sets pins and voltages; keys that are None are not in the request
+    silence_ns: int  # how long the bench waits for a reply, from the end of the last byte
+    quiet_ns: Callable[[], int] = lambda: 0  # returns the required silence before a frame
+    has_reset: bool = False  # whether there is a reset button, which cycles the power
 
 
 def pin_state(

@@ -126,18 +126,14 @@ class _LineCounter(TextIOBase):
 
 
 class _InvariantWatch:
-    """An invariant in one run.
-
-    Attributes:
-        broken: whether it was broken in the scan before: a failure counts once, until it holds again.
-    """
+    """An invariant in one run."""
 
     __slots__ = ("broken", "invariant", "watch")
 
     def __init__(self, invariant: Invariant) -> None:
         self.invariant = invariant
         self.watch: Watch = invariant.start()
-        self.broken = False
+        self.broken = False  # whether it was broken in the previous scan: failures count once
 
 
 class _Watcher(QuietListener):
@@ -251,17 +247,13 @@ UNPLACED = "?"
 
 @dataclass(frozen=True, slots=True)
 class TrialBench:
-    """The constant part of all trials.
-
-    Attributes:
-        tags_of: returns the tags of a logic by name.
-    """
+    """The constant part of all trials."""
 
     spec: RackSpec
     fresh_logic: Callable[[], ScanLogic]
     invariants: Sequence[Invariant]
     scans: int
-    tags_of: Callable[[ScanLogic], Any] = field(default=lambda _logic: NOTHING)
+    tags_of: Callable[[ScanLogic], Any] = field(default=lambda _logic: NOTHING)  # returns a logic's tags
 
     @property
     def names(self) -> frozenset[str]:

@@ -41,26 +41,17 @@ class Counterexample:
 
 @dataclass(slots=True)
 class SearchReport:
-    """The result of a search.
+    """The result of a search."""
 
-    Attributes:
-        runs: their number, including those of shrinking.
-        found: the failures, each once.
-        firsts: the scenario in which a rule fired first, by the rule's id.
-        spent: parts of its time, ns, by the names of `SPENT`.
-        applied: names of the invariants that had something to check.
-        printed: number of lines that the program has printed in all runs.
-    """
-
-    runs: int = 0
+    runs: int = 0  # their number, including those of shrinking
     scans: int = 0
     rules: Counter[str] = field(default_factory=Counter)
-    found: list[Counterexample] = field(default_factory=list)
-    firsts: dict[str, Scenario] = field(default_factory=dict)
+    found: list[Counterexample] = field(default_factory=list)  # the failures, each once
+    firsts: dict[str, Scenario] = field(default_factory=dict)  # first scenario of each rule, by its id
     shrinking: int = 0
-    spent: Counter[str] = field(default_factory=Counter)
-    applied: set[str] = field(default_factory=set)
-    printed: int = 0
+    spent: Counter[str] = field(default_factory=Counter)  # parts of its time, ns, by the names of `SPENT`
+    applied: set[str] = field(default_factory=set)  # names of the invariants that had something to check
+    printed: int = 0  # number of lines that the program has printed in all runs
 
     def add(self, scenario: Scenario, verdict: Verdict) -> None:
         """Count a run."""

@@ -39,23 +39,14 @@ from .order_repeater import orders_of
 
 @dataclass(frozen=True, slots=True)
 class Edition:
-    """A program of a session: its files and its place in them.
+    """A program of a session: its files and its place in them."""
 
-    Attributes:
-        rack: the rack file among the files, `path[:function]`.
-        program: the program among them, `path[:function]`.
-        files: by their names in a trace.
-        paths: on the disk, by the same names; empty for files from a trace.
-        retained: its initial tags, the contents of their file; None without one.
-        place: folder of a copy of the files, for other processes; None without one.
-    """
-
-    rack: str
-    program: str
-    files: Mapping[str, bytes]
-    paths: Mapping[str, Path] = field(default_factory=dict)
-    retained: bytes | None = None
-    place: Path | None = None
+    rack: str  # the rack file among the files, `path[:function]`
+    program: str  # the program among them, `path[:function]`
+    files: Mapping[str, bytes]  # by their names in a trace
+    paths: Mapping[str, Path] = field(default_factory=dict)  # on disk, by the same names; none from a trace
+    retained: bytes | None = None  # its initial tags, the contents of their file; None without one
+    place: Path | None = None  # folder of a copy of the files, for other processes; None without one
 
     @property
     def is_on_disk(self) -> bool:

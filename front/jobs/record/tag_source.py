@@ -100,7 +100,7 @@ class ProgramTags:
 
     Attributes:
         pending: messages of the last scan.
-        take: returns the present memory block and tags.
+        take: returns the memory block and tags.
     """
 
     def __init__(

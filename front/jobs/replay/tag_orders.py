@@ -28,9 +28,6 @@ _TOLD = 3
 class TagOrders:
     """The orders on tags in a recording.
 
-    Attributes:
-        notes: orders that can't be given again, in words.
-
     Raises:
         ValueError: an order of the recording can't be read.
     """
@@ -39,7 +36,7 @@ class TagOrders:
         session = any(event.topic == ORDERS.name for event in events)
         given = orders_of(events) if session else _of_forces(events)
         self._given = [each for each in given if isinstance(each.order, Write | Force | Unforce)]
-        self.notes = [] if session else list(_unknown(score, events))
+        self.notes = [] if session else list(_unknown(score, events))  # orders that can't be repeated
 
     def program(self, logic: ScanLogic) -> ScanLogic:
         """Return the program to run: a ladder program under a debugger if there are orders."""

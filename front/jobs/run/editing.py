@@ -43,20 +43,15 @@ class ProgramEdit:
 class RunProgram:
     """The program of a run; edits replace it between two scans.
 
-    Attributes:
-        logic: the program; a ladder program of an operable rack is under a debugger.
-        debugger: that debugger; None without one.
-        on_edit: called with every edit.
-
     Args:
         handled: whether the rack can be operated.
         editions: loads the programs of edits; None without edits.
     """
 
     def __init__(self, logic: ScanLogic, *, handled: bool, editions: Editions | None) -> None:
-        self.debugger = _debugger_of(logic) if handled else None
-        self.logic: ScanLogic = self.debugger or logic
-        self.on_edit: Callable[[ProgramEdit], object] = lambda _edited: None
+        self.debugger = _debugger_of(logic) if handled else None  # that debugger; None without one
+        self.logic: ScanLogic = self.debugger or logic  # the program, under a debugger on an operable rack
+        self.on_edit: Callable[[ProgramEdit], object] = lambda _edited: None  # called with every edit
         self._editions, self._edits = editions, 0
         self._followers: list[WatchesSequences] = []
         self.may_bring_sequences = editions is not None and self.debugger is None

@@ -46,28 +46,18 @@ def unobserved(cpu: Cpu, scans: int | None) -> AbstractContextManager[None]:
 
 @dataclass(frozen=True, slots=True)
 class RunOptions:
-    """The options of a run.
+    """The options of a run."""
 
-    Attributes:
-        trace: path of the recording; None = no recording.
-        live: real ports may be driven.
-        pacer: makes scans wait for the wall clock; None = as fast as possible.
-        handled: the rack can be operated while it runs: tags are set and forced, incidents happen.
-        keep: number of earlier recordings to keep; None = the rack file's.
-        orders: of a recorded session, given again; the rack can then be operated.
-        editions: loads the programs of edits; None without edits.
-    """
-
-    trace: Path | None = None
-    live: bool = False
-    pacer: Pacer | None = None
+    trace: Path | None = None  # path of the recording; None = no recording
+    live: bool = False  # real ports may be driven
+    pacer: Pacer | None = None  # makes scans wait for the wall clock; None = as fast as possible
     listeners: Iterable[ScanListener] = ()
     warn: Callable[[str], object] = lambda _hint: None
-    handled: bool = False
+    handled: bool = False  # the rack can be operated while it runs: tags are set and forced, incidents happen
     metadata: Mapping[str, str] = field(default_factory=dict)
-    keep: int | None = None
-    orders: Iterable[RecordedOrder] | None = None
-    editions: Editions | None = None
+    keep: int | None = None  # number of earlier recordings to keep; None = the rack file's
+    orders: Iterable[RecordedOrder] | None = None  # of a recorded session, given again to an operable rack
+    editions: Editions | None = None  # loads the programs of edits; None without edits
 
 
 AS_IT_IS = RunOptions()

@@ -161,18 +161,14 @@ class SessionScans:
 
 
 class Shadow(Replayer):
-    """A ladder program that repeats scans of a session.
-
-    Attributes:
-        is_impure: there are routines in Python, so that no scan can be repeated.
-    """
+    """A ladder program that repeats scans of a session."""
 
     def __init__(
         self, program: LadderLogic, slots: list[int], timeline: Timeline, kept: SnapshotStore
     ) -> None:
         engine = WatchedEngine(program.build(), program.scanner)
         super().__init__(engine, SessionScans(program, slots, timeline, kept), MOST_REPEATED, CHAPTERS)
-        self.is_impure = bool(program.functions)
+        self.is_impure = bool(program.functions)  # whether routines in Python prevent repetition of scans
         self._kept = kept
 
     @override

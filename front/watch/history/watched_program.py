@@ -48,7 +48,7 @@ class Inputs:
     """Inputs of a scan beside its images and its time.
 
     Attributes:
-        writes: values set from outside since the previous scan: identifier, element, value.
+        writes: external writes since the previous scan: identifier, element, value.
         forces: those in effect from this scan on.
         images: the input images that the program read; None = those of the rack.
     """

@@ -61,7 +61,7 @@ class Subject:
     """A rack and its program, as pages show them.
 
     Attributes:
-        programs: its programs by scan; at least one before a page joins.
+        programs: by scan, at least one before a page joins.
     """
 
     def __init__(

@@ -18,7 +18,7 @@ class Autocorrect:
     """The encoder check of one index move.
 
     Attributes:
-        delay_ns: wait after a motion, before the encoder is read.
+        delay_ns: wait between motion and reading the encoder.
         retries_left: corrections that may still be made.
 
     Args:

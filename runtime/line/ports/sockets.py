@@ -16,7 +16,7 @@ class Listener:
     """A listening TCP socket with its connections.
 
     Attributes:
-        name: host:port; for port 0 the port that the system has chosen.
+        name: host:port, as chosen by the system for 0.
 
     Args:
         port: the port, 0 = any that is free.

@@ -59,14 +59,10 @@ class CommandRow(Generic[AdapterOptions]):
 
 @dataclass(frozen=True, slots=True)
 class SubstitutionRow(Generic[AdapterOptions]):
-    """A difference between the controller and a 3601.
-
-    Attributes:
-        applies: returns whether a command of `RAMPED` is carried out differently.
-    """
+    """A difference between the controller and a 3601."""
 
     name: str
-    applies: Callable[[AxisRequest, AdapterOptions], bool]
+    applies: Callable[[AxisRequest, AdapterOptions], bool]  # whether a command is executed differently
     how: str
 
 

@@ -17,17 +17,11 @@ from .capabilities import Capabilities
 
 @dataclass(frozen=True, slots=True)
 class BlendProgram:
-    """A stored blend profile [chapter 5, Blend Move Programming].
+    """A stored blend profile [chapter 5, Blend Move Programming]."""
 
-    Attributes:
-        segments: length in steps, speed in steps/s, rate in steps/ms/s, acceleration type; 2 to 16.
-        final_deceleration: steps/ms/s.
-        final_shape: acceleration type of the ramp down at the end.
-    """
-
-    segments: tuple[BlendLeg, ...]
-    final_deceleration: int
-    final_shape: Shape
+    segments: tuple[BlendLeg, ...]  # 2 to 16: steps, steps/s, steps/ms/s, acceleration type
+    final_deceleration: int  # steps/ms/s
+    final_shape: Shape  # acceleration type of the ramp down at the end
 
 
 class Axis(Protocol):

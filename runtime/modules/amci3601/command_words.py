@@ -15,24 +15,16 @@ COMMAND_BITS = 0x7FFF
 
 
 class CommandWords:
-    """The eight output words, decoded as far as every command needs.
-
-    Attributes:
-        words: the eight signed words.
-        msw: command word MSW, unsigned.
-        lsw: command word LSW, unsigned.
-        parameters: target, speed and rates; None where a pair of words is illegal.
-        shape: the acceleration type that the LSW selects.
-    """
+    """The eight output words, decoded as far as every command needs."""
 
     __slots__ = ("lsw", "msw", "parameters", "shape", "words")
 
     def __init__(self, words: Sequence[int]) -> None:
-        self.words = tuple(words)
-        self.msw = self.words[0] & 0xFFFF
-        self.lsw = self.words[1] & 0xFFFF
-        self.parameters = Parameters.read(self.words)
-        self.shape = shape_of(self.lsw)
+        self.words = tuple(words)  # the eight signed words
+        self.msw = self.words[0] & 0xFFFF  # command word MSW, unsigned
+        self.lsw = self.words[1] & 0xFFFF  # command word LSW, unsigned
+        self.parameters = Parameters.read(self.words)  # target, speed and rates; None for an illegal pair
+        self.shape = shape_of(self.lsw)  # the acceleration type that the LSW selects
 
     @property
     def configures(self) -> bool:

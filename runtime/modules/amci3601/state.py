@@ -29,36 +29,22 @@ class HeldMove:
 
 @dataclass(slots=True)
 class ModuleState:
-    """Memory of a 3601: modes, stored programs, sampled inputs, obeyed words.
-
-    Attributes:
-        configuration: the accepted configuration, or None.
-        mirror: the words that configuration mode echoes.
-        running: whether the PLC is in run mode.
-        held: the move that Resume continues; None after a command or an error in between.
-        held_by_external: whether the external input has held the last move.
-        error_since_start: whether a command error occurred since the last move was accepted.
-        blending: the blend profile in programming.
-        minimum_registration: steps of a registration move before its input counts.
-        active: active inputs, as a mask of `InputBit`.
-        risen: inputs that became active at this tick.
-        reported_inputs: inputs that the image shows as active.
-    """
+    """Memory of a 3601: modes, stored programs, sampled inputs, obeyed words."""
 
     latches: Latches
-    configuration: Configuration | None = None
-    mirror: tuple[int, ...] = (0, 0, 0, 0)
+    configuration: Configuration | None = None  # the accepted configuration, or None
+    mirror: tuple[int, ...] = (0, 0, 0, 0)  # the words that configuration mode echoes
     command: CommandWords = NO_COMMAND
-    running: bool = True
-    held: HeldMove | None = None
-    held_by_external: bool = False
-    error_since_start: bool = False
+    running: bool = True  # whether the PLC is in run mode
+    held: HeldMove | None = None  # the move that Resume continues; None after a command or an error
+    held_by_external: bool = False  # whether the external input has held the last move
+    error_since_start: bool = False  # whether a command error occurred since the last move was accepted
     blend: BlendProgram | None = None
-    blending: BlendSession | None = None
-    minimum_registration: int = 0
-    active: int = 0
-    risen: int = 0
-    reported_inputs: int = 0
+    blending: BlendSession | None = None  # the blend profile in programming
+    minimum_registration: int = 0  # steps of a registration move before its input counts
+    active: int = 0  # active inputs, as a mask of `InputBit`
+    risen: int = 0  # inputs that became active at this tick
+    reported_inputs: int = 0  # inputs that the image shows as active
     captured: int = 0
 
     @property

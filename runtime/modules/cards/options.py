@@ -88,19 +88,13 @@ def _ns(ms: Decimal | None, s: Decimal | None) -> int | None:
 
 
 class Cam(_Row):
-    """A contact that the machine of another slot's stepper operates.
-
-    Attributes:
-        first: lowest position of the shaft that operates it, steps; left out = no lower end.
-        last: highest position, inclusive.
-        switch: instead of a range: the stepper's input whose level it follows, such as "home".
-    """
+    """A contact that the machine of another slot's stepper operates."""
 
     input: str
     slot: Annotated[int, Field(ge=1)]
-    first: int | None = None
-    last: int | None = None
-    switch: str | None = None
+    first: int | None = None  # lowest position of the shaft that operates it, steps; left out = no lower end
+    last: int | None = None  # highest position, inclusive
+    switch: str | None = None  # instead of a range: the stepper's input that it follows, such as "home"
 
     @model_validator(mode="after")
     def _is_sound(self) -> Self:

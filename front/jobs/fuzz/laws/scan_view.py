@@ -110,7 +110,7 @@ class Moment:
 
     Attributes:
         ns: virtual time, ns since power-up.
-        slot: the modules by slot number.
+        slot: modules by slot.
         tags: the tags of a ladder program by name; empty for a plain function.
         mode: the CPU's mode: "run", "test", "program" or "single scan".
         axes: returns the commands of the program's axes, one function each.

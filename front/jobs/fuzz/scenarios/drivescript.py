@@ -66,9 +66,6 @@ def _fed_by_bench(machine: MachineSpec) -> list[Switch]:
 class DriveScript(QuietListener):
     """A listener that records the inputs of a module.
 
-    Attributes:
-        by_level: inputs with a switch that the script sets, see `set_by_level`.
-
     Args:
         spec: the rack, without an `obstacle` for the slot.
     """
@@ -79,7 +76,7 @@ class DriveScript(QuietListener):
         self._outputs = live.outputs
         self._scan_ms = spec.scan_ns / 1e6
         fed = {switch.input for switch in _fed_by_bench(slot.machine)}
-        self.by_level = set_by_level(slot.machine)
+        self.by_level = set_by_level(slot.machine)  # switched inputs, see `set_by_level`
         self._free = [bit for bit in InputBit if bit not in fed]
         self._acts = _acts(spec.incidents, slot.number, spec.scan_ns)
         self._lines: list[dict[str, Any]] = [{"new": _bench(spec, slot)}]

@@ -59,16 +59,6 @@ BOTH_SIDES = 2
 class Pcl601Driver(Driver[Drive]):
     """A PCL601 as the link knows it.
 
-    Attributes:
-        limit_side: the active hard limit: +1, -1, 0 for none, `BOTH_SIDES`.
-        direction: of the last motion, 0 before the first.
-        clear_errors: a request to clear the error bits.
-        clear_encoder: a request to set the encoder to 0.
-        estop_on_limits: an active input 4 also activates both hard limits.
-        polls_marks: a registration move stops after a read of its input, and indexes the rest.
-        has_proximity: the proximity's output slows a search for home down, and the switch ends it.
-        captures_encoder: capture the encoder's count instead of the position.
-
     Args:
         options: wiring, and whether the controller's own program is kept from restarting.
     """
@@ -78,15 +68,15 @@ class Pcl601Driver(Driver[Drive]):
         self.unit = unit
         self.encoder = self.inputs = 0
         self.errors = NO_ERROR
-        self.limit_side = 0
-        self.direction = 0
-        self.clear_errors = False
-        self.clear_encoder = False
-        self.estop_on_limits = False
-        self.has_proximity = False
-        self.captures_encoder = False
+        self.limit_side = 0  # the active hard limit: +1, -1, 0 for none, `BOTH_SIDES`
+        self.direction = 0  # of the last motion, 0 before the first
+        self.clear_errors = False  # a request to clear the error bits
+        self.clear_encoder = False  # a request to set the encoder to 0
+        self.estop_on_limits = False  # an active input 4 also activates both hard limits
+        self.has_proximity = False  # the proximity's output slows a search for home, the switch ends it
+        self.captures_encoder = False  # capture the encoder's count instead of the position
         self._takes_over = options.takeover
-        self.polls_marks = False
+        self.polls_marks = False  # a registration move stops after a read of its input, and indexes the rest
         self._disobeys = False
         self._outputs = (MARK_OUTPUT, PROXIMITY_OUTPUT) if options.proximity == "jumper" else (MARK_OUTPUT,)
         self._maybe_on = set(self._outputs)
