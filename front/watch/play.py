@@ -38,7 +38,7 @@ from .history.watched_machines import PER_SLOT, MachineFigures
 from .history.watched_program import LadderNotes
 from .history.watched_python import PythonNotes
 from .keeper import Keeper
-from .monitors.monitor import About
+from .monitors.monitor import SessionFacts
 from .monitors.session_monitor import Setup
 from .prepared_run import PreparedRun, Start, WatchOptions
 from .text import TextView
@@ -235,7 +235,7 @@ class Play:
         key, port = self._key or secrets.token_hex(KEY_BYTES), self._listening.getsockname()[1]
         record = None if wanted.record is None else str(prepared.trace)
         looking, live = wanted.read_only, wanted.live
-        about = About(
+        about = SessionFacts(
             version("scanrack"), job.spec.name, wanted.rack, "rack", looking, live, record,
             branches=not looking and not live,
         )  # fmt: skip

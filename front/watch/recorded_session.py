@@ -32,7 +32,7 @@ from ..traces.read.arrays import extent, read_columns
 from ..traces.read.columns import Selection
 from ..traces.read.reader import Trace, open_trace
 from .gate import Gate
-from .monitors.monitor import About
+from .monitors.monitor import SessionFacts
 from .monitors.trace_monitor import Source, TraceMonitor
 from .play import HOST, KEY_BYTES, Play, listen
 from .prepared_run import WatchOptions
@@ -133,7 +133,7 @@ class OpenedRecording:
         """Return the monitor of the recording; `prepare` prepares branches, see `Play.prepare_branch`."""
         trace, path = self._trace, str(self._place.path)
         name = trace.head.metadata.get("name", self._place.path.stem)
-        about = About(
+        about = SessionFacts(
             version("scanrack"), name, path, "trace", True, False, path, branches=self.job is not None
         )
         return TraceMonitor(

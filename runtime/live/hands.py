@@ -24,7 +24,7 @@ from ..loop.incidents import FaultKind, Incident
 from ..loop.rack import Rack
 from ..loop.scan import CpuMode
 from ..machine.spec import INPUT_NAMES
-from ..modules.record import NamedInputs, Operable
+from ..modules.record import ModuleWithInputs, NamedInputs
 from . import orders
 from .orders import ALL, NAMES, Order, Value, text_of
 
@@ -107,7 +107,7 @@ class Hands:
             if order.on is None:
                 raise ValueError(f"slot {order.slot}: an input of a card is on or off: give true or false")
             device.set_input(order.name, order.on)
-        elif isinstance(device, Operable):
+        elif isinstance(device, ModuleWithInputs):
             bit = INPUT_NAMES.get(order.name.lower())
             if bit is None:
                 raise ValueError(f"there is no input {order.name!r}: inputs are {', '.join(INPUT_NAMES)}")

@@ -38,7 +38,7 @@ _OVER_ON_THE_LINE = "The line is as it should be."
 
 
 @runtime_checkable
-class Fallible(Module, Protocol):
+class ModuleWithFaults(Module, Protocol):
     """A module that can simulate faults."""
 
     def inject(self, trouble: ModuleFault | None) -> None:
@@ -200,7 +200,7 @@ class ExposedModule(Module):
     def _settle(self) -> None:
         """Show the worst of the present faults."""
         worst = next((each for each in WORST_FIRST if each in self._faults), None)
-        if worst is self._current or not isinstance(self.module, Fallible):
+        if worst is self._current or not isinstance(self.module, ModuleWithFaults):
             return
         if worst is FaultKind.REMOVED:
             self._faults.discard(FaultKind.FATAL_ERROR)  # without power it is reset
@@ -214,7 +214,7 @@ class ExposedModule(Module):
 def _can_happen(what: FaultKind, module: Module) -> bool:
     if what in ON_THE_LINE:
         return isinstance(module, OnALine)
-    return what not in TROUBLES or isinstance(module, Fallible)
+    return what not in TROUBLES or isinstance(module, ModuleWithFaults)
 
 
 def _acts(incident: Incident) -> Iterable[tuple[int, Incident, bool]]:

@@ -43,7 +43,7 @@ class AnalogInputs(Protocol):
 
 
 @runtime_checkable
-class Operable(Protocol):
+class ModuleWithInputs(Protocol):
     """A module whose machine has inputs that a person may operate."""
 
     def operate(self, bit: InputBit, energised: bool | None) -> None:

@@ -16,7 +16,7 @@ from live_sessions import FEEDER, LiveSession
 from page_model import PERIOD_NS, TAGS, Lanes, Recorded
 from scanrack.jobs.record.order_repeater import orders_of
 from scanrack.traces.read.reader import open_trace
-from scanrack.watch.monitors.monitor import About, Monitor
+from scanrack.watch.monitors.monitor import Monitor, SessionFacts
 from scanrack.watch.monitors.page import Page
 from scanrack.watch.monitors.questions import ask
 from scanrack.watch.monitors.session_monitor import SessionMonitor, SessionProgram, Setup
@@ -68,7 +68,7 @@ class Watching:
         self.rack, self.dice, self.answers, self.pieces = rack, dice, [], []
         self.session = LiveSession(orders(dice, SCANS), trace, rack, rows=rows)
         ring, machines = self.session.ring, tuple(self.session.machines)
-        about = About("0", "feeder", str(rack), "rack", False, False, str(trace), True)
+        about = SessionFacts("0", "feeder", str(rack), "rack", False, False, str(trace), True)
         setup = Setup(ring.shape, about, "", "", 0, machines, str(trace), self.programs())
         self.monitor: Monitor = SessionMonitor(setup, ring, Pipe()[0])
         self.page, self.asking = Page(), Page()

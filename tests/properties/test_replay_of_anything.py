@@ -15,7 +15,7 @@ from amounts import amount
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scanrack.io_images import Image
-from scanrack.jobs.replay.replaying import Into, Replay
+from scanrack.jobs.replay.replaying import Replay, ReplayTarget
 from scanrack.jobs.run.build import build_cpu, build_rack
 from scanrack.runtime.config.rackspec import RackSpec, SlotSpec
 from scanrack.runtime.loop.cpu import Cpu
@@ -100,8 +100,12 @@ def test_a_recording_replayed_is_the_recording(
             cpu.run(1)
     with open_trace(trace) as opened:
         recording = Recording.of(opened)
-    for into in (Into.MODULE, Into.PROGRAM, Into.RACK) if not begin else (Into.PROGRAM,):
-        logic = None if into is Into.MODULE else logic_of(choices)
+    for into in (
+        (ReplayTarget.MODULE, ReplayTarget.PROGRAM, ReplayTarget.RACK)
+        if not begin
+        else (ReplayTarget.PROGRAM,)
+    ):
+        logic = None if into is ReplayTarget.MODULE else logic_of(choices)
         replay = Replay(recording, spec, logic, into, [1])
         found = replay.run(EXACT, to_the_end=False).comparison()
         assert found.same, (into, found.first)

@@ -16,7 +16,7 @@ from blocks3601 import BlocksBench
 from scanrack import Axis3601, Configuration, Direction, Logic
 from scanrack.io_images.amci3601 import Acceleration, BlendSegment, InputBit
 from scanrack.io_images.image import Image
-from scanrack.jobs.fuzz.laws.busy import Rests, axes_in
+from scanrack.jobs.fuzz.laws.busy import RestMeter, axes_in
 from scanrack.ladder.python.axis3601.drive import Drive
 from scanrack.runtime.loop.cpu import Cpu
 from scanrack.runtime.loop.exchange import EndOfScan, EveryRpi
@@ -137,7 +137,7 @@ class Lawful:
 
     module: Amci3601
     cpu: Cpu
-    rests: Rests
+    rests: RestMeter
 
     def check_the_law(self) -> None:
         """Check it at the end of a scan."""
@@ -163,7 +163,7 @@ class PythonSide(Lawful):
         self.logic = Script()
         exchange = EndOfScan() if rpi_ms is None else EveryRpi(rpi_ms * 1_000_000)
         self.cpu = Cpu(self.rack, self.logic, scan_ms * 1_000_000, exchange=exchange)
-        self.rests = Rests(axes_in(self.logic, {}))
+        self.rests = RestMeter(axes_in(self.logic, {}))
         self.deed: str | None = None
         self.last: dict[str, Any] = {}
         self.near = False
@@ -202,7 +202,7 @@ class RungSide(Lawful):
     def __init__(self, *, scan_ms: int = 2, rpi_ms: int | None = None) -> None:
         self.bench = BlocksBench(scan_ms=scan_ms, rpi_ms=rpi_ms, machine=SWITCHES)
         self.module, self.cpu = self.bench.module, self.bench.cpu
-        self.rests = Rests(axes_in(self.bench.engine, self.bench.tags))
+        self.rests = RestMeter(axes_in(self.bench.engine, self.bench.tags))
         for number, word in enumerate(WORDS):
             self.bench.tags[f"Configuration[{number}]"] = (word ^ 0x8000) - 0x8000
         for number, values in enumerate(SEGMENTS):

@@ -106,7 +106,7 @@ def _fitting(signals: Sequence[Signal]) -> list[Signal]:
 
 def _changing(trace: Trace, signals: Sequence[Signal], selection: Selection) -> list[Signal]:
     """Return the signals that have more than one value, in the same order."""
-    watched = {signal.name: Steady(signal) for signal in signals}
+    watched = {signal.name: SteadyCheck(signal) for signal in signals}
     for block in blocks(trace, selection):
         for each in watched.values():
             if each.same:
@@ -114,7 +114,7 @@ def _changing(trace: Trace, signals: Sequence[Signal], selection: Selection) -> 
     return [signal for signal in signals if not watched[signal.name].same]
 
 
-class Steady:
+class SteadyCheck:
     """Checks whether a signal keeps its first value; NaN is equal to NaN."""
 
     def __init__(self, signal: Signal) -> None:
@@ -145,7 +145,7 @@ class TagTracks(Generic[C]):
     ) -> None:
         self._outside = StepFinder(outside)
         numbers = [signal for signal in signals if signal.kind is SignalKind.NUMBER]
-        self._curves = [(Steady(signal), maker()) for signal in numbers]
+        self._curves = [(SteadyCheck(signal), maker()) for signal in numbers]
         self._steps = [
             (signal, StepFinder(signal)) for signal in signals if signal.kind is not SignalKind.NUMBER
         ]
@@ -182,7 +182,7 @@ class TagTracks(Generic[C]):
         )
 
 
-def _number(steady: Steady) -> str:
+def _number(steady: SteadyCheck) -> str:
     """Return the value of an unchanged number: integers in full."""
     return str(steady.first) if steady.signal.bits else f"{steady.first:.9g}"
 

@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from ...jobs.load.loading import load_job, load_spec
-from ...jobs.replay.replaying import Into, Replay, Stimuli, check_slots, with_stimuli
+from ...jobs.replay.replaying import Replay, ReplayTarget, Stimuli, check_slots, with_stimuli
 from ...jobs.trust.attachments import job_of, spec_of
 from ...runtime.config.rackspec import RackSpec
 from ...runtime.loop.scan import ScanLogic
@@ -32,13 +32,13 @@ def _replay_command(
         Path, typer.Argument(metavar="TRACE", help="The recording, an MCAP file.", show_default=False)
     ],
     into: Annotated[
-        Into,
+        ReplayTarget,
         typer.Option(
             "--into",
             help="Recorded outputs into the modules, recorded inputs into the program, or recorded stimuli "
             "into the whole rack.",
         ),
-    ] = Into.MODULE,
+    ] = ReplayTarget.MODULE,
     slot: Annotated[
         int | None, typer.Option("--slot", metavar="N", help="Compare this slot only.", show_default="all")
     ] = None,
@@ -84,7 +84,7 @@ def _replay_command(
             recording = Recording.of(trace)
             tell_notes(trace)
             spec, logic = _sources(trace, Path(folder), into, rack, program, trust=trust)
-            chosen = stimuli or (Stimuli.RECORDED if into is Into.RACK else Stimuli.MACHINE)
+            chosen = stimuli or (Stimuli.RECORDED if into is ReplayTarget.RACK else Stimuli.MACHINE)
             slots = check_slots(recording, spec, slot)
             replay = Replay(recording, with_stimuli(spec, recording, chosen), logic, into, slots)
             follower = replay.run(
@@ -100,10 +100,10 @@ def _replay_command(
 
 
 def _sources(
-    trace: Trace, folder: Path, into: Into, rack: str | None, program: str | None, *, trust: bool
+    trace: Trace, folder: Path, into: ReplayTarget, rack: str | None, program: str | None, *, trust: bool
 ) -> tuple[RackSpec, ScanLogic | None]:
     """Return the rack and, unless the recorded outputs are played, the logic."""
-    if into is Into.MODULE:
+    if into is ReplayTarget.MODULE:
         if program is not None:
             raise ValueError(
                 "--program goes with --into program or rack: a module is played recorded outputs"

@@ -24,7 +24,7 @@ from .input_levels import recorded_levels
 from .tag_orders import TagOrders, first_few
 
 
-class Into(StrEnum):
+class ReplayTarget(StrEnum):
     """The receiver of a recording."""
 
     MODULE = "module"
@@ -53,18 +53,27 @@ class Replay:
     """
 
     def __init__(
-        self, recording: Recording, spec: RackSpec, logic: ScanLogic | None, into: Into, slots: Sequence[int]
+        self,
+        recording: Recording,
+        spec: RackSpec,
+        logic: ScanLogic | None,
+        into: ReplayTarget,
+        slots: Sequence[int],
     ) -> None:
         self._recording = recording
         self._spec = spec
         self._score = score_of(recording)
-        self.rack = build_rack(spec) if into is not Into.PROGRAM else recorded_rack(recording, spec)
+        self.rack = build_rack(spec) if into is not ReplayTarget.PROGRAM else recorded_rack(recording, spec)
         self._logic = logic or recorded_outputs(self._score, recording.memory)
-        directions = {Into.MODULE: ("in",), Into.PROGRAM: ("out",), Into.RACK: ("in", "out")}[into]
+        directions = {
+            ReplayTarget.MODULE: ("in",),
+            ReplayTarget.PROGRAM: ("out",),
+            ReplayTarget.RACK: ("in", "out"),
+        }[into]
         self._orders: TagOrders | None = None
         self._images: list[Image] = [(slot, direction) for slot in slots for direction in directions]
         self.notes = list(_assumptions(into, self._score))  # restrictions of the replay, in words
-        if into is not Into.MODULE:
+        if into is not ReplayTarget.MODULE:
             self.notes += edit_notes(recording.events)
             self._orders = TagOrders(self._score, recording.events)
             self.notes += self._orders.notes
@@ -151,13 +160,13 @@ def is_edit(event: TraceEvent) -> bool:
 
 
 _FRESH = {
-    Into.MODULE: "the module is taken to be just powered up",
-    Into.PROGRAM: "the program is taken to have just been started",
-    Into.RACK: "the rack is taken to be just powered up",
+    ReplayTarget.MODULE: "the module is taken to be just powered up",
+    ReplayTarget.PROGRAM: "the program is taken to have just been started",
+    ReplayTarget.RACK: "the rack is taken to be just powered up",
 }
 
 
-def _assumptions(into: Into, score: Score) -> Iterator[str]:
+def _assumptions(into: ReplayTarget, score: Score) -> Iterator[str]:
     first = score.numbers[0]
     if first:
         yield f"the trace begins with scan {first:,}, in mid-life: {_FRESH[into]} then"

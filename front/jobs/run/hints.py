@@ -36,7 +36,7 @@ _FIRST_PARAMETER = 2
 
 
 @dataclass(frozen=True, slots=True)
-class Unheard:
+class IgnoredParameters:
     """Parameters that changed while a move's bit stayed on."""
 
     scan: int
@@ -57,7 +57,7 @@ class SlotHints:
 
     def __init__(self, slot: Slot, wired: int, tell: Callable[[str], object]) -> None:
         self.number = slot.number
-        self.unheard: Unheard | None = None
+        self.unheard: IgnoredParameters | None = None
         self._slot, self._wired, self._tell = slot, wired, tell
         self._raw = slot.outputs.raw
         self._before = bytes(self._raw)
@@ -82,7 +82,7 @@ class SlotHints:
         elif on:
             changed = tuple(word for word in range(_FIRST_PARAMETER, 8) if before[word] != after[word])
             if changed:
-                self.unheard = Unheard(scan, changed, str(CommandMsw(on & -on).name))
+                self.unheard = IgnoredParameters(scan, changed, str(CommandMsw(on & -on).name))
 
     def _look_for_configuration(self) -> None:
         """Warn when a configuration has been accepted: the module mirrors it [chapter 3]."""

@@ -22,7 +22,7 @@ from .sentences import told, told_sender
 from .source.class_names import Names
 from .source.conditions import source_line
 from .source.lines import Line
-from .traced_run import Again, Load, TracedChange, Watched, fresh, run_again
+from .traced_run import Load, TracedChange, TracedRun, Watched, fresh, run_again
 from .waits import waits
 
 NO_LINE = "no line of the program wrote it in that scan: a force came or went, or a test wrote it"
@@ -142,12 +142,12 @@ class Why:
             if each.scan == scan and each.fields.get("slot", 0) == slot and each.topic != "/texts":
                 yield f"  {describe(each.topic, each.scan, each.fields)}"
 
-    def _again(self, rows: frozenset[int], last: int, watched: Watched | None = None) -> Again | None:
+    def _again(self, rows: frozenset[int], last: int, watched: Watched | None = None) -> TracedRun | None:
         if self.load is None or self.spec is None:
             return None
         return run_again(self.recording, self.spec, self.load, rows, last, watched)
 
-    def _by_line(self, said: str, row: int, again: Again | None, at: int, mask: int) -> Iterator[str]:
+    def _by_line(self, said: str, row: int, again: TracedRun | None, at: int, mask: int) -> Iterator[str]:
         """Yield the line that changed a word; `at` is its place among all output images."""
         if self.recording.flags[row] & ScanFlag.FAULT:
             yield f"{said}: the CPU faulted, which zeroes all outputs"
@@ -184,7 +184,7 @@ class Why:
             self.lines.append(made[-1].line)
             yield from told(said, made[-1], slots, lambda slot: self.past.words(slot, "in", row))
 
-    def _departed(self, again: Again) -> str:
+    def _departed(self, again: TracedRun) -> str:
         assert again.departs is not None
         return (
             "no line can be named: run again on the recorded inputs, the program writes other words from "
@@ -214,7 +214,7 @@ class Why:
                 by_row.setdefault(row, []).append(word)
         yield from sorted(by_row.items(), reverse=True)
 
-    def _of_words(self, slot: SlotInfo, row: int, words: Sequence[int], again: Again | None) -> list[str]:
+    def _of_words(self, slot: SlotInfo, row: int, words: Sequence[int], again: TracedRun | None) -> list[str]:
         before = self.past.words(slot.number, "out", row - 1) if row else (0,) * WORDS
         what = module_text(slot, "out", before, self.past.words(slot.number, "out", row))
         names = f"word{'s' if len(words) > 1 else ''} {', '.join(map(str, words))}"
@@ -271,7 +271,7 @@ class Why:
             yield f"{said}, and has been since the program was loaded."
         else:
             row = first.watched
-            again = self._again(frozenset({row}), row, watched) or Again()
+            again = self._again(frozenset({row}), row, watched) or TracedRun()
             made = [each for each in again.changes.get(row, ()) if each.before[1] != each.after[1]]
             yield from self._told(f"{said} since {self.past.when(row)}", made, row)
 

@@ -62,7 +62,7 @@ class TracedChange:
 
 
 @dataclass(slots=True)
-class Again:
+class TracedRun:
     """The result of a repeated run.
 
     Attributes:
@@ -92,7 +92,7 @@ def run_again(
     rows: frozenset[int],
     last: int,
     watched: Watched | None = None,
-) -> Again:
+) -> TracedRun:
     """Run a program again on the inputs of a recording.
 
     Args:
@@ -138,7 +138,7 @@ class _TracedLogic(LogicWrapper):
         self._values: dict[Line, dict[str, str]] = {}
         self._looked = 0
         self.following: InputReplay  # the run that it belongs to
-        self.found = Again(value=None if read is None else read())
+        self.found = TracedRun(value=None if read is None else read())
 
     def __call__(self, scan: LogicScan) -> None:
         self._reads.watch(scan.slot)

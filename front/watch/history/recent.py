@@ -12,7 +12,7 @@ KEPT = 1 << 16
 """Least number of kept rows."""
 
 
-class Recent:
+class RecentRows:
     """The latest rows in the order of their scans, `KEPT` to twice as many."""
 
     def __init__(self, dtype: np.dtype[Any]) -> None:

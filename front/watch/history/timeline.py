@@ -20,7 +20,7 @@ from ...traces.format.tagplan import TagField
 from ...traces.read.arrays import extent, read_columns
 from ...traces.read.columns import Columns, Selection
 from ...traces.read.reader import Trace, open_trace
-from .recent import Recent
+from .recent import RecentRows
 
 WINDOWS = 4
 """Stretches of a trace kept in memory."""
@@ -32,7 +32,7 @@ WINDOW = 8192
 class Timeline:
     """Rows by scan."""
 
-    def __init__(self, recent: Recent, path: Path | None) -> None:
+    def __init__(self, recent: RecentRows, path: Path | None) -> None:
         self.recent = recent
         self.path = path
         self._trace: Trace | None = None

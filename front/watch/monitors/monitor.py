@@ -21,7 +21,7 @@ from ...runtime.live.ring import Row
 from ..history.catalog import NOTHING_SHOWN, shown_value, value_of
 from ..history.event_log import States
 from ..history.lanes import ValueHistory
-from ..history.recent import Recent
+from ..history.recent import RecentRows
 from ..history.stretch import Stretch, Stretches
 from ..history.strip import piece_of, signals_of
 from ..history.timeline import Timeline
@@ -29,7 +29,7 @@ from ..history.watched_program import Inputs, Values
 from .hello import incidents_of, slots_of
 from .page import Page
 from .picture import Places, changed, mode_of
-from .question_process import Elsewhere
+from .question_process import QuestionProcesses
 
 Json = dict[str, Any]
 
@@ -44,7 +44,7 @@ STRIP_FIRST = 2048
 
 
 @dataclass(frozen=True, slots=True)
-class About:
+class SessionFacts:
     """Facts of a session or a recording beside its rack."""
 
     version: str
@@ -77,7 +77,7 @@ class Subject:
         }
         self.places = Places(self.words, machines)
         self.signals = signals_of(self.words, [slot for slot, each in self.words.items() if is_stepper(each)])
-        self.recent = Recent(dtype)
+        self.recent = RecentRows(dtype)
         self.timeline = Timeline(self.recent, trace)
         self.told = ValueHistory(spec.scan_ns)
         self.programs = Stretches(list(self.words), self.timeline, self.told)
@@ -96,7 +96,7 @@ class Subject:
             following = self.programs.end_of(program) + 1
         return piece, following
 
-    def described(self, about: About, program: Stretch) -> Json:
+    def described(self, about: SessionFacts, program: Stretch) -> Json:
         """Return the first message to a page."""
         return {
             "version": about.version,
@@ -118,10 +118,10 @@ class Subject:
 class Monitor(ABC):
     """The source of pages."""
 
-    def __init__(self, about: About, subject: Subject, states: States) -> None:
+    def __init__(self, about: SessionFacts, subject: Subject, states: States) -> None:
         self.about, self.subject, self.states = about, subject, states
         self.pages: list[Page] = []
-        self.elsewhere = Elsewhere()
+        self.elsewhere = QuestionProcesses()
         self.latest: Row | None = None  # the row of the latest scan; None before the first
         self.over = False  # whether the server is to end
 

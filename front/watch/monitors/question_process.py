@@ -28,7 +28,7 @@ class _Open:
     command: str
 
 
-class Elsewhere:
+class QuestionProcesses:
     """The questions in work by processes; one per page, the latest."""
 
     def __init__(self) -> None:

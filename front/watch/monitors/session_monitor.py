@@ -21,7 +21,7 @@ from ...runtime.loop.scan import ScanFlag
 from ..history.event_log import EventLog
 from ..history.indexer import SLICE, Indexer, indexable
 from ..history.recorded_events import RecordedEvents
-from .monitor import About, Monitor, Subject
+from .monitor import Monitor, SessionFacts, Subject
 from .page import Page
 from .picture import late_scans, speed_reached
 from .questions import QUESTIONS
@@ -46,7 +46,7 @@ class Setup:
     """The scan process's data for a monitor."""
 
     shape: RingShape
-    about: About
+    about: SessionFacts
     key: str
     host: str
     port: int

@@ -23,7 +23,7 @@ from ..history.indexer import SLICE, Indexer, indexable
 from ..history.recorded_events import RecordedEvents
 from ..history.stretch import Stretch
 from ..history.watched_machines import PER_SLOT
-from .monitor import About, Monitor, Subject
+from .monitor import Monitor, SessionFacts, Subject
 from .page import Page
 
 Json = dict[str, Any]
@@ -54,7 +54,7 @@ class TraceMonitor(Monitor):
 
     def __init__(
         self,
-        about: About,
+        about: SessionFacts,
         trace: Trace,
         path: Path,
         spec: RackSpec,

@@ -11,14 +11,14 @@ from .value_texts import unsaid, value_of
 
 
 @dataclass(frozen=True, slots=True)
-class How:
+class ValueReading:
     """How values are read."""
 
     keep: bool = False  # whether zeros are values, as the type has other initial values
     say: Callable[[str], None] = unsaid  # called with each value that is omitted or truncated
 
 
-def scalar(text: str | None, kind: Elementary, how: How) -> Any:
+def scalar(text: str | None, kind: Elementary, how: ValueReading) -> Any:
     """Return an elementary value, None for the type's initial value; a ValueTextError if it is invalid."""
     if text is None:
         return None

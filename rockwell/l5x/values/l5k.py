@@ -11,7 +11,7 @@ from typing import Any
 
 from ....ladder.model.types import DINT, DataType, Elementary, Member, Structure, count_of
 from ..xml.records import number_of
-from .initials import How, nested, scalar
+from .initials import ValueReading, nested, scalar
 from .value_texts import ValueTextError, unquoted_or_raise
 
 _DEEPEST = 64  # maximum depth of brackets
@@ -22,7 +22,7 @@ _TOKEN = re.compile(
 )
 
 
-def from_l5k(text: str, kind: DataType, dims: tuple[int, ...], how: How) -> Any:
+def from_l5k(text: str, kind: DataType, dims: tuple[int, ...], how: ValueReading) -> Any:
     """Return an initial value as in `Tag.initial`, None for the type's own; or raise a ValueTextError."""
     text = text.strip()
     if not text:
@@ -58,7 +58,7 @@ def _l5k_tree(text: str) -> Any:
     return outer[0]
 
 
-def _l5k_value(tree: Any, kind: DataType, dims: tuple[int, ...], how: How) -> Any:
+def _l5k_value(tree: Any, kind: DataType, dims: tuple[int, ...], how: ValueReading) -> Any:
     if dims:
         return _l5k_array(tree, kind, dims, how)
     if isinstance(kind, Elementary):
@@ -68,7 +68,7 @@ def _l5k_value(tree: Any, kind: DataType, dims: tuple[int, ...], how: How) -> An
     return _l5k_structure(tree, kind, how) if isinstance(tree, list) else None
 
 
-def _l5k_array(tree: Any, kind: DataType, dims: tuple[int, ...], how: How) -> Any:
+def _l5k_array(tree: Any, kind: DataType, dims: tuple[int, ...], how: ValueReading) -> Any:
     flat: list[Any] = [tree]
     for _ in dims:
         flat = [each for part in flat if isinstance(part, list) for each in part]
@@ -88,7 +88,7 @@ def _l5k_string(tree: Any, kind: Structure) -> str | None:
     return characters[:most] or None if most is not None else None
 
 
-def _l5k_structure(tree: Sequence[Any], kind: Structure, how: How) -> Any:
+def _l5k_structure(tree: Sequence[Any], kind: Structure, how: ValueReading) -> Any:
     """Return members in memory order; status bits of predefined types share a first word."""
     bits = [each for each in kind.own if each.bit is not None]
     words = [each for each in kind.own if each.bit is None]
@@ -107,7 +107,7 @@ def _l5k_structure(tree: Sequence[Any], kind: Structure, how: How) -> Any:
     return found or None
 
 
-_KEPT = How(keep=True)
+_KEPT = ValueReading(keep=True)
 
 
 def _bit(member: Member) -> int:

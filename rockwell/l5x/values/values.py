@@ -28,7 +28,7 @@ from ....ladder.model.types import BOOL, DataType, Elementary, Member, Structure
 from ....ladder.state.memory import meant_by
 from ..xml.records import Data
 from .datatypes import Types, has_initials
-from .initials import How, nested, scalar
+from .initials import ValueReading, nested, scalar
 from .l5k import from_l5k
 from .raw import bytes_in, fits, from_bytes, is_certain
 from .value_texts import TRUTH, ValueTextError, unquoted_or_raise, unsaid, value_of
@@ -45,7 +45,7 @@ def initial_of(
 ) -> Any:
     """Return an initial value from `Data` elements, None for the type's own, or raise a ValueTextError."""
     found = {each.get("Format", ""): each for each in data}
-    how = How(has_initials(kind), say)
+    how = ValueReading(has_initials(kind), say)
     inner = next(found["Decorated"].iterchildren("*"), None) if "Decorated" in found else None
     raw = bytes_in(found[""]) if "" in found else None
     if raw and types.has_known_bytes(kind) and fits(raw, kind, dims) and (inner is None or is_certain(kind)):
@@ -83,7 +83,7 @@ def _refuse_bytes(element: Data, raw: bytes | None, kind: DataType, *, known: bo
 # --- decorated
 
 
-def _decorated(element: Data, kind: DataType, dims: tuple[int, ...], how: How) -> Any:
+def _decorated(element: Data, kind: DataType, dims: tuple[int, ...], how: ValueReading) -> Any:
     if dims:
         return _array(element, kind, dims, how)
     if isinstance(kind, Elementary):
@@ -91,7 +91,7 @@ def _decorated(element: Data, kind: DataType, dims: tuple[int, ...], how: How) -
     return _structure(element, kind, how)
 
 
-def _structure(element: Data, kind: Structure, how: How) -> Any:
+def _structure(element: Data, kind: Structure, how: ValueReading) -> Any:
     if kind.is_string and element.find("ArrayMember/Element") is None:
         data = next((each for each in element.iterchildren("*") if each.get("Name") == "DATA"), None)
         return None if data is None else _cut(_quoted(data), kind) or None
@@ -135,7 +135,7 @@ def _cut(text: str, kind: Structure) -> str:
     return text[: kind.members[1].dims[0]]
 
 
-def _array(element: Data, kind: DataType, dims: tuple[int, ...], how: How) -> Any:
+def _array(element: Data, kind: DataType, dims: tuple[int, ...], how: ValueReading) -> Any:
     """Return nested lists, None if all elements have the type's initial value."""
     total = count_of(dims)
     values: list[Any] = [None] * total

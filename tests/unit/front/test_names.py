@@ -17,7 +17,7 @@ FILES = sorted(path.relative_to(HOUSE) for top in TOP for path in (HOUSE / top).
 
 IRREGULAR = re.compile(
     "begun|bought|bound|broken|brought|built|caught|chosen|done|drawn|driven|felt|found|frozen|given|gone|got|grown|"
-    "heard|held|hidden|kept|known|laid|learnt|left|lent|lost|made|meant|met|paid|ran|said|seen|sent|shown|sold|sought|"
+    "(?:un)?heard|held|hidden|kept|known|laid|learnt|left|lent|lost|made|meant|met|paid|ran|said|seen|sent|shown|sold|sought|"
     "spent|spoken|stood|struck|sunk|taken|taught|thought|thrown|told|torn|understood|won|worn|written"
 )
 """Participles, and forms of the past, that do not end in -ed."""

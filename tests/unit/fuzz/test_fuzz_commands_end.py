@@ -3,7 +3,7 @@
 import pytest
 from scanrack.io_images.amci3601 import Configuration, InputBit
 from scanrack.jobs.fuzz import STANDARD, Scenario, TrialBench
-from scanrack.jobs.fuzz.laws.busy import Rests, axes_in
+from scanrack.jobs.fuzz.laws.busy import RestMeter, axes_in
 from scanrack.ladder.python.axis3601 import Axis3601
 from scanrack.ladder.python.axis3601.evidence import Evidence
 from scanrack.ladder.python.sequences import Logic, dwell, sequence
@@ -66,7 +66,7 @@ AXIS |= {"In[0]": MODULE_OK, "In[1]": 0, "Out[1]": 0, "RoundTrip": 10}
 def test_the_law_of_an_axis_of_motion_blocks(members, linked, held_s):
     """A search for home may rest for 3 s more; a follower rests with its encoder."""
     tags = {f"Axis.{name}": value for name, value in {**AXIS, **members}.items()}
-    rests = Rests(axes_in(lambda scan: None, Tags(tags)))
+    rests = RestMeter(axes_in(lambda scan: None, Tags(tags)))
     said = [rests.too_long(at_ms * MS, linked=linked) for at_ms in range(0, 10_000, 100)]
     held = next((row for row, each in enumerate(said) if each), None)
     assert held == (None if held_s is None else 10 * held_s + 1)
@@ -81,7 +81,7 @@ class Tags(dict):
 
 def test_a_blend_that_is_programmed_goes_on_at_rest():
     tags = Tags({f"Axis.{name}": value for name, value in AXIS.items()})
-    rests = Rests(axes_in(lambda scan: None, tags))
+    rests = RestMeter(axes_in(lambda scan: None, tags))
     for at_ms in range(0, 10_000, 500):
         tags["Axis.Out[1]"] ^= 0x200
         assert rests.too_long(at_ms * MS, linked=True) is None

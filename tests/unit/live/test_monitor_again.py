@@ -9,7 +9,7 @@ from multiprocessing.connection import Connection
 import pytest
 from live_sessions import FEEDER, LiveSession
 from recordings import chunks_read
-from scanrack.watch.monitors.monitor import About
+from scanrack.watch.monitors.monitor import SessionFacts
 from scanrack.watch.monitors.page import Page
 from scanrack.watch.monitors.session_monitor import SessionMonitor, SessionProgram, Setup
 
@@ -23,7 +23,7 @@ def test_its_first_picture_takes_a_few_chunks(tmp_path, monkeypatch, scans):
     session = LiveSession([(PRESSED, press)], trace)
     session.play(scans)
     ran = SessionProgram(0, str(FEEDER.parent), "feeder.toml", "feeder.rung")
-    about = About("0", "feeder", str(FEEDER), "rack", False, False, None)
+    about = SessionFacts("0", "feeder", str(FEEDER), "rack", False, False, None)
     setup = Setup(session.ring.shape, about, "", "", 0, (1,), str(trace), (ran,), started=1)
     for _ in range(8):  # what the monitor before has read is overwritten
         session.ring.messages.write(b'{"values":{"scan":0,"values":{}}}' + b" " * (1 << 17))

@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
-from scanrack.watch.history.recent import Recent
+from scanrack.watch.history.recent import RecentRows
 
 ROW = np.dtype([("scan", np.int64), ("wall_ns", np.int64)])
 
 
 @pytest.mark.parametrize("batches", [[[0, 1, 2, 2]], [[0, 1, 2], [2]], [[0], [1, 1], [1, 2, 2], [2]]])
 def test_a_scan_that_is_told_again_is_one_row(batches):
-    recent, wall_ns = Recent(ROW), 0
+    recent, wall_ns = RecentRows(ROW), 0
     for batch in batches:
         rows = np.zeros(len(batch), ROW)
         rows["scan"] = batch

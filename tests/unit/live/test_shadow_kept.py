@@ -2,7 +2,7 @@
 
 from scanrack.runtime.live.ring import row_type
 from scanrack.watch.history.lanes import ValueHistory
-from scanrack.watch.history.recent import Recent
+from scanrack.watch.history.recent import RecentRows
 from scanrack.watch.history.shadow import MOST_INPUTS, MOST_VALUES, THINNED, SnapshotStore
 from scanrack.watch.history.stretch import Stretches
 from scanrack.watch.history.timeline import Timeline
@@ -31,7 +31,7 @@ def test_notes_of_inputs_are_bounded():
 
 
 def test_each_program_of_a_session_has_values_of_its_own():
-    programs = Stretches([], Timeline(Recent(row_type(0, 0)), None), ValueHistory(2_000_000))
+    programs = Stretches([], Timeline(RecentRows(row_type(0, 0)), None), ValueHistory(2_000_000))
     programs.kept(1).take(Values(256, {"a": 1}, 1))  # its notes may come before the edited program
     begins, edited = programs.add(0, None, None), programs.add(200, None, None)
     assert (begins.kept.scans, edited.kept.scans) == ([], [256])

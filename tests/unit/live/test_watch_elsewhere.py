@@ -10,7 +10,7 @@ from scanrack.traces.read.columns import Columns, join
 from scanrack.traces.read.reader import open_trace
 from scanrack.watch.monitors import question_process
 from scanrack.watch.monitors.page import Page
-from scanrack.watch.monitors.question_process import Elsewhere
+from scanrack.watch.monitors.question_process import QuestionProcesses
 from typer.testing import CliRunner
 
 SCANS = 1500
@@ -32,7 +32,7 @@ def columns(recording):
 
 @pytest.fixture
 def asked():
-    made = Elsewhere()
+    made = QuestionProcesses()
     yield made
     made.close()
 

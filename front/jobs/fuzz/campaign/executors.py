@@ -15,7 +15,7 @@ from .fresh import Worker
 from .state import CampaignError
 
 
-class Here(Executor):
+class InlineExecutor(Executor):
     """Runs every task at once, in this process."""
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
@@ -157,7 +157,7 @@ def executor_of(jobs: int, dask: str | None, say: Say = lambda _text: None) -> C
     """
     if dask is not None:
         return lambda: _dask(dask, say)
-    return Here if jobs == 1 else lambda: Processes(jobs)
+    return InlineExecutor if jobs == 1 else lambda: Processes(jobs)
 
 
 def _dask(address: str, say: Say) -> Executor:

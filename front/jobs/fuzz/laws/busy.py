@@ -35,7 +35,7 @@ SEARCH, FOLLOWER = 4, 10
 
 
 @dataclass(frozen=True, slots=True)
-class Busy:
+class BusyCommand:
     """A command in progress."""
 
     text: object  # its name, or an object that has it
@@ -44,7 +44,7 @@ class Busy:
     limit_ns: int
 
 
-Question = Callable[[], Busy | None]
+Question = Callable[[], BusyCommand | None]
 """Returns the command of an axis that is in progress now."""
 
 
@@ -57,19 +57,19 @@ def axes_in(logic: ScanLogic, tags: NamedTags) -> tuple[Question, ...]:
 
 
 def _of_python(axis: Axis3601) -> Question:
-    def ask() -> Busy | None:
+    def ask() -> BusyCommand | None:
         command = axis.commanded
         if command is None or not command.busy:
             return None
         idle = axis.status.MODULE_OK and not axis.moving
         rests = idle and not (command.kind is GEAR and axis.status.ENC_FOLLOWER)
-        return Busy(command, rests, axis.phase, _limit_ns(axis.trip_ns, searches=command.kind is HOME))
+        return BusyCommand(command, rests, axis.phase, _limit_ns(axis.trip_ns, searches=command.kind is HOME))
 
     return ask
 
 
 def _of_blocks(tags: NamedTags, name: str) -> Question:
-    def ask() -> Busy | None:
+    def ask() -> BusyCommand | None:
         step = tags[f"{name}.Step"]
         if not step and tags[f"{name}.Ticket"] == tags[f"{name}.Taken"]:
             return None
@@ -78,7 +78,7 @@ def _of_blocks(tags: NamedTags, name: str) -> Question:
         idle = msw & StatusMsw.MODULE_OK.value and not tags[f"{name}.Moving"]
         rests = bool(idle) and not (kind == FOLLOWER and lsw & StatusLsw.ENC_FOLLOWER.value)
         limit_ns = _limit_ns(1_000_000 * tags[f"{name}.RoundTrip"], searches=kind == SEARCH)
-        return Busy(f"{name}, kind {kind}, step {step}", rests, tags[f"{name}.Out[1]"], limit_ns)
+        return BusyCommand(f"{name}, kind {kind}, step {step}", rests, tags[f"{name}.Out[1]"], limit_ns)
 
     return ask
 
@@ -87,7 +87,7 @@ def _limit_ns(trip_ns: int, *, searches: bool) -> int:
     return max(SECOND_NS, 3 * trip_ns) + HOME_REST_NS * searches
 
 
-class Rests:
+class RestMeter:
     """Measures the rests of a program's axes under a command."""
 
     def __init__(self, axes: Iterable[Question]) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from .busy import Rests
+from .busy import RestMeter
 from .invariants import Invariant, Watch, always, never
 from .scan_view import Moment
 
@@ -38,11 +38,11 @@ def one_motion(now: Moment) -> bool:
 
 
 def _commands_end() -> Watch:
-    rests: list[Rests] = []
+    rests: list[RestMeter] = []
 
     def watch(now: Moment) -> str | None:
         if not rests or now.resting:  # the axes begin anew when the PLC runs again
-            rests[:] = [Rests(now.axes)]
+            rests[:] = [RestMeter(now.axes)]
         return rests[0].too_long(now.ns, linked=all(slot.linked for slot in now.slot.values()))
 
     return watch
