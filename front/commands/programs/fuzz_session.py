@@ -21,7 +21,7 @@ from ...jobs.fuzz.campaign.campaign import campaign
 from ...jobs.fuzz.campaign.confirming import Confirmation
 from ...jobs.fuzz.campaign.executors import executor_of
 from ...jobs.fuzz.campaign.state import RECORDING, State, read_state, write_state
-from ...jobs.fuzz.campaign.working import ForkedWork, Work
+from ...jobs.fuzz.campaign.working import OwnProcess, Work
 from ...jobs.fuzz.folder_lock import STATE_NAME
 from ...jobs.fuzz.job import Setup, bench_of, hand_over
 from ...jobs.fuzz.report import mended
@@ -173,7 +173,7 @@ class Session:
 
             try:
                 campaign(
-                    Work(self.setup) if self.dask is None else ForkedWork(Work(self.setup.from_anywhere())),
+                    Work(self.setup) if self.dask is None else OwnProcess(Work(self.setup.from_anywhere())),
                     state,
                     executor_of(self.jobs, self.dask, complain),
                     examples=self.examples,

@@ -30,7 +30,7 @@ class Page:
         self.lanes_at: int | None = None  # the last scan of their lanes; None before the first frame
         self.past: int | None = None  # the scan that it shows; None = the latest
         self.row: Row | None = None
-        self.place: int | None = None  # the last row in `RecentRows` of its strip; None before the first frame
+        self.place: int | None = None  # the last row of its strip; None before the first frame
         self.events: int | None = None  # number of its next event; None before the first frame
         self.last: Json = {}
         self.outbox: deque[Json] = deque()

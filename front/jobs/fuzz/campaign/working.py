@@ -43,7 +43,7 @@ class Work:
 
 
 @dataclass(frozen=True, slots=True)
-class ForkedWork:
+class OwnProcess:
     """Runs a task in a process of its own.
 
     The worker of a cluster may run several tasks in threads of one process, which the modules of a program
