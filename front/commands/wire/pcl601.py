@@ -119,7 +119,7 @@ def set_register(
 def output(
     context: typer.Context,
     number: Annotated[int, typer.Argument(metavar="N", show_default=False)],
-    on: Annotated[bool, typer.Option("--on/--off")] = True,
+    on: Annotated[bool, typer.Option("--on/--off", help="Whether it is on.")] = True,
 ) -> None:
     """Switch output N, 1 to 8."""
     with client_at(context) as client:

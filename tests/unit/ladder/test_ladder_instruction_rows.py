@@ -26,6 +26,7 @@ from scanrack.ladder.draw import rung_text
 from scanrack.ladder.instructions import BY_NAME, FAMILIES, SPECS
 from scanrack.ladder.model.operand_checks import OPERAND_CHECKS
 from scanrack.ladder.model.spec import InstructionKind, Spec, Use
+from scanrack.ladder.model.statements import Invocation
 from scanrack.ladder.st import parse_statements
 
 TESTS = Path(__file__).parents[2]
@@ -115,6 +116,7 @@ def test_every_operand_of_a_box_has_a_caption(name):
 )
 def test_structured_text_has_an_instruction_or_says_what_to_write_instead(spec):
     (statement,) = parse_statements(sample(spec))
+    assert isinstance(statement, Invocation)
     assert str(statement.instruction) == sample(spec).removesuffix(";")
     program = Program("one")
     program.statements("Main", sample(spec))

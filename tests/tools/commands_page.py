@@ -1,0 +1,102 @@
+"""The page of commands, docs/commands.md, from the commands themselves: each with its arguments and options.
+
+python tests/tools/commands_page.py            say which lines the page lacks
+python tests/tools/commands_page.py --write    write it
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import typer
+from scanrack.commands import build
+
+PAGE = Path(__file__).parents[2] / "docs/commands.md"
+REMEDY = "python tests/tools/commands_page.py --write"
+INTRO = """\
+# Commands and their options
+
+What `scanrack COMMAND --help` lists, on one page. The pages that [the README](../README.md) names say what
+each command is for. `python tests/tools/commands_page.py --write` makes this page from the commands; don't
+edit it.
+"""
+
+
+def commands(group: Any, path: str = "scanrack") -> Iterator[tuple[str, Any]]:
+    """Yield the words of each command, and the command."""
+    context = typer.Context(group)
+    for name in group.list_commands(context):
+        command = group.get_command(context, name)
+        words = f"{path} {name}"
+        if hasattr(command, "list_commands"):
+            yield from commands(command, words)
+        else:
+            yield words, command
+
+
+def lines() -> Iterator[str]:
+    """Yield the lines of all commands: a heading, and a row for each argument and option."""
+    for words, command in commands(typer.main.get_command(build())):
+        arguments = [each for each in command.params if each.param_type_name == "argument"]
+        names = [each.metavar or each.name.upper() for each in arguments]
+        yield from (
+            "",
+            f"## {' '.join([words, *names])}",
+            "",
+            "| option | meaning | if left out |",
+            "|---|---|---|",
+        )
+        for parameter in command.params:
+            if parameter.param_type_name == "option":
+                yield f"| {spelled(parameter)} | {cell(parameter.help or '')} | {left_out(parameter)} |"
+
+
+def spelled(option: Any) -> str:
+    """Return the names of an option, with the word that it takes."""
+    takes = f" {option.metavar}" if option.metavar else ""
+    return cell(", ".join(f"`{name}{takes}`" for name in (*option.opts, *option.secondary_opts)))
+
+
+def left_out(option: Any) -> str:
+    """Return what holds without the option; a flag that is off needs no word."""
+    if isinstance(option.show_default, str):
+        return cell(option.show_default)
+    default = getattr(option.default, "value", option.default)
+    return (
+        "" if option.show_default is False or default in (None, False, "", (), []) else cell(f"`{default}`")
+    )
+
+
+def cell(text: str) -> str:
+    return re.sub(r"\s+", " ", text).strip().replace("|", "\\|")
+
+
+def page() -> str:
+    """Return the page as it should be."""
+    return INTRO + "\n".join(lines()) + "\n"
+
+
+def missing(text: str) -> list[str]:
+    """Return the lines in which a page differs, each with its command."""
+    ours, theirs = (named(each) for each in (page(), text))
+    return [f"missing: {each}" for each in ours if each not in theirs] + [
+        f"of no command: {each}" for each in theirs if each not in ours
+    ]
+
+
+def named(text: str) -> list[str]:
+    """Return the rows of a page, each after its command."""
+    sections = (part.splitlines() for part in text.split("\n## ")[1:])
+    return [
+        f"{head}: {row}" for head, *rows in sections for row in ["", *rows] if not row or row[:3] == "| `"
+    ]
+
+
+if __name__ == "__main__":
+    if "--write" in sys.argv:
+        PAGE.write_text(page(), encoding="utf-8")
+    sys.stderr.writelines(f"{line}\n" for line in missing(PAGE.read_text(encoding="utf-8")))
