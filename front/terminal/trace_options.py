@@ -106,5 +106,5 @@ def tell_notes(*traces: Trace) -> None:
 
 
 def itself(trace: Path) -> Used:
-    """Return the trace that a command reads as a file that it must not overwrite."""
+    """Return the command's input, as an entry of the files that its output must not overwrite."""
     return {trace: "the trace itself"}

@@ -33,7 +33,7 @@ class Difference:
     after: str  # the new text, "" for removals
 
     def lines(self) -> Iterator[str]:
-        """Yield it as text."""
+        """Yield the difference as lines of text."""
         yield f"{self.where}: {self.what} {self.kind} (line {self.line})"
         yield from (f"    - {each}" for each in self.before.splitlines())
         yield from (f"    + {each}" for each in self.after.splitlines())

@@ -125,7 +125,7 @@ class RoutineReader:
             self.refuse_object(owner, record.name, reason, record.line, remedy)
 
     def encoded(self, owner: str, record: EncodedRecord) -> None:
-        """Refuse a routine without source in the file."""
+        """Refuse a routine whose source is encoded (protected)."""
         text = "its source is encoded, so that it is not in the file"
         self.refuse_object(owner, record.name, text, record.line, "export it without source protection")
 

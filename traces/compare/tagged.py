@@ -69,7 +69,7 @@ class CommonTags:
             yield columns._replace(tags=tags)
 
     def fields(self) -> Iterator[Field]:
-        """Yield a field for every value."""
+        """Yield the compared field of each value of a tag."""
         for pair in self._pairs.values():
             codes = pair[0].tag.type in CODES
             for value, _ in _values(*pair):

@@ -16,7 +16,7 @@ BIT_WORDS = 2
 
 @dataclass(frozen=True, slots=True)
 class BitChanges:
-    """An image in the first scan, and in every scan in which a word with bits changed."""
+    """Images of one slot: of the first scan, and of each scan that changes a word of bits."""
 
     row: NDArray[np.int64]  # the scan's place among the scans read, from 0
     time_ns: NDArray[np.int64]
