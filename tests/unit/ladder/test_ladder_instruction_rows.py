@@ -53,7 +53,7 @@ def test_the_page_has_every_instruction_and_every_missing_one():
 
 
 def test_an_instruction_that_the_page_lacks_is_named():
-    page = PAGE.read_text(encoding="utf-8")
+    page = written(PAGE.read_text(encoding="utf-8"))
     added = replace(BY_NAME["TON"], name="PIDE", other="PIE")
     assert missing(page, [*SPECS, added]) == [
         "missing: PIDE of no family",

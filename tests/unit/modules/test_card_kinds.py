@@ -101,8 +101,8 @@ def test_the_page_of_cards_has_the_rows_of_all() -> None:
 
 
 def test_a_card_that_the_page_lacks_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    page = written(PAGE.read_text(encoding="utf-8"))
     monkeypatch.setattr(cards_page, "KINDS", {**KINDS, "1769-OV16": CardKind("1769-OV16", outputs=(0xFFFF,))})
-    page = PAGE.read_text(encoding="utf-8")
     assert missing(page) == ["missing: | `1769-OV16` |  | 16 | output word 0 |"]
     assert missing(written(page)) == []
 
