@@ -143,13 +143,20 @@ def __dir__() -> list[str]:
     return sorted(_homes())
 
 
-def _homes() -> dict[str, tuple[str, str]]:
-    """Return the module of each name, and its name there."""
-    import re
+_found_homes: dict[str, tuple[str, str]] = {}
 
-    text = __loader__.get_source(__name__) or ""
-    rows = re.findall(r"^    from (\S+) import (\w+) as (\w+)$", text, re.MULTILINE)
-    return {"__version__": ("", ""), **{name: (module, there) for module, there, name in rows}}
+
+def _homes() -> dict[str, tuple[str, str]]:
+    """Return the module of each name, and its name there; the lines above are read once."""
+    if not _found_homes:
+        import re
+
+        text = __loader__.get_source(__name__) or ""
+        rows = re.findall(r"^    from (\S+) import (\w+) as (\w+)$", text, re.MULTILINE)
+        _found_homes.update(
+            {"__version__": ("", ""), **{name: (module, there) for module, there, name in rows}}
+        )
+    return _found_homes
 
 
 def _find(name: str) -> object:

@@ -18,7 +18,7 @@ from ...jobs.run.result import Tally, result_of
 from ...jobs.run.retained_memory import RetainedMemory
 from ...jobs.run.running import JobRun, RunOptions
 from ...jobs.trust.owned import check_recording
-from ...runtime.loop.pace import FreeRun, Pacer, RealTime, wall_ns
+from ...runtime.loop.pace import FreeRun, RealTime, wall_ns
 from ...runtime.loop.realtime import Outcome, real_time
 from ...terminal.as_json import JsonOption, say_json
 from ...terminal.progress import shown_progress
@@ -48,7 +48,7 @@ def run_job(
         as_json: print the summary as one JSON object, and the program's own output on standard error.
     """
     with ExitStack() as ports:
-        pacer, trace, tally = options.pacer or FreeRun(), options.trace, Tally()
+        pacer, tally = options.pacer or FreeRun(), Tally()
         if not pacer.free:
             outcomes = ports.enter_context(real_time())  # before there are ports: their threads inherit it
             _tell_of_real_time(outcomes, quiet=quiet)
@@ -70,11 +70,11 @@ def run_job(
         for each in () if run.repeated is None else run.repeated.refused:
             complain(each)
         took_ns = wall_ns() - start_ns
-        result = result_of(run, tally, trace)
+        result = result_of(run, tally, options.trace)
         if as_json:
             say_json({"ended": ENDED[status], **summary_row(run, result, took_ns)})
         elif summarised and not quiet:
-            say(_summary(run, tally, took_ns, pacer, trace))
+            say(summary(result, took_ns, pacer, run.stubs, run.steps))
         return status
 
 
@@ -90,19 +90,6 @@ def _tell_of_real_time(outcomes: list[Outcome], *, quiet: bool) -> None:
 
 
 def _quiet(_hint: str) -> None: ...
-
-
-def _summary(run: JobRun, tally: Tally, took_ns: int, pacer: Pacer, trace: Path | None) -> str:
-    return summary(
-        tally,
-        run.cpu.period_ns,
-        took_ns,
-        pacer,
-        trace,
-        run.hints.sentences(),
-        run.stubs,
-        run.steps,
-    )
 
 
 def trace_path(job: Job, record: Path | None, no_record: bool, keep: int | None = None) -> Path | None:

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from pathlib import Path
 
-from ...jobs.run.result import RunResult, Tally
+from ...jobs.run.result import RunResult
 from ...jobs.run.running import JobRun
 from ...runtime.loop.events import JsonValue
 from ...runtime.loop.pace import LATE_FROM_NS, Pacer
@@ -26,30 +26,23 @@ def seconds(time_ns: int) -> str:
 
 
 def summary(
-    tally: Tally,
-    period_ns: int,
-    wall_ns: int,
-    pacer: Pacer,
-    trace: Path | None,
-    hints: Sequence[str] = (),
-    stubs: Sequence[str] = (),
-    sequences: Sequence[str] = (),
+    result: RunResult, wall_ns: int, pacer: Pacer, stubs: Sequence[str] = (), sequences: Sequence[str] = ()
 ) -> str:
     """Return the closing summary of a run."""
     lines = [
         f"{title if first else '':<{WIDTH}}{line}"
         for title, paragraph in (
-            ("scans", _scans(tally.scans, wall_ns)),
-            ("machine time", [f"{seconds(tally.scans * period_ns)}, run in {wall_ns / 1e9:.3g} s"]),
+            ("scans", _scans(result.scans, wall_ns)),
+            ("machine time", [f"{seconds(result.time_ns)}, run in {wall_ns / 1e9:.3g} s"]),
             ("overruns", _overruns(pacer)),
             ("late scans", _late_scans(pacer)),
-            ("moves", _moves(tally)),
-            ("errors", _errors(tally)),
-            ("every start", _start(tally)),
+            ("moves", _moves(result)),
+            ("errors", _errors(result)),
+            ("every start", _start(result)),
             ("sequences", iter(sequences)),
             ("stubs", iter(stubs)),
-            ("hints", iter(hints)),
-            ("trace", _trace(trace)),
+            ("hints", iter(result.hints)),
+            ("trace", _trace(result.trace)),
         )
         for first, line in ((index == 0, text) for index, text in enumerate(paragraph))
     ]
@@ -99,28 +92,32 @@ def _late_scans(pacer: Pacer) -> Iterator[str]:
             yield f"  {count:,} by {lowest} " + ("or more" if next_up is None else f"to {next_up}")
 
 
-def _moves(tally: Tally) -> Iterator[str]:
-    yield f"{tally.moves.total():,}" if tally.moves else "none"
-    for (slot, kind, outcome), count in tally.moves.items():
-        yield f"  {_of(slot, tally)}{count:,} {move_wording(kind, outcome)}"
+def _moves(result: RunResult) -> Iterator[str]:
+    yield f"{sum(each.count for each in result.moves):,}" if result.moves else "none"
+    for each in result.moves:
+        yield f"  {_of(each.slot, result)}{each.count:,} {move_wording(each.kind, each.outcome)}"
 
 
-def _errors(tally: Tally) -> Iterator[str]:
-    total = sum(error.count for error in tally.errors.values())
+def _errors(result: RunResult) -> Iterator[str]:
+    total = sum(error.count for error in result.errors)
     yield f"{total:,}" if total else "none"
-    for (slot, _), error in tally.errors.items():
+    for error in result.errors:
         often = f", {error.count:,} times in all" if error.count > 1 else ""
-        yield f"  {_of(slot, tally)}{error.sentence}{often}"
+        yield f"  {_of(error.slot, result)}{error.text}{often}"
 
 
-def _start(tally: Tally) -> Iterator[str]:
+def _start(result: RunResult) -> Iterator[str]:
     """Yield the rules of a normal start, which are not among the errors."""
-    for (slot, _), seen in tally.of_start.items():
-        yield f"{_of(slot, tally)}{seen.sentence}"
+    for seen in result.every_start:
+        yield f"{_of(seen.slot, result)}{seen.text}"
 
 
-def _of(slot: JsonValue, tally: Tally) -> str:
-    return f"slot {slot}, " if tally.slots > 1 else ""
+def _of(slot: JsonValue, result: RunResult) -> str:
+    slots = {
+        *(each.slot for each in result.moves),
+        *(each.slot for each in result.errors + result.every_start),
+    }
+    return f"slot {slot}, " if len(slots) > 1 else ""
 
 
 def _trace(trace: Path | None) -> Iterator[str]:

@@ -68,11 +68,6 @@ class Tally(QuietListener):
         """Count a scan."""
         self.scans += 1
 
-    @property
-    def slots(self) -> int:
-        """Number of slots in the summary."""
-        return len({key[0] for key in (*self.moves, *self.errors, *self.of_start)})
-
 
 @dataclass(frozen=True, slots=True)
 class MoveCount:

@@ -16,7 +16,7 @@ from types import SimpleNamespace
 import pytest
 from scanrack.commands import build
 from scanrack.commands.programs.summary import summary
-from scanrack.jobs.run.result import Tally
+from scanrack.jobs.run.result import RunResult
 from scanrack.runtime.loop import realtime
 from scanrack.runtime.loop.pace import FreeRun, RealTime
 from scanrack.runtime.loop.realtime import REQUESTS, Outcome, SystemRequest, frozen_collector, real_time
@@ -238,11 +238,14 @@ def test_spin_begins_scans_on_time(rack: str) -> None:
     assert run(rack, "--realtime", "--spin", "--scans", "3")[0] == 0
 
 
+NOTHING_RAN = RunResult(0, 0, [], [], [], [], None)
+
+
 def test_the_summary_counts_late_scans_by_size() -> None:
     """8 scans: 3 on time, 2 late by 0.1 to 0.3 ms, 1 by 30 to 100 ms, 2 by more; 5 of 8 are 62.5 %."""
     pacer = RealTime()
     pacer.late = [3, 2, 0, 0, 0, 0, 1, 2]
-    lines = summary(Tally(), 2_000_000, 16_000_000, pacer, None).splitlines()
+    lines = summary(NOTHING_RAN, 16_000_000, pacer).splitlines()
     at = lines.index("late scans    5 of 8 (62.50%)")
     assert lines[at + 1 : at + 4] == [
         "                2 by 0.1 ms to 0.3 ms",
@@ -252,4 +255,4 @@ def test_the_summary_counts_late_scans_by_size() -> None:
 
 
 def test_a_run_in_virtual_time_has_no_late_scans() -> None:
-    assert "late scans" not in summary(Tally(), 2_000_000, 16_000_000, FreeRun(), None)
+    assert "late scans" not in summary(NOTHING_RAN, 16_000_000, FreeRun())
