@@ -122,10 +122,10 @@ def _report(session: pytest.Session, workers: Sequence[Worker]) -> None:
                 del open_pipes[worker.pipe]
             else:
                 _hand_on(session, worker, kind, value)
-        if session.shouldfail:
-            raise session.Failed(session.shouldfail)
-        if session.shouldstop:
-            raise session.Interrupted(session.shouldstop)
+            if session.shouldfail:  # after each report: one failure is enough, however many have come
+                raise session.Failed(session.shouldfail)
+            if session.shouldstop:
+                raise session.Interrupted(session.shouldstop)
 
 
 def _hand_on(session: pytest.Session, worker: Worker, kind: str, value: Any) -> None:
