@@ -1,6 +1,6 @@
 """Add-on instructions: user-defined instructions with parameters [1756-PM010].
 
-A definition has parameters, local tags and up to three routines of rungs. An instance is a tag of the
+A definition has parameters, local tags and up to four routines of rungs. An instance is a tag of the
 definition's type; its members are EnableIn, EnableOut, the parameters that go by value, and the local
 tags. A call names the instance, then the arguments of the required parameters:
 
@@ -23,6 +23,7 @@ A call depends on the scan mode [1756-PM010]:
 | it is false | copied in | EnableInFalse runs | copied out |
 | it is false, no EnableInFalse | copied in | nothing | stay |
 | prescan | copied in | Logic is prescanned, then Prescan runs | copied out |
+| postscan, of an SFC action | copied in | Logic is postscanned, then Postscan runs | copied out |
 
 The copied parameters are the required ones. The rung condition after the call is EnableOut, which follows
 the rung unless a routine writes it.
@@ -62,8 +63,8 @@ from ..model.tree import (
 )
 from ..model.types import BOOL, DataType, Member, Structure, count_of
 
-LOGIC, OTHERWISE, PRESCAN = "Logic", "EnableInFalse", "Prescan"
-ROUTINES = (LOGIC, OTHERWISE, PRESCAN)
+LOGIC, OTHERWISE, PRESCAN, POSTSCAN = "Logic", "EnableInFalse", "Prescan", "Postscan"
+ROUTINES = (LOGIC, OTHERWISE, PRESCAN, POSTSCAN)
 """Roles of routines in a definition; only Logic is mandatory."""
 
 ENABLES = ("EnableIn", "EnableOut")
@@ -102,7 +103,7 @@ class AddOn:
 
     name: str
     parameters: tuple[Parameter, ...]  # parameters and local tags
-    routines: tuple[Routine, ...]  # Logic, EnableInFalse, Prescan
+    routines: tuple[Routine, ...]  # Logic, EnableInFalse, Prescan, Postscan
     comment: str = ""
 
     def __post_init__(self) -> None:

@@ -48,7 +48,7 @@ from ..state.lowered import (
     Parallel,
     steps_of,
 )
-from .addon import LOGIC, OTHERWISE, PRESCAN, AddOn, copies_of
+from .addon import LOGIC, OTHERWISE, POSTSCAN, PRESCAN, AddOn, copies_of
 from .calls import handed_over, held_subscripts
 from .lowering_statements import StatementLowering
 
@@ -240,6 +240,7 @@ class Lowering:
             names[LOGIC],
             names.get(OTHERWISE),
             names.get(PRESCAN),
+            names.get(POSTSCAN),
         )
         if self._frame is not None:
             self._frame.calls.append(lowered)

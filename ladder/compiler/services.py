@@ -35,6 +35,12 @@ class Services:
         interpreter.now_ns, interpreter.frame = self._engine.now_ns, frame
         return interpreter.execute(self._interpreted[site], power)
 
+    def postscan(self, routine: str) -> None:
+        """Postscan a routine, in capitals, see `Interpreter.postscan`."""
+        interpreter = self._engine.interpreter
+        interpreter.now_ns, interpreter.frame = self._engine.now_ns, NOTHING
+        interpreter.postscan(routine)
+
     def subscript(self, index: int, length: int, site: int, tag: str) -> int:
         """Return an index in range, or fault."""
         if not 0 <= index < length:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -49,7 +50,7 @@ class Change:
     site: Site | None  # the instruction; None for a Python routine or a test
     power: bool  # whether the rung was true before that instruction
     blockers: tuple[Blocker, ...]  # the false conditions before it
-    prescan: bool  # whether prescan wrote it
+    mode: str  # prescan or postscan if that wrote it, else ""
     read: tuple[tuple[str, Value], ...] = ()  # of structured text: the values that the statement read
     inside: tuple[Blocker, ...] = ()  # conditions around a statement of structured text, outermost first
     instance: str = ""  # in an add-on instruction, its instance; "" in a program
@@ -134,7 +135,7 @@ class WatchedInterpreter(Interpreter):
         self.heads: list[Blocker] = []
         self.read: tuple[tuple[str, Value], ...] = ()
         self.power = True
-        self.prescanning = False
+        self.mode = ""  # prescan, postscan, or "" in an ordinary scan
         self._routines: list[str] = []
         self._silent = 0
 
@@ -149,11 +150,21 @@ class WatchedInterpreter(Interpreter):
 
     @override
     def prescan(self, name: str | None = None) -> None:
-        outer, self.prescanning = self.prescanning, True
-        try:
+        with self._in_mode("prescan"):
             super().prescan(name)
+
+    @override
+    def postscan(self, name: str) -> None:
+        with self._in_mode("postscan"):
+            super().postscan(name)
+
+    @contextmanager
+    def _in_mode(self, mode: str) -> Iterator[None]:
+        outer, self.mode = self.mode, mode
+        try:
+            yield
         finally:
-            self.prescanning = outer
+            self.mode = outer
 
     def _lines(self, routine: LoweredRoutine, inputs: Sequence[Value]) -> None:
         self._routines.append(routine.name.upper())
@@ -266,7 +277,7 @@ class WatchedInterpreter(Interpreter):
     @property
     def present(self) -> Site | None:
         """The current instruction, None outside of rungs."""
-        return self.lowered.sites[self.site] if self.running or self.prescanning else None
+        return self.lowered.sites[self.site] if self.running or self.mode else None
 
 
 def _places(operand: object) -> Iterator[Place]:

@@ -183,7 +183,7 @@ class WatchedEngine(Engine):
                 interpreter.present,
                 interpreter.power,
                 interpreter.blockers(),
-                interpreter.prescanning,
+                interpreter.mode,
                 interpreter.read,
                 tuple(interpreter.heads),
                 interpreter.instance,

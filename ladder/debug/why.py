@@ -97,8 +97,8 @@ def cause(lowered: LoweredProgram, change: Change) -> str:
     site = change.site
     of = f" of {change.instance}" if change.instance else ""
     by = f"{site.instruction} in routine {site.routine}{of}, {site.place}"
-    if change.prescan:
-        return f"prescan of {by}."
+    if change.mode:
+        return f"{change.mode} of {by}."
     if site.unit == "line":
         return "\n".join(_by_statement(change, by))
     rung = lowered.routines[site.routine.upper()].lines[site.rung or 0].text

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from ..compiler.calls import write_call
 from ..compiler.rungs import RungWriter
 from ..interpreter import Interpreter
@@ -48,14 +50,25 @@ def _write_copies(rungs: RungWriter, copies: tuple[tuple[Node, ...], ...]) -> No
 
 def _prescan(machine: Interpreter, call: AddOnCall) -> None:
     """Copy in, prescan Logic, run Prescan, copy out."""
-    machine.copy_parameters(call.inputs, prescan=True)
+    _special(machine, call, machine.prescan, call.prescan, prescan=True)
+
+
+def _postscan(machine: Interpreter, call: AddOnCall) -> None:
+    """Copy in, postscan Logic, run Postscan, copy out."""
+    _special(machine, call, machine.postscan, call.postscan, prescan=False)
+
+
+def _special(
+    machine: Interpreter, call: AddOnCall, scan: Callable[[str], None], then: str | None, *, prescan: bool
+) -> None:
+    machine.copy_parameters(call.inputs, prescan=prescan)
     machine.put(call.enable_in, False)
     machine.put(call.enable_out, False)
     with machine.within(call):
-        machine.prescan(call.logic)
-        if call.prescan is not None:
-            machine.call(call.prescan, ())
-    machine.copy_parameters(call.outputs, prescan=True)
+        scan(call.logic)
+        if then is not None:
+            machine.call(then, ())
+    machine.copy_parameters(call.outputs, prescan=prescan)
 
 
-ADD_ON_CALL = always(ADD_ON, run=_run, write=_write, prescan=_prescan, decides=True)
+ADD_ON_CALL = always(ADD_ON, run=_run, write=_write, prescan=_prescan, postscan=_postscan, decides=True)

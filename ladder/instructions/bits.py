@@ -6,7 +6,7 @@ from ..compiler.rungs import RungWriter
 from ..compiler.writer import both
 from ..interpreter import Interpreter
 from ..model.operands import Place
-from ..model.spec import Spec, Use, action, always, condition
+from ..model.spec import Spec, Use, action, always, condition, stays
 
 # --- contacts and coils
 
@@ -58,7 +58,15 @@ def _edge(name: str, instead: str, *, rising: bool) -> Spec:
 
     captions = ("Storage", "Output")
     return always(
-        name, Use.STORAGE, Use.COIL, run=run, write=write, prescan=prescan, captions=captions, instead=instead
+        name,
+        Use.STORAGE,
+        Use.COIL,
+        run=run,
+        write=write,
+        prescan=prescan,
+        postscan=stays,
+        captions=captions,
+        instead=instead,
     )
 
 

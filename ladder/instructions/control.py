@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from ..compiler.rungs import RungWriter
@@ -10,7 +10,7 @@ from ..interpreter import Interpreter
 from ..model.arithmetic import wrap
 from ..model.operand_checks import OperandError, described
 from ..model.operands import DOUBLE, Place, Resolved, is_integer
-from ..model.spec import Use, action, always, condition
+from ..model.spec import Use, action, always, condition, stays
 from ..model.tags import OVERRIDE
 from ..model.tree import Address, Number, Operand
 from ..model.types import DINT
@@ -63,14 +63,23 @@ def _call(machine: Interpreter, call: Call) -> tuple[Value, ...]:
     return answers
 
 
-def _prescan_jsr(machine: Interpreter, call: Call) -> None:
+def _prescan_jsr(machine: Interpreter, call: Call, *_values: Resolved) -> None:
     """Prescan the routine; one that calls itself once only."""
-    if call.routine in machine.prescanned:
+    _once(machine, call.routine, machine.prescan)
+
+
+def _postscan_jsr(machine: Interpreter, call: Call, *_values: Resolved) -> None:
+    """Postscan the routine; one that calls itself once only."""
+    _once(machine, call.routine, machine.postscan)
+
+
+def _once(machine: Interpreter, routine: str, scan: Callable[[str], None]) -> None:
+    if routine in machine.prescanned:
         return
-    if call.routine in machine.lowered.recursive:
-        machine.prescanned.add(call.routine)
-    machine.prescan(call.routine)
-    machine.prescanned.discard(call.routine)
+    if routine in machine.lowered.recursive:
+        machine.prescanned.add(routine)
+    scan(routine)
+    machine.prescanned.discard(routine)
 
 
 @contextmanager
@@ -244,6 +253,7 @@ JSR = action(
     run=_jsr,
     write=_write_jsr,
     prescan=_prescan_jsr,
+    postscan=_postscan_jsr,
     captions=("Routine", "Inputs"),
 )
 RET = action("RET", Use.PARAMETERS, resolve=_resolve_ret, run=_ret, write=_write_ret, leaves=True)
@@ -272,7 +282,8 @@ FOR = action(
     resolve=_resolve_for,
     run=_for,
     write=_write_for,
-    prescan=lambda machine, call, *_values: _prescan_jsr(machine, call),
+    prescan=_prescan_jsr,
+    postscan=_postscan_jsr,
 )
 BRK = action(
     "BRK",
@@ -281,6 +292,6 @@ BRK = action(
     leaves=True,
     instead="write EXIT in a loop",
 )
-MCR = always("MCR", run=_mcr, write=_write_mcr, instead="write IF")
+MCR = always("MCR", run=_mcr, write=_write_mcr, postscan=stays, instead="write IF")
 AFI = condition("AFI", run=lambda _machine: False, write=lambda _rungs: "False", alone=True)
 NOP = condition("NOP", run=lambda _machine: True, write=lambda _rungs: "True", alone=True)

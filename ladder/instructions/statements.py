@@ -56,7 +56,7 @@ def _write_select(rungs: RungWriter, selector: Resolved, *labels: Resolved) -> s
 
 
 def assignment(target: Place | Group, *, retentive: bool) -> Spec:
-    """Return the row of an assignment to a bit, a number or a STRING; prescan clears the target of `[:=]`."""
+    """Return the row of an assignment; prescan and postscan clear the target of `[:=]`."""
     kind = "text" if isinstance(target, Group) else "bit" if target.type.is_bool else "number"
     return _ASSIGNMENTS[kind, retentive]
 
@@ -71,7 +71,12 @@ def _clear_text(machine: Interpreter, target: Group, _value: Resolved) -> None:
 
 _ASSIGNMENTS = {
     (kind, retentive): action(
-        ":=" if retentive else "[:=]", *uses, run=run, write=write, prescan=None if retentive else clear
+        ":=" if retentive else "[:=]",
+        *uses,
+        run=run,
+        write=write,
+        prescan=None if retentive else clear,
+        postscan=None if retentive else clear,
     )
     for kind, uses, run, write, clear in (
         ("bit", (Use.LATCH, Use.TRUTH), _set, _write_set, _clear),

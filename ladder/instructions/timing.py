@@ -9,7 +9,7 @@ from ..compiler.rungs import RungWriter
 from ..interpreter import Interpreter
 from ..model import arithmetic
 from ..model.operands import Group, Place
-from ..model.spec import Spec, Use, action, always
+from ..model.spec import Spec, Use, action, always, stays
 from ..model.types import DINT, Elementary, Structure
 
 _MS = 1_000_000  # nanoseconds of a millisecond
@@ -277,6 +277,7 @@ def _counter(name: str, enable: str, by: int) -> Spec:
         run=lambda machine, power, counter: _count(machine, power, counter, enable, by),
         write=lambda rungs, power, counter: _write_count(rungs, power, counter, enable, by),
         prescan=lambda machine, counter: machine.put(counter.member(enable), True),
+        postscan=stays,
     )
 
 
@@ -284,7 +285,7 @@ _PRESETS = (Use.PRESET, Use.PRESET)
 _SHOWN = ("Preset", "Accum")
 
 TON = _timer("TON", run=_ton, write=_write_ton, prescan=lambda machine, timer: _ton(machine, False, timer))
-TOF = _timer("TOF", run=_tof, write=_write_tof, prescan=_prescan_tof)
+TOF = _timer("TOF", run=_tof, write=_write_tof, prescan=_prescan_tof, postscan=_prescan_tof)
 RTO = _timer(
     "RTO",
     run=_rto,

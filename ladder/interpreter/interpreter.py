@@ -2,7 +2,7 @@
 
 Power flows from left to right. An input reached by power decides the power after it; an output reached by
 power acts. The `Spec` of an instruction has its function; this module has what they share: rungs, branches,
-calls of routines, prescan.
+calls of routines, prescan, postscan.
 """
 
 from __future__ import annotations
@@ -30,6 +30,7 @@ from ..state.lowered import (
     Node,
     Parallel,
     Selection,
+    steps_of,
 )
 from ..state.memory import InterpretedAddOnStore, Memory, Value
 from ..state.scheduler import Scheduler
@@ -67,7 +68,7 @@ class Interpreter(PlaceValues):
         self.inputs: Sequence[Value] = ()  # arguments of the current routine
         self.selected: Value = 0  # selector of the current CASE
         self.scheduler: Scheduler | None = None  # of a controller; None if a scan calls one routine
-        self.prescanned: set[str] = set()  # recursive routines in prescan, in capitals
+        self.prescanned: set[str] = set()  # recursive routines in prescan or postscan, in capitals
         self.lines_left = -1  # rungs and statements until an OutOfLinesError; negative without limit
         self._call_python = call_python
         self._preempted = frozenset(filter(lowered.is_preempted, lowered.routines))
@@ -304,17 +305,14 @@ class Interpreter(PlaceValues):
                     self.prescan(program.main)
             return
         routine = self.lowered.routines.get(self.lowered.main if name is None else name)
+        for step in self._each(routine):
+            self._prescan_step(step)
+
+    def _each(self, routine: LoweredRoutine | None) -> Iterator[LoweredStep]:
+        """Yield the instructions of a routine in order; jumps are not taken."""
         for line in routine.lines if routine else ():
             self._count()
-            self._prescan_series(line.nodes)
-
-    def _prescan_series(self, nodes: tuple[Node, ...]) -> None:
-        for node in nodes:
-            if isinstance(node, Parallel):
-                for leg in node.legs:
-                    self._prescan_series(leg)
-            else:
-                self._prescan_step(node)
+            yield from steps_of(line.nodes, copies=False)
 
     def _prescan_step(self, step: LoweredStep) -> None:
         self.site = step.site
@@ -325,3 +323,27 @@ class Interpreter(PlaceValues):
         except LadderFault as fault:
             if fault.site is not self.lowered.sites[step.site]:
                 raise  # of a routine that the instruction runs
+
+    # --- postscan
+
+    def postscan(self, name: str) -> None:
+        """Postscan a routine and those it calls, as an SFC does on the last scan of an action.
+
+        Instructions run as on false rungs, or as their `Spec.postscan` says; jumps are not taken
+        [1756-PM006, automatic reset option].
+
+        Args:
+            name: the routine, in capitals; one in Python is left alone.
+
+        Raises:
+            LadderFault: a subscript is out of range, as in a scan.
+        """
+        routine = self.lowered.routines.get(name)
+        site = self.site
+        for step in self._each(routine):
+            self.site = step.site
+            if step.spec.postscan is not None:
+                step.spec.postscan(self, *step.operands)
+            elif routine is not None and routine.body is None:
+                self.execute(step, False)
+        self.site = site

@@ -98,6 +98,10 @@ def _always(*_operands: Any) -> bool:
     return True
 
 
+def stays(*_parts: Any) -> None:
+    """Do nothing: `Spec.postscan` of an instruction that postscan leaves as it is."""
+
+
 @dataclass(frozen=True, slots=True, repr=False)
 class Spec:
     """An instruction.
@@ -120,6 +124,8 @@ class Spec:
         write: writes it as Python, see `compiler.rungs.RungWriter`; None makes the compiled program call
             `run`: for rare and slow instructions that do not jump, call or leave a routine.
         prescan: called like `run` without the condition; None if prescan does nothing.
+        postscan: the same on the last scan of an SFC action with automatic reset; None for a false rung, in
+            structured text for nothing [1756-PM006, automatic reset option].
         check: raises an OperandError for resolved operands that do not match; None without such a rule.
         resolve: resolves the operands itself, see `lowering.Lowering`; None to resolve each by its use.
         inline: whether `write` of these operands returns an expression without writing lines (INPUT).
@@ -141,6 +147,7 @@ class Spec:
     run: Callable[..., Any] = field(kw_only=True)
     write: Callable[..., Any] | None = field(default=None, kw_only=True)
     prescan: Callable[..., None] | None = field(default=None, kw_only=True)
+    postscan: Callable[..., None] | None = field(default=None, kw_only=True)
     check: Callable[..., None] | None = field(default=None, kw_only=True)
     resolve: Callable[..., tuple[Any, ...]] | None = field(default=None, kw_only=True)
     inline: Callable[..., bool] = field(default=_always, kw_only=True)

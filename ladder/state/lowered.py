@@ -87,11 +87,12 @@ class AddOnCall:
     logic: str  # the routine for a true rung, in capitals
     otherwise: str | None  # the routine for a false rung, or None
     prescan: str | None  # the routine for prescan, or None
+    postscan: str | None  # the routine for postscan, or None
 
     @property
     def routines(self) -> tuple[str, ...]:
         """Its existing routines."""
-        return tuple(each for each in (self.logic, self.otherwise, self.prescan) if each)
+        return tuple(each for each in (self.logic, self.otherwise, self.prescan, self.postscan) if each)
 
 
 @dataclass(frozen=True, slots=True)

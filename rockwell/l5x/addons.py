@@ -139,7 +139,7 @@ class AddOns:
         routines = []
         for each in read:
             role = next((role for role in ROUTINES if role.upper() == each.name.upper()), None)
-            if role is not None:
+            if role is not None and role not in self.records[shape.name.upper()].switched_off:
                 routines.append(self._allowed(shape, replace(each, name=role), reader))
         if LOGIC not in [each.name for each in routines]:
             routines.insert(0, Routine(LOGIC, ()))

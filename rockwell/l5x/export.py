@@ -11,7 +11,7 @@ from typing import Any
 
 from lxml import etree
 
-from ...ladder.build.addon import ENABLES, OTHERWISE, PRESCAN, AddOn, Parameter, ParameterMode
+from ...ladder.build.addon import ENABLES, OTHERWISE, POSTSCAN, PRESCAN, AddOn, Parameter, ParameterMode
 from ...ladder.build.controller import Controller
 from ...ladder.build.program import Program
 from ...ladder.model.errors import LadderError
@@ -148,7 +148,7 @@ def _write_add_ons(controller: Any, definitions: Iterable[AddOn]) -> None:
             Name=each.name,
             Revision="1.0",
             ExecutePrescan=_flag(each.routine(PRESCAN) is not None),
-            ExecutePostscan="false",
+            ExecutePostscan=_flag(each.routine(POSTSCAN) is not None),
             ExecuteEnableInFalse=_flag(each.routine(OTHERWISE) is not None),
         )
         _say(made, "Description", each.comment)

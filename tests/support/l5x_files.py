@@ -77,11 +77,14 @@ def parameter(name: str, kind: str, usage: str, *, required: bool = True, defaul
     )
 
 
-def add_on(name: str, parameters: Iterable[str], local: Iterable[str] = (), *routines: str) -> str:
+def add_on(
+    name: str, parameters: Iterable[str], local: Iterable[str] = (), *routines: str, runs: str = ""
+) -> str:
+    """An add-on instruction; `runs` are attributes such as `ExecutePostscan="true"`."""
     enables = parameter("EnableIn", "BOOL", "Input", required=False)
     enables += parameter("EnableOut", "BOOL", "Output", required=False)
     return (
-        f'<AddOnInstructionDefinition Name="{name}" Revision="1.0">\n<Parameters>\n{enables}'
+        f'<AddOnInstructionDefinition Name="{name}" Revision="1.0" {runs}>\n<Parameters>\n{enables}'
         f"{''.join(parameters)}</Parameters>\n<LocalTags>\n{''.join(local)}</LocalTags>\n"
         f"<Routines>\n{''.join(routines)}</Routines>\n</AddOnInstructionDefinition>\n"
     )

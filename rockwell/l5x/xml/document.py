@@ -21,6 +21,7 @@ from lxml import etree
 
 from ....io_images.input_files import open_input
 from ....io_images.site import Site
+from ....ladder.build.addon import ROUTINES
 from ....ladder.model.errors import LadderError
 from .records import (
     AddOnRecord,
@@ -319,6 +320,7 @@ class _L5xReader:
             tuple(map(self._routine, _children(element, "Routines", "Routine"))),
             _text(element.find("Description")),
             encoded or element.find("Routines/EncodedData") is not None,
+            frozenset(each for each in ROUTINES if element.get(f"Execute{each}", "").lower() == "false"),
             element.sourceline,
         )
 

@@ -111,6 +111,7 @@ class AddOnRecord:
     routines: tuple[RoutineRecord, ...]
     comment: str
     encoded: bool
+    switched_off: frozenset[str]  # names of routines that the definition has and does not run
     line: int
 
 

@@ -372,3 +372,13 @@ def test_attributes_that_are_memory(imported, asked, size):
     assert (found.report.refused, found.report.ran) == ([], 1)
     tags = after(found)
     assert [tags[f"Bytes[{place}]"] for place in range(100)] == [0] * size + [1] * (100 - size)
+
+
+def test_a_scan_mode_of_an_add_on_runs_unless_the_definition_switches_it_off(imported):
+    """[1756-PM010 p. 53] `Then if it is defined and enabled`."""
+    routines = [ladder(name, "NOP();") for name in ("Logic", "Prescan", "Postscan")]
+    runs = 'ExecutePrescan="false" ExecutePostscan="true" ExecuteEnableInFalse="false"'
+    read = imported(document(add_ons=[add_on("Block", [], [], *routines, runs=runs)]))
+    definition = read.parts.add_ons["BLOCK"]
+    assert [each.name for each in definition.routines] == ["Logic", "Postscan"]
+    assert (read.report.rungs, read.report.refused) == (3, [])
