@@ -87,9 +87,13 @@ def _number_of_processes(config: pytest.Config) -> int:
 
     One more, since tests with a browser or in real time mostly wait.
     """
-    whole = config.args_source is pytest.Config.ArgsSource.TESTPATHS
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    return cores + 1 if whole else 1
+    return cores + 1 if _is_whole_suite(config) else 1
+
+
+def _is_whole_suite(config: pytest.Config) -> bool:
+    """Whether no file and no folder of tests is named."""
+    return config.args_source is pytest.Config.ArgsSource.TESTPATHS
 
 
 def _together(item: pytest.Item) -> object:
@@ -105,7 +109,14 @@ def pytest_collection_finish() -> None:
     gc.enable()
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    for item in items:
+        if item.path.is_relative_to(BROWSER):
+            item.add_marker(pytest.mark.slow)
+    asked = config.option.markexpr or config.option.keyword or config.getoption("--long")
+    if _is_whole_suite(config) and not asked:
+        config.option.markexpr = "not slow"
     items.sort(key=_turn)
     skip_without_extras(items)
 

@@ -28,6 +28,7 @@ ENCODER = 0x0100
 # -- Execute and what becomes of it
 
 
+@pytest.mark.slow
 @BOTH
 def test_a_move_from_execute_to_done(interpreted):
     """2,000 steps: 200 + 400 ms of ramps, 200 steps at 5000/s: 640 ms."""
@@ -164,6 +165,7 @@ def test_halt_brings_to_rest_with_the_ramp():
     assert (bench.said("Move"), bench.state) == ({"CommandAborted"}, STANDSTILL)
 
 
+@pytest.mark.slow
 def test_a_halt_that_reaches_a_move_at_its_very_end():
     """A Hold with nothing to hold is CMD-07 to the module [chapter 6]; the axis resets it, and is at rest."""
     fired = []
@@ -249,6 +251,7 @@ def test_a_blend_is_programmed_and_run(direction):
     assert bench.diary.fired == []
 
 
+@pytest.mark.slow
 def test_sixteen_segments_with_their_shapes():
     """A staircase of 500 steps each; the shapes of nine and on go in a word of their own."""
     segments = [(1_500, 1_100 + 100 * number, 20) for number in range(16)]

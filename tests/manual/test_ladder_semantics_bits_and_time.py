@@ -116,6 +116,7 @@ def test_rto_that_is_done_is_enabled_again_rm003_p127(engine):
     assert seen[-3:] == [(1, 0, 1, 23), (0, 0, 1, 23), (1, 0, 1, 23)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", both('TAG T : TIMER := {"PRE": 100000}', "TON(T,?,?);"), ids=str)
 def test_ton_counts_elapsed_time_exactly(engine):
     """10,000 scans of 0.7 ms after the first are 7,000 ms, not 6,999 and not 0."""

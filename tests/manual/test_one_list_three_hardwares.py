@@ -60,6 +60,7 @@ def test_one_list_of_configurations(name, hardware):
     Teller(hardware, ()).tell([Step(words, 600, {"MODE_CONFIG"}, None, refused)])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("hardware", HARDWARES)
 @pytest.mark.parametrize("story", STORIES + ENCODER_STORIES, ids=lambda story: story.name)
 def test_one_story_three_hardwares(story, hardware):

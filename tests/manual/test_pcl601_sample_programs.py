@@ -12,6 +12,7 @@ from scanrack.runtime.controllers.pcl601.motor import EncoderModel
 from scanrack.runtime.machine.contacts import GROUND, OPEN, Contact
 
 
+@pytest.mark.slow
 def test_sample_1_stops_at_4000_8000_and_0_for_ever() -> None:
     """At 1000 steps/s² from 500 steps/s, 4000 steps do not reach 5000 steps/s: v² = B² + A N.
 
@@ -26,6 +27,7 @@ def test_sample_1_stops_at_4000_8000_and_0_for_ever() -> None:
     assert bench.controller.program_running
 
 
+@pytest.mark.slow
 def test_sample_1_waits_half_a_second_at_0() -> None:
     """FINISH looks within 1 ms; then WAIT 500, and GOTO, LABEL, DIR, MOVE, 1 ms each."""
     bench = Bench(sample(1))
@@ -51,6 +53,7 @@ def test_sample_1_is_stopped_by_code_5() -> None:
     assert 0 < stopped_at < 4000
 
 
+@pytest.mark.slow
 def test_sample_2_homes_and_serves_three_stations_again_and_again() -> None:
     """Home at -4000, its soft limit 2000 steps earlier: more than the 1596 steps of the ramp.
 
@@ -79,6 +82,7 @@ def test_sample_2_corrects_what_the_shaft_has_missed() -> None:
     assert bench.controller.errors == Error(2)
 
 
+@pytest.mark.slow
 def test_sample_3_pulses_on_the_way_out_only() -> None:
     """Output 1 at 2000, 3000, ... 6000, once more for WAIT 1 at the end, and not on the way back."""
     bench = Bench(sample(3))
@@ -108,6 +112,7 @@ def test_sample_3_turns_output_1_on_for_the_time_of_wait_1() -> None:
     assert bench.positions[0] == 10_000
 
 
+@pytest.mark.slow
 def test_sample_4_ends_2500_steps_after_its_mark() -> None:
     """2 V of 5 between 5000 and 10000 are 7000 steps/s.
 

@@ -154,6 +154,7 @@ def test_without_a_manual_bit_nothing_moves_nor_is_made_up_for():
 RATIOS = [(1, 1), (7, 3), (3, 7), (1, 32_767), (32_767, 1), (32_767, 32_766), (999, 1000), (2, 1)]
 
 
+@pytest.mark.slow
 @EITHER_WAY
 @pytest.mark.rules("FOL-05", "FOL-02")
 @pytest.mark.parametrize("ratio", RATIOS, ids=lambda ratio: "{}/{}".format(*ratio))
@@ -171,6 +172,7 @@ def test_multiplier_and_divisor(ratio, direction):
     assert bench.fired == []
 
 
+@pytest.mark.slow
 @pytest.mark.rules("FOL-05", "FOL-10")
 def test_hours_of_it_are_exact():
     """Three hours of a winder at 1000 counts/s, another ratio every ten minutes; ticks of 250 ms."""

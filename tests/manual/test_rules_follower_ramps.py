@@ -83,6 +83,7 @@ def test_one_rate_of_the_two(direction, rates, after_ms, steps):
     assert abs(direction * bench.position - steps) <= 2
 
 
+@pytest.mark.slow
 @pytest.mark.rules("FOL-10")
 @pytest.mark.parametrize("rates", [(20, 10), (1, 1), (2000, 2000), (5, 0), (0, 5), (2000, 1)])
 @pytest.mark.parametrize("ratio", [(1, 1), (3, 7), (7, 3)])
@@ -117,6 +118,7 @@ def test_the_speed_changes_no_faster_than_the_rates(rates):
     assert bench.position == 5000
 
 
+@pytest.mark.slow
 @EITHER_WAY
 @pytest.mark.rules("FOL-10")
 def test_a_master_that_turns_back(direction):

@@ -92,5 +92,6 @@ def test_mcap_ros2_support_reads_decoded_values(copy: Path) -> None:
         check([plain(message) for *_, message in reader.iter_decoded_messages(topics=["/scan"])])
 
 
+@pytest.mark.slow
 def test_foxglove_reads_decoded_values(copy: Path) -> None:
     check(decoded_scans(copy, whole=True))

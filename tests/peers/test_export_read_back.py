@@ -84,6 +84,7 @@ def test_every_csv_row_has_every_column(path: Path, tmp_path: Path) -> None:
     assert {len(row) for row in rows} == {len(head)}
 
 
+@pytest.mark.slow
 @pytest.mark.extra("parquet")
 def test_parquet_by_pyarrow(path: Path, scans: list[Scan], tmp_path: Path) -> None:
     from pyarrow import parquet

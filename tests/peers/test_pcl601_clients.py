@@ -91,6 +91,7 @@ def test_mbpoll_finds_two_units_on_one_line(pty: Serving) -> None:
 # -- minimalmodbus -----------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_minimalmodbus_over_the_pseudo_terminal(pty: Serving) -> None:
     unit = minimalmodbus.Instrument(pty.place, 1)
     unit.serial.baudrate, unit.serial.timeout = 38_400, 1.0
@@ -195,6 +196,7 @@ def exchanges(server: Serving) -> list[tuple[bytes, bytes]]:
     return pairs
 
 
+@pytest.mark.slow
 def test_tshark_dissects_every_exchange_without_complaint(tcp: Serving, tmp_path: Path) -> None:
     """Every frame is Modbus/TCP for tshark, none malformed, none with a note of the expert's."""
     tshark, text2pcap = shutil.which("tshark"), shutil.which("text2pcap")

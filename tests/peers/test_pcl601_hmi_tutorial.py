@@ -99,6 +99,7 @@ def complete(server: Serving, hmi: Hmi, stage: int) -> set[int]:
     return hmi.arrive()
 
 
+@pytest.mark.slow
 def test_the_stages_are_served_in_turn(system: tuple[Serving, Hmi]) -> None:
     server, hmi = system
     hmi.enable()

@@ -14,6 +14,8 @@ from made_traces import PERIOD_NS, idle, record
 from scanrack.traces.plot import save_page
 from scanrack.traces.read.reader import open_trace
 
+pytestmark = pytest.mark.slow
+
 SCANS = 5000
 
 

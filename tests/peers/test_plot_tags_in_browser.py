@@ -16,6 +16,8 @@ from scanrack.traces.plot import save_page
 from scanrack.traces.read.reader import open_trace
 from scanrack.traces.write.recorder import ScanRecorder
 
+pytestmark = pytest.mark.slow
+
 SCANS = 3000
 TAGS = [
     Tag("Level", "LREAL"),

@@ -82,5 +82,6 @@ def test_mcap_ros2_support_reads_every_type(path: Path) -> None:
     assert found == [wanted(n) for n in range(SCANS)]
 
 
+@pytest.mark.slow
 def test_foxglove_reads_every_type(path: Path) -> None:
     assert decoded_scans(path) == [wanted(n) for n in range(SCANS)]

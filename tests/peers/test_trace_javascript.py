@@ -95,10 +95,12 @@ def check(found: dict[str, Any], scans: int) -> None:
         assert scan["decoded"] == [wanted, wanted]
 
 
+@pytest.mark.slow
 def test_every_message_is_found_through_the_indexes_and_decoded_by_name(node: str, path: Path) -> None:
     check(read(node, path), SCANS)
 
 
+@pytest.mark.slow
 def test_a_repaired_trace_is_read_as_well(node: str, path: Path, tmp_path: Path) -> None:
     cut = tmp_path / "cut.mcap"
     with open_trace(path) as trace:

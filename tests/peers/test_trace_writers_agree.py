@@ -66,6 +66,7 @@ def record(path, script, chunk_scans):
     return by_topic, counted, records, header
 
 
+@pytest.mark.slow
 @given(script=happenings, chunk_scans=st.sampled_from([1, 7, 4096]))
 def test_both_writers_hold_the_same(tmp_path_factory, script, chunk_scans):
     folder = tmp_path_factory.mktemp("writers")

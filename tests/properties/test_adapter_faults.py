@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from adapterbench import MS, AdapterBench, move
 from amounts import amount
 from hypothesis import given, settings
@@ -20,6 +21,7 @@ def faulty_move(at_ms: float, drop: int, corrupt: int) -> AdapterBench:
     return bench.run(1800)  # eight replies in a row take 1.5 s
 
 
+@pytest.mark.slow
 @settings(max_examples=amount(6), deadline=None)
 @given(st.integers(0, 600), st.integers(0, 4), st.integers(0, 4))
 def test_lost_and_damaged_replies_never_double_a_motion(at_ms, drop, corrupt):
@@ -34,6 +36,7 @@ def test_lost_and_damaged_replies_never_double_a_motion(at_ms, drop, corrupt):
         assert bench.bits == {"MODULE_OK", "MOVE_COMPLETE"}
 
 
+@pytest.mark.slow
 @settings(max_examples=amount(5), deadline=None)
 @given(st.integers(0, 600), st.integers(1, 1500))
 def test_a_line_that_is_down_for_a_while_ends_in_a_known_state(at_ms, down_ms):
@@ -54,6 +57,7 @@ def test_a_line_that_is_down_for_a_while_ends_in_a_known_state(at_ms, down_ms):
         assert 0 <= bench.motor <= DISTANCE
 
 
+@pytest.mark.slow
 @settings(max_examples=amount(4), deadline=None)
 @given(st.integers(0, 600))
 def test_a_controller_that_loses_power_at_any_point_stands_still_and_says_so(at_ms):

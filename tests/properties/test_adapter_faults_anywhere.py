@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from adapterbench import CONFIGURE_006, AdapterBench, AdapterBench006, move
 from amounts import amount
 from hypothesis import given, settings
@@ -32,6 +33,7 @@ def give_words(bench: AdapterBench, words: tuple[tuple[int, ...], ...], each_ms:
         bench.give(*image, ms=each_ms)
 
 
+@pytest.mark.slow
 @settings(max_examples=amount(10), deadline=None)
 @given(
     controller=st.sampled_from(["PCL601", "PMC006"]),

@@ -8,6 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from late_replies import COMMANDS, lies
 
+pytestmark = pytest.mark.slow
+
 FOUND = [
     ("PCL601", "relative", {6: 122, 7: 764, 14: 794, 15: 222, 17: 433}),
     ("PCL601", "held and resumed", {3: 226, 38: 529, 52: 773, 68: 412, 82: 219}),

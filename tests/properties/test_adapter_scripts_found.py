@@ -34,6 +34,7 @@ def play(machine, *steps, msw=PLAIN):
     played((setting, [Out(setting.configuration, 20), Out(NOTHING, 20), PutRight(), *steps, ToRest(500)]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ticks", [20, 420, 820, 1180, 1500])
 def test_a_release_while_a_move_restarts_has_the_ramp_of_the_old_rates(ticks):
     """5,000 to 20,000 steps/s at rates of 1: released in the stop at 20 steps/ms/s, or in the slow start."""
@@ -61,6 +62,7 @@ def test_a_registration_move_is_ended_early_by_a_speed_that_is_refused():
     play((), manual(bits.MANUAL_CW, 2000, (50, 200), 20, steps=300), speed(1, (50, 200), 20))
 
 
+@pytest.mark.slow
 def test_a_limit_that_comes_while_a_move_restarts_is_found_out_by_the_motion_that_follows():
     """It is the CW limit, in a CCW move: the standstill between two speeds tells nothing of its side."""
     fast, slow = manual(bits.MANUAL_CCW, 5000, (100, 50), 200), speed(2000, (100, 50), 20)

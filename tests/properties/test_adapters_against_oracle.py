@@ -11,6 +11,7 @@ EXAMPLES = {"homing": 2}
 """By theme; 4 of the others: a search for home takes seconds, of virtual time, too."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("theme", THEMES)
 @pytest.mark.parametrize("controller", ["PCL601", "PMC006"])
 def test_an_adapter_does_what_a_3601_does(controller, theme, request):

@@ -27,6 +27,7 @@ def scripts(deeds):
     return st.lists(st.tuples(deeds, pauses), min_size=1, max_size=12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rpi_ms", [None, 5])
 @settings(max_examples=amount(6))
 @given(script=scripts(with_blends))
@@ -39,6 +40,7 @@ def test_late_judging_is_equal_in_every_image_and_result(rpi_ms, script):
     assert {block: python.outcome(block) for block in rungs.results} == rungs.results
 
 
+@pytest.mark.slow
 @settings(max_examples=amount(6))
 @given(script=scripts(commands))
 def test_early_judging_is_equal_until_a_command_meets_another_state(script):

@@ -56,12 +56,14 @@ def test_meaning_to_words_to_meaning(block):
     assert (header_legal if isinstance(block, BlendHeader) else segment_legal)(list(image))
 
 
+@pytest.mark.slow
 @given(spoiled(HEADERS) | st.lists(WORD, min_size=8, max_size=8))
 @very_often
 def test_header_words_to_meaning_to_words(words):
     judge(BlendHeader, words, header_legal(words))
 
 
+@pytest.mark.slow
 @given(spoiled(SEGMENTS) | st.lists(WORD, min_size=8, max_size=8))
 @very_often
 def test_segment_words_to_meaning_to_words(words):

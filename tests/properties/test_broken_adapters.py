@@ -11,6 +11,8 @@ from broken_adapters import MISTAKES
 from hypothesis import HealthCheck, Phase, find, given, settings
 from lockstep_adapters import differs
 
+pytestmark = pytest.mark.slow
+
 BENCHES = {"PCL601": AdapterBench, "PMC006": AdapterBench006}
 EXAMPLES = 20
 SEARCH = settings(

@@ -18,6 +18,7 @@ from stories3601 import THEMES
 BUDGETS = (CI_EXAMPLES, 4 * CI_EXAMPLES, 16 * CI_EXAMPLES)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mistake", MISTAKES, ids=lambda mistake: mistake.name)
 def test_a_broken_module_is_found(mistake):
     assert any(hunt(mistake, examples).examples for examples in BUDGETS), mistake.sentence
@@ -29,5 +30,6 @@ def test_there_is_one_mistake_of_each_class():
     assert all(mistake.sentence.endswith(".") for mistake in MISTAKES)
 
 
+@pytest.mark.slow
 def test_the_module_itself_is_not_found_broken():
     assert not any(symptom(script) for script in scripts_of("states")[:20])

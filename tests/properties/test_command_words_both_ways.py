@@ -135,6 +135,7 @@ def test_meaning_to_words_to_meaning(command):
     assert decode(image) == command
 
 
+@pytest.mark.slow
 @given(spoiled() | st.lists(WORD, min_size=8, max_size=8))
 @very_often
 def test_words_to_meaning_to_words(words):

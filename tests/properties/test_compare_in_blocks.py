@@ -65,6 +65,7 @@ def in_parts(columns: Columns, size: int) -> Iterator[Columns]:
 SIZES = st.integers(0, 40)
 
 
+@pytest.mark.slow
 @settings(max_examples=amount(80))
 @given(
     seed=st.integers(0, 2**32 - 1),
@@ -103,6 +104,7 @@ def test_a_comparison_by_time_does_not_depend_on_its_blocks(
     assert found == plainly(SLOTS, one, other, tolerance, clock)
 
 
+@pytest.mark.slow
 @settings(max_examples=amount(40))
 @given(
     seed=st.integers(0, 2**32 - 1),

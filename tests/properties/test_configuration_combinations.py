@@ -67,6 +67,7 @@ WORDS = st.tuples(
 )
 
 
+@pytest.mark.slow
 @given(WORDS, st.sampled_from(KNOWN))
 @often
 def test_any_words(words, firmware):

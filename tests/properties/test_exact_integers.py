@@ -69,6 +69,7 @@ def parts(draw: st.DrawFn, tags: dict[str, list[int]], depth: int = 2) -> Part:
     return f"({left[0]} {sign} {right[0]})", lambda scan: SUMS[sign](left[1](scan), right[1](scan))
 
 
+@pytest.mark.slow
 @given(data=st.data(), a=columns(), b=columns())
 def test_queries_are_pythons_arithmetic(
     data: st.DataObject, a: tuple[str, list[int]], b: tuple[str, list[int]]
@@ -134,6 +135,7 @@ def _as_real(value: float) -> float:
     return float(np.float32(value))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tolerant", [False, True])
 @settings(max_examples=amount(6))
 @given(pairs=st.lists(twins(), min_size=8, max_size=8))
@@ -218,6 +220,7 @@ def vcd_values(path: Path, name: str, kind: str) -> list[int]:
     return values
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["LINT", "ULINT"])
 def test_frames_and_parquet_have_every_digit(tmp_path: Path, kind: str) -> None:
     from scanrack.traces.export import to_pandas, to_polars, write_parquet

@@ -58,6 +58,7 @@ def run(machine, phases=(Phase.generate, Phase.shrink), **chosen):
     run_state_machine_as_test(machine, settings=chosen_settings)
 
 
+@pytest.mark.slow
 def test_a_hundred_machines_reach_the_deep_states():
     axis = axis_of_the_page()
     run(axis, max_examples=100, derandomize=True, database=None)
@@ -74,6 +75,7 @@ def test_a_hundred_machines_reach_the_deep_states():
     assert axis.reached["COMMAND_ERROR"] < axis.reached["MODULE_OK"] / 20
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("bit", "last"),
     [
@@ -113,6 +115,7 @@ print(digest.hexdigest())
 """
 
 
+@pytest.mark.slow
 def test_the_same_sequences_are_drawn_whatever_modules_are_loaded(tmp_path):
     """Hypothesis takes constants from a user's modules: here every number that a draw could take for one."""
     numbers = ", ".join(map(str, range(100, 3_000)))
@@ -129,6 +132,7 @@ def test_the_same_sequences_are_drawn_whatever_modules_are_loaded(tmp_path):
     assert len(set(drawn)) == 1
 
 
+@pytest.mark.slow
 def test_the_plainest_sequence():
     """Configuring once more takes no draw but that of the kind, so it is the plainest act."""
     every_phase = settings(phases=list(Phase))
@@ -147,6 +151,7 @@ def test_old_firmware_is_given_nothing_that_it_does_not_know(acts):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("starting_speed", [1, 1000, 100_000])
 @pytest.mark.parametrize("firmware", KNOWN, ids=str)
 def test_every_starting_speed_gives_legal_words(starting_speed, firmware):

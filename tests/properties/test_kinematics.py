@@ -130,6 +130,7 @@ def test_travel_has_no_jump_at_a_joint(motion: Motion) -> None:
         assert 0 <= made <= max(before.speed_at(after.start_ns - 1), after.speed_at(after.start_ns)) + 2
 
 
+@pytest.mark.slow
 @given(motions, st.data())
 def test_travel_never_goes_back(motion: Motion, data: st.DataObject) -> None:
     times = sorted(data.draw(st.lists(instants(motion), min_size=2, max_size=12)))
@@ -164,6 +165,7 @@ def test_the_instant_of_a_step_is_where_it_is_made(motion: Motion, data: st.Data
         assert instant == motion.start_ns or motion.steps_at(instant - 1) < k
 
 
+@pytest.mark.slow
 @given(motions, st.data())
 def test_evaluation_does_not_depend_on_its_order(motion: Motion, data: st.DataObject) -> None:
     times = data.draw(st.lists(instants(motion), min_size=2, max_size=8))

@@ -29,6 +29,7 @@ LONGEST = 3_000
 """Scans in which every motion of `LEGAL` but a manual one ends."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rpi_ms", [None, 5])
 @settings(max_examples=amount(8))
 @given(steps=steps)

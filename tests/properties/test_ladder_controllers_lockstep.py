@@ -1,5 +1,6 @@
 """Random controllers: compiled, interpreted and debugged alike; their text reads back; edits keep values."""
 
+import pytest
 from amounts import amount
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -88,6 +89,7 @@ chosen = settings(
 )
 
 
+@pytest.mark.slow
 @chosen
 @given(controllers(), scans)
 def test_both_back_ends_in_lockstep(text, moments):
@@ -100,6 +102,7 @@ def test_controllers_under_forces_and_breakpoints(text, moments, data):
     check_observed(text, moments, lambda choices: data.draw(st.sampled_from(choices)))
 
 
+@pytest.mark.slow
 @chosen
 @given(text=controllers(), moments=scans, watched=st.booleans())
 def test_a_debugged_controller_does_what_the_compiled_one_does(text, moments, watched):
@@ -118,6 +121,7 @@ def test_a_controller_as_text_reads_as_the_same(text):
     assert again.tasks == controller.tasks
 
 
+@pytest.mark.slow
 @chosen
 @given(controllers(), st.integers(1, 5))
 def test_an_edit_that_changes_nothing_is_not_noticed(text, count):

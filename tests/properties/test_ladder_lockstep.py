@@ -1,10 +1,13 @@
 """The compiled program and the interpreter do the same, scan by scan, whatever the program."""
 
+import pytest
 from amounts import amount
 from hypothesis import HealthCheck, given, settings
 from ladder_lockstep import check_lockstep
 from ladder_programs import programs, stimuli
 from scanrack.ladder.files.rungfile import parse_program, program_text
+
+pytestmark = pytest.mark.slow
 
 
 @settings(

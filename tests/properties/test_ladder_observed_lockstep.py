@@ -1,11 +1,14 @@
 """What a debugged program notes and holds compiled is what the interpreter notes and holds."""
 
+import pytest
 from amounts import amount
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from ladder_lockstep import check_observed
 from ladder_programs import programs, stimuli
 from structured_programs import structured
+
+pytestmark = pytest.mark.slow
 
 chosen = settings(
     max_examples=amount(6),

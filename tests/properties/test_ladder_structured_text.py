@@ -1,5 +1,6 @@
 """Structured text does the same on both back ends and in the debugger, and prints as it reads."""
 
+import pytest
 from amounts import amount
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -11,12 +12,14 @@ from structured_programs import structured
 _SLOW = [HealthCheck.too_slow, HealthCheck.data_too_large]
 
 
+@pytest.mark.slow
 @settings(max_examples=amount(16), deadline=None, suppress_health_check=_SLOW)
 @given(structured(), stimuli())
 def test_both_back_ends_in_lockstep(text, scans):
     check_lockstep(text, scans)
 
 
+@pytest.mark.slow
 @settings(max_examples=amount(6), deadline=None, suppress_health_check=_SLOW)
 @given(structured())
 def test_structured_text_prints_as_it_reads(text):
@@ -27,6 +30,7 @@ def test_structured_text_prints_as_it_reads(text):
     assert program_text(again) == printed
 
 
+@pytest.mark.slow
 @settings(max_examples=amount(6), deadline=None, suppress_health_check=_SLOW)
 @given(text=structured(), scans=stimuli(), watched=st.booleans())
 def test_a_debugged_program_does_what_the_compiled_one_does(text, scans, watched):

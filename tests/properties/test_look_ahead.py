@@ -16,6 +16,8 @@ from scanrack.runtime.machine import Jam, Slip
 from steps3601 import Wait
 from stories3601 import THEMES, scripts
 
+pytestmark = pytest.mark.slow
+
 MS = 1_000_000
 PERIODS = [2 * MS, 10 * MS, MS, TICK_NS, 333_333, 7 * MS]
 RPIS = [None, None, 2 * MS, 3 * MS]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from hypothesis import given
 from lockstep3601 import GivenUp, Lockstep
 from stories3601 import scripts
@@ -26,6 +27,7 @@ def shown(bench, steps):
     return images
 
 
+@pytest.mark.slow
 @given(scripts())
 def test_calm_ticks_change_nothing_but_the_motion(script):
     setting, steps = script

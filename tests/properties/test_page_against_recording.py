@@ -22,6 +22,8 @@ from scanrack.watch.monitors.questions import ask
 from scanrack.watch.monitors.session_monitor import SessionMonitor, SessionProgram, Setup
 from scanrack.watch.recorded_session import OpenedRecording, TracePlace
 
+pytestmark = pytest.mark.slow
+
 SCANS = 1500
 SEEDS = range(2)
 

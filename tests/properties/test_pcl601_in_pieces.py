@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from decimal import Decimal, getcontext
 
+import pytest
 from bench601 import MS, Bench601
 from hypothesis import example, given
 from hypothesis import strategies as st
@@ -79,6 +80,7 @@ def play(script, pieces):
     return seen
 
 
+@pytest.mark.slow
 @given(SCRIPTS, st.lists(st.integers(100_000, 50 * MS), min_size=1, max_size=5))
 @example([(("write", (Register.STEPS, 900)), 0), (("code", 1), 800), (("code", 12), 900)], [333_333])
 def test_in_pieces_or_at_once(script, pieces):

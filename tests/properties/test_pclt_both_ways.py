@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 
 import hypothesis.strategies as st
+import pytest
 from hypothesis import given
 from scanrack.io_images.pcl601.program import (
     INSTRUCTIONS,
@@ -60,6 +61,7 @@ def programs(draw: st.DrawFn) -> Program:
     return Program(tuple(steps), title, axis, draw(st.none() | st.booleans()))
 
 
+@pytest.mark.slow
 @given(programs())
 def test_text_holds_the_whole_program(program: Program) -> None:
     text = format_program(program)
@@ -67,6 +69,7 @@ def test_text_holds_the_whole_program(program: Program) -> None:
     assert format_program(parse_program(text)) == text
 
 
+@pytest.mark.slow
 @given(programs())
 def test_case_spaces_and_comments_do_not_matter(program: Program) -> None:
     bare = Program(tuple(step for step in program.steps if step.name != "TEXT"), axis=program.axis)
@@ -74,6 +77,7 @@ def test_case_spaces_and_comments_do_not_matter(program: Program) -> None:
     assert parse_program(text) == bare
 
 
+@pytest.mark.slow
 @given(st.text(max_size=60) | st.text('ABELOP \n0123"\\;.', max_size=60))
 def test_any_text_is_a_program_or_an_error_with_its_line(text: str) -> None:
     try:

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from made_traces import A3601, PERIOD_NS, record
@@ -15,6 +16,8 @@ from scanrack.io_images.amci3601 import StatusView
 from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.query import query
 from scanrack.traces.read.reader import Scan, open_trace
+
+pytestmark = pytest.mark.slow
 
 SLOTS = (A3601, SlotInfo(4, "a toy"))
 FEW = (0, 1, 2, 0x4001, 0x5000, 0x5001, -31_682)  # with and without MODE_CONFIG (bit 15)

@@ -69,6 +69,7 @@ def trace(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("replay") / "anything.mcap"
 
 
+@pytest.mark.slow
 @settings(max_examples=amount(25))
 @given(
     choices=st.lists(st.integers(0, len(WORDS) - 1), min_size=1, max_size=12),

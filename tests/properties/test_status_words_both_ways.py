@@ -28,6 +28,7 @@ def test_every_bit_is_a_field():
     assert len(BITS) == 15 + 11
 
 
+@pytest.mark.slow
 @given(STATUS)
 @often
 def test_meaning_to_words_to_meaning(status):
@@ -40,6 +41,7 @@ def test_meaning_to_words_to_meaning(status):
     assert (view.position, view.encoder, view.captured) == (status.position, status.encoder, status.captured)
 
 
+@pytest.mark.slow
 @given(
     st.tuples(
         st.integers(0, 0x7FFF) | WORD,

@@ -118,6 +118,7 @@ COMMANDS = (
 )
 
 
+@pytest.mark.slow
 @given(damage=damages, command=st.sampled_from(COMMANDS))
 def test_every_command_tells_it_in_one_line(folder: Path, damage, command) -> None:
     path = damaged(folder, damage)

@@ -108,6 +108,7 @@ def _become(
     status = 1
     try:
         gc.freeze()  # what the parent has open is closed once, by number
+        gc.callbacks.clear()  # Hypothesis has one; a Ctrl-C that comes while it runs would be lost
         if own_session:
             os.setsid()
         _take_streams(streams, pass_fds)

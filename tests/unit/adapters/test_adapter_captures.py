@@ -44,6 +44,7 @@ def test_the_count_of_an_encoder_that_rests_at_the_edge_is_captured(phase: int) 
     assert captured_encoder(phase, turning=False) == 500
 
 
+@pytest.mark.slow
 def test_the_count_of_an_encoder_that_turns_is_captured_within_a_poll_after_the_edge() -> None:
     late = [captured_encoder(phase, turning=True) - 500 for phase in PHASES]
     assert min(late) > 5

@@ -158,6 +158,7 @@ def test_closing_stops_a_motion(path: str, words: tuple[int, ...]) -> None:
     assert 1_000_000 < position_at(path) < 1_010_000
 
 
+@pytest.mark.slow
 def test_a_port_that_goes_and_comes_back_is_a_lost_link(tmp_path: Path) -> None:
     """The port is a link to a pseudo-terminal; the controller behind the second one is a fresh one."""
     port = tmp_path / "port"
@@ -179,6 +180,7 @@ def test_a_port_that_goes_and_comes_back_is_a_lost_link(tmp_path: Path) -> None:
         module.close()
 
 
+@pytest.mark.slow
 def test_a_controller_that_was_left_in_ascii_is_fetched_back(shared: tuple[str, Process]) -> None:
     """Command code 11 is AA ASCII [Command Codes]; a line without parity carries both languages."""
     port, _ = shared
@@ -196,6 +198,7 @@ def test_a_controller_that_was_left_in_ascii_is_fetched_back(shared: tuple[str, 
     module.close()
 
 
+@pytest.mark.slow
 def test_a_controller_that_was_silent_in_a_manual_move_is_stopped_when_it_answers(
     shared: tuple[str, Process],
 ) -> None:
@@ -335,6 +338,7 @@ def test_a_line_follows_the_format_of_what_is_sent(monkeypatch: pytest.MonkeyPat
     assert done == ["E", "E", stop, "N", b"@%\r", "E", stop]
 
 
+@pytest.mark.slow
 def test_a_run_in_real_time_moves_the_controller_of_another_process(path: str, tmp_path: Path) -> None:
     """The logic makes one move over 2000 steps; the counter began at B = 1,000,000."""
     rack = rack_file(tmp_path, f'port = "{path}"')
@@ -407,6 +411,7 @@ def test_a_program_that_raises_stops_the_motor(path: str, tmp_path: Path) -> Non
         assert not moves(path)
 
 
+@pytest.mark.slow
 def test_killed_in_a_manual_move_the_axis_goes_on_until_the_next_configuration(
     path: str, tmp_path: Path
 ) -> None:
@@ -423,6 +428,7 @@ def test_killed_in_a_manual_move_the_axis_goes_on_until_the_next_configuration(
     assert not moves(path)
 
 
+@pytest.mark.slow
 def test_a_scan_that_comes_late_takes_no_reply_for_missing(path: str) -> None:
     """A tenth of a second is more than the patience for a reply, 50 ms; a busy machine may exceed it, too."""
     late = 8

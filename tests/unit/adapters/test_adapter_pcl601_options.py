@@ -156,6 +156,7 @@ def test_a_search_that_somebody_else_stops_has_found_no_home(lsw):
     assert bench.reasons == ["stopped elsewhere"]
 
 
+@pytest.mark.slow
 def test_behind_an_end_limit_home_is_approached_from_the_commanded_side():
     """Off at 3000 after the limit, back over the range -3000..-1000, and CW from there."""
     bench = proximity_bench(Switch(CW, 3000, None), Switch(HOME, -1500, -1400))

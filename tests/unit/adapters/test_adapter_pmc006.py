@@ -109,6 +109,7 @@ def test_hold_by_option_stops_at_once_and_resumes():
     assert bench.position == bench.motor == 10_000
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("after_ms", range(0, 700, 53))
 @pytest.mark.parametrize("lost", [1, 2])
 def test_lost_replies_never_double_a_motion(after_ms, lost):
@@ -169,6 +170,7 @@ def test_without_the_line_the_mode_bit_of_configuration_mode_stays_with_the_plcs
     assert bench.run(1200).bits == {"MODULE_OK", "POSITION_INVALID"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("after_ms", range(40, 65, 5))
 def test_a_counter_that_is_put_back_as_the_line_fails_moves_nothing(after_ms):
     bench = AdapterBench006().configured()

@@ -9,6 +9,7 @@ STEPS = 40
 """At 1,000 steps/s: 40 ms, over before anybody can have noticed that the answer is missing."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lost", [1, 2])
 @pytest.mark.parametrize(("make", "rest_ms"), [(AdapterBench, 400), (AdapterBench006, 1200)])
 def test_every_short_move_is_made_exactly_once(make, rest_ms, lost):

@@ -22,6 +22,7 @@ STOPS = (10_000, -2500, -1499)
 MS = 1_000_000
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", HARDWARES)
 def test_one_list_of_commands_stops_at_the_same_places(name):
     module = SlotSpec(number=1, module=name, options=HARDWARES[name]).make(seed=0)

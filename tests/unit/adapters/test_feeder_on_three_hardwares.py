@@ -33,6 +33,7 @@ def changed(name: str, changes: dict[str, str], folder: Path, to: str) -> Path:
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("hardware", HARDWARES)
 def test_the_feeder_makes_the_same_moves(hardware, tmp_path):
     module = {'"amci3601"': f'"{hardware}"', 'firmware = "4.1"': HARDWARES[hardware]}

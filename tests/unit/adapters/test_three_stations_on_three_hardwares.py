@@ -38,6 +38,7 @@ STORY = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rack", ["line.toml", "line_pcl601.toml", "line_pmc006.toml"])
 def test_the_line_decides_and_stops_alike(rack):
     written: list[Any] = []

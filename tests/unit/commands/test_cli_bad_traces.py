@@ -150,6 +150,7 @@ made_traces.record(sys.argv[1], made_traces.idle(int(sys.argv[2])), chunk_scans=
 """
 
 
+@pytest.mark.slow
 def test_a_file_that_may_not_grow_is_whole_up_to_there(tmp_path: Path) -> None:
     """A limit on the size of files, unlike a full disk, leaves no room for the end: repair writes it."""
     path = tmp_path / "run.mcap"
@@ -191,6 +192,7 @@ WRITING = {
 EXTRAS = {"parquet": [pytest.mark.extra("parquet")]}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", [pytest.param(each, marks=EXTRAS.get(each, [])) for each in WRITING])
 def test_a_disk_that_is_full_is_told_with_the_file_that_was_written(tmp_path: Path, command: str) -> None:
     path = record(tmp_path / "good.mcap", idle(3_000))

@@ -43,6 +43,7 @@ UNNEEDED = {
 """Commands, and libraries and rooms that take time to import and that they do without."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", UNNEEDED)
 def test_a_command_does_not_wait_for_libraries_that_it_does_not_use(command, tmp_path):
     trace = str(tmp_path / "a.mcap")

@@ -47,6 +47,7 @@ def test_a_pcl601_is_found_by_its_address() -> None:
     assert said == (0, "PCL601 at address 3, Modbus RTU, 38400 8E1\n", "")
 
 
+@pytest.mark.slow
 def test_all_units_of_a_line_are_found() -> None:
     with serving(pcl601_units([2, 4], [], 1.0)) as place:
         status, out, _ = probed(place, "--address", "1-5", "--all")

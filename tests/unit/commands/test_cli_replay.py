@@ -107,6 +107,7 @@ def key_and_forces(cpu: Cpu, scan: int) -> None:
         cpu.forces.clear()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("into", ["module", "program", "rack"])
 @pytest.mark.parametrize("during", [lambda cpu, scan: None, key_and_forces], ids=["run", "key and forces"])
 @pytest.mark.parametrize("more", ["", 'controller = "compactlogix"\nrpi_ms = 5\n'], ids=["micro", "compact"])

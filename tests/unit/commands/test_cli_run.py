@@ -142,6 +142,7 @@ def test_a_trace_holds_what_decided_it(folder):
     assert {"program_sha256", "rack_sha256"} <= set(metadata)
 
 
+@pytest.mark.slow
 def test_two_processes_write_the_same_bytes(folder):
     for name, seed in (("one.mcap", "1"), ("two.mcap", "2")):
         forked.run(

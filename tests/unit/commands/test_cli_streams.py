@@ -68,6 +68,7 @@ LINES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("line", "ended", "told"), LINES.values(), ids=LINES)
 def test_streams_that_are_not_what_they_should_be(folder, line, ended, told):
     statuses, said = shell(folder, line)

@@ -124,6 +124,7 @@ def test_check() -> None:
     assert set(answer("check", "line.toml", status=0)) == {"findings", "not_seen"}
 
 
+@pytest.mark.slow
 def test_fuzz(tmp_path: Path) -> None:
     words = ("fuzz", "fault.toml", "--out", str(tmp_path / "out"), "--runs", "1", "--jobs", "1")
     found = answer(*words, status=1)

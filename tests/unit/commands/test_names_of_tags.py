@@ -132,6 +132,7 @@ def test_the_walk_knows_every_parameter_that_takes_a_name() -> None:
     assert takers - OTHERS <= ASKED.keys(), "a command that takes the name of a tag is not walked here"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", ASKED)
 def test_all_ways_to_write_a_name_mean_the_same(place: Path, command: str) -> None:
     ask, names = ASKED[command]

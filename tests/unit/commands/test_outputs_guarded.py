@@ -172,6 +172,7 @@ def scanrack(words: str) -> tuple[int, str]:
     return result.exit_code, result.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", OUTPUTS)
 def test_a_file_in_use_is_never_replaced(folder: Path, name: str) -> None:
     output = OUTPUTS[name]

@@ -131,6 +131,7 @@ def place(tmp_path_factory) -> Path:
     return place
 
 
+@pytest.mark.slow
 def test_no_command_runs_a_module_of_the_current_folder(place: Path, tmp_path: Path) -> None:
     driver = tmp_path / "driver.py"  # its folder takes the place of that of the command's script
     driver.write_text(DRIVER, encoding="utf-8")
@@ -144,6 +145,7 @@ def test_no_command_runs_a_module_of_the_current_folder(place: Path, tmp_path: P
     assert {words.split()[0] for words in WORDS} == set(COMMANDS)
 
 
+@pytest.mark.slow
 def test_python_m_scanrack_runs_none_either(place: Path, tmp_path: Path) -> None:
     """But for what Python itself imports before scanrack begins, as it does for any module."""
     folder = tmp_path / "poisoned"

@@ -153,6 +153,7 @@ def logic(scan):
 """
 
 
+@pytest.mark.slow
 def test_a_thread_that_goes_on_is_named_and_ended(place: Path) -> None:
     (place / "line.py").write_text(GOES_ON, encoding="utf-8")
     (place / "rack.toml").write_text(RACK.format("line.py"))

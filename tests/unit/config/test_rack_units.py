@@ -36,6 +36,7 @@ def run(folder: Path, rack: str) -> Result:
     return CliRunner().invoke(build(), ["run", str(folder / "rack.toml"), "--record", trace, "--quiet"])
 
 
+@pytest.mark.slow
 def test_a_unit_runs_its_program_beside_the_rack_and_is_recorded(tmp_path: Path) -> None:
     """Sample Program 3 homes at -3000, sets the position to 0 and indexes to 10000.
 

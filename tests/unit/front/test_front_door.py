@@ -51,6 +51,7 @@ def test_the_package_is_a_command():
     assert (done.returncode, done.stdout) == (0, f"scanrack {scanrack.__version__}\n")
 
 
+@pytest.mark.slow
 def test_a_first_program_needs_the_front_door_only(tmp_path):
     """A scan is 2 ms: 100 ms are 50 scans, the last one at 98 ms; the timer takes 20 ms."""
     example = Path(__file__).parents[3] / "examples/first"

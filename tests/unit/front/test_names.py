@@ -67,6 +67,7 @@ def classes() -> list[tuple[Path, ast.ClassDef]]:
     return [(path, node) for path, node in nodes() if isinstance(node, ast.ClassDef)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("room", sorted({room_of(path) for path in FILES}))
 def test_no_two_classes_of_a_room_have_one_name(room: str) -> None:
     here = [(path, node) for path, node in classes() if room_of(path) == room]
@@ -75,6 +76,7 @@ def test_no_two_classes_of_a_room_have_one_name(room: str) -> None:
     assert not twice, "two classes of one name in a room:\n" + "\n".join(sorted(twice))
 
 
+@pytest.mark.slow
 def test_no_class_is_called_by_a_participle() -> None:
     named = [
         f"{node.name}: {path}:{node.lineno}"
@@ -84,6 +86,7 @@ def test_no_class_is_called_by_a_participle() -> None:
     assert not named, "a class is a noun; these are participles:\n" + "\n".join(named)
 
 
+@pytest.mark.slow
 def test_what_may_be_a_participle_exists() -> None:
     assert PARTICIPLES_ALLOWED.keys() <= {node.name for _, node in classes()}
 

@@ -4,6 +4,7 @@ import pytest
 from broken_programs import BROKEN_PROGRAMS, found_after
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("program", BROKEN_PROGRAMS, ids=lambda program: program.name)
 def test_a_broken_program_is_found(program):
     assert found_after(program) is not None, program.sentence

@@ -8,6 +8,8 @@ import pytest
 from scanrack.commands import build
 from typer.testing import CliRunner
 
+pytestmark = pytest.mark.slow
+
 PROGRAM = """
 from scanrack.io_images.amci3601 import Configuration, Idle, StatusView
 

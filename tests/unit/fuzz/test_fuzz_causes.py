@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
 from scanrack.io_images.amci3601 import Configuration, Idle, InputBit, Move, MoveKind, StatusView
 from scanrack.jobs.fuzz import STANDARD, Press, Scenario, TrialBench, never, search, undisturbed
 from scanrack.jobs.fuzz.drawing import Kind, scenarios
@@ -56,6 +57,7 @@ def found(report):
     return {each.broken.cause: each for each in report.found}
 
 
+@pytest.mark.slow
 def test_two_places_are_two_failures_each_with_its_own_smallest_scenario():
     planted = bench(configured(two_ways), STANDARD["one-motion"])
     strategy = scenarios(SPEC, planted.scans, {Kind.INPUTS})
@@ -66,6 +68,7 @@ def test_two_places_are_two_failures_each_with_its_own_smallest_scenario():
     assert [each.input for each in by_cause[external].scenario.presses] == [InputBit.EXTERNAL]
 
 
+@pytest.mark.slow
 def test_behind_a_failure_that_always_happens_another_is_found():
     """It sets two motion bits by itself at 20 ms; and, which is hidden behind that, later on a press."""
 
@@ -96,6 +99,7 @@ def test_a_failure_counts_once_until_it_holds_again():
     assert (first.broken.now_ns, again.broken) == (22 * MS, None)  # the first scan after the press
 
 
+@pytest.mark.slow
 def test_rules_tell_failures_apart_before_places_do():
     """An absolute move without a position is refused by CMD-06, two motion bits by another rule."""
 

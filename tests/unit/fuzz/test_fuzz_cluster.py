@@ -36,6 +36,7 @@ def cluster():
         yield made
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
 def test_a_campaign_outlives_a_worker(tmp_path, cluster):
     (tmp_path / "line.py").write_text(PROGRAM, encoding="utf-8")

@@ -16,6 +16,7 @@ INVARIANTS = {"shared_zone": "zone_must_hold.py", "shared_zone_pmc006": "zone_mu
 RACKS = ["stations", "labeller", "blend_path", "jog_panel", *INVARIANTS]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rack", RACKS)
 def test_the_search_takes_the_program(rack, tmp_path):
     must_hold = EXAMPLES / INVARIANTS.get(rack, "must_hold.py")

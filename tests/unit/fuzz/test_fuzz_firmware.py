@@ -42,6 +42,7 @@ def fuzz(tmp_path):
     return run
 
 
+@pytest.mark.slow
 def test_without_a_name_old_firmware_is_a_failure_and_with_one_it_is_left_out(fuzz, tmp_path):
     first = fuzz()
     assert first.exit_code == 1, first.output

@@ -95,6 +95,7 @@ def changed(value, path=()):
         yield from changed(each, (*path, key))
 
 
+@pytest.mark.slow
 def test_a_value_of_another_type_is_refused_or_of_no_consequence(state):
     """What is read can be searched with: it is written again, and its scenarios can be laid over a rack."""
     text = state.read_text(encoding="utf-8")

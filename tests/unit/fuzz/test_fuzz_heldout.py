@@ -120,6 +120,7 @@ def test_a_careful_program_raises_no_alarm(kind):
     assert not reported(Careful, [acts, jogs_while_the_logic_rests, STANDARD["one-motion"]], {kind})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("program", "invariants", "kind", "parts"),
     [
@@ -139,6 +140,7 @@ def button(bit, at_ms, for_ms=150):
     return Press(1, bit, True, at_ms * MS, for_ms * MS)
 
 
+@pytest.mark.slow
 def test_of_a_base_of_eleven_parts_two_are_left():
     """Whatever base is varied: two buttons held together are all that it takes."""
     base = Scenario(

@@ -176,6 +176,7 @@ def test_there_is_a_program_for_every_kind():
     assert {case.kind for case in CASES} == set(Kind)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.kind.value)
 def test_a_kind_of_trouble_finds_what_only_it_breaks(case):
     assert found(case, {case.kind}, 150)

@@ -36,6 +36,7 @@ def told(output):
     return re.sub(r"\d+(\.\d+)? (s|ms)|scan \d+", "N", broken).splitlines()
 
 
+@pytest.mark.slow
 def test_five_minutes_end_with_a_failure_that_can_be_looked_at_and_mended(folder):
     command = ("fuzz", "line.toml", "--invariants", "must_hold.py", "--jobs", 1)
     first = scanrack(*command, "--runs", 40)

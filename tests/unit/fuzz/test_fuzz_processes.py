@@ -85,6 +85,7 @@ def is_alive(pid):
         return False
 
 
+@pytest.mark.slow
 def test_the_same_command_finds_the_same_from_any_folder(folder):
     (folder / "elsewhere" / ".hypothesis").mkdir(parents=True)
     words = ("--runs", "20", "--only", "inputs")
@@ -108,6 +109,7 @@ def test_ctrl_c_that_somebody_swallows_is_known_nevertheless():
     assert signal.getsignal(signal.SIGINT) is before
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("number", "name"), [(signal.SIGINT, "Ctrl-C"), (signal.SIGTERM, "SIGTERM")])
 def test_ctrl_c_ends_a_campaign_and_the_same_command_goes_on(folder, number, name, monkeypatch):
     out = folder / "out"
@@ -129,6 +131,7 @@ def test_ctrl_c_ends_a_campaign_and_the_same_command_goes_on(folder, number, nam
     assert state_in(out).tasks == before.tasks + 1
 
 
+@pytest.mark.slow
 def test_a_campaign_that_is_killed_leaves_its_state_and_no_workers(folder):
     out = folder / "out"
     campaign = started(folder, "--out", str(out), "--jobs", "2", "--time", "1 h", "--only", "power")

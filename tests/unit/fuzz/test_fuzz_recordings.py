@@ -99,6 +99,7 @@ def scanrack(*words):
     return CliRunner().invoke(build(), [str(word) for word in words])
 
 
+@pytest.mark.slow
 def test_a_trace_is_varied_until_something_breaks(trace, tmp_path):
     """Only the recording knows of the button: nothing else that is random here presses it."""
     out = tmp_path / "out"

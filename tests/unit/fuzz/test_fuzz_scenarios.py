@@ -82,6 +82,7 @@ def any_scenario(spec):
     return scenarios(spec, 500, frozenset(Kind))
 
 
+@pytest.mark.slow
 @given(data=st.data())
 def test_every_scenario_belongs_to_its_rack_and_can_be_told(spec, data):
     scenario = data.draw(any_scenario(spec))
@@ -100,6 +101,7 @@ def test_json_and_back_is_the_same(spec, data):
     assert Scenario.from_json(json.loads(json.dumps(scenario.to_json()))) == scenario
 
 
+@pytest.mark.slow
 @given(data=st.data())
 def test_a_rack_file_with_a_scenario_says_the_same_as_the_objects(spec, rack_file, data):
     scenario = data.draw(any_scenario(spec))

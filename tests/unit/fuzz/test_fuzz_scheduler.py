@@ -76,6 +76,7 @@ def campaign(processes, scheduler, tmp_path):
     return lambda *more: processes("-m", "scanrack", "fuzz", "line.toml", *words, *more)
 
 
+@pytest.mark.slow
 def test_a_worker_with_two_threads_does_every_task_in_a_process_of_its_own(
     campaign, scheduler, processes, tmp_path
 ):
@@ -91,6 +92,7 @@ def test_a_worker_with_two_threads_does_every_task_in_a_process_of_its_own(
     assert read_state(tmp_path / "out" / "state.json", "../line.toml").tasks == 2
 
 
+@pytest.mark.slow
 def test_a_scheduler_that_stops_ends_the_campaign_with_a_word(campaign, scheduler, tmp_path):
     search = campaign("--time", "1 h")
     search.stderr.readline()  # there is no worker

@@ -97,6 +97,7 @@ DAMAGED = Scenario(incidents=(Incident(480 * MS, FaultKind.REPLIES_DAMAGED),))
 FORGETS = Scenario(incidents=(Incident(500 * MS, FaultKind.CONTROLLER_POWER_CYCLE),))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("module", "scenario"),
     [(module, each) for module in OPTIONS for each in (PRESSED, WITHOUT_POWER, STOPPED, NEARER, FAILS)]

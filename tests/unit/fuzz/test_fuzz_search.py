@@ -76,6 +76,7 @@ def fuzz(rack, *words):
     )
 
 
+@pytest.mark.slow
 def test_a_fault_is_found_shrunk_and_can_be_run_again(rack, tmp_path):
     file = rack(CRASHES)
     result = fuzz(file, "--runs", 50, "--only", "inputs")
@@ -93,6 +94,7 @@ def test_a_fault_is_found_shrunk_and_can_be_run_again(rack, tmp_path):
     assert alone.exit_code == 1
 
 
+@pytest.mark.slow
 def test_a_broken_rule_is_told_with_its_sentence_and_the_drive_script_shows_it(rack, tmp_path):
     result = fuzz(rack(HASTY), "--runs", 40, "--only", "inputs", "--check", "no-command-error")
     assert result.exit_code == 1, result.output
@@ -112,6 +114,7 @@ def test_nothing_is_found_where_everything_holds(rack):
     assert "runs          20" in result.stdout
 
 
+@pytest.mark.slow
 def test_a_campaign_goes_on_where_it_left_off(rack, tmp_path):
     file = rack(CONFIGURES + "\ndef go(status, out, scan):\n    pass\n")
     fuzz(file, "--runs", 10)
@@ -144,6 +147,7 @@ def pool():
     return ProcessPoolExecutor(2, mp_context=get_context("spawn"))
 
 
+@pytest.mark.slow
 def test_a_task_whose_worker_dies_is_given_out_again(tmp_path):
     state = State()
     campaign(DiesOnce(tmp_path / "died"), state, pool, examples=3, tasks=4, jobs=2)
@@ -151,6 +155,7 @@ def test_a_task_whose_worker_dies_is_given_out_again(tmp_path):
     assert sorted(state.rules) == ["R0", "R1", "R2", "R3"]
 
 
+@pytest.mark.slow
 def test_a_task_that_kills_every_worker_ends_the_campaign():
     with pytest.raises(CampaignError, match="its worker has died 3 times"):
         campaign(dies, State(), pool, examples=1, tasks=1, jobs=1)

@@ -50,6 +50,7 @@ def state_of(rack):
     return read_state(rack.parent / "out" / "state.json", "../line.toml")
 
 
+@pytest.mark.slow
 def test_what_is_mended_is_told_once_and_becomes_a_seed(line):
     rack = line(WATCHES.format(bit="IN_ESTOP"))
     assert fuzz(rack, "--runs", 40, "--only", "inputs").exit_code == 1
@@ -68,6 +69,7 @@ def test_what_is_mended_is_told_once_and_becomes_a_seed(line):
     assert "mended" not in fuzz(rack, "--runs", 5, "--only", "inputs").stdout
 
 
+@pytest.mark.slow
 def test_what_is_not_mended_is_told_again_without_a_search_for_it(line):
     rack = line(WATCHES.format(bit="IN_ESTOP"))
     first = fuzz(rack, "--runs", 40, "--only", "inputs")
@@ -76,6 +78,7 @@ def test_what_is_not_mended_is_told_again_without_a_search_for_it(line):
     assert first.stdout.split("\nbroken: ")[1] == second.stdout.split("\nbroken: ")[1]
 
 
+@pytest.mark.slow
 def test_faults_are_told_apart_by_their_lines_which_may_move(line):
     two = (
         WATCHES.format(bit="IN_ESTOP") + "    if status.IN_HOME:\n        raise RuntimeError('nor of this')\n"
@@ -95,6 +98,7 @@ def test_faults_are_told_apart_by_their_lines_which_may_move(line):
     assert after.folders["no-fault line.py:11"] == before.folders["no-fault line.py:10"]
 
 
+@pytest.mark.slow
 def test_a_failure_is_told_in_words(line):
     result = fuzz(line(WATCHES.format(bit="IN_ESTOP")), "--runs", 40, "--only", "inputs", "--quiet")
     lines = result.stdout.splitlines()
@@ -103,6 +107,7 @@ def test_a_failure_is_told_in_words(line):
     assert lines[2].startswith("  slot 1: commands none; status POSITION_INVALID MODULE_OK IN_ESTOP")
 
 
+@pytest.mark.slow
 def test_the_report_tells_how_to_see_it_again_and_how_to_look_after_a_change(line):
     rack = line(WATCHES.format(bit="IN_ESTOP"))
     fuzz(rack, "--runs", 40, "--only", "inputs", "--check", "one-motion")
@@ -120,6 +125,7 @@ def test_the_report_tells_how_to_see_it_again_and_how_to_look_after_a_change(lin
     assert CliRunner().invoke(build(), check.split()[1:]).exit_code == 1
 
 
+@pytest.mark.slow
 def test_a_program_that_faults_by_itself_is_not_searched(line):
     rack = line(WATCHES.format(bit="MODULE_OK"))
     result = fuzz(rack, "--runs", 1000)
@@ -151,6 +157,7 @@ def test_two_files_with_an_invariant_of_one_name_are_refused(line, tmp_path):
     )
 
 
+@pytest.mark.slow
 def test_an_invariant_that_was_never_put_to_the_test_is_told(line, tmp_path):
     text = (
         "from scanrack.jobs.fuzz import eventually\n\n"
@@ -170,6 +177,7 @@ def test_an_invariant_that_was_never_put_to_the_test_is_told(line, tmp_path):
     )
 
 
+@pytest.mark.slow
 def test_as_many_scenarios_are_tried_as_asked_for(line):
     result = fuzz(line(WATCHES.format(bit="STOPPED")), "--runs", 60, "--only", "inputs")
     assert result.stdout.startswith("runs          60 ")
@@ -229,6 +237,7 @@ def logic(scan):
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("when", "status"), [("not flag.exists() and runs == 3", 0), ("scan.slot[1].inputs[0] == 0", 1)]
 )

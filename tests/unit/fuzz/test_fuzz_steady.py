@@ -110,6 +110,7 @@ def logic(scan):
 """It depends on the order of a set of texts, which the hash seed decides."""
 
 
+@pytest.mark.slow
 def test_what_only_one_hash_seed_breaks_is_no_failure_but_said(rack):
     environment = os.environ | {"PYTHONHASHSEED": "7"}
     asked = [sys.executable, "-c", f"{NAMES}print(list(names))"]
@@ -132,6 +133,7 @@ def logic(scan):
 """
 
 
+@pytest.mark.slow
 def test_what_only_this_process_breaks_is_no_failure_but_said(rack, monkeypatch):
     monkeypatch.setattr(sys, "ps1_of_the_bench", True, raising=False)
     result = fuzz(rack(PROCESS_STATE))

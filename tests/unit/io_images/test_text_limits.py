@@ -106,6 +106,7 @@ def cost(reader: Callable[[str], object], text: str) -> tuple[float, int]:
     return min(spent), most
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_four_times_the_text_takes_at_most_six_times_as_much(name: str) -> None:
     reader, text = CASES[name]

@@ -152,6 +152,7 @@ def test_a_faulted_scan_says_so(rack):
     assert "ZeroDivisionError" in bench.why("O:1.2")
 
 
+@pytest.mark.slow
 def test_a_scan_that_takes_longer_when_it_is_traced_is_answered(rack):
     program = """def logic(scan):
     for turn in range(scan.number * 20_000):
@@ -237,6 +238,7 @@ def test_a_trace_answers_as_its_rack_does_if_its_program_may_run(rack, tmp_path,
     assert (missing.exit_code, "it has scans 0 to 9" in missing.stderr) == (2, True)
 
 
+@pytest.mark.slow
 def test_a_trace_of_a_ladder_program_answers_with_its_rungs(tmp_path):
     trace = tmp_path / "feeder.mcap"
     assert (

@@ -80,6 +80,7 @@ def test_a_program_without_a_controller_may_have_a_fault_routine():
         assert (engine.tags["Before"], engine.tags["Behind"], engine.tags["Seen.Code"]) == (2, 0, 0)
 
 
+@pytest.mark.slow
 def test_a_watchdog_fault_is_not_for_the_fault_routine():
     text = controller().replace("MOV(1,Table[At]);", "LBL(Again);\nJMP(Again);")
     for engine in both(text):

@@ -75,6 +75,7 @@ def names_in_tests() -> set[str]:
     return strings | {name for text in strings for name in re.findall(r"\b([A-Z][A-Z0-9_]+)\(", text)}
 
 
+@pytest.mark.slow
 def test_every_instruction_has_a_row_of_its_semantics():
     """Instructions that share their functions share a row."""
     named = names_in_tests()

@@ -123,6 +123,7 @@ def test_mso_configures_the_module_and_enables_the_axis(rig):
     assert bench["Feed.AxisHomedStatus"] is False
 
 
+@pytest.mark.slow
 def test_mah_homes_and_mam_moves_there(rig):
     bench = homed(rig, f"XIC(More){move(10)};")
     assert (bench["Feed.ActualPosition"], bench["Feed.AxisHomedStatus"]) == (0.0, True)
@@ -137,6 +138,7 @@ def test_mah_homes_and_mam_moves_there(rig):
     assert bench.scan().bits() == {"DN", "PC"}
 
 
+@pytest.mark.slow
 def test_an_incremental_move_in_percent_of_maximum(rig):
     percent = "50,% of Maximum,40,% of Maximum,40,% of Maximum,0,100,100,0"
     bench = homed(rig, f"XIC(More)MAM(Feed,Do,1,-0.75,{percent},{TAIL},0,0);")
@@ -145,6 +147,7 @@ def test_an_incremental_move_in_percent_of_maximum(rig):
     assert bench["Feed.ActualPosition"] == -0.75
 
 
+@pytest.mark.slow
 def test_a_jog_runs_until_mas_stops_it(rig):
     bench = homed(rig, f"XIC(More)XIO(Go){jog('Forward')};", "XIC(Go)MAS(Feed,Then,Jog,Yes,20,0,No,0,0);")
     bench["More"] = True
@@ -158,6 +161,7 @@ def test_a_jog_runs_until_mas_stops_it(rig):
     assert bench["Feed.JogStatus"] is False
 
 
+@pytest.mark.slow
 def test_mcd_changes_the_speed_of_a_jog_and_of_no_move(rig):
     change = "MCD(Feed,Then,Jog,Yes,4,No,0,No,0,No,0,No,0,Units per sec,Units per sec2,Units per sec2,0)"
     bench = homed(rig, f"XIC(More){jog('Forward')};", f"XIC(Go){change};")
@@ -180,6 +184,7 @@ def test_mrp_sets_the_position(rig):
     assert bench["Feed.ActualPosition"] == 2.5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("rung", "code"),
     [
@@ -246,6 +251,7 @@ def test_a_link_that_is_lost_in_a_jog_is_a_fault(rig):
     assert (bench["Do.ERR"], bench["Do.IP"], bench["Feed_3601.ErrorID"]) == (20, False, 1024 + 512)
 
 
+@pytest.mark.slow
 def test_a_newer_move_takes_the_axis(rig):
     """The first one's IP ends without PC."""
     bench = homed(rig, f"XIC(Go)XIO(More){move(8)};", f"XIC(More){move(2, control='Then')};")

@@ -346,6 +346,7 @@ def test_what_the_language_does_not_allow_is_refused_with_its_line(statement, sa
     assert "routine Main, line 2" in problem.where
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("loop", ["WHILE 1 DO N := 1; END_WHILE;", "REPEAT N := 1; UNTIL 0 END_REPEAT;"])
 def test_a_loop_without_end_is_stopped_by_the_watchdog(loop):
     program = Program("p")

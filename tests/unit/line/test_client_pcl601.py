@@ -256,6 +256,7 @@ def test_a_firmware_that_is_no_text_is_a_number(value: int, text: str) -> None:
     assert firmware_text(value) == text
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fault", Fault)
 @pytest.mark.parametrize("at", range(11))
 @pytest.mark.parametrize("question", [False, True])
@@ -316,6 +317,7 @@ def test_what_cannot_be_the_answer_is_not_taken_for_it(question: str, answer: st
         check_answer(bytes.fromhex(question), bytes.fromhex(answer))
 
 
+@pytest.mark.slow
 def test_end_to_end_through_a_pseudo_terminal_with_every_fault() -> None:
     device = Pcl601(timing=PORT_TIMING)
     plan = dict(zip((5, 11, 17, 23), Fault, strict=True))
@@ -366,6 +368,7 @@ def scanrack(*arguments: str) -> Result:
     return CliRunner().invoke(build(), arguments)
 
 
+@pytest.mark.slow
 def test_the_commands_over_modbus_tcp_and_a_pseudo_terminal() -> None:
     device = Pcl601(timing=PORT_TIMING)
     with served_on_modbus_tcp(device) as port:

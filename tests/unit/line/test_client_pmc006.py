@@ -342,6 +342,7 @@ def test_another_unit_s_answer_is_told() -> None:
         damaged.read("position")
 
 
+@pytest.mark.slow
 def test_end_to_end_through_a_pseudo_terminal_with_every_fault() -> None:
     controller = Pmc006Controller(address=9)
     plan = dict(zip((3, 9, 15, 21), Fault, strict=True))
@@ -361,6 +362,7 @@ def scanrack(*arguments: str) -> Result:
     return CliRunner().invoke(build(), [*map(str, arguments)])
 
 
+@pytest.mark.slow
 def test_the_commands_through_a_pseudo_terminal(tmp_path: Path) -> None:
     controller = Pmc006Controller(address=9)
     controller.set_pin(Pin.EXT1, Contact(high=-101))

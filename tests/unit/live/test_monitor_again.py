@@ -16,6 +16,7 @@ from scanrack.watch.monitors.session_monitor import SessionMonitor, SessionProgr
 PRESSED = 50
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scans", [6_000, 20_000])
 def test_its_first_picture_takes_a_few_chunks(tmp_path, monkeypatch, scans):
     trace = tmp_path / "session.mcap"

@@ -137,6 +137,7 @@ def test_a_program_that_reads_the_link_is_shown_with_the_link_as_it_was(tmp_path
         assert [seen.look(scan)["tags"]["Lost"] for scan in (99, 100, 110, 119, 200)] == [0, 1, 11, 20, 20]
 
 
+@pytest.mark.slow
 def test_a_recording_that_is_still_written_is_opened_and_followed(counted, tmp_path):
     content = counted.read_bytes()
     with open_trace(counted) as trace:

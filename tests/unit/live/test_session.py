@@ -169,6 +169,7 @@ def fifty_orders(seed):
     return [(scan, dice.choice(kinds)()) for scan in at]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_a_session_of_fifty_orders_runs_again_byte_for_byte(tmp_path, seed):
     path, again = tmp_path / "live.mcap", tmp_path / "again.mcap"

@@ -1,5 +1,6 @@
 """What a monitor keeps of a program: enough for any scan, and not more and more."""
 
+import pytest
 from scanrack.runtime.live.ring import row_type
 from scanrack.watch.history.lanes import ValueHistory
 from scanrack.watch.history.recent import RecentRows
@@ -22,6 +23,7 @@ def test_values_of_long_ago_are_fewer_and_those_of_late_are_all_there():
     assert kept.values(place) == {"a": scans[-1]}
 
 
+@pytest.mark.slow
 def test_notes_of_inputs_are_bounded():
     kept = SnapshotStore()
     for scan in range(2 * MOST_INPUTS + 1):

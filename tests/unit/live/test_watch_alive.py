@@ -124,6 +124,7 @@ def test_a_past_scan_is_shown_to_the_page_that_asks_and_to_no_other(session):
     assert "is not there" in on_a_page(session, look)["refused"]
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="/proc tells of children on Linux only")
 def test_a_killed_monitor_is_started_again_and_the_trace_is_whole(tmp_path):
     path = tmp_path / "session.mcap"
@@ -149,6 +150,7 @@ async def still(page):
     return page.frame["scan"]
 
 
+@pytest.mark.slow
 def test_pages_that_never_read_keep_nobody_waiting(session):
     async def look():
         async with AsyncExitStack() as stack:
@@ -167,6 +169,7 @@ def test_a_session_ends_by_itself_after_its_scans():
         assert session.process.wait(30) == 0
 
 
+@pytest.mark.slow
 def test_a_program_in_python_shows_its_text_and_its_values():
     async def look(page):
         await page.until(lambda seen: "scan" in seen.frame)
@@ -185,6 +188,7 @@ def test_a_program_in_python_shows_its_text_and_its_values():
     assert "the program has no tags that can be set" in refused
 
 
+@pytest.mark.slow
 def test_a_session_that_begins_paused_has_a_picture_before_its_first_scan():
     async def look(running):
         async with page_of(running) as page:

@@ -10,6 +10,8 @@ import pytest
 from scanrack.traces.read.reader import open_trace
 from watching import FEEDER, PATIENCE_S, page_of, watched
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture
 def feeder(tmp_path):

@@ -21,6 +21,8 @@ from typer.testing import CliRunner
 from watching import FEEDER, page_of, watched
 from websockets.exceptions import ConnectionClosed
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture
 def feeder(tmp_path):

@@ -36,6 +36,7 @@ def bench_at(scan):
     return bench
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scan", [0, 1, 700, 4003, 9999])
 def test_a_scan_of_a_recording_shows_what_the_bench_shows(tmp_path, scan):
     path = tmp_path / "run.mcap"
@@ -63,6 +64,7 @@ def test_a_scan_of_a_recording_shows_what_the_bench_shows(tmp_path, scan):
         assert [each == "1" for each in power[: len(truth or ())]] == list(truth or ())
 
 
+@pytest.mark.slow
 def test_a_branch_equals_its_parent_up_to_its_scan_and_goes_its_own_way(tmp_path):
     path = tmp_path / "session.mcap"
 
@@ -99,6 +101,7 @@ def test_a_branch_equals_its_parent_up_to_its_scan_and_goes_its_own_way(tmp_path
         assert done.exit_code == 0, done.output
 
 
+@pytest.mark.slow
 def test_a_branch_of_a_session_that_runs_goes_on():
     async def branch(session):
         async with page_of(session) as page:

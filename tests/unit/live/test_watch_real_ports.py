@@ -93,6 +93,7 @@ def test_a_port_that_cannot_be_opened_ends_the_command_with_its_reason(tmp_path)
     assert "/dev/nothing-here can't be opened" in " ".join(done.stderr.split())
 
 
+@pytest.mark.slow
 def test_without_control_a_page_looks_and_changes_nothing(rack):
     async def look(session):
         async with page_of(session) as page:
@@ -114,6 +115,7 @@ def test_without_control_a_page_looks_and_changes_nothing(rack):
     assert set(refused) == {"this session is read-only: it takes no orders"}
 
 
+@pytest.mark.slow
 def test_with_control_a_page_moves_the_axis_and_time_goes_on(rack):
     """2000 steps at 5000 steps/s, from a position that was made valid at 0."""
 
@@ -146,6 +148,7 @@ def test_with_control_a_page_moves_the_axis_and_time_goes_on(rack):
     assert "is a real one" in done.stderr
 
 
+@pytest.mark.slow
 def test_a_branch_of_a_recording_of_real_ports_is_refused(rack):
     record = rack.parent / "session.mcap"
 

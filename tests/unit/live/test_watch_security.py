@@ -233,6 +233,7 @@ def nonsense(dice):
     return json.dumps(message)
 
 
+@pytest.mark.slow
 def test_ten_thousand_nonsense_messages_leave_the_trace_whole(tmp_path):
     """They come at once: most of them are refused for their number, the first 100 of each page are not."""
     path = tmp_path / "session.mcap"

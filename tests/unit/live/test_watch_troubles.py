@@ -40,6 +40,7 @@ FAULTS = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("body", "says", "scan"), FAULTS, ids=["raises", "hangs"])
 def test_a_fault_is_said_at_once_and_a_branch_is_the_way_on(rack, body, says, scan):
     (rack.parent / "program.py").write_text(f"def logic(scan):\n{body}")
@@ -66,6 +67,7 @@ def test_a_fault_is_said_at_once_and_a_branch_is_the_way_on(rack, body, says, sc
         assert len(read_columns(trace).scan) == scan - 5
 
 
+@pytest.mark.slow
 def test_a_session_that_faulted_ends_with_the_status_of_a_fault(rack):
     (rack.parent / "program.py").write_text("def logic(scan):\n    assert scan.number < 5\n")
     with watched(rack=rack) as session:
@@ -111,6 +113,7 @@ def test_a_branch_that_cannot_be_recorded_is_refused_and_the_session_goes_on(tmp
         assert "can't be written" in asyncio.run(work(session))
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="/proc tells of children on Linux only")
 def test_a_monitor_that_dies_three_times_comes_back_each_time():
     async def look(session):
@@ -130,6 +133,7 @@ def test_a_monitor_that_dies_three_times_comes_back_each_time():
     assert said.count("the monitor has died and is started again; the scans go on") == 3
 
 
+@pytest.mark.slow
 def test_a_program_that_is_gone_ends_nothing(tmp_path):
     for name in ("feeder.toml", "feeder.rung"):
         shutil.copy(FEEDER.parent / name, tmp_path / name)

@@ -202,6 +202,7 @@ def run(*arguments: str) -> tuple[int, str, str]:
     return result.exit_code, result.stdout, result.stderr
 
 
+@pytest.mark.slow
 def test_a_run_says_first_what_it_got(rack: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(realtime, "os", Scheduler(refuses=True))
     monkeypatch.setattr(realtime, "_locks_without_limit", lambda: False)

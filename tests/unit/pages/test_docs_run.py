@@ -98,6 +98,7 @@ READS = r"scanrack (?:show|run|plot|query|export) \S+\.(?:mcap|toml)\b[^`]*"
 INLINE = re.compile(rf"^    (scanrack \S.*)$|`({READS})`", re.MULTILINE)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("page", ["README.md", pytest.param("docs/plot.md", marks=pytest.mark.extra("plot"))])
 def test_the_commands_of_a_page_run_one_after_the_other(clone, page, monkeypatch):
     monkeypatch.chdir(clone)

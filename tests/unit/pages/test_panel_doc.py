@@ -74,6 +74,7 @@ def test_why_says_what_the_page_says(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert result.stdout.splitlines() == indented("after 4,751 scans")
 
 
+@pytest.mark.slow
 @pytest.mark.extra("plot")
 def test_the_chart_shows_lamp_step_and_dwell(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     copy_to_run(tmp_path)
@@ -87,6 +88,7 @@ def test_the_chart_shows_lamp_step_and_dwell(tmp_path: Path, monkeypatch: pytest
         assert f">{name}<" in text
 
 
+@pytest.mark.slow
 def test_its_commands_print_what_it_says(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     copy_to_run(tmp_path)
     monkeypatch.chdir(tmp_path)

@@ -43,6 +43,7 @@ def test_there_are_commands_to_try() -> None:
     assert len(COMMANDS) == 7
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("command", "printed"), COMMANDS)
 def test_a_command_prints_what_the_page_says(
     command: str, printed: str, folder: Path, monkeypatch: pytest.MonkeyPatch

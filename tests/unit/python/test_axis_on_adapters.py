@@ -66,11 +66,13 @@ def run(folder, hardware, options=""):
     return moves_of(witness)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("hardware", HARDWARES)
 def test_a_sequence_makes_the_same_moves(hardware, tmp_path):
     assert run(tmp_path, hardware)[: len(STORY)] == STORY
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("hardware", HARDWARES)
 def test_parameters_first_on_each_of_them(hardware, tmp_path):
     moves = run(tmp_path, hardware, "parameters_first=True")

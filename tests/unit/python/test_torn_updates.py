@@ -7,6 +7,7 @@ later. Without the option some tear makes an illegal command; with it none does,
 from dataclasses import replace
 from typing import Any
 
+import pytest
 from bench3601 import ENCODER, configuration
 from scanrack import Axis3601, Configuration, Direction, Logic, dwell, sequence, until
 from scanrack.io_images.amci3601 import Acceleration, BlendSegment, CommandMsw, InputBit
@@ -138,6 +139,7 @@ def test_without_the_option_a_late_speed_is_another_command():
     assert broken_by(Everything, sent, (4,))[:2] == ["CMD-05", "PRF-01"]
 
 
+@pytest.mark.slow
 def test_with_parameters_first_no_tear_of_any_change_is_an_illegal_command():
     """One tear of the list for each change, and the late word 1, which holds bits of commands, for all."""
     for number, (at_ns, _) in enumerate(Run(ParametersFirst).images):

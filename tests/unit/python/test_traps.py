@@ -447,6 +447,7 @@ def test_program_mode_closes_the_sequences_and_begins_anew():
     assert bench.logic.axis.moving
 
 
+@pytest.mark.slow
 def test_an_instance_dropped_in_mid_wait_is_closed_quietly():
     bench = SequenceBench(Program).scan(300)
     ended = bench.logic.ended
@@ -489,6 +490,7 @@ def test_a_finally_that_awaits_in_a_helper_is_closed_inside_out():
     assert ended == ["inner", "outer"]
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # Python's, when it is freed
 def test_a_loop_that_swallows_everything_can_be_closed():
     class Deaf(Logic):

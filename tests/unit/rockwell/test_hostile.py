@@ -166,6 +166,7 @@ def test_an_alias_that_is_its_own_subscript_is_refused_in_its_rung(first, second
     assert report.imported + len(report.refused) == report.rungs
 
 
+@pytest.mark.slow
 def test_more_branches_than_python_compiles_are_an_error_of_ours():
     choices = "".join(f"{number}: N := {number};\n" for number in range(7000))
     text = document(

@@ -313,6 +313,7 @@ def test_rungs_that_jump_to_a_label_that_was_not_exported(imported):
     assert report.declared[r"\P.R, label Out"] == "after the last rung"
 
 
+@pytest.mark.slow
 def test_faults_of_one_program_do_not_keep_the_others_from_running(imported):
     routines = ladder("Main", "MOV(5,i)JSR(Sub,0);"), ladder("Sub", "MOV(a[i],i);")
     wrong = program("Wrong", *routines, tags=[tag("a", "DINT", "2"), tag("i", "DINT")])

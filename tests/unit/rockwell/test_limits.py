@@ -45,6 +45,7 @@ def test_a_rung_with_too_many_instructions_is_refused(imported):
     assert report.ran == 1
 
 
+@pytest.mark.slow
 def test_calls_that_multiply_end_the_trial(imported):
     calls = [
         ladder(f"R{number}" if number else "Main", *[f"JSR(R{number + 1},0);"] * 8) for number in range(12)

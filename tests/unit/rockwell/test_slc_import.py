@@ -129,6 +129,7 @@ def test_stubs_stand_for_what_is_refused():
     assert found.report.stubs == {"SVC": "false (once)", "MSG": "done after 1 ms (once)"}
 
 
+@pytest.mark.slow
 def test_there_are_limits(tmp_path):
     with pytest.raises(SlcError, match="there are more than 65,536 rungs"):
         import_text("SOR " * 70_000, "x")

@@ -26,6 +26,7 @@ def test_true_and_false(imported):
     assert (after(found)["T.Yes"], after(found)["T.No"]) == (True, False)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("attribute", ["Vendor", "RevisionExtendedText"])
 def test_texts_of_the_definition_are_empty(imported, attribute):
     outputs = [parameter("Same", "BOOL", "Output", required=False)]

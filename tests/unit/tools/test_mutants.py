@@ -188,6 +188,7 @@ def test_effects_of_rules_follow_from_how_they_are_fired():
     ]
 
 
+@pytest.mark.slow
 def test_every_mutant_of_the_layer_is_python():
     import mutants
 
@@ -258,6 +259,7 @@ def test_the_rule_table_has_mutants():
     assert len(mutants.all_mutants(mutants.ROOMS["amci3601"], ["rules"])) > 50
 
 
+@pytest.mark.slow
 def test_a_private_copy_is_a_package_like_the_installed_one(tmp_path):
     """Without the front door the copy would be a namespace, and the installed project would win over it."""
     from mutation.trials import ProjectCopy

@@ -58,6 +58,7 @@ def run(folder: Path, *options: str, **environment: str) -> str:
     ).stdout
 
 
+@pytest.mark.slow
 def test_every_test_runs_once_in_one_of_the_processes(tmp_path: Path) -> None:
     said = run(tmp_path)
     assert "3 failed, 6 passed" in said
@@ -66,9 +67,11 @@ def test_every_test_runs_once_in_one_of_the_processes(tmp_path: Path) -> None:
     assert len(list(tmp_path.glob("made/process*/session/ended"))) == 2
 
 
+@pytest.mark.slow
 def test_the_first_failure_ends_all_if_asked(tmp_path: Path) -> None:
     assert "stopping after 1 failures" in run(tmp_path, "--exitfirst")
 
 
+@pytest.mark.slow
 def test_a_process_that_ends_is_a_failure_with_the_name_of_its_test(tmp_path: Path) -> None:
     assert ".py::test_last !!!" in run(tmp_path, CRASHES="1")

@@ -48,6 +48,7 @@ def collected(path: Path) -> subprocess.CompletedProcess[str]:
     )
 
 
+@pytest.mark.slow
 def test_marks_of_functions_classes_and_parameters_are_collected(tmp_path: Path) -> None:
     file = tmp_path / "test_suite.py"
     file.write_text(SUITE, encoding="utf-8")
@@ -64,6 +65,7 @@ def test_marks_of_functions_classes_and_parameters_are_collected(tmp_path: Path)
     }
 
 
+@pytest.mark.slow
 def test_a_file_that_cannot_be_collected_is_named(tmp_path: Path) -> None:
     file = tmp_path / "test_broken.py"
     file.write_text("import nothing_of_that_name\n", encoding="utf-8")

@@ -86,6 +86,7 @@ def test_an_analog_channel_that_is_named_is_a_curve(trace: Path) -> None:
 PICTURE = pytest.mark.extra("plot")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "suffix", [pytest.param("svg", marks=PICTURE), pytest.param("png", marks=PICTURE), "html"]
 )

@@ -53,11 +53,13 @@ def test_two_that_are_the_same_within_a_tolerance(tolerance: Tolerance) -> None:
     assert peak_of(parts(), parts(off=off, late_ns=tolerance.time_ns), tolerance, 0) < 4 * MB
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tolerance", [EXACT, Tolerance(counts=2)], ids=["exactly", "within counts"])
 def test_two_that_differ_in_every_scan(tolerance: Tolerance) -> None:
     assert peak_of(parts(), parts(off=9), tolerance, SCANS) < 4 * MB
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("short", [range(10), range(50_000, 50_010), range(99_990, SCANS)], ids=str)
 @pytest.mark.parametrize("tolerance", [EXACT, Tolerance(4_000_000)], ids=["exactly", "within a time"])
 def test_one_that_is_much_longer(short: range, tolerance: Tolerance) -> None:
@@ -65,6 +67,7 @@ def test_one_that_is_much_longer(short: range, tolerance: Tolerance) -> None:
     assert peak_of(parts(), parts(short), tolerance, 0) < 4 * MB
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tolerance", [EXACT, Tolerance(4_000_000)], ids=["exactly", "within a time"])
 def test_a_replay_that_goes_on_after_a_difference(tolerance: Tolerance) -> None:
     """Blocks have the size that they have for everyone; the answer is another one in nearly all scans."""

@@ -265,6 +265,7 @@ COMMANDS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FORGERIES)
 def test_no_forgery_runs_code_or_leaves_its_folder(place: Path, name: str) -> None:
     forgery = FORGERIES[name]

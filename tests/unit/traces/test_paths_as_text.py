@@ -53,6 +53,7 @@ def test_writing(folder):
     assert {"a.csv", "a.vcd", "a.html", "line.mcap", "whole.mcap"} <= made
 
 
+@pytest.mark.slow
 @pytest.mark.extra("parquet")
 @pytest.mark.extra("plot")
 def test_writing_with_the_extras(folder):

@@ -201,6 +201,7 @@ def test_a_label_at_the_right_edge_is_before_its_mark() -> None:
 # -- pictures -----------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.extra("plot")
 def test_a_picture_names_what_it_shows_and_is_the_same_each_time(path: Path, tmp_path: Path) -> None:
     for name in ("a.svg", "b.svg"):
@@ -213,6 +214,7 @@ def test_a_picture_names_what_it_shows_and_is_the_same_each_time(path: Path, tmp
     assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
 
 
+@pytest.mark.slow
 @pytest.mark.extra("plot")
 def test_two_slots_are_two_panels(tmp_path: Path) -> None:
     words = np.concatenate((story(), story()), axis=1)

@@ -219,6 +219,7 @@ def test_the_page_has_every_value_exactly(trace: Path, tmp_path: Path) -> None:
     assert panel["unchanged"] == [["Auto", "on"], ["Fill.PRE", "500"]]
 
 
+@pytest.mark.slow
 @pytest.mark.extra("plot")
 def test_a_picture_names_steps_and_what_does_not_change(trace: Path, tmp_path: Path) -> None:
     save_figure(chart(trace), tmp_path / "a.svg")

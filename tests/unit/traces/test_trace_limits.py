@@ -65,6 +65,7 @@ def test_a_chunk_that_unpacks_to_too_much_is_refused_by_every_command(path: Path
     assert err.count("\n") == 1
 
 
+@pytest.mark.slow
 def test_the_limit_can_be_raised(path: Path) -> None:
     """Forty MiB of empty private records: not damaged, and nothing of ours."""
     data = EMPTY * (40 * MIB // len(EMPTY) // 40)
@@ -99,6 +100,7 @@ def test_a_chunk_that_claims_to_be_small_unpacks_no_further(path: Path, name: by
         assert "it holds more than 1,000 bytes instead of 1,000" in trace.notes[-1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", ["show", "repair"])
 @pytest.mark.parametrize("inside", [True, False])
 def test_three_million_empty_records(path: Path, command: str, inside: bool) -> None:

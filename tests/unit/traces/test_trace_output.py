@@ -132,6 +132,7 @@ WHOLE = len(UNDISTURBED)
 FAILURE_POINTS = failure_points(UNDISTURBED)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("code", "points"),
     [(errno.ENOSPC, FAILURE_POINTS), (errno.EDQUOT, FAILURE_POINTS[::7])],
@@ -205,6 +206,7 @@ def test_what_was_cut_back_is_closed_without_a_further_complaint() -> None:
     assert len(disk.content) == size
 
 
+@pytest.mark.slow
 def test_where_the_ballast_does_not_help_the_file_ends_with_its_last_whole_record(tmp_path: Path) -> None:
     for room in FAILURE_POINTS:
         disk = Disk(room + BALLAST, ballast=BALLAST, thief=True)

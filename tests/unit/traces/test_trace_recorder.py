@@ -315,6 +315,7 @@ recorder.close()
 """
 
 
+@pytest.mark.slow
 def test_equal_runs_in_two_processes_give_equal_bytes(tmp_path: Path) -> None:
     files = []
     for seed in ("1", "4711"):

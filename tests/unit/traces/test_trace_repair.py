@@ -80,6 +80,7 @@ def test_a_trace_that_has_lost_its_end_becomes_what_it_was(path: Path, content: 
     assert os.listdir(path.parent) == ["run.mcap"]
 
 
+@pytest.mark.slow
 def test_a_trace_cut_anywhere_keeps_its_whole_chunks(path: Path, content: bytes) -> None:
     ends = [end for _, end in spans(path, Opcode.CHUNK)]
     edges = [edge for span in spans(path, *Opcode) for edge in span if edge >= ends[0] - 100]
@@ -252,6 +253,7 @@ while True:
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lines", [2, 40, 700])
 def test_a_killed_recording_loses_the_open_chunk_at_most(tmp_path: Path, lines: int) -> None:
     path = tmp_path / "killed.mcap"
@@ -415,6 +417,7 @@ def line_trace(path: Path) -> int:
     return 18_000
 
 
+@pytest.mark.slow
 def test_the_trace_of_a_serial_line_is_completed(tmp_path: Path) -> None:
     path = tmp_path / "line.mcap"
     messages = line_trace(path)
@@ -431,6 +434,7 @@ def test_the_trace_of_a_serial_line_is_completed(tmp_path: Path) -> None:
         assert sum(1 for _ in make_reader(file, validate_crcs=True).iter_messages()) == repair(path).messages
 
 
+@pytest.mark.slow
 def test_no_flipped_bit_in_a_channel_hides_a_topic_in_silence(path: Path, content: bytes) -> None:
     """One in the summary hid 8 of 23 events; of a killed trace there is only the record at its beginning."""
     with open_trace(path) as trace:

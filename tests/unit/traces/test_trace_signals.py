@@ -94,6 +94,7 @@ def unpacked(text: str, kind: type) -> list[float]:
     return np.cumsum(np.frombuffer(zlib.decompress(base64.b64decode(text)), kind), dtype=kind).tolist()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [1, 7])
 def test_blocks_of_any_size_give_the_same_files(
     path: Path, tmp_path: Path, size: int, monkeypatch: pytest.MonkeyPatch
