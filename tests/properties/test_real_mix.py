@@ -11,7 +11,7 @@ from scanrack.ladder.state.memory import same
 from scanrack.rockwell.l5x import import_l5x
 
 SCANS = 6
-RUNGS, TAGS = 130, 200
+RUNGS, TAGS = 100, 120
 
 
 def imported(folder, seed, variant):
@@ -38,9 +38,10 @@ def check(controller, scans):
 def test_both_back_ends_agree_in_a_controller_of_the_real_mix(tmp_path, variant):
     before, after = check(imported(tmp_path, 7, variant), SCANS)
     changed = sum(not same(before[path], after[path]) for path in before)
-    assert changed > 40, changed
+    assert changed > 30, changed
 
 
+@pytest.mark.slow
 @given(seed=st.integers(0, 1 << 32), variant=st.sampled_from(sorted(VARIANTS)))
 @settings(max_examples=amount(1))
 def test_both_back_ends_agree_in_any_such_controller(tmp_path_factory, seed, variant):
