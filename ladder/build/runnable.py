@@ -29,6 +29,7 @@ from .bound_axes import Axes, lower_axes, prescan_axes, run_axes
 from .checks import ALLOWANCES, check_whole, recursive_routines, uses_of_stubs, warnings_of
 from .dialects import DIALECTS, HOOKS, LOGIX, SLC
 from .lowering import Lowering
+from .storage import choose_bytes
 from .type_inference import Guesses
 
 MOST_BYTES = 1 << 25
@@ -97,6 +98,7 @@ class LadderLogic(ABC):
         lowered = lowering.lowered
         lowered.recursive = recursive_routines(lowered)
         problems = lowering.problems + check_whole(lowered) + problems
+        choose_bytes(lowered)
         try:
             Memory(lowered.layout, lowered.presets, lowered.defaults)
         except LadderError as error:

@@ -1,4 +1,4 @@
-"""Calls of add-on instructions in Python: an instance is a list with an offset, as is an InOut.
+"""Calls of add-on instructions in Python: an instance is a list or bytes with an offset, as is an InOut.
 
     addon_MIXER_LOGIC(now, frame, of_Log, of_Log_at, of_Log_left[, of_Log_bit])
     addon_MIXER_LOGIC_at(now, frame, base, ...)
@@ -16,9 +16,10 @@ from collections.abc import Sequence
 from ..model.operands import Constant, Group, Place, first_leaf
 from ..model.stretches import row_strides
 from ..model.tags import OWN, Leaf
-from ..model.types import count_of
+from ..model.types import Structure, count_of
 from ..state.lowered import AddOnCall
 from ..state.memory import mask_of
+from .packed import byte_of
 from .values import ValueWriter
 
 
@@ -52,6 +53,13 @@ def _handed(values: ValueWriter, operand: Place | Group) -> list[str]:
     leaf = first_leaf(operand)
     texts = values.subscripts(leaf, operand.indices, operand.text)
     texts = [each if each.isdigit() else values.keep(each) for each in texts]
+    if isinstance(operand, Group) and isinstance(operand.type, Structure):
+        spot = values.writer.layout.byte_spot(operand.path)
+        if spot is not None:
+            return [spot.ident, values.placed(spot, leaf, texts), _left(values, leaf, texts, operand), "None"]
+    elif values.is_packed(leaf):
+        byte, mask = byte_of(values, leaf, texts)
+        return [values.writer.name(leaf), values.keep(byte), "1", values.keep(mask)]
     return [
         values.writer.name(leaf),
         values.offset(leaf, texts),

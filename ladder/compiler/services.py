@@ -14,6 +14,7 @@ from ..model.types import TYPES, Elementary
 from ..state.lowered import BROKEN, LoweredProgram, LoweredStep, steps_of
 from ..state.memory import NOTHING, CompiledAddOnStore, Store, Value, set_text_in, text_in
 from ..state.regions import ArrayRegion, copy, fill, region_of
+from ..state.tag_bytes import chars, set_chars
 
 if TYPE_CHECKING:
     from ..run.engine import Engine
@@ -154,12 +155,12 @@ class Services:
         copy((origin or self._memory, source, first), (goal or self._memory, target, at), length)
 
     def copy_row(self, goal: Any, at: int, origin: Any, first: int, count: int) -> None:
-        """Copy numbers of one type; either side is a list or the words of an image."""
+        """Copy numbers of one type; either side is a list, a view of bytes or the words of an image."""
         if count <= 0:
             return
         row = origin[first : first + count]
         if isinstance(row, list) and not isinstance(goal, list):
-            row = array("h", row)
+            row = array(goal.format, row)
         goal[at : at + count] = row
 
     def fill(
@@ -233,7 +234,7 @@ def services(engine: Engine, regions: Regions, interpreted: Mapping[int, Lowered
     named["LadderFault"] = LadderFault
     if engine.scheduler is not None:
         named["rung_done"] = engine.scheduler.rung_done
-    named["array"] = array
+    named |= {"array": array, "chars": chars, "set_chars": set_chars}
     named["broken"] = BROKEN
     return named | CALLED
 

@@ -21,9 +21,10 @@ from ..model.operands import (
     width_of,
 )
 from ..model.operators import BITWISE, FUNCTIONS, RELATIONS
-from ..model.stretches import row_strides
+from ..model.stretches import BITS, Spot, row_strides
 from ..model.tags import OWN, FrameLayout, Leaf
 from ..model.types import DINT, LINT, LREAL, REAL, Elementary
+from .packed import assign_packed, read_packed
 from .writer import Writer
 
 _REAL_HOLDS = 1 << 127  # integers up to this size never overflow a REAL
@@ -58,6 +59,8 @@ class ValueWriter:
 
     def read(self, place: Place) -> str:
         """Return text for the value of a place."""
+        if self.is_packed(place.leaf):
+            return read_packed(self, place)
         whole = self.whole(place)
         if place.bit is None:
             mask = self.writer.mask(place.leaf)
@@ -76,6 +79,11 @@ class ValueWriter:
         """Return text for the value that a place is, or is a bit of."""
         name, element = self.writer.name(place.leaf), self.element(place)
         return f"{name}[{element}]" if element else name
+
+    def is_packed(self, leaf: Leaf) -> bool:
+        """Whether a leaf is bits of bytes."""
+        spot = self.writer.layout.spot(leaf)
+        return spot is not None and spot.view == BITS
 
     def element(self, place: Place) -> str:
         """Return text for the list index of a place, "" without a list."""
@@ -98,7 +106,10 @@ class ValueWriter:
 
     def offset(self, leaf: Leaf, subscripts: Sequence[str]) -> str:
         """Return text for the list index of a value, from its subscripts' texts."""
-        spot = self.writer.layout.spot(leaf)
+        return self.placed(self.writer.layout.spot(leaf), leaf, subscripts)
+
+    def placed(self, spot: Spot | None, leaf: Leaf, subscripts: Sequence[str]) -> str:
+        """Return text for an index from subscripts' texts; of a structure in bytes its first byte."""
         fixed, strides = (spot.part.offset, spot.strides) if spot else (0, row_strides(leaf.dims, 1))
         base = self.writer.base(leaf, spot) if spot else ""
         terms = [base] if base else []
@@ -144,6 +155,9 @@ class ValueWriter:
     def assign(self, place: Place, text: str) -> None:
         """Write an assignment to a place other than a bit of a tag."""
         self.writer.assigned(place.leaf)
+        if self.is_packed(place.leaf):
+            assign_packed(self, place, text)
+            return
         whole = self.whole(place)
         mask = self.writer.mask(place.leaf)
         if not mask:
@@ -399,11 +413,23 @@ class ValueWriter:
         if isinstance(operand, StringConstant):
             return repr(operand.value.encode("latin-1", errors="replace"))
         assert isinstance(operand, Group)
-        return f"text{self._in_store(operand)})"
+        place = self.string(operand)
+        return f"chars({place})" if place else f"text{self._in_store(operand)})"
 
     def set_characters(self, operand: Group, text: str) -> None:
         """Write an assignment of characters to a string."""
-        self.writer.line(f"set_text{self._in_store(operand)}, {text})")
+        place = self.string(operand)
+        call = f"set_chars({place}" if place else f"set_text{self._in_store(operand)}"
+        self.writer.line(f"{call}, {text})")
+
+    def string(self, operand: Group) -> str:
+        """Return text for a STRING in bytes: tag, byte, room for characters; "" for others."""
+        spot = self.writer.layout.byte_spot(operand.path)
+        if spot is None:
+            return ""
+        texts = self.subscripts(first_leaf(operand), operand.indices, operand.text)
+        room = operand.layout.leaf(f"{operand.path}.DATA").dims[-1]
+        return f"{spot.ident}, {self.placed(spot, first_leaf(operand), texts)}, {room}"
 
     def _in_store(self, operand: Group) -> str:
         """Return text for the arguments that find a string: path, index, store."""

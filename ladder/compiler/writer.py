@@ -84,10 +84,10 @@ class Writer:
             raise TooLongError(reason, "divide it", Site(routine=self._routine))
 
     def name(self, leaf: Leaf) -> str:
-        """Return the variable of a leaf or of its list."""
+        """Return the variable of a leaf, of its list, or of the view of its bytes."""
         spot = self.layout.spot(leaf)
         if spot is not None:
-            return spot.ident
+            return spot.variable
         if leaf.is_image and not self.is_live(leaf):
             self.inputs.add(leaf.ident)
             return f"{leaf.ident}_"
@@ -112,8 +112,8 @@ class Writer:
         return [name, f"{name}_at", f"{name}_left", *bit]
 
     def base(self, leaf: Leaf, spot: Spot) -> str:
-        """Return the variable of a stretch's offset, "" for 0."""
-        return "" if leaf.root == OWN and not self._based else spot.base
+        """Return text for the beginning of a stretch in its list or view, "" for 0."""
+        return "" if not spot.base or (leaf.root == OWN and not self._based) else spot.begin_text
 
     def mask(self, leaf: Leaf) -> str:
         """Return the variable of an InOut's bit mask, "" if it is never a bit."""

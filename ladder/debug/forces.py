@@ -1,13 +1,13 @@
 """Forces: values that no program can change.
 
-The compiled program holds a value in a variable, see `compiler.observed`. A list holds its own forced
-elements against every writer: an array, a copy, an add-on instruction on its instance. The interpreter writes
-through the memory, which holds both.
+The compiled program holds a value in a variable, see `compiler.observed`. A list, or a view of bytes, holds
+its own forced elements against every writer: an array, a copy, an add-on instruction on its instance. The
+interpreter writes through the memory, which holds both.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,6 +17,7 @@ from ..compiler.observed import held_name, kept_name
 from ..model.arithmetic import wrap
 from ..model.tags import Layout, Leaf
 from ..state.memory import Value
+from ..state.tag_bytes import TagBytes
 
 Force = tuple[int | None, Value]
 """A mask of forced bits, None for the whole value; and their values."""
@@ -77,12 +78,49 @@ class HeldList(list[Any]):
             super().__setitem__(number, held.merged(self[number]))
 
 
-def in_lists(layout: Layout, held: Iterable[ForcedValue]) -> dict[str, dict[int, ForcedValue]]:
-    """Return the forced values in lists, by list identifier and index."""
-    found: dict[str, dict[int, ForcedValue]] = {}
+class HeldView:
+    """A view of bytes that forces values again after every write."""
+
+    __slots__ = ("_hold", "_view", "format")
+
+    def __init__(self, view: Any, hold: Callable[[], None]) -> None:
+        self._view, self._hold, self.format = view, hold, getattr(view, "format", "B")
+
+    def __getitem__(self, place: Any) -> Any:
+        return self._view[place]
+
+    def __setitem__(self, place: Any, value: Any) -> None:
+        self._view[place] = value
+        self._hold()
+
+
+class HeldBytes(TagBytes):
+    """A tag of bytes with forced elements `held`, by view and number; `free` is the tag without forces."""
+
+    __slots__ = ("free", "held")
+
+    def __init__(self, free: TagBytes, held: Mapping[tuple[str, int], ForcedValue]) -> None:
+        self.free, self.held = free, held
+        for name in TagBytes.__slots__:
+            if name == "hidden":
+                self.hidden = free.hidden
+            elif hasattr(free, name):
+                setattr(self, name, HeldView(getattr(free, name), self._hold))
+        self._hold()
+
+    def _hold(self) -> None:
+        for place, held in self.held.items():
+            self.free.put(*place, held.merged(self.free.get(*place)))
+
+
+def in_lists(layout: Layout, held: Iterable[ForcedValue]) -> dict[str, dict[Any, ForcedValue]]:
+    """Return the forced values in lists and bytes, by identifier and index; of bytes by view and index."""
+    found: dict[str, dict[Any, ForcedValue]] = {}
     for each in held:
         spot = layout.spot(each.leaf)
-        if spot is not None:
+        if spot is not None and spot.view:
+            found.setdefault(spot.ident, {})[spot.view, spot.at(each.index)] = each
+        elif spot is not None:
             found.setdefault(spot.ident, {})[spot.at(each.index)] = each
         elif each.leaf.dims:
             found.setdefault(each.leaf.ident, {})[each.index] = each

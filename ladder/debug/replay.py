@@ -20,6 +20,7 @@ from ..compiler.observed import LineKey
 from ..model.errors import LadderFault
 from ..model.tags import Leaf
 from ..state.memory import Memory, Value
+from ..state.tag_bytes import TagBytes
 from .forces import Forces
 from .watching import WatchedEngine
 
@@ -218,6 +219,8 @@ def snapshot(memory: Memory) -> dict[str, Any]:
         value = cell.cell_contents
         if ident in images:
             value = value.tolist()
+        if isinstance(value, TagBytes):
+            value = value.saved()
         found[ident] = list(value) if isinstance(value, list) else value
     return found
 
@@ -226,6 +229,9 @@ def restore(memory: Memory, values: Mapping[str, Any]) -> None:
     """Set all values of a memory to those of a snapshot."""
     for ident, cell in memory.cells.items():
         value = values[ident]
+        if isinstance(cell.cell_contents, TagBytes):
+            cell.cell_contents.restore(value)
+            continue
         if not isinstance(value, list):
             cell.cell_contents = value
             continue

@@ -212,6 +212,8 @@ def _text(layout: Layout, path: str, name: str, at: int) -> TagValue:
     data = layout.leaf(f"{path}.DATA")
     room = data.dims[-1]
     characters = _source(layout, data, at * room, room).removeprefix("*")
+    if layout.byte_spot(path) is not None:
+        characters += ".tolist()"  # a slice of a view changes with it
     return TagValue(name, TEXT, 0, f"{_source(layout, layout.leaf(f'{path}.LEN'), at, 0)}, {characters}")
 
 
@@ -224,9 +226,12 @@ def _source(layout: Layout, leaf: Leaf, start: int, length: int) -> str:
             return f"{leaf.ident}[{start}]"
         return f"*{leaf.ident}" if length == leaf.size else f"*{leaf.ident}[{start}:{start + length}]"
     places = [spot.at(start + number) for number in range(length or 1)]
+    if spot.unit == 1:
+        bits = [f"{spot.variable}[{place >> 3}] >> {place & 7} & 1" for place in places]
+        return f"*({', '.join(bits)},)" if length else bits[0]
     if not length:
-        return f"{spot.ident}[{places[0]}]"
+        return f"{spot.variable}[{places[0]}]"
     step = places[1] - places[0] if length > 1 else 1
     if places == list(range(places[0], places[0] + step * length, step)):
-        return f"*{spot.ident}[{places[0]}:{places[-1] + 1}:{step}]"
-    return f"*({', '.join(f'{spot.ident}[{place}]' for place in places)})"
+        return f"*{spot.variable}[{places[0]}:{places[-1] + 1}:{step}]"
+    return f"*({', '.join(f'{spot.variable}[{place}]' for place in places)})"

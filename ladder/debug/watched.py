@@ -17,7 +17,8 @@ from ..model.spec import InstructionKind
 from ..model.tags import OWN, Leaf
 from ..state.lowered import Body, LoweredLine, LoweredRoutine, LoweredStep, Node, Parallel
 from ..state.memory import NOTHING, InterpretedAddOnStore, Memory, Value, same
-from .forces import ForcedValue, Forces, HeldList, held_values, in_lists, in_variables
+from ..state.tag_bytes import TagBytes
+from .forces import ForcedValue, Forces, HeldBytes, HeldList, held_values, in_lists, in_variables
 
 
 def shown(value: object) -> str:
@@ -91,11 +92,14 @@ class WatchedMemory(Memory):
         lists = in_lists(self.layout, held)
         for ident, cell in self.cells.items():
             values = cell.cell_contents
-            if ident in lists or isinstance(values, HeldList):
+            if isinstance(values, TagBytes):
+                free = values.free if isinstance(values, HeldBytes) else values
+                self._put_list(ident, HeldBytes(free, lists[ident]) if ident in lists else free)
+            elif ident in lists or isinstance(values, HeldList):
                 self._put_list(ident, HeldList(values, lists[ident]) if ident in lists else list(values))
         return in_variables(self.layout, held)
 
-    def _put_list(self, ident: str, values: list[Any]) -> None:
+    def _put_list(self, ident: str, values: Any) -> None:
         self.cells[ident].cell_contents = values
         if ident in self._lists:
             self._lists[ident] = values
@@ -117,6 +121,10 @@ class WatchedMemory(Memory):
 
     @override
     def column(self, leaf: Leaf, begin: int, step: int, count: int) -> None:
+        """Return None, so that every value is written singly."""
+
+    @override
+    def bytes_at(self, leaf: Leaf, index: int) -> None:
         """Return None, so that every value is written singly."""
 
     def forced(self, leaf: Leaf, index: int, value: Value) -> Value:

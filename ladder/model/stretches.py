@@ -1,16 +1,20 @@
-"""Stretches: the memory of values that are passed by reference.
+"""Stretches: the memory of values that are passed by reference, and of structures that are used as a whole.
 
 Most tags are variables of the compiled program. An instance of an add-on instruction, and a tag passed to an
 InOut, is a stretch of a list: its elementary values in one order for every tag of the type. A function that
 takes a list and an offset works on all of them.
+
+A structure that is copied, filled or a string is a stretch of bytes in a controller's layout, see
+`types.fields_of`. Each value is an element of a view of all bytes in its type; a BOOL is a bit.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 
-from .types import HIDDEN, DataType, Elementary, count_of
+from .types import BOOL, HIDDEN, DataType, Elementary, Structure, count_of, members_at, size_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,15 +75,113 @@ def row_strides(dims: tuple[int, ...], size: int) -> tuple[int, ...]:
     return strides
 
 
+BITS, HIDDEN_VALUES, STRUCTURES = "bits", "hidden", "B"
+"""Views of bytes for BOOLs, for hidden members, and for structures; the others are `Elementary.code`."""
+
+_UNITS = {BITS: 1, "h": 16, "H": 16, "i": 32, "I": 32, "f": 32, "q": 64, "Q": 64, "d": 64}  # others are 8
+
+
+@dataclass(frozen=True, slots=True)
+class BytePart:
+    """The values, or the structures, of one path in bytes; all numbers count bits."""
+
+    view: str
+    offset: int
+    dims: tuple[int, ...] = ()
+    strides: tuple[int, ...] = ()
+
+    def within(self, offset: int, dims: tuple[int, ...], size: int) -> BytePart:
+        """Return the part of an array of structures of that size."""
+        strides = row_strides(dims, size)
+        return BytePart(self.view, offset + self.offset, dims + self.dims, strides + self.strides)
+
+    @property
+    def counted(self) -> StretchPart:
+        """The part in elements of its view."""
+        unit = _UNITS.get(self.view, 8)
+        return StretchPart(self.offset // unit, self.dims, tuple(each // unit for each in self.strides))
+
+
+@lru_cache(maxsize=1024)
+def byte_parts(kind: Structure) -> dict[str, BytePart]:
+    """Return the parts of a structure by path in capitals, "" for itself.
+
+    >>> from .types import DINT, STRING, Member
+    >>> found = byte_parts(Structure("Note", (Member("New", BOOL), Member("Text", STRING, (4,)))))
+    >>> found["TEXT.LEN"]
+    BytePart(view='i', offset=32, dims=(4,), strides=(704,))
+    >>> found["TEXT.LEN"].counted
+    StretchPart(offset=1, dims=(4,), strides=(22,))
+    """
+    parts = {"": BytePart(STRUCTURES, 0)}
+    for member, byte, bit in members_at(kind):
+        name, dims, offset = member.name.upper(), member.dims, 8 * byte + (bit or 0)
+        if isinstance(member.type, Structure):
+            for path, part in byte_parts(member.type).items():
+                whole = part.within(offset, dims, 8 * size_of(member.type))
+                parts[f"{name}.{path}" if path else name] = whole
+        else:
+            view = BITS if member.type is BOOL else member.type.code
+            parts[name] = BytePart(view, offset, dims, row_strides(dims, member.type.bits))
+    for number, member in enumerate(kind.hidden):
+        parts[f"{HIDDEN}{member.name}".upper()] = BytePart(HIDDEN_VALUES, 8 * number)
+    return parts
+
+
+@lru_cache(maxsize=1024)
+def fits_bytes(kind: DataType) -> bool:
+    """Whether a type may be bytes: hidden members are numbered by their structure's first byte.
+
+    So none may have more of them than bytes, or begin with another structure that has some.
+    """
+    if not isinstance(kind, Structure) or not kind.own:
+        return False
+    inner = [each.type for each in kind.own if isinstance(each.type, Structure)]
+    if kind.hidden and (inner or len(kind.hidden) > size_of(kind)):
+        return False
+    return all(map(fits_bytes, inner))
+
+
+def hidden_places(kind: Structure, count: int) -> Iterator[int]:
+    """Yield the numbers of all hidden members in `count` elements of a type."""
+    for path, part in byte_parts(kind).items():
+        if part.view == HIDDEN_VALUES:
+            spot = spot_of(kind, (count,), path, "", in_bytes=True)
+            yield from map(spot.at, range(count * count_of(part.dims)))
+
+
 @dataclass(frozen=True, slots=True)
 class Spot:
-    """The place of a leaf in a list."""
+    """The place of a leaf, or of structures, in a list or in bytes."""
 
-    ident: str  # variable of the list in the compiled program
-    base: str  # variable of the stretch's offset, "" for 0
+    ident: str  # variable of the list or the bytes in the compiled program
+    base: str  # variable of the stretch's offset in values or bytes, "" for 0
     size: int  # values per element of the tag
     part: StretchPart  # the leaf in an element
     strides: tuple[int, ...]  # of all dimensions of the leaf, the tag's included
+    view: str = ""  # view of the bytes that has the values; "" for a list
+
+    @property
+    def variable(self) -> str:
+        """The list or the view in the compiled program."""
+        return f"{self.ident}.{self.view}" if self.view else self.ident
+
+    @property
+    def unit(self) -> int:
+        """Bits per element of the view."""
+        return _UNITS.get(self.view, 8)
+
+    def begin(self, base: int) -> int:
+        """Return the first element after an offset in values or bytes."""
+        return base * 8 // self.unit if self.view else base
+
+    @property
+    def begin_text(self) -> str:
+        """The same as text, from the variable `base`."""
+        if self.unit == 1:
+            return f"{self.base} * 8"
+        shift = self.unit.bit_length() - 4
+        return f"({self.base} >> {shift})" if shift else self.base
 
     def at(self, index: int) -> int:
         """Return the offset of a value from its flat index in the leaf."""
@@ -94,8 +196,16 @@ class Spot:
         return at
 
 
-def spot_of(kind: DataType, dims: tuple[int, ...], rest: str, ident: str, base: str = "") -> Spot:
-    """Return the place of members `rest` of a tag, in the list `ident` from the variable `base` on."""
+def spot_of(
+    kind: DataType, dims: tuple[int, ...], rest: str, ident: str, base: str = "", *, in_bytes: bool = False
+) -> Spot:
+    """Return the place of members `rest` of a tag, in list or bytes `ident` from the variable `base` on."""
+    if in_bytes:
+        assert isinstance(kind, Structure)
+        bits = byte_parts(kind)[rest.upper()]
+        size = size_of(kind) * 8 // _UNITS.get(bits.view, 8)
+        counted = bits.counted
+        return Spot(ident, base, size, counted, row_strides(dims, size) + counted.strides, bits.view)
     stretch = stretch_of(kind)
     part = stretch.parts[rest.upper()]
     return Spot(ident, base, stretch.size, part, row_strides(dims, stretch.size) + part.strides)

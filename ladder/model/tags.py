@@ -171,7 +171,10 @@ class Layout:
         self.files, self.cards = files, cards
         self.declarations: dict[str, Declaration] = {}  # by full name in capitals, see `scoped`
         self.leaves: dict[str, Leaf] = {}  # by path in capitals
-        self.boxed: dict[str, str] = {}  # identifiers of lists, by tag in capitals
+        self.boxed: dict[str, str] = {}  # identifiers of lists and bytes, by tag in capitals
+        self.in_bytes: set[str] = (
+            set()
+        )  # tags, or roots of an add-on instruction, that are bytes, in capitals
         self._spots: dict[str, Spot] = {}
         self._single: tuple[tuple[int, int], list[Leaf]] = (0, 0), []
         self._idents: set[str] = set()
@@ -239,8 +242,16 @@ class Layout:
         if name.upper() not in self.boxed and not leaf.is_image and not plain:
             self.boxed[name.upper()] = self._ident(name)
 
+    def make_bytes(self, names: Iterable[str]) -> None:
+        """Lay out tags, in capitals, as bytes."""
+        for name in names:
+            self.in_bytes.add(name)
+            if name not in self.boxed:
+                self.boxed[name] = self._ident(self.declarations[name].name)
+        self._spots.clear()
+
     def spot(self, leaf: Leaf) -> Spot | None:
-        """Return the place of a leaf in a list, None if it has a variable of its own."""
+        """Return the place of a leaf in a list or in bytes, None if it has a variable of its own."""
         name = leaf.path.upper()
         known = self._spots.get(name)
         if known is None and self.boxed:
@@ -249,15 +260,28 @@ class Layout:
 
     def _find_spot(self, leaf: Leaf, name: str) -> Spot | None:
         head = tag_in(name)
-        tag, rest = self.declarations.get(head), name[len(head) + 1 :]
+        tag = self.declarations.get(head)
         if leaf.slot is not None and name in self.boxed:
             found = spot_of(leaf.type, (), "", self.boxed[name])
         elif head in self.boxed and isinstance(tag, Tag):
-            found = spot_of(tag.type, tag.dims, rest, self.boxed[head])
+            rest, in_bytes = name[len(head) + 1 :], head in self.in_bytes
+            found = spot_of(tag.type, tag.dims, rest, self.boxed[head], in_bytes=in_bytes)
         else:
             return None
         self._spots[name] = found
         return found
+
+    def byte_spot(self, path: str) -> Spot | None:
+        """Return the place of a structure in bytes by path; None if it is not in bytes."""
+        name = path.upper()
+        known = self._spots.get(name)
+        if known is None and tag_in(name) in self.in_bytes:
+            head = tag_in(name)
+            tag = self.declarations[head]
+            assert isinstance(tag, Tag)
+            known = spot_of(tag.type, tag.dims, name[len(head) + 1 :], self.boxed[head], in_bytes=True)
+            self._spots[name] = known
+        return known
 
     @property
     def single(self) -> list[Leaf]:
@@ -277,14 +301,24 @@ class Layout:
         """The lists of tags with their initial values, by identifier."""
         for name, ident in self.boxed.items():
             tag = self.declarations.get(name)
+            if name in self.in_bytes:
+                continue
             if isinstance(tag, Tag):
                 yield ident, stretch_of(tag.type).zeros * count_of(tag.dims)
             else:
                 yield ident, [self.leaves[name].type.zero]
 
     @property
+    def byte_tags(self) -> Iterator[tuple[str, Structure, int]]:
+        """The tags of bytes: identifier, type, number of elements."""
+        for name, ident in self.boxed.items():
+            tag = self.declarations.get(name)
+            if name in self.in_bytes and isinstance(tag, Tag) and isinstance(tag.type, Structure):
+                yield ident, tag.type, count_of(tag.dims)
+
+    @property
     def idents(self) -> list[str]:
-        """The variables of the compiled program: single leaves, then lists."""
+        """The variables of the compiled program: single leaves, then lists and bytes."""
         return [*(leaf.ident for leaf in self.single), *self.boxed.values()]
 
     @property
@@ -366,19 +400,37 @@ class FrameLayout(Layout):
         """Return a new leaf that stores a subscript during a call."""
         return self._program.held()
 
+    def make_bytes(self, names: Iterable[str]) -> None:
+        """Take roots as bytes, see `Leaf.root`."""
+        self.in_bytes.update(names)
+        self._spots.clear()
+
     def spot(self, leaf: Leaf) -> Spot | None:
-        """Return the place of a leaf in a list."""
-        if not leaf.frame:
-            return self._program.spot(leaf)
-        name = leaf.path.upper()
+        """Return the place of a leaf in a list or in bytes."""
+        return self._spot(leaf.path.upper()) if leaf.frame else self._program.spot(leaf)
+
+    def byte_spot(self, path: str) -> Spot | None:
+        """Return the place of a structure in bytes by path; None if it is not in bytes."""
+        name = path.upper()
+        return self._spot(name) if self.root_of(name) in self.in_bytes else None
+
+    def root_of(self, path: str) -> str:
+        """Return `Leaf.root` of a path in capitals."""
+        head = path.partition(".")[0]
+        return head if head in self.inouts else OWN
+
+    def _spot(self, name: str) -> Spot:
         found = self._spots.get(name)
         if found is None:
-            if leaf.root == OWN:
-                found = spot_of(self.own, (), name, FRAME, BASE)
+            root = self.root_of(name)
+            in_bytes = root in self.in_bytes
+            if root == OWN:
+                found = spot_of(self.own, (), name, FRAME, BASE, in_bytes=in_bytes)
             else:
-                tag, ident = self.declarations[leaf.root], self.inouts[leaf.root]
+                tag, ident = self.declarations[root], self.inouts[root]
                 assert isinstance(tag, Tag)
-                found = spot_of(tag.type, tag.dims, leaf.rest[1:], ident, f"{ident}_at")
+                rest = name[len(root) + 1 :]
+                found = spot_of(tag.type, tag.dims, rest, ident, f"{ident}_at", in_bytes=in_bytes)
             self._spots[name] = found
         return found
 
@@ -435,6 +487,9 @@ RESERVED = frozenset(
         "fill",
         "text",
         "set_text",
+        "chars",
+        "set_chars",
+        "bytes",
         "python",
         "answer",
         "interpret",

@@ -1,7 +1,7 @@
 """A program's memory: one cell per leaf, shared by the compiled program and its readers.
 
 A cell is a cell of a Python closure: a variable of the compiled program, `cell_contents` for others. An array
-is one constant list; an image is the eight words of the rack.
+is one constant list; an image is the eight words of the rack; a tag of bytes is a `TagBytes`.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from ..model.stretches import Spot
 from ..model.tags import Layout, Leaf, Presets
 from ..model.tree import BitStep, MemberStep, Number, Operand, Step, SubscriptStep
 from ..model.types import BOOL, DataType, Elementary, Member, Structure, count_of
+from .tag_bytes import TagBytes, chars, set_chars
 
 Value = bool | int | float
 
@@ -51,7 +52,8 @@ class Memory:
         self._own: dict[Leaf, Image] = {}
         self._copied: list[_InputCopy] = []
         self._faults = layout.faults
-        self._lists = dict(layout.lists)
+        self._lists: dict[str, Any] = dict(layout.lists)  # and bytes
+        self._lists |= {ident: TagBytes(kind, count) for ident, kind, count in layout.byte_tags}
         for ident, values in self._lists.items():
             self.cells[ident] = CellType(values)
         for leaf in layout.single:
@@ -107,6 +109,8 @@ class Memory:
         cell = self.cells.get(leaf.ident)
         if cell is None:
             values, spot = self._listed(leaf)
+            if spot.view:
+                return values.get(spot.view, spot.at(index))  # type: ignore[no-any-return]
             return values[spot.at(index)]  # type: ignore[no-any-return]
         found = cell.cell_contents
         return found[index] if leaf.dims else found  # type: ignore[no-any-return]
@@ -116,7 +120,10 @@ class Memory:
         cell = self.cells.get(leaf.ident)
         if cell is None:
             values, spot = self._listed(leaf)
-            values[spot.at(index)] = value
+            if spot.view:
+                values.put(spot.view, spot.at(index), value)
+            else:
+                values[spot.at(index)] = value
         elif leaf.dims:
             cell.cell_contents[index] = value
         else:
@@ -126,7 +133,7 @@ class Memory:
         """Whether a leaf has a place; an image has one if the program uses it."""
         return leaf.ident in self.cells or self.layout.spot(leaf) is not None
 
-    def _listed(self, leaf: Leaf) -> tuple[list[Any], Spot]:
+    def _listed(self, leaf: Leaf) -> tuple[Any, Spot]:
         spot = self.layout.spot(leaf)
         assert spot is not None, leaf.path
         return self._lists[spot.ident], spot
@@ -139,11 +146,22 @@ class Memory:
             return column_in(values, spot.at, begin, step, count)
         return column_in(cell.cell_contents, int, begin, step, count) if leaf.dims else None
 
+    def bytes_at(self, leaf: Leaf, index: int) -> BytesAt | None:
+        """Return the place of a value in bytes, see `Store`."""
+        spot = self.layout.spot(leaf)
+        if spot is None or not spot.view:
+            return None
+        return self._lists[spot.ident], spot.at(index) * spot.unit // 8
+
     def values(self, leaf: Leaf) -> Value | list[Value]:
         """Return the value of a leaf, or all its elements."""
         cell = self.cells.get(leaf.ident)
         if cell is None:
             values, spot = self._listed(leaf)
+            if spot.view and leaf.dims:
+                return values.values(spot, leaf.size)  # type: ignore[no-any-return]
+            if spot.view:
+                return values.get(spot.view, spot.at(0))  # type: ignore[no-any-return]
             return [values[spot.at(index)] for index in range(leaf.size)] if leaf.dims else values[spot.at(0)]
         return list(cell.cell_contents) if leaf.dims else cell.cell_contents
 
@@ -275,6 +293,9 @@ class Memory:
 Column = tuple[list[Any], slice]
 """A list, and equidistant places in it."""
 
+BytesAt = tuple[TagBytes, int]
+"""A tag of bytes, and a byte in it."""
+
 
 def column_in(values: Any, at: Callable[[int], int], begin: int, step: int, count: int) -> Column | None:
     """Return the places of every `step`th value, at least two, in a list; None if not equidistant."""
@@ -301,9 +322,12 @@ class Store(Protocol):
     def column(self, leaf: Leaf, begin: int, step: int, count: int) -> Column | None:
         """Return the places of every `step`th value of a leaf, None if they must be accessed singly."""
 
+    def bytes_at(self, leaf: Leaf, index: int) -> BytesAt | None:
+        """Return the place of a value in bytes, None if it has none or is accessed singly."""
+
 
 class CompiledAddOnStore:
-    """An argument of a compiled add-on: a list from `base` on, or bits `mask` of an integer."""
+    """An argument of a compiled add-on: a list or bytes from `base` on, or bits `mask` of an integer."""
 
     __slots__ = ("_base", "_layout", "_mask", "_values", "left")
 
@@ -312,19 +336,25 @@ class CompiledAddOnStore:
     ) -> None:
         self._layout, self._values, self._base, self.left, self._mask = layout, values, base, left, mask
 
-    def _at(self, leaf: Leaf, index: int) -> int:
+    def _spot(self, leaf: Leaf) -> Spot:
         spot = self._layout.spot(leaf)
         assert spot is not None
-        return self._base + spot.at(index)
+        return spot
 
     def read(self, leaf: Leaf, index: int = 0) -> Value:
         """Return a value."""
-        value: Value = self._values[self._at(leaf, index)]
+        spot = self._spot(leaf)
+        at = spot.begin(self._base) + spot.at(index)
+        value: Value = self._values.get(spot.view, at) if spot.view else self._values[at]
         return value if self._mask is None else int(value) & self._mask != 0
 
     def write(self, leaf: Leaf, index: int, value: Value) -> None:
         """Set a value of the leaf's type."""
-        at = self._at(leaf, index)
+        spot = self._spot(leaf)
+        at = spot.begin(self._base) + spot.at(index)
+        if spot.view:
+            self._values.put(spot.view, at, value)
+            return
         if self._mask is not None:
             word = self._values[at]
             value = word | self._mask if value else word & ~self._mask
@@ -334,7 +364,13 @@ class CompiledAddOnStore:
         """See `Store`."""
         if self._mask is not None:
             return None
-        return column_in(self._values, lambda index: self._at(leaf, index), begin, step, count)
+        spot = self._spot(leaf)
+        return column_in(self._values, lambda index: self._base + spot.at(index), begin, step, count)
+
+    def bytes_at(self, leaf: Leaf, index: int) -> BytesAt | None:
+        """See `Store`."""
+        spot = self._spot(leaf)
+        return (self._values, self._base + spot.at(index) * spot.unit // 8) if spot.view else None
 
 
 class InterpretedAddOnStore:
@@ -379,6 +415,10 @@ class InterpretedAddOnStore:
         if self.bit is not None:
             return None
         return self._memory.column(*self._where(leaf, begin), step, count)
+
+    def bytes_at(self, leaf: Leaf, index: int) -> BytesAt | None:
+        """See `Store`."""
+        return self._memory.bytes_at(*self._where(leaf, index))
 
 
 @dataclass(frozen=True, slots=True)
@@ -470,19 +510,26 @@ def mask_of(kind: Elementary, bit: int) -> int:
 
 def text_in(store: Store, layout: Layout, path: str, at: int) -> bytes:
     """Return the characters of string number `at` of a path."""
-    length = store.read(layout.leaf(f"{path}.LEN"), at)
-    data = layout.leaf(f"{path}.DATA")
+    data, counter = layout.leaf(f"{path}.DATA"), layout.leaf(f"{path}.LEN")
     room = data.dims[-1]
+    place = store.bytes_at(counter, at)
+    if place is not None:
+        return chars(*place, room)
+    length = store.read(counter, at)
     count = max(0, min(int(length), room))
     return bytes(int(store.read(data, at * room + number)) & 0xFF for number in range(count))
 
 
 def set_text_in(store: Store, layout: Layout, path: str, at: int, value: bytes) -> None:
     """Set a string to characters, truncated to its size and padded with 0."""
-    data = layout.leaf(f"{path}.DATA")
+    data, counter = layout.leaf(f"{path}.DATA"), layout.leaf(f"{path}.LEN")
     room = data.dims[-1]
+    place = store.bytes_at(counter, at)
+    if place is not None:
+        set_chars(*place, room, value)
+        return
     codes = value[:room]
-    store.write(layout.leaf(f"{path}.LEN"), at, len(codes))
+    store.write(counter, at, len(codes))
     for number in range(room):
         code = codes[number] if number < len(codes) else 0
         store.write(data, at * room + number, code - 256 if code > 127 else code)

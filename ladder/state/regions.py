@@ -7,14 +7,15 @@ structures, arrays and images are copied as in a controller's memory.
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 from ..model.arithmetic import real, whole, wrap
 from ..model.operands import Constant, Group, Place, Resolved
 from ..model.tags import OWN, Leaf
-from ..model.types import DataType, Elementary, Field, count_of, fields_of, size_of
-from .memory import Column, Store, Value
+from ..model.types import DINT, DataType, Elementary, Field, Structure, count_of, fields_of, size_of
+from .memory import BytesAt, Column, Store, Value
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,6 +112,11 @@ def copy(source: End, target: End, length: int) -> None:
     wanted = count * into.size
     taken = min(region.left(first, origin), -(-wanted // region.size))
     data = take(origin, region, first, taken)[:wanted]
+    place = _bytes_of(goal, into, at)
+    if place is not None:
+        tag, begin = place
+        tag.B[begin : begin + len(data)] = data
+        return
     if len(data) < wanted:
         data += take(goal, into, at, count)[len(data) :]
     put(goal, into, at, count, data)
@@ -120,6 +126,11 @@ def fill(target: End, length: int, value: Value) -> None:
     """Set elements, up to the end of the array; members of a structure each get the value, bits its truth."""
     store, region, first = target
     count = min(length, region.left(first, store))
+    place = _bytes_of(store, region, first) if count > 0 else None
+    if place is not None:
+        tag, begin = place
+        tag.B[begin : begin + count * region.size] = filled(region.type, value) * count
+        return
     for part in region.parts:
         filling = converted(part.leaf.type, value)
         found = _column(store, part, first, count)
@@ -129,6 +140,30 @@ def fill(target: End, length: int, value: Value) -> None:
             continue
         for number in range(count):
             store.write(part.leaf, (first + number) * part.per_element + part.field.index, filling)
+
+
+def filled(kind: DataType, value: Value) -> bytes:
+    """Return an element whose members all have a value."""
+    return (
+        bytes(size_of(kind)) if value.__class__ is int and value == 0 else _filled(kind, repr(value), value)
+    )
+
+
+@lru_cache(maxsize=1024)
+def _filled(kind: DataType, _text: str, value: Value) -> bytes:  # equal numbers may differ: 0.0 and -0.0
+    data = bytearray(size_of(kind))
+    for each in fields_of(kind):
+        _pack(data, each.offset, each, converted(each.type, value))
+    return bytes(data)
+
+
+def _bytes_of(store: Store, region: ArrayRegion, first: int) -> BytesAt | None:
+    """Return the bytes of a region from an element on; None if it has none. An array of BOOL is no region."""
+    part = region.parts[0]
+    if isinstance(region.type, Elementary) and region.type.is_bool:
+        return None
+    place = store.bytes_at(part.leaf, first * part.per_element + part.field.index)
+    return None if place is None else (place[0], place[1] - part.field.offset)
 
 
 def converted(kind: Elementary, value: Value) -> Value:
@@ -144,6 +179,10 @@ def converted(kind: Elementary, value: Value) -> Value:
 
 def take(memory: Store, region: ArrayRegion, first: int, count: int) -> bytes:
     """Return elements as bytes."""
+    place = _bytes_of(memory, region, first)
+    if place is not None:
+        tag, begin = place
+        return bytes(tag.B[begin : begin + count * region.size])
     data = bytearray(count * region.size)
     for part in region.parts:
         found = _column(memory, part, first, count)
@@ -160,6 +199,11 @@ def take(memory: Store, region: ArrayRegion, first: int, count: int) -> bytes:
 def put(memory: Store, region: ArrayRegion, first: int, count: int, data: bytes) -> None:
     """Set elements from bytes."""
     data = data[: count * region.size]
+    place = _bytes_of(memory, region, first)
+    if place is not None:
+        tag, begin = place
+        tag.B[begin : begin + len(data)] = data
+        return
     for part in region.parts:
         found = _column(memory, part, first, count)
         if found is not None:
@@ -185,6 +229,9 @@ def _pack_all(data: bytearray, size: int, field: Field, values: list[Value]) -> 
         return
     packed = struct.pack(f"<{len(values)}{field.type.code}", *values)
     width = len(packed) // len(values)
+    if width == size:
+        data[:] = packed
+        return
     for place in range(width):
         data[field.offset + place :: size] = packed[place::width]
 
@@ -193,6 +240,8 @@ def _unpack_all(data: bytes, size: int, field: Field, count: int) -> list[Value]
     if field.bit is not None:
         return [bool(each >> field.bit & 1) for each in data[field.offset :: size]]
     width = struct.calcsize(f"<{field.type.code}")
+    if width == size:
+        return list(struct.unpack(f"<{count}{field.type.code}", data))
     packed = bytearray(count * width)
     for place in range(width):
         packed[place::width] = data[field.offset + place :: size]
@@ -211,6 +260,28 @@ def _unpack(data: bytes, offset: int, field: Field) -> Value:
         return bool(data[offset] >> field.bit & 1)
     value: Value = struct.unpack_from(f"<{field.type.code}", data, offset)[0]
     return value
+
+
+MOST_COPIED_SINGLY = 40
+"""Maximum values of a structure that is copied from variables to variables."""
+
+
+def copied_singly(operands: Sequence[object]) -> bool:
+    """Whether source, target and length of a copy are one structure that is copied value by value."""
+    if len(operands) != 3:
+        return False
+    source, target, length = operands
+    return (
+        isinstance(source, Group)
+        and isinstance(target, Group)
+        and isinstance(source.type, Structure)
+        and (source.type is target.type or source.type == target.type)
+        and all(isinstance(each, Constant) for each in (*source.indices, *target.indices))
+        and (length == Constant(1, DINT) or not (target.array or target.dims or target.frame))
+        and isinstance(length, Constant)
+        and length.value >= 1
+        and len(fields_of(source.type)) <= MOST_COPIED_SINGLY
+    )
 
 
 def plain(region: ArrayRegion) -> Elementary | None:

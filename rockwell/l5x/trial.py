@@ -21,6 +21,7 @@ from ...ladder.model.schedule import Task
 from ...ladder.model.tree import Routine
 from ...ladder.run.engine import Engine
 from ...ladder.state.memory import same
+from ...ladder.state.tag_bytes import TagBytes
 from .assembly import Parts, does_nothing, harness_of, implicit_task, owner_of, trial_tasks
 from .importer import L5xImport
 
@@ -186,4 +187,6 @@ def _different(ours: Engine, theirs: Engine) -> str:
 
 
 def _plain(value: Any) -> Any:
+    if isinstance(value, TagBytes):
+        return value.saved()
     return value.tolist() if isinstance(value, memoryview) else value

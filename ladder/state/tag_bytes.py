@@ -1,0 +1,82 @@
+"""Tags of bytes: a buffer in a controller's layout, with a view of it for each type of its values."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..model.stretches import BITS, HIDDEN_VALUES, STRUCTURES, Spot, byte_parts, hidden_places
+from ..model.types import Structure, count_of, size_of
+
+_ALIGNED = 8  # bytes of the largest value: a view needs a buffer of a multiple of them
+
+Saved = tuple[bytes, dict[int, Any]]
+"""The values of a tag of bytes: visible ones, hidden ones."""
+
+
+class TagBytes:
+    """The values of a structure, or of an array of structures.
+
+    Attributes:
+        bits: all bytes, singly: BOOLs are their bits.
+        hidden: hidden members, see `stretches.fits_bytes`.
+        B: all bytes, for slices; the further ones are its casts, as far as the type has such values.
+    """
+
+    __slots__ = ("B", "H", "I", "Q", "b", "bits", "d", "f", "h", "hidden", "i", "q")
+
+    def __init__(self, kind: Structure, count: int) -> None:
+        size = size_of(kind) * count
+        self.bits: Any = bytearray(-(-size // _ALIGNED) * _ALIGNED)
+        self.hidden: Any = dict.fromkeys(hidden_places(kind, count), 0)
+        whole: Any = memoryview(self.bits)
+        self.B = whole
+        for view in {part.view for part in byte_parts(kind).values()} - {BITS, HIDDEN_VALUES, STRUCTURES}:
+            setattr(self, view, whole.cast(view))
+
+    def get(self, view: str, at: int) -> Any:
+        """Return an element of a view."""
+        if view == BITS:
+            return bool(self.bits[at >> 3] >> (at & 7) & 1)
+        return getattr(self, view)[at]
+
+    def put(self, view: str, at: int, value: Any) -> None:
+        """Set an element of a view."""
+        if view == BITS:
+            byte, mask = at >> 3, 1 << (at & 7)
+            self.bits[byte] = self.bits[byte] | mask if value else self.bits[byte] & ~mask
+        else:
+            getattr(self, view)[at] = value
+
+    def values(self, spot: Spot, count: int) -> list[Any]:
+        """Return the first values of a path."""
+        inner = count_of(spot.part.dims)
+        if spot.view in (BITS, HIDDEN_VALUES) or (inner > 1 and count > inner):
+            return [self.get(spot.view, spot.at(index)) for index in range(count)]
+        step = spot.size if inner == 1 else spot.strides[-1]
+        begin = spot.part.offset
+        found: list[Any] = getattr(self, spot.view)[begin : begin + (count - 1) * step + 1 : step].tolist()
+        return found
+
+    def saved(self) -> Saved:
+        """Return a copy of all values, for `restore`."""
+        return bytes(self.B[:]), dict(self.hidden)
+
+    def restore(self, saved: Saved) -> None:
+        """Set all values."""
+        self.B[:] = saved[0]
+        self.hidden.update(saved[1])
+
+
+def chars(tag: Any, at: int, room: int) -> bytes:
+    """Return the characters of a STRING at a byte, as many as LEN says and DATA has."""
+    length = tag.i[at >> 2]
+    if length <= 0:
+        return b""
+    return tag.B[at + 4 : at + 4 + (length if length < room else room)].tobytes()  # type: ignore[no-any-return]
+
+
+def set_chars(tag: Any, at: int, room: int, value: bytes) -> None:
+    """Set a STRING at a byte to characters, truncated to its size and padded with 0."""
+    codes = value[:room]
+    tag.i[at >> 2] = len(codes)
+    tag.B[at + 4 : at + 4 + room] = codes.ljust(room, b"\0")
