@@ -93,7 +93,7 @@ class Plant:
 
     def _shared(self) -> Iterator[str]:
         """Yield the arrays of structures, and what copies turn into other types."""
-        found = [Part(f"{kind}s_{at}", kind, self._items) for kind in ("Item", "Record") for at in range(2)]
+        found = [Part(f"{kind}s", kind, self._items) for kind in ("Item", "Record")]
         for kind in self._units:
             found += [Part(f"Raw_{kind}", "DINT", 40), Part(f"Shadow_{kind}", kind)]
             found += [Part(f"{kind}_{at}", kind) for at in range(2)]

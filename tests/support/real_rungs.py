@@ -255,8 +255,8 @@ class Rungs:
 
     def _subscript(self) -> str:
         draw, pick = self._draw, self._pools.pick
-        item = f"Items_{draw.randrange(2)}[{self._index()}]"
-        record = f"Records_{draw.randrange(2)}[{self._index()}]"
+        item = f"Items[{self._index()}]"
+        record = f"Records[{self._index()}]"
         return draw.choice(
             (
                 f"MOV({item}.Count,{pick('DINT')})",
@@ -283,15 +283,15 @@ class Rungs:
             (
                 f"{name}({pick(kind)},{pick(kind)},1)",
                 f"{name}({pick(kind)},Shadow_{kind},1)",
-                f"{name}(Items_0[{index}],Items_1[{other}],{draw.randrange(1, 9)})",
-                f"{name}(Records_1[{index}],Records_0[{other}],1)",
+                f"{name}(Items[{index}],Items[{other}],{draw.randrange(1, 9)})",
+                f"{name}(Records[{index}],Records[{other}],1)",
                 f"{name}({pick('Name20')},{pick('Name20')},1)",
                 f"{name}({pick(kind)},Raw_{kind}[0],{draw.randrange(2, 6)})",
                 f"{name}(Raw_{kind}[0],Shadow_{kind},1)",
                 f"{name}(Table_{table}[0],Table_{(table + 1) % 4}[3],{draw.randrange(2, 16)})",
                 f"{name}(Text_a.DATA[0],Bytes[0],{draw.randrange(4, 20)})",
                 f"{name}(Raw_{kind}[0],Bytes[8],{draw.randrange(4, 20)})",
-                f"FLL(0,Items_0[{index}],{draw.randrange(1, 9)})",
+                f"FLL(0,Items[{index}],{draw.randrange(1, 9)})",
             )
         )
 
@@ -323,7 +323,7 @@ class Rungs:
         kind = self._weighed({"Valve": 4, "Scale": 3, "Handle": 2, "Chain8": 1})
         place = self._instance(kind)
         index = self._index() if draw.random() < 0.5 else draw.randrange(self._items)
-        item = f"Items_{draw.randrange(2)}[{index}]"
+        item = f"Items[{index}]"
         return {
             "Valve": lambda: f"Valve({place},{self.bit()},{self.bit()},{self._coil()})",
             "Scale": lambda: f"Scale({place},{pick('DINT')},0.5,{pick('REAL')})",
@@ -371,7 +371,7 @@ class Rungs:
                     "END_CASE;",
                 ],
                 ["FOR Loop := 0 TO 4 DO", f"Table_{draw.randrange(4)}[Loop] := Loop * 2 + Jx;", "END_FOR;"],
-                [f"Items_0[{self._index()}].Count := Ix_1;"],
+                [f"Items[{self._index()}].Count := Ix_1;"],
             ]
             yield from draw.choice([*blocks, building, moving, building] if copies else blocks)
 
