@@ -12,7 +12,6 @@ from __future__ import annotations
 import argparse
 import json
 import random
-import resource
 import subprocess
 import sys
 import tempfile
@@ -23,6 +22,8 @@ from pathlib import Path
 from lxml import etree
 from scanrack.rockwell.l5x import import_l5x
 from scanrack.rockwell.l5x.trial import run_trial
+
+from ladder_machine import highest_mib
 
 RUNG_BAR_MS = 0.6
 MEMORY_BAR_MIB = 200
@@ -123,9 +124,7 @@ def measure(path: str, *, floor: bool) -> None:
         imported.controller.step()
         count = imported.report.rungs
     taken = time.process_time() - start
-    unit = 1 << 20 if sys.platform == "darwin" else 1 << 10
-    highest = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / unit
-    print(json.dumps([count, taken, highest]))
+    print(json.dumps([count, taken, highest_mib()]))
 
 
 def measured(path: Path, mode: str) -> tuple[int, float, float]:

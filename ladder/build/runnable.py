@@ -75,6 +75,7 @@ class LadderLogic(ABC):
         self._names: set[str] = set()
         self._lowered: LoweredProgram | None = None
         self._scanner: Scanner | None = None
+        self._memory: Memory | None = None  # of the check, for the first engine
         self._engine: Engine | None = None
         self._warnings: tuple[Problem, ...] = ()
 
@@ -100,7 +101,7 @@ class LadderLogic(ABC):
         problems = lowering.problems + check_whole(lowered) + problems
         choose_bytes(lowered)
         try:
-            Memory(lowered.layout, lowered.presets, lowered.defaults)
+            self._memory = Memory(lowered.layout, lowered.presets, lowered.defaults)
         except LadderError as error:
             remedy = "correct the initial value"
             problems.append(Problem("initial values", "", str(error), remedy, error.site))
@@ -296,7 +297,7 @@ class LadderLogic(ABC):
 
     def compile(self) -> Engine:
         """Return a new engine on the compiled program, which is compiled once."""
-        return Engine(self.build(), self.scanner)
+        return Engine(self.build(), self.scanner, self._take_memory())
 
     @property
     def scanner(self) -> Scanner:
@@ -307,7 +308,13 @@ class LadderLogic(ABC):
 
     def interpret(self) -> Engine:
         """Return a new engine on the interpreter."""
-        return Engine(self.build())
+        return Engine(self.build(), memory=self._take_memory())
+
+    def _take_memory(self) -> Memory | None:
+        """Return a memory with initial values, which takes long to make, if no engine has it yet."""
+        self.build()
+        memory, self._memory = self._memory, None
+        return memory
 
     # --- running
 

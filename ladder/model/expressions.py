@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 import re
 from decimal import Decimal
+from functools import lru_cache
 from typing import NoReturn
 
 from .operators import FUNCTION_NAMES
@@ -287,6 +288,7 @@ class ExpressionParser(Scanner):
         self.at += 1
 
 
+@lru_cache(maxsize=1024)
 def parse_address(text: str) -> Address:
     """Read an address, as `tags[...]` and aliases accept it, or raise a RungTextError.
 

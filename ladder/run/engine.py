@@ -42,10 +42,13 @@ class Engine:
     """Class for prescan, and for scans of programs that are not compiled."""
 
     def __init__(
-        self, lowered: LoweredProgram, scanner: Callable[[Engine], Callable[[int], object]] | None = None
+        self,
+        lowered: LoweredProgram,
+        scanner: Callable[[Engine], Callable[[int], object]] | None = None,
+        memory: Memory | None = None,
     ) -> None:
         self.lowered = lowered
-        self.memory = self.memory_type(lowered.layout, lowered.presets, lowered.defaults)
+        self.memory = memory or self.memory_type(lowered.layout, lowered.presets, lowered.defaults)
         self.tags = Tags(lowered, self.memory)
         self.fault_log = FaultLog(lowered, self.memory)
         self.now_ns = 0

@@ -63,6 +63,7 @@ class Types:
         major = number_of(revision.partition(".")[0])
         self._eights = major is None or major >= EIGHTS_SINCE
         self._bytes: dict[int, tuple[DataType, bool]] = {}
+        self._initials: dict[int, tuple[DataType, bool]] = {}
         self._known: dict[str, DataType] = {name.upper(): kind for name, kind in TYPES.items()}
         self._open: list[str] = []
         self._shown: dict[str, DataType] = {}
@@ -132,6 +133,16 @@ class Types:
         if known is None:
             total = sum(self.count(each.type) * count_of(each.dims) for each in kind.own)
             known = self._counts[id(kind)] = kind, total
+        return known[1]
+
+    def has_initials(self, kind: DataType) -> bool:
+        """Whether a type has initial values other than zero."""
+        if isinstance(kind, Elementary):
+            return False
+        known = self._initials.get(id(kind))  # equal types may have other initial values
+        if known is None:
+            found = any(each.initial is not None or self.has_initials(each.type) for each in kind.members)
+            known = self._initials[id(kind)] = kind, found
         return known[1]
 
     def has_known_bytes(self, kind: DataType) -> bool:
@@ -225,10 +236,3 @@ def _unique(name: str, members: Iterable[Member]) -> Structure:
     for each in members:
         named.setdefault(each.name.upper(), each)
     return Structure(name, tuple(named.values()))
-
-
-def has_initials(kind: DataType) -> bool:
-    """Whether a type has initial values other than zero."""
-    if isinstance(kind, Elementary):
-        return False
-    return any(each.initial is not None or has_initials(each.type) for each in kind.members)

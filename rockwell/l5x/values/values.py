@@ -22,12 +22,12 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Sequence
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 from ....ladder.model.types import BOOL, DataType, Elementary, Member, Structure, count_of
 from ....ladder.state.memory import meant_by
 from ..xml.records import Data
-from .datatypes import Types, has_initials
+from .datatypes import Types
 from .initials import ValueReading, nested, scalar
 from .l5k import from_l5k
 from .raw import bytes_in, fits, from_bytes, is_certain
@@ -45,7 +45,7 @@ def initial_of(
 ) -> Any:
     """Return an initial value from `Data` elements, None for the type's own, or raise a ValueTextError."""
     found = {each.get("Format", ""): each for each in data}
-    how = ValueReading(has_initials(kind), say)
+    how = ValueReading(types.has_initials(kind), say)
     inner = next(found["Decorated"].iterchildren("*"), None) if "Decorated" in found else None
     raw = bytes_in(found[""]) if "" in found else None
     if raw and types.has_known_bytes(kind) and fits(raw, kind, dims) and (inner is None or is_certain(kind)):
@@ -91,25 +91,60 @@ def _decorated(element: Data, kind: DataType, dims: tuple[int, ...], how: ValueR
     return _structure(element, kind, how)
 
 
+_ZEROS = ("0", "0.0", "0.00000000e+000")
+"""Texts of most values of an export."""
+
+
+class _Part(NamedTuple):
+    """A member, and why it can't have a value, "" if it can."""
+
+    member: Member
+    plain: Elementary | None  # its type if it is a single value
+    wrong: str
+
+
 def _structure(element: Data, kind: Structure, how: ValueReading) -> Any:
-    if kind.is_string and element.find("ArrayMember/Element") is None:
+    parts, is_string = _parts(kind)
+    if is_string and not _has_elements(element):
         data = next((each for each in element.iterchildren("*") if each.get("Name") == "DATA"), None)
         return None if data is None else _cut(_quoted(data), kind) or None
     found = {}
     for each in element.iterchildren("*"):
-        member = kind.member(each.get("Name", ""))
-        if member is None:
+        name = each.get("Name", "")
+        part = parts.get(name) or parts.get(name.upper())
+        if part is None:
             continue
-        value = _decorated(each, member.type, member.dims, how)
-        wrong = _wrong_alias(kind, member) if member.at and value is not None else ""
-        if wrong:
-            how.say(wrong)
-        elif value is not None:
-            found[member.name] = value
+        member, plain, wrong = part
+        if plain is None:
+            value = _decorated(each, member.type, member.dims, how)
+        else:
+            text = each.get("Value")
+            value = None if text in _ZEROS and not how.keep else scalar(text, plain, how)
+        if value is not None:
+            if wrong:
+                how.say(wrong)
+            else:
+                found[member.name] = value
     return found or None
 
 
+def _has_elements(element: Data) -> bool:
+    """Whether the characters of a string are elements, not a text."""
+    arrays = element.iterchildren("ArrayMember")
+    return any(next(each.iterchildren("Element"), None) is not None for each in arrays)
+
+
 @lru_cache(maxsize=1024)
+def _parts(kind: Structure) -> tuple[dict[str, _Part], bool]:
+    """Return the members by name, as it is written and in capitals, and whether it is a string."""
+    found: dict[str, _Part] = {}
+    for each in kind.members:
+        plain = None if each.dims or isinstance(each.type, Structure) else each.type
+        part = _Part(each, plain, _wrong_alias(kind, each) if each.at else "")
+        found.setdefault(each.name.upper(), part)
+    return found | {each.member.name: each for each in found.values()}, kind.is_string
+
+
 def _wrong_alias(kind: Structure, member: Member) -> str:
     """Return why a member with `at` can't have a value, "" if it can."""
     try:
@@ -137,20 +172,23 @@ def _cut(text: str, kind: Structure) -> str:
 
 def _array(element: Data, kind: DataType, dims: tuple[int, ...], how: ValueReading) -> Any:
     """Return nested lists, None if all elements have the type's initial value."""
-    total = count_of(dims)
-    values: list[Any] = [None] * total
+    values: list[Any] = [None] * count_of(dims)
     something = False
-    for each in element.iterchildren("Element"):
-        at = _flat(each.get("Index", ""), dims)
+    row = dims[0] if len(dims) == 1 else 0
+    for position, each in enumerate(element.iterchildren("Element")):
+        index = each.get("Index", "")
+        at = position if position < row and index == f"[{position}]" else _flat(index, dims)
         if at is None:
-            how.say(f"there is no element {each.get('Index', '')}")
+            how.say(f"there is no element {index}")
             continue
-        inner = each.find("Structure")
-        if inner is not None and isinstance(kind, Structure):
-            values[at] = _structure(inner, kind, how)
-        elif isinstance(kind, Elementary):
-            values[at] = scalar(each.get("Value"), kind, how)
-        something = something or values[at] is not None
+        if isinstance(kind, Elementary):
+            text = each.get("Value")
+            value = None if text in _ZEROS and not how.keep else scalar(text, kind, how)
+        else:
+            inner = next(each.iterchildren("Structure"), None)
+            value = None if inner is None else _structure(inner, kind, how)
+        values[at] = value
+        something = something or value is not None
     return nested(values, kind, dims) if something else None
 
 

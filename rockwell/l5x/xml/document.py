@@ -117,7 +117,11 @@ def _root(data: bytes, file: str) -> Any:
 
 
 def _marks(data: bytes) -> int:
-    return data.count(b"<") + data.count(b"=") + sum(1 for _ in _TEXT.finditer(data))
+    """Count tags, attributes and texts; more than the limit only if there are more."""
+    tags, attributes = data.count(b"<"), data.count(b"=")
+    if 2 * tags + attributes <= MOST_MARKS:  # at most one text behind each tag
+        return tags + attributes
+    return tags + attributes + sum(1 for _ in _TEXT.finditer(data))
 
 
 def _as_utf8(data: bytes, file: str) -> bytes:
