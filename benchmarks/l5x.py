@@ -19,11 +19,10 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
+from ladder_machine import highest_mib
 from lxml import etree
 from scanrack.rockwell.l5x import import_l5x
 from scanrack.rockwell.l5x.trial import run_trial
-
-from ladder_machine import highest_mib
 
 RUNG_BAR_MS = 0.6
 MEMORY_BAR_MIB = 200

@@ -25,6 +25,7 @@ from ..model.errors import LadderError, Problem
 from ..model.schedule import ProgramRoutines, Task, TaskKind, schedule_of
 from ..model.tags import Layout, scoped
 from ..model.tree import Routine
+from ..st import parse_statements
 from ..state.lowered import LoweredProgram
 from .bound_axes import axis_tags, with_blocks
 from .dialects import LOGIX, SLC
@@ -111,8 +112,6 @@ class Program(LadderLogic):
 
     def statements(self, name: str, text: str) -> None:
         """Add a routine of structured text; RungTextError: a syntax error, LadderError: its name is taken."""
-        from ..st import parse_statements  # lark takes time to import, and most programs have none
-
         block = parse_statements(text, specs=self.specs)
         self.add_routine(Routine(name, (), statements=block))
 

@@ -29,6 +29,7 @@ from ..model.stubs import NO_STUBS, Stubs
 from ..model.tags import Alias, SlotAlias, Tag
 from ..model.tree import Block, Routine, Rung
 from ..model.types import DataType, Elementary, Member, Structure
+from ..st import parse_statements
 
 LIBRARIES = ("axis3601",)
 """Libraries of add-on instructions in scanrack; a program includes one with `USE name`."""
@@ -410,8 +411,6 @@ class Reader:
         return Routine(head.group(1), (), statements=self._statements(start, self._at - 1))
 
     def _statements(self, start: int, end: int) -> Block:
-        from ..st import parse_statements  # lark takes time to import, and most programs have none
-
         text = "\n".join(self._lines[start:end])
         return parse_statements(text, file=self._file, line=start + 1, specs=self._specs)
 

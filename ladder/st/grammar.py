@@ -1,4 +1,20 @@
-"""The grammar of structured text, and the names of its terminals in messages.
+"""The grammar of structured text: its terminals, its operators, and the names of terminals in messages.
+
+    block      = { statement }
+    statement  = target (":=" | "[:=]") expression ";"
+               | name "(" [ expression { "," [ expression | word ] } ] ")" ";"
+               | IF expression THEN block { ELSIF expression THEN block } [ ELSE block ] END_IF ";"
+               | CASE expression OF { choice } [ ELSE block ] END_CASE ";"
+               | FOR target ":=" expression TO expression [ BY expression ] DO block END_FOR ";"
+               | WHILE expression DO block END_WHILE ";"
+               | REPEAT block UNTIL expression END_REPEAT ";"
+               | EXIT ";" | RETURN ";" | ";" | #region block #endregion
+    choice     = range { "," range } ":" block
+    range      = label [ ".." label ]
+    label      = [ "-" ] number
+    target     = name { step }
+    step       = "." name | "." bit | ".[" expression "]" | "[" expression { "," expression } "]"
+    primary    = number | string | target | name "(" expression ")" | "(" expression ")"
 
 Precedence of operators [1756-PM007]: (), functions, **, unary -, NOT, * / MOD, + -, < <= > >=, = <>, & AND,
 XOR, OR; those of one level from left to right.
@@ -6,124 +22,93 @@ XOR, OR; those of one level from left to right.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 
 from ..model.expressions import TAG_BASE
 
-GRAMMAR = rf"""
-start: block
+KEYWORDS = (
+    *("IF", "THEN", "ELSIF", "ELSE", "END_IF", "CASE", "OF", "END_CASE", "FOR", "TO", "BY", "DO", "END_FOR"),
+    *(
+        "WHILE",
+        "END_WHILE",
+        "REPEAT",
+        "UNTIL",
+        "END_REPEAT",
+        "EXIT",
+        "RETURN",
+        "OR",
+        "XOR",
+        "AND",
+        "MOD",
+        "NOT",
+    ),
+)
 
-block: statement*
-
-?statement: BASE step* ASSIGN expression SEMI                     -> assignment
-          | BASE step* NON_RETENTIVE expression SEMI              -> assignment
-          | BASE "(" [expression ("," argument)*] ")" SEMI        -> invocation
-          | IF expression THEN block (ELSIF expression THEN block)* (ELSE block)? END_IF SEMI      -> if_
-          | CASE expression OF choice* (ELSE block)? END_CASE SEMI                                 -> case
-          | FOR BASE step* ASSIGN expression TO expression (BY expression)? DO block END_FOR SEMI  -> for_
-          | WHILE expression DO block END_WHILE SEMI                                               -> while_
-          | REPEAT block UNTIL expression END_REPEAT SEMI                                          -> repeat
-          | EXIT SEMI                                             -> exit
-          | RETURN SEMI                                           -> return_
-          | SEMI                                                  -> empty
-          | REGION block END_REGION                               -> region
-
-?argument: expression
-         | PERCENT                                                -> word
-         |                                                        -> missing
-
-choice: range ("," range)* COLON block
-range: label [DOTS label]
-label: NUMBER | MINUS NUMBER
-
-?expression: exclusive | expression OR exclusive                  -> operation
-?exclusive: both | exclusive XOR both                             -> operation
-?both: equality | both AND equality                               -> operation
-?equality: relation | equality (EQUAL | UNEQUAL) relation         -> operation
-?relation: sum | relation RELATION sum                            -> operation
-?sum: product | sum (PLUS | MINUS) product                        -> operation
-?product: unary | product (TIMES | MOD) unary                     -> operation
-?unary: power | MINUS unary -> negation | NOT unary -> inversion
-?power: primary | power POWER exponent                            -> operation
-?exponent: primary | MINUS exponent -> negation
-?primary: NUMBER
-        | BASE step*                                              -> address
-        | BASE "(" expression ")"                                 -> function
-        | "(" expression ")"                                      -> group
-        | STRING                                                  -> string
-
-step: MEMBER                                                      -> member
-    | BIT                                                         -> bit
-    | "[" expression ("," expression)* "]"                        -> subscript
-    | COMPUTED expression "]"                                     -> computed_bit
-
-IF.3: /IF\b/i
-THEN.3: /THEN\b/i
-ELSIF.3: /ELSIF\b/i
-ELSE.3: /ELSE\b/i
-END_IF.3: /END_IF\b/i
-CASE.3: /CASE\b/i
-OF.3: /OF\b/i
-END_CASE.3: /END_CASE\b/i
-FOR.3: /FOR\b/i
-TO.3: /TO\b/i
-BY.3: /BY\b/i
-DO.3: /DO\b/i
-END_FOR.3: /END_FOR\b/i
-WHILE.3: /WHILE\b/i
-END_WHILE.3: /END_WHILE\b/i
-REPEAT.3: /REPEAT\b/i
-UNTIL.3: /UNTIL\b/i
-END_REPEAT.3: /END_REPEAT\b/i
-EXIT.3: /EXIT\b/i
-RETURN.3: /RETURN\b/i
-REGION: /#region\b[^\n]*/i
-END_REGION: /#endregion\b[^\n]*/i
-
-ASSIGN: ":="
-NON_RETENTIVE.2: /\[\s*:=\s*\]/
-OR.3: /OR\b/i
-XOR.3: /XOR\b/i
-AND.3: /AND\b|&/i
-MOD.3: /MOD\b/i
-NOT.3: /NOT\b/i
-EQUAL: "="
-UNEQUAL.2: "<>"
-RELATION: "<=" | ">=" | "<" | ">"
-PLUS: "+"
-MINUS: "-"
-TIMES: "*" | "/"
-POWER: "**"
-DOTS: ".."
-COLON: ":"
-SEMI: ";"
-
-NUMBER.2: /(16|8|2)#[0-9A-Fa-f_]+/ | /1\.(\$|#[A-Za-z]+)0*/ | /T(IME)?#\w+(\.\w+)*/i
-        | /(\d[\d_]*\.(?!\.)\d*|(?<![\w\]])\.\d+)([eE][+-]?\d+)?/
-        | /\d[\d_]*([eE][+-]?\d+)?/
-STRING: /'([^'$\n]|\$[^\n])*'/
-MEMBER: /\.\s*[A-Za-z_]\w*/
-BIT.2: /(?<=[\w\]])\.\d+/
-COMPUTED: /\.\s*\[/
-PERCENT: /%\s?of\s?\w+/i
-BASE: /{TAG_BASE}/
-
-%ignore /\s+/
-"""
-
-TERMS: Mapping[str, str] = {
+_SIGNS = {
     "ASSIGN": ":=",
-    "NON_RETENTIVE": "[:=]",
-    "EQUAL": "=",
     "UNEQUAL": "<>",
-    "RELATION": "a comparison",
+    "EQUAL": "=",
     "PLUS": "+",
     "MINUS": "-",
-    "TIMES": "* or /",
     "POWER": "**",
     "DOTS": "..",
     "COLON": ":",
     "SEMI": ";",
+    "LPAR": "(",
+    "RPAR": ")",
+    "LSQB": "[",
+    "RSQB": "]",
+    "COMMA": ",",
+}
+_TERMINALS = {
+    "SPACE": r"\s+",
+    "AND": r"&",
+    "NON_RETENTIVE": r"\[\s*:=\s*\]",
+    "NUMBER": r"(?:16|8|2)\#[0-9A-Fa-f_]+|1\.(?:\$|\#[A-Za-z]+)0*|T(?:IME)?\#\w+(?:\.\w+)*"
+    r"|(?:\d[\d_]*\.(?!\.)\d*|(?<![\w\]])\.\d+)(?:E[+-]?\d+)?|\d[\d_]*(?:E[+-]?\d+)?",
+    "BIT": r"(?<=[\w\]])\.\d+",
+    "UNEQUAL": r"<>",
+    "RELATION": r"<=|>=|<|>",
+    "POWER": r"\*\*",
+    "TIMES": r"\*|/",
+    "DOTS": r"\.\.",
+    "MEMBER": r"\.\s*[A-Za-z_]\w*",
+    "COMPUTED": r"\.\s*\[",
+    "ASSIGN": r":=",
+    "STRING": r"'(?:[^'$\n]|\$[^\n])*'",
+    "REGION": r"\#region\b[^\n]*",
+    "END_REGION": r"\#endregion\b[^\n]*",
+    "PERCENT": r"%\s?of\s?\w+",
+    "KEYWORD": rf"(?:{'|'.join(KEYWORDS)})\b",
+    "BASE": TAG_BASE,
+    **{name: re.escape(sign) for name, sign in _SIGNS.items() if len(sign) == 1},
+}
+TERMINAL = re.compile("|".join(f"(?P<{name}>{each})" for name, each in _TERMINALS.items()), re.IGNORECASE)
+"""One terminal; the first that matches counts."""
+
+BINDING: Mapping[str, int] = {
+    "OR": 1,
+    "XOR": 2,
+    "AND": 3,
+    **dict.fromkeys(("EQUAL", "UNEQUAL"), 4),
+    "RELATION": 5,
+    **dict.fromkeys(("PLUS", "MINUS"), 6),
+    **dict.fromkeys(("TIMES", "MOD"), 7),
+    "POWER": 9,
+}
+"""How tight operators bind; unary minus and NOT are at `UNARY`."""
+
+UNARY = 8
+
+END = "$END"
+"""The end of the text, as a terminal."""
+
+TERMS: Mapping[str, str] = {
+    **_SIGNS,
+    "NON_RETENTIVE": "[:=]",
+    "RELATION": "a comparison",
+    "TIMES": "* or /",
     "NUMBER": "a number",
     "STRING": "a string",
     "MEMBER": "a member",
@@ -132,18 +117,11 @@ TERMS: Mapping[str, str] = {
     "BASE": "a name",
     "REGION": "#region",
     "END_REGION": "#endregion",
-    "LPAR": "(",
-    "RPAR": ")",
-    "LSQB": "[",
-    "RSQB": "]",
-    "COMMA": ",",
-    "$END": "the end",
+    END: "the end",
 }
 """Names of terminals in messages, keywords apart."""
 
-OPERATORS = frozenset(
-    ("OR", "XOR", "AND", "MOD", "EQUAL", "UNEQUAL", "RELATION", "PLUS", "MINUS", "TIMES", "POWER")
-)
+OPERATORS = frozenset(BINDING)
 """Terminals named "an operator" in messages."""
 
 OPERANDS = frozenset(("NUMBER", "STRING", "BASE", "LPAR", "NOT", "MINUS"))

@@ -15,6 +15,7 @@ from ...ladder.model.errors import RungTextError
 from ...ladder.model.spec import Spec
 from ...ladder.model.statements import Empty, Region, statements_in
 from ...ladder.model.tree import Block, Origin, Routine, Rung
+from ...ladder.st import parse_statements
 from .presets import Presets
 from .report import Refusal, Report, StructuredRoutine
 from .xml.limits import MOST_IN_RUNG, instructions_in
@@ -158,8 +159,6 @@ class RoutineReader:
         return self._presets[owner.upper()].settled(read, self.specs)
 
     def _statements(self, owner: str, record: RoutineRecord) -> Routine | None:
-        from ...ladder.st import parse_statements  # lark takes time to import, and most files have none
-
         lines, numbers = _lines_of(record)
         try:
             block = parse_statements(

@@ -1,0 +1,374 @@
+"""Recursive descent over structured text without comments, see `grammar`.
+
+Statements become trees of marks, operands and further trees; expressions become operands at once. Each test
+of the next terminal is noted, so that a message names all that could stand there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, NoReturn
+
+from ..model.errors import RungTextError
+from ..model.expressions import parse_expression
+from ..model.operators import FUNCTION_NAMES
+from ..model.quoting import unquoted
+from ..model.statements import BLOCKS
+from ..model.tree import (
+    LEVELS,
+    Address,
+    BitStep,
+    Characters,
+    MemberStep,
+    Number,
+    Operand,
+    Operation,
+    Step,
+    SubscriptStep,
+)
+from .grammar import BINDING, END, OPERANDS, OPERATORS, PARTS, STATEMENTS, TERMINAL, TERMS, UNARY
+
+MOST_OPEN = LEVELS * 3 // 2
+"""Maximum brackets and operators around an operand; fewer may be too many levels, too."""
+
+TOO_MANY_LEVELS = f"at most {LEVELS} levels of operators and subscripts", "more: compute it in parts"
+
+
+class Mark(str):
+    """The text of a terminal, with its type and place."""
+
+    __slots__ = ("start", "type")
+    type: str
+    start: int
+
+    @classmethod
+    def of(cls, kind: str, text: str, start: int) -> Mark:
+        """Return a mark."""
+        made = cls(text)
+        made.type, made.start = kind, start
+        return made
+
+
+@dataclass(frozen=True, slots=True)
+class Node:
+    """A part of a text: marks, operands, nodes and lists of statements, in their order."""
+
+    kind: str
+    children: Sequence[Any]
+    start: int
+    end: int
+
+
+class MisplacedError(Exception):
+    """An error at a place of the text; `found` None is what stands there."""
+
+    def __init__(self, at: int, expected: str, found: str | None = None) -> None:
+        self.at, self.expected, self.found = at, expected, found
+
+
+def marks_of(text: str) -> list[Mark]:
+    """Return the terminals of a text; the last is its end, or of no type if the text is wrong there."""
+    found: list[Mark] = []
+    at = 0
+    while at < len(text):
+        match = TERMINAL.match(text, at)
+        if match is None:
+            return [*found, Mark.of("", text[at], at)]
+        kind, value = match.lastgroup or "", match.group()
+        if kind != "SPACE":
+            found.append(Mark.of(value.upper() if kind == "KEYWORD" else kind, value, at))
+        at = match.end()
+    return [*found, Mark.of(END, "", len(text.rstrip()))]
+
+
+class Syntax:
+    """Reads the statements of one text; a MisplacedError where it is none."""
+
+    def __init__(self, text: str) -> None:
+        self._marks = marks_of(text)
+        self._place = 0
+        self._tried: set[str] = set()  # terminals that were looked for at the place
+        self._open = 0  # brackets and operators before an operand, around the place
+        self._blocks = 0  # blocks around the place
+        self._begin = 0  # where the expression belongs that is being read
+
+    def whole(self) -> list[Node]:
+        """Read all statements."""
+        found = self._block()
+        self._take(END)
+        return found
+
+    # --- marks
+
+    def _next(self, *kinds: str) -> bool:
+        """Whether one of these terminals is next."""
+        self._tried.update(kinds)
+        return self._marks[self._place].type in kinds
+
+    def _step(self) -> Mark:
+        """Pass the next mark."""
+        mark = self._marks[self._place]
+        self._place += 1
+        self._tried.clear()
+        if not self._marks[self._place : self._place + 1]:
+            self._place -= 1
+        return mark
+
+    def _skip(self, kind: str) -> bool:
+        found = self._next(kind)
+        if found:
+            self._step()
+        return found
+
+    def _take(self, *kinds: str) -> Mark:
+        """Pass one of these terminals; it must be there."""
+        if not self._next(*kinds):
+            self._fail()
+        return self._step()
+
+    def _fail(self) -> NoReturn:
+        mark = self._marks[self._place]
+        if not mark.type:
+            raise MisplacedError(mark.start, "structured text", str(mark))
+        raise MisplacedError(mark.start, expected(self._tried), str(mark) or "the end of the text")
+
+    # --- statements
+
+    def _block(self) -> list[Node]:
+        """Read statements up to what is none."""
+        found = []
+        self._blocks += 1
+        while self._next(*STATEMENTS):
+            if self._blocks > BLOCKS + 1:
+                at = self._marks[self._place].start
+                raise MisplacedError(at, f"at most {BLOCKS} statements in one another", "another one")
+            mark = self._step()
+            self._begin = mark.start
+            kind, children = _STATEMENTS[mark.type](self, mark)
+            last = self._marks[self._place - 1]
+            found.append(Node(kind, children, mark.start, last.start + len(last)))
+        self._blocks -= 1
+        return found
+
+    def _ended(self, *children: Any) -> list[Any]:
+        return [*children, self._take("SEMI")]
+
+    def _named(self, name: Mark) -> tuple[str, list[Any]]:
+        """Read an assignment or an invocation."""
+        if self._skip("LPAR"):
+            return "invocation", self._ended(name, *self._arguments())
+        steps = self._steps()
+        mark = self._take("ASSIGN", "NON_RETENTIVE")
+        return "assignment", self._ended(name, *steps, mark, self._expression())
+
+    def _arguments(self) -> list[Any]:
+        found: list[Any] = []
+        if self._skip("RPAR"):
+            return found
+        found.append(self._expression())
+        while self._take("COMMA", "RPAR").type == "COMMA":
+            if self._next("COMMA", "RPAR"):
+                found.append(Address(""))  # omitted, as in GSV(WallClockTime,,DateTime,Now)
+            elif self._next("PERCENT"):
+                found.append(Address(str(self._step())))  # a word of a motion instruction: `%ofTime`
+            else:
+                found.append(self._expression())
+        return found
+
+    def _if(self, mark: Mark) -> tuple[str, list[Any]]:
+        children: list[Any] = [mark]
+        while True:
+            self._begin = mark.start
+            children += [self._expression(), self._take("THEN"), self._block()]
+            mark = self._take("ELSIF", "ELSE", "END_IF")
+            children.append(mark)
+            if mark.type == "ELSE":
+                children += [self._block(), self._take("END_IF")]
+            if mark.type != "ELSIF":
+                return "if", self._ended(*children)
+
+    def _case(self, mark: Mark) -> tuple[str, list[Any]]:
+        children = [mark, self._expression(), self._take("OF")]
+        while self._next("NUMBER", "MINUS"):
+            children.append(self._choice())
+        if self._next("ELSE"):
+            children += [self._step(), self._block()]
+        return "case", self._ended(*children, self._take("END_CASE"))
+
+    def _choice(self) -> Node:
+        start = self._marks[self._place].start
+        children: list[Any] = [self._range()]
+        while self._skip("COMMA"):
+            children.append(self._range())
+        children += [self._take("COLON"), self._block()]
+        last = self._marks[self._place - 1]
+        return Node("choice", children, start, last.start + len(last))
+
+    def _range(self) -> tuple[Number, Number]:
+        low = self._label()
+        return low, self._label() if self._skip("DOTS") else low
+
+    def _label(self) -> Number:
+        """Read a number with its sign."""
+        if self._skip("MINUS"):
+            return _negative(number_of(self._take("NUMBER")))
+        return number_of(self._take("NUMBER"))
+
+    def _for(self, mark: Mark) -> tuple[str, list[Any]]:
+        name = self._take("BASE")
+        count = name, Address(str(name), self._steps())
+        self._take("ASSIGN")
+        first = self._expression()
+        self._take("TO")
+        last = self._expression()
+        step = self._expression() if self._skip("BY") else None
+        self._take("DO")
+        return "for", self._ended(mark, *count, first, last, step, self._block(), self._take("END_FOR"))
+
+    def _while(self, mark: Mark) -> tuple[str, list[Any]]:
+        condition = self._expression()
+        self._take("DO")
+        return "while", self._ended(mark, condition, self._block(), self._take("END_WHILE"))
+
+    def _repeat(self, _mark: Mark) -> tuple[str, list[Any]]:
+        body, until = self._block(), self._take("UNTIL")
+        self._begin = until.start
+        return "repeat", self._ended(body, until, self._expression(), self._take("END_REPEAT"))
+
+    def _region(self, mark: Mark) -> tuple[str, list[Any]]:
+        return "region", [mark, self._block(), self._take("END_REGION")]
+
+    # --- expressions
+
+    def _expression(self, binding: int = 0) -> Operand:
+        """Read an expression of operators that bind tighter than `binding`."""
+        left = self._unary(power=binding == BINDING["POWER"])
+        while self._next(*OPERATORS):
+            operator = self._marks[self._place]
+            own = BINDING[operator.type]
+            if own <= binding:
+                break
+            self._step()
+            name = operator.type if operator.type == "AND" else operator.upper()
+            left = Operation(name, (left, self._inner(own)))
+        return left
+
+    def _unary(self, *, power: bool) -> Operand:
+        """Read an operand with the operators before it; an exponent has minus signs only."""
+        if not power and self._skip("NOT"):
+            return Operation("NOT", (self._inner(UNARY),))
+        if not self._skip("MINUS"):
+            return self._primary()
+        positive = self._next("NUMBER")
+        operand = self._inner(BINDING["POWER"] if power else UNARY)
+        if positive and isinstance(operand, Number):
+            return _negative(operand)
+        return Operation("NEG", (operand,))
+
+    def _inner(self, binding: int = 0) -> Operand:
+        """Read an expression inside of another one."""
+        self._open += 1
+        if self._open > MOST_OPEN:
+            raise MisplacedError(self._begin, *TOO_MANY_LEVELS)
+        operand = self._expression(binding)
+        self._open -= 1
+        return operand
+
+    def _primary(self) -> Operand:
+        mark = self._take(*OPERANDS - {"NOT", "MINUS"})
+        if mark.type == "NUMBER":
+            return number_of(mark)
+        if mark.type == "STRING":
+            return _characters(mark)
+        if mark.type == "BASE":
+            return self._function(mark) if self._skip("LPAR") else Address(str(mark), self._steps())
+        operand = self._inner()
+        self._take("RPAR")
+        return operand
+
+    def _function(self, mark: Mark) -> Operand:
+        operand = self._inner()
+        self._take("RPAR")
+        name = FUNCTION_NAMES.get(mark.upper())
+        if name is None:
+            raise MisplacedError(mark.start, f"a function ({', '.join(sorted(FUNCTION_NAMES))})", str(mark))
+        return Operation(name, (operand,))
+
+    def _steps(self) -> tuple[Step, ...]:
+        found: list[Step] = []
+        while self._next("MEMBER", "BIT", "COMPUTED", "LSQB"):
+            mark = self._step()
+            if mark.type == "MEMBER":
+                found.append(MemberStep(mark.lstrip(". \t\n")))
+            elif mark.type == "BIT":
+                found.append(BitStep(number_of(mark, mark[1:])))
+            elif mark.type == "COMPUTED":
+                found.append(BitStep(self._inner()))
+                self._take("RSQB")
+            else:
+                indices = [self._inner()]
+                while self._take("COMMA", "RSQB").type == "COMMA":
+                    indices.append(self._inner())
+                found.append(SubscriptStep(tuple(indices)))
+        return tuple(found)
+
+
+def number_of(mark: Mark, text: str | None = None) -> Number:
+    """Return the number of a mark, or of a part of its text."""
+    try:
+        return _literal(str(mark if text is None else text))
+    except RungTextError as error:
+        raise MisplacedError(mark.start, error.expected, str(mark)) from None
+
+
+@lru_cache(maxsize=1024)
+def _literal(text: str) -> Number:
+    text = text if "#" in text else text.replace("_", "")
+    literal = parse_expression(f"0{text}" if text.startswith(".") else text)
+    assert isinstance(literal, Number)
+    return literal
+
+
+def _negative(positive: Number) -> Number:
+    return Number(-positive.value, f"-{positive.text}")
+
+
+def _characters(mark: Mark) -> Characters:
+    try:
+        return Characters(unquoted(mark[1:-1]))
+    except ValueError as error:
+        raise MisplacedError(mark.start, "escapes of characters", str(error)) from None
+
+
+def expected(terminals: set[str]) -> str:
+    """Return what could stand somewhere, as words."""
+    names = set(terminals)
+    words: list[str] = []
+    for word, group, sign in (
+        ("an operator", OPERATORS, "OR"),
+        ("a statement", STATEMENTS, "IF"),
+        ("an expression", OPERANDS, "NOT"),
+    ):
+        if sign in names:
+            names -= group
+            words.append(word)
+    if words or names - PARTS:
+        names -= PARTS
+    listed = sorted(dict.fromkeys(TERMS.get(name, name) for name in names))
+    return " or ".join(words + listed)
+
+
+_STATEMENTS: Mapping[str, Callable[[Syntax, Mark], tuple[str, list[Any]]]] = {
+    "BASE": Syntax._named,
+    "IF": Syntax._if,
+    "CASE": Syntax._case,
+    "FOR": Syntax._for,
+    "WHILE": Syntax._while,
+    "REPEAT": Syntax._repeat,
+    "REGION": Syntax._region,
+    "EXIT": lambda syntax, _mark: ("exit", syntax._ended()),
+    "RETURN": lambda syntax, _mark: ("return", syntax._ended()),
+    "SEMI": lambda _syntax, _mark: ("empty", []),
+}
