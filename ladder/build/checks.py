@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from ...io_images.image import WORDS
 from ...io_images.site import Site
+from ..instructions.motion import ideal_moves, ideal_systems
 from ..instructions.motion.motion_3601 import ANSWERS
 from ..model.errors import Problem
 from ..model.operands import Constant, Group, Place, first_leaf
@@ -41,10 +42,13 @@ _EXCLUSIVE = {
 }
 """Uses that should occur once per place: name of the allowance, text, remedy."""
 
+IDEAL = {*ideal_moves.ANSWERS, *ideal_moves.GROUP_ANSWERS, *ideal_systems.ANSWERS}
+"""Motion instructions of ideal axes, their group and coordinate systems."""
+
 
 def warnings_of(lowered: LoweredProgram, allowed: frozenset[str]) -> list[Problem]:
     """Return warnings of likely mistakes, without the allowed ones of `ALLOWANCES`."""
-    return [*_repeated(lowered, allowed), *_unbound_axes(lowered)]
+    return [*_repeated(lowered, allowed), *_not_ideal(lowered)]
 
 
 def check_whole(lowered: LoweredProgram) -> list[Problem]:
@@ -83,8 +87,8 @@ def uses_of_stubs(lowered: LoweredProgram) -> Iterator[str]:
             yield first.path.upper() if first.path.upper() in lowered.stubs else ALL_MESSAGES
 
 
-def motion_of(lowered: LoweredProgram) -> dict[str, list[str]]:
-    """Return motion instructions by axis, group or coordinate system outside of the rack."""
+def ideal_motion_of(lowered: LoweredProgram) -> dict[str, list[str]]:
+    """Return motion instructions by ideal axis, group or coordinate system."""
     found: dict[str, list[str]] = {}
     for _, _, step in _all_steps(lowered, copies=False):
         first = step.operands[0] if Use.MOTION in step.uses else None
@@ -105,19 +109,14 @@ def _beyond_a_3601(lowered: LoweredProgram) -> Iterator[Problem]:
             yield _problem(routine, line, text, f"a 3601 does {', '.join(ANSWERS)}; stub it")
 
 
-def _unbound_axes(lowered: LoweredProgram) -> Iterator[Problem]:
-    """Motion instructions of axes, groups and coordinate systems outside of the rack."""
+def _not_ideal(lowered: LoweredProgram) -> Iterator[Problem]:
+    """Motion instructions that neither a 3601 nor an ideal axis can carry out."""
     for routine, line, step in _all_steps(lowered, copies=False):
-        if Use.MOTION not in step.uses:
+        first = step.operands[0] if Use.MOTION in step.uses else None
+        if step.name in IDEAL or not isinstance(first, Group) or first.path.upper() in lowered.axes:
             continue
-        first = step.operands[0]
-        if isinstance(first, Group) and not first.frame and first.path.upper() not in lowered.axes:
-            text = (
-                f"{first.text} is not an axis of the rack: "
-                f"{step.name} ends with ER, and ERR 11, not configured"
-            )
-            remedy = "bind it to a 3601 in [axes], or stub the instruction"
-            yield _problem(routine, line, text, remedy)
+        text = f"an ideal axis can't do {step.name}: it ends with ER, and ERR 25, illegal instruction"
+        yield _problem(routine, line, text, "stub the instruction")
 
 
 def _repeated(lowered: LoweredProgram, allowed: frozenset[str]) -> Iterator[Problem]:

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from ..compiler import Scanner, scanner_of, source_of
+from ..instructions.motion.axes import MotionData
 from ..instructions.system.messages import ends_of_messages
 from ..model.errors import BuildError, LadderError, MinorFault, Problem
 from ..model.expressions import TAG_NAME, parse_address
@@ -68,7 +69,8 @@ class LadderLogic(ABC):
             raise LadderError(f"{min(unknown)!r} can't be allowed; what can is {', '.join(ALLOWANCES)}")
         self.stubs: dict[str, Stub] = {}  # stubs of instructions and messages, by name in capitals
         self.cards: Mapping[int, str] = {}
-        self.axes: Axes | None = None  # axes on 3601s of the rack, or None
+        self.axes: Axes | None = None  # axes that the rack names, or None
+        self.motion = MotionData()  # what an export says of axes
         self.declares_missing = False  # whether undeclared tags are declared by their use
         self.declared_missing: list[Tag] = []  # those tags, once it is built
         self.refused: Sequence[str] = ()  # parts of an export that are left out, as texts
@@ -95,7 +97,7 @@ class LadderLogic(ABC):
 
     def _checked(self, lowering: Lowering, problems: list[Problem]) -> tuple[LoweredProgram, list[Problem]]:
         """Return what was lowered with its warnings, or raise a BuildError; `problems` are those so far."""
-        problems += lower_axes(lowering, self.axes)
+        problems += lower_axes(lowering, self.axes, self.motion)
         lowered = lowering.lowered
         lowered.recursive = recursive_routines(lowered)
         problems = lowering.problems + check_whole(lowered) + problems
@@ -145,7 +147,7 @@ class LadderLogic(ABC):
         self.stubs.update(stubs.by_name)
 
     def take_axes(self, axes: Axes) -> None:
-        """Bind axes to 3601s of the rack; a LadderError if the program runs already."""
+        """Take the axes that the rack names; a LadderError if the program runs already."""
         if self._engine is not None:
             raise LadderError(f"{self.kind} {self.name} runs already: its axes stay")
         self.axes = axes
@@ -161,11 +163,13 @@ class LadderLogic(ABC):
         """Stubs in use: by name what they do, and how often."""
         counted = Counter(uses_of_stubs(self.build()))
         used = {name: f"{self.stubs[name]} ({times(count)})" for name, count in counted.items()}
+        ideal = self.build().ideal_names
+        if ideal:
+            used["ideal axes"] = shortened(ideal)
         if self.declared_missing:
             used["missing_tags"] = f"declare: {', '.join(map(declared, self.declared_missing))}"
         if self.refused:
-            shown = [*self.refused[:REFUSALS_SHOWN], f"and {len(self.refused) - REFUSALS_SHOWN:,} more"]
-            used["refused"] = f"empty: {', '.join(shown[: len(self.refused)])}"
+            used["refused"] = f"empty: {shortened(self.refused)}"
         return used
 
     def _declare_missing(self, parts: Sequence[LadderLogic]) -> None:
@@ -282,7 +286,7 @@ class LadderLogic(ABC):
         if self._lowered is None:
             self._lowered, warnings = self._lower()
             opening, closing = HOOKS[self.dialect]
-            axes = self._lowered.axes
+            axes = self._lowered.axes or self._lowered.ideal
             self._lowered.opening = (*opening, *([prescan_axes] if axes else []), *self.opening)
             messages = ends_of_messages(self._lowered)
             self._lowered.closing = (*self.closing, *([run_axes] if axes else []), *messages, *closing)
@@ -379,6 +383,16 @@ class LadderLogic(ABC):
             if each.name.upper() == routine.upper():
                 return each.text
         raise LadderError(f"there is no routine {routine} in {self.kind} {self.name}")
+
+
+def shortened(names: Sequence[str], most: int = REFUSALS_SHOWN) -> str:
+    """Return a list of names, of a long one the first.
+
+    >>> shortened(["Feed", "Clamp", "Table"], 2)
+    'Feed, Clamp, and 1 more'
+    """
+    more = [f"and {len(names) - most:,} more"] * (len(names) > most)
+    return ", ".join([*names[:most], *more])
 
 
 def times(count: int) -> str:

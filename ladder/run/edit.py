@@ -20,6 +20,9 @@ from ..model.schedule import Schedule
 from ..model.tags import Leaf, Tag, tag_in
 from .engine import Engine
 
+NUMBERS = ("~axis", "~number")
+"""Hidden members that number axes and motion instructions in the order of one program."""
+
 FORMAT = "scanrack tags 1"
 """Format entry of a file of retained tags."""
 
@@ -47,6 +50,8 @@ def carry_over(old: Engine, new: Engine) -> Edit:
     before, after = old.lowered.layout, new.lowered.layout
     kept = [leaf for leaf in after.leaves.values() if _is_same(leaf, before.leaves.get(leaf.path.upper()))]
     for leaf in kept:
+        if leaf.path.endswith(NUMBERS):
+            continue
         source = before.leaves[leaf.path.upper()]
         for index in range(leaf.size):
             new.memory.write(leaf, index, old.memory.read(source, index))

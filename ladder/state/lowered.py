@@ -245,9 +245,16 @@ class LoweredProgram:
     recursive: frozenset[str] = frozenset()  # directly or indirectly recursive routines, in capitals
     stubs: dict[str, Stub] = field(default_factory=dict)  # results of messages, by name in capitals
     axes: Mapping[str, Any] = field(default_factory=dict)  # `BoundAxis` by tag in capitals
+    ideal: Any = None  # `Ideal`: the other axes; None without motion instructions
     opening: tuple[Callable[[Any, bool], None], ...] = ()  # called before each scan: engine, first?
     closing: tuple[Callable[[Any], None], ...] = ()  # called with the engine after each scan
     written_inputs: set[str] = field(default_factory=set)  # identifiers of the inputs that it writes
+
+    @property
+    def ideal_names(self) -> tuple[str, ...]:
+        """Names of its ideal axes and coordinate systems."""
+        parts = (*self.ideal.axes, *self.ideal.systems) if self.ideal else ()
+        return tuple(part.name for part, _ in parts)
 
     @property
     def roots(self) -> frozenset[str]:

@@ -8,6 +8,7 @@ from typing import Any
 
 from ...ladder.build.addon import AddOn
 from ...ladder.build.controller import Controller
+from ...ladder.instructions.motion.axes import MotionData
 from ...ladder.model.errors import LadderError
 from ...ladder.model.schedule import Task, TaskKind
 from ...ladder.model.stubs import Stub, Stubs
@@ -80,12 +81,14 @@ class Parts:
     stubs: dict[str, Stub] = field(default_factory=dict)  # replacements of instructions, by name in capitals
     uncalled: set[str] = field(default_factory=set)  # add-ons that `harness_of` omits, in capitals
     cards: Mapping[int, str] = field(default_factory=dict)  # known catalog numbers by slot
+    motion: MotionData = field(default_factory=MotionData)
     _indexes: dict[str, tuple[int, dict[str, Declaration]]] = field(default_factory=dict)
 
     def assemble(self, report: Report, tasks: Sequence[Task] | None = None) -> Controller:
         """Return a new controller of these parts, with other tasks if given; note rejected declarations."""
         controller = Controller(self.name)
         controller.use(*self.add_ons.values())
+        controller.motion = self.motion
         controller.take_stubs(Stubs(self.stubs, cards=self.cards))
         self.declarations = _added(controller, self.declarations, report)
         for part in self.programs.values():

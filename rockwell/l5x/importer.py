@@ -23,7 +23,7 @@ from .modules import module_objects, module_tags
 from .report import Report
 from .routines import UNKNOWN, RoutineReader, instruction_names
 from .schedule import tasks_of
-from .scopes import scope_of
+from .scopes import motion_of, scope_of
 from .unknown import UnknownTypes
 from .uses import all_instructions, numbered_instructions
 from .values.datatypes import NAME, Types
@@ -212,6 +212,7 @@ class Importer:
     def _declare(self) -> None:
         document, parts = self._document, self._parts
         parts.declarations += scope_of(document.tags, self._types, self.report)
+        parts.motion = motion_of(document.tags)
         declared = list(parts.declarations)
         for program in document.programs:
             part = parts.programs.get(program.name.upper())

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from math import inf
 from typing import Any
 
+from ...ladder.instructions.motion.axes import MotionData
 from ...ladder.model.errors import LadderError
 from ...ladder.model.expressions import parse_address
+from ...ladder.model.predefined.motion_types import AXIS_TYPES
 from ...ladder.model.tags import Alias, Declaration, Tag
 from ...ladder.model.types import MAX_DIMENSIONS, DataType
 from .report import Report
@@ -96,6 +99,35 @@ def read_initial(
         more = f", and {len(said) - 1} more" * (len(said) > 1)
         report.lose(name, f"{said[0]}{more}", record.line)
     return initial
+
+
+def motion_of(records: Iterable[TagRecord]) -> MotionData:
+    """Return the axes of coordinate systems, and the unwind of rotary axes."""
+    systems, unwinds = {}, {}
+    for record in records:
+        if record.type.upper() == "COORDINATE_SYSTEM":
+            systems[record.name.upper()] = _attributes(record).get("Axes", "").split()
+        elif record.type.upper() in AXIS_TYPES:
+            found = _attributes(record)
+            if found.get("RotaryAxis", "") == "Rotary":
+                unwinds[record.name.upper()] = _ratio(
+                    found.get("PositionUnwind"), found.get("ConversionConstant")
+                )
+    return MotionData(systems, unwinds)
+
+
+def _attributes(record: TagRecord) -> dict[str, str]:
+    """Return the parameters of an axis or coordinate system."""
+    inner = (child for each in record.data for child in each.iterchildren("*"))
+    return next((dict(each.items()) for each in inner if each.tag.endswith("Parameters")), {})
+
+
+def _ratio(counts: str | None, per_unit: str | None) -> float:
+    try:
+        found = float(counts or 0) / float(per_unit or 0)
+    except (ValueError, ZeroDivisionError):
+        return 0.0
+    return found if 0 < found < inf else 0.0
 
 
 def _named(owner: str, name: str) -> str:

@@ -1,21 +1,25 @@
-"""The tables `[axes.NAME]` of a rack file: axes of a program's motion instructions, and their 3601s."""
+"""The tables `[axes.NAME]` of a rack file: axes of a program's motion instructions, on a 3601 or ideal."""
 
 from __future__ import annotations
 
 from decimal import Decimal
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
+from ...io_images.site import SettingError
 from .machine_tables import Table
 from .quantities import Number, between
+
+IDEAL = ("max_speed", "max_acceleration", "unwind")
+"""Keys of an ideal axis."""
 
 
 class AxisTable(Table):
     """An axis.
 
     Attributes:
-        slot: slot of its 3601.
+        slot: slot of its 3601; none of an ideal axis.
         counts_per_unit: steps per unit of the axis.
         max_speed: 100 % of maximum, units/s; 0 takes MaximumSpeed of the tag.
         max_acceleration: 100 % of maximum, units/s²; 0 takes MaximumAcceleration of the tag.
@@ -23,9 +27,10 @@ class AxisTable(Table):
         home_acceleration: its rates, units/s²; 0 takes `max_acceleration`.
         home_direction: 1 clockwise, -1 counterclockwise.
         configuration: the eight words of the module, which MSO sends; none if the program configures it.
+        unwind: of an ideal rotary axis: its positions are 0 to below it, units; 0 for a linear axis.
     """
 
-    slot: Annotated[int, Field(ge=1)]
+    slot: Annotated[int, Field(ge=1)] | None = None
     counts_per_unit: Annotated[Number, between("0.000001", "1000000000")] = Decimal(1)
     max_speed: Annotated[Number, between("0", "1000000000")] = Decimal(0)
     max_acceleration: Annotated[Number, between("0", "1000000000000")] = Decimal(0)
@@ -33,14 +38,25 @@ class AxisTable(Table):
     home_acceleration: Annotated[Number, between("0", "1000000000000")] = Decimal(0)
     home_direction: int = 1
     configuration: Annotated[tuple[int, ...], Field(strict=False)] = ()
+    unwind: Annotated[Number, between("0", "1000000000")] = Decimal(0)
+
+    @model_validator(mode="after")
+    def _fits(self) -> Self:
+        """Refuse keys of a 3601 without a slot, and those of an ideal axis with one."""
+        given = self.model_fields_set
+        wrong = given & {"unwind"} if self.slot is not None else given - {*IDEAL, "slot"}
+        if wrong:
+            what = "an ideal axis" if self.slot is not None else "an axis with a slot"
+            raise SettingError(min(wrong), f"this key is that of {what}")
+        return self
 
     def values(self) -> dict[str, Any]:
         """Return the values by name, decimals as floats."""
         numbers = ("counts_per_unit", "max_speed", "max_acceleration", "home_speed", "home_acceleration")
-        plain = {name: float(getattr(self, name)) for name in numbers}
+        plain = {name: float(getattr(self, name)) for name in (*numbers, "unwind")}
         return {
             **plain,
-            "slot": self.slot,
+            "slot": self.slot or 0,
             "home_direction": self.home_direction,
             "configuration": self.configuration,
         }

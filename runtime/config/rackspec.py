@@ -250,7 +250,7 @@ class RackSpec(Table):
             declares missing tags, `refused = "empty"` runs an export without its refused parts.
         trace: path of the recording, relative to the rack file.
         keep_traces: number of earlier recordings kept under numbers; 0 = none.
-        axes: axes of a ladder program's motion instructions, by tag: the 3601 behind each.
+        axes: axes of a ladder program's motion instructions, by tag: the 3601 behind each, or an ideal one.
         slot: the slots, at least one.
         unit: controllers on a serial line beside the rack.
     """
@@ -320,6 +320,8 @@ class RackSpec(Table):
         taken: dict[int, str] = {}
         for name, axis in self.axes.items():
             path: KeyPath = ("axes", name, "slot")
+            if axis.slot is None:
+                continue
             if axis.slot not in known:
                 there = ", ".join(map(str, known))
                 raise MisplacedError(path, axis.slot, f"this slot is empty: modules sit in {there}")

@@ -12,7 +12,7 @@ import typer
 
 from ...io_images.input_files import open_input
 from ...jobs.load.program import L5X_SUFFIXES, SLC_SUFFIXES
-from ...ladder.build.checks import motion_of
+from ...ladder.build.checks import IDEAL, ideal_motion_of
 from ...ladder.build.controller import Controller
 from ...ladder.build.program import Program
 from ...ladder.files.rungfile import read_program
@@ -39,11 +39,17 @@ def reported(path: Path, scans: int = SCANS) -> Report:
     imported = import_l5x(path, trial=True)
     run_trial(imported, scans)
     if imported.controller is not None:
-        for axis, names in motion_of(imported.controller.build()).items():
-            imported.report.note(
-                axis, f"{', '.join(names)} end with ER, ERR 11, unless a rack has it in [axes]"
-            )
+        for axis, names in ideal_motion_of(imported.controller.build()).items():
+            _note_axis(imported.report, axis, names)
     return imported.report
+
+
+def _note_axis(report: Report, axis: str, names: list[str]) -> None:
+    done, not_done = ([each for each in names if (each in IDEAL) is ideal] for ideal in (True, False))
+    if done:
+        report.note(axis, f"{', '.join(done)} move an ideal axis, unless [axes] binds it to a 3601")
+    if not_done:
+        report.note(axis, f"{', '.join(not_done)} end with ER, ERR 25: no ideal axis does them")
 
 
 def is_slc(path: Path) -> bool:

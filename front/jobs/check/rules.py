@@ -196,7 +196,8 @@ def check_rack(job: Job) -> CheckReport:
     lines = load_rack_file(job.rack_file).lines if is_toml else None
     subject = Subject(job, facts, lines)
     findings = (Finding(rule.id, *found) for rule in RULES for found in rule.check(subject))
-    return CheckReport(tuple(dict.fromkeys(findings)), (*facts.not_seen, *_unseen_configurations(subject)))
+    not_seen = (*facts.not_seen, *_unseen_configurations(subject), *(f"behind {each}" for each in job.stubs))
+    return CheckReport(tuple(dict.fromkeys(findings)), not_seen)
 
 
 def facts_of(job: Job) -> Facts:

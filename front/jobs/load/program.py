@@ -187,7 +187,9 @@ def axes_of(settings: Mapping[str, AxisSettings]) -> Axes:
     library = load_library("axis3601")
     state = library.types["AXIS_3601"]
     assert isinstance(state, Structure)
-    return Axes(dict(settings), state, library.add_ons["AMCI3601"])
+    bound = {name: each for name, each in settings.items() if each.slot}
+    ideal = {name: each for name, each in settings.items() if not each.slot}
+    return Axes(bound, ideal, state, library.add_ons["AMCI3601"])
 
 
 def is_python(stub: str) -> bool:

@@ -1,14 +1,18 @@
-"""Axes of a program on a 3601 of the rack: the `[axes]` of a rack file.
+"""Axes of a program: the `[axes]` of a rack file. An axis without a slot is an ideal one, see `ideal_axis`.
 
 [axes.Feed]
 slot = 1
 counts_per_unit = 1000           # steps of the motor per unit of the axis
 configuration = [0x843C, 0x003C, 0, 500, 0, 0, 0, 0]   # if the program does not
+
+[axes.Table]                     # ideal: an axis that is not named here is one, too
+unwind = 360
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 from ...model.errors import LadderError
 
@@ -17,10 +21,18 @@ WORDS = 8
 
 
 @dataclass(frozen=True, slots=True)
+class MotionData:
+    """What an export says of axes and coordinate systems, by tag in capitals."""
+
+    systems: Mapping[str, Sequence[str]] = field(default_factory=dict)  # names of their axes
+    unwinds: Mapping[str, float] = field(default_factory=dict)  # of rotary axes, units
+
+
+@dataclass(frozen=True, slots=True)
 class AxisSettings:
     """Settings of a program's axis in the rack; a LadderError for a value that is not allowed."""
 
-    slot: int  # slot of its 3601
+    slot: int = 0  # slot of its 3601, 0 for an ideal axis
     counts_per_unit: float = 1.0  # steps per unit of the axis, above 0
     max_speed: float = 0.0  # 100 % of maximum, units/s; 0 = MaximumSpeed of the tag
     max_acceleration: float = 0.0  # 100 % of maximum, units/s²; 0 = MaximumAcceleration of the tag
@@ -29,11 +41,12 @@ class AxisSettings:
     home_direction: int = 1  # 1 clockwise, -1 counterclockwise
     configuration: tuple[int, ...] = ()  # eight words that MSO sends; none if the program configures it
     round_trip_ms: int = 10  # time for words to cross the backplane both ways, ms
+    unwind: float = 0.0  # of an ideal rotary axis: its positions are 0 to below it, units; 0 = a linear axis
 
     def __post_init__(self) -> None:
         if not 0 < self.counts_per_unit < float("inf"):
             raise LadderError(f"counts_per_unit {self.counts_per_unit} is not allowed: above 0")
-        for name in ("max_speed", "max_acceleration", "home_speed", "home_acceleration"):
+        for name in ("max_speed", "max_acceleration", "home_speed", "home_acceleration", "unwind"):
             if not 0 <= getattr(self, name) < float("inf"):
                 raise LadderError(f"{name} {getattr(self, name)} is not allowed: 0 or more")
         if self.home_direction not in (1, -1):

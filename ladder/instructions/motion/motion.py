@@ -7,19 +7,20 @@
     PC    _________________|‾‾‾        ________________
     ER    _____________________        ___|‾‾‾‾‾‾‾‾‾‾‾‾     refused: ERR says why
 
-A rising rung begins one; in structured text every call does. An axis without a slot in the rack
-answers as one that is not configured (ERR 11); `checks` warns of it.
+A rising rung begins one; in structured text every call does. An axis without a slot in the rack is an ideal
+one (`ideal_axis`); `checks` says so.
 """
 
 from __future__ import annotations
 
 from ...interpreter import Interpreter
 from ...model.operands import Group, Resolved
-from ...model.predefined.motion_types import MOTION_INSTRUCTION, is_axis
+from ...model.predefined.motion_types import COORDINATE_SYSTEM, MOTION_INSTRUCTION, is_axis
 from ...model.spec import InstructionKind, Spec, Use
 from ...model.types import Structure
+from . import ideal_moves, ideal_systems
 from .motion_3601 import Axis, begin, follow
-from .motion_control import AXIS_NOT_CONFIGURED, MotionControl
+from .motion_control import AXIS_NOT_CONFIGURED, ILLEGAL, MotionControl
 
 USES = {
     "axis": Use.AXIS,
@@ -55,13 +56,14 @@ def _use(text: str) -> Use:
 def _run(machine: Interpreter, power: bool, name: str, *operands: Resolved) -> None:
     motion = _control_of(machine, operands)
     site = machine.lowered.sites[machine.site]
-    axis = _axis_of(machine, operands[0])
+    number = _number_of(machine, operands[0])
+    axis = Axis(machine, list(machine.lowered.axes.values())[number - 1]) if number > 0 else None
     if power and not (site.unit == "rung" and motion["EN"]):
-        motion.begin()
-        if axis is None:
-            motion.refuse(AXIS_NOT_CONFIGURED)
-        else:
+        if axis is not None:
+            motion.begin()
             begin(axis, motion, name, operands[2:])
+        else:
+            _begin_ideal(machine, motion, name, operands, number)
         return
     if axis is not None:
         follow(axis, motion, name)
@@ -69,12 +71,36 @@ def _run(machine: Interpreter, power: bool, name: str, *operands: Resolved) -> N
         motion.set(EN=False)
 
 
-def _axis_of(machine: Interpreter, operand: Resolved) -> Axis | None:
-    """Return the axis of an operand, None if the rack does not have it."""
-    if not isinstance(operand, Group) or not is_axis(operand.type) or not machine.lowered.axes:
-        return None
-    number = int(machine.get(operand.member("~axis")))
-    return Axis(machine, list(machine.lowered.axes.values())[number - 1]) if number else None
+def _begin_ideal(
+    machine: Interpreter, motion: MotionControl, name: str, operands: tuple[Resolved, ...], number: int
+) -> None:
+    """Begin an instruction of an ideal axis or coordinate system, or of a group."""
+    motion.begin(motion.ticket % MOST_TICKETS + 1)
+    others = [
+        each for each in operands[1:] if not (isinstance(each, Group) and each.type == MOTION_INSTRUCTION)
+    ]
+    call = ideal_moves.Call(machine, motion, name, others)
+    ideal, first = machine.lowered.ideal, operands[0]
+    if name in ideal_moves.GROUP_ANSWERS:
+        ideal_moves.begin_of_group(ideal, call)
+    elif number:
+        ideal_moves.begin(ideal, number, call)
+    elif isinstance(first, Group) and first.type == COORDINATE_SYSTEM:
+        system = int(machine.get(first.member("~number")))
+        ideal_systems.begin(ideal, system, call) if system else motion.refuse(AXIS_NOT_CONFIGURED)
+    else:
+        motion.refuse(ILLEGAL)
+
+
+MOST_TICKETS = (1 << 31) - 1
+"""Largest number of a request."""
+
+
+def _number_of(machine: Interpreter, operand: Resolved) -> int:
+    """Return the number of an axis: above 0 on a 3601, below 0 an ideal one; 0 for another operand."""
+    if not isinstance(operand, Group) or not is_axis(operand.type):
+        return 0
+    return int(machine.get(operand.member("~axis")))
 
 
 def _prescan(machine: Interpreter, *operands: Resolved) -> None:
@@ -223,6 +249,14 @@ MCTP = _row(
     "source system, target system, control, orientation array, translation array, "
     "transform direction word, reference position array, transform position array",
 )
-MCTO = _row("MCTO", "source system, target system, control, orientation array, translation array")
+MCTO = _row("MCTO", "source system, target system, control, work frame other, tool frame other")
+MCTPO = _row(
+    "MCTPO",
+    "source system, target system, control, work frame other, tool frame other, transform direction word, "
+    "reference position array, transform position array, robot configuration other, turns counters other",
+)
+MCPM = _row(
+    "MCPM", "system, control, path other, length number, dynamics other, lock position number, direction word"
+)
 MDCC = _row("MDCC", "slave other, master any axis, control, master reference word, nominal velocity number")
 MDSC = _row("MDSC", "slave other, master any axis, control, master reference word, nominal velocity number")

@@ -27,14 +27,22 @@ from ...model.arithmetic import wrap
 from ...model.operands import Constant, Group, Place, Resolved, constant
 from ...model.predefined.motion_types import AXIS_MEMBERS
 from ...model.predefined.motion_words import CHANGED_MOTION, NO_YES, RATE_UNITS, REDEFINITIONS, SPEED_UNITS
-from ...model.predefined.words import plain
 from ...model.types import DINT
 from .axes import AxisSettings
-from .motion_control import AXIS_NOT_CONFIGURED, MotionControl
-
-SERVO_OFF, SHUT_DOWN, AXIS_FAULT, IN_MOTION, ILLEGAL_CHANGE, ILLEGAL = 5, 7, 20, 22, 23, 25
-OUT_OF_RANGE, NOT_CONFIGURED = 13, AXIS_NOT_CONFIGURED
-"""Codes of ERR [MOTION-RM002, appendix "Error codes"]."""
+from .motion_control import (
+    AXIS_FAULT,
+    AXIS_NOT_CONFIGURED,
+    ILLEGAL,
+    ILLEGAL_CHANGE,
+    IN_MOTION,
+    OUT_OF_RANGE,
+    SERVO_OFF,
+    SHUT_DOWN,
+    Given,
+    MotionControl,
+    number_of,
+    word_of,
+)
 
 ABSOLUTE, RELATIVE, VELOCITY, HOME, HALT, RESET, SET_POSITION, CONFIGURE = 1, 2, 3, 4, 5, 7, 8, 14
 """Kinds of requests, see `axis3601.rung`."""
@@ -150,17 +158,6 @@ def _profile(
     return command, shape, *_pair(target), *_pair(speed), *rates
 
 
-def _word(machine: Interpreter, operand: Resolved | str, words: tuple[str, ...]) -> str:
-    if isinstance(operand, str):
-        return operand
-    number = int(machine.number(operand, DINT.bits))
-    return plain(words[number]) if 0 <= number < len(words) else ""
-
-
-def _number(axis: Axis, operand: Resolved) -> float:
-    return float(axis.machine.number(operand, -1))
-
-
 Answer = Callable[..., None]
 
 
@@ -173,7 +170,7 @@ def _servo_on(axis: Axis, motion: MotionControl) -> None:
     elif axis.settings.configuration:
         axis.request(motion, CONFIGURE, *axis.settings.configuration)
     else:
-        motion.refuse(NOT_CONFIGURED)
+        motion.refuse(AXIS_NOT_CONFIGURED)
 
 
 def _servo_off(axis: Axis, motion: MotionControl, *, shut_down: bool = False) -> None:
@@ -190,7 +187,7 @@ def _reset(axis: Axis, motion: MotionControl, *, restart: bool = False) -> None:
     if restart:
         axis.set_bits(ShutdownStatus=False)
     if axis.status == 0:
-        motion.refuse(NOT_CONFIGURED)
+        motion.refuse(AXIS_NOT_CONFIGURED)
     else:
         axis.request(motion, RESET, COMMANDS[RESET])
 
@@ -201,15 +198,15 @@ def _move(
     kind: Resolved,
     position: Resolved,
     speed: Resolved,
-    speed_units: Resolved | str,
+    speed_units: Given,
     up: Resolved,
-    up_units: Resolved | str,
+    up_units: Given,
     down: Resolved,
-    down_units: Resolved | str,
-    *_others: Resolved | str,
+    down_units: Given,
+    *_others: Given,
 ) -> None:
-    request = {0: ABSOLUTE, 1: RELATIVE}.get(int(_number(axis, kind)))
-    target = axis.steps(_number(axis, position))
+    request = {0: ABSOLUTE, 1: RELATIVE}.get(int(number_of(axis.machine, kind)))
+    target = axis.steps(number_of(axis.machine, position))
     dynamics = _dynamics(axis, speed, speed_units, up, up_units, down, down_units)
     if request is None or target is None or dynamics is None:
         motion.refuse(OUT_OF_RANGE)
@@ -218,12 +215,12 @@ def _move(
         motion.set(DN=True, IP=True, AC=True)
 
 
-def _dynamics(axis: Axis, *operands: Resolved | str) -> tuple[int, tuple[int, int]] | None:
+def _dynamics(axis: Axis, *operands: Given) -> tuple[int, tuple[int, int]] | None:
     """Return speed and both rates in the module's units, None if one is out of range."""
     values, units = operands[::2], operands[1::2]
     lists = (SPEED_UNITS, RATE_UNITS, RATE_UNITS)
-    words = [_word(axis.machine, unit, names) for unit, names in zip(units, lists, strict=True)]
-    numbers = [_number(axis, each) for each in values]  # type: ignore[arg-type]
+    words = [word_of(axis.machine, unit, names) for unit, names in zip(units, lists, strict=True)]
+    numbers = [number_of(axis.machine, each) for each in values]
     speed = axis.speed(numbers[0], words[0])
     up, down = axis.rate(numbers[1], words[1]), axis.rate(numbers[2], words[2])
     return None if speed is None or up is None or down is None else (speed, (up, down))
@@ -232,10 +229,10 @@ def _dynamics(axis: Axis, *operands: Resolved | str) -> tuple[int, tuple[int, in
 def _jog(
     axis: Axis,
     motion: MotionControl,
-    direction: Resolved | str,
-    *operands: Resolved | str,
+    direction: Given,
+    *operands: Given,
 ) -> None:
-    backwards = _word(axis.machine, direction, ("Forward", "Reverse")) == "REVERSE"
+    backwards = word_of(axis.machine, direction, ("Forward", "Reverse")) == "REVERSE"
     dynamics = _dynamics(axis, *operands[:6])
     if dynamics is None:
         motion.refuse(OUT_OF_RANGE)
@@ -244,7 +241,7 @@ def _jog(
     motion.set(DN=True, IP=True, AC=True)
 
 
-def _stop(axis: Axis, motion: MotionControl, *_others: Resolved | str) -> None:
+def _stop(axis: Axis, motion: MotionControl, *_others: Given) -> None:
     motion.set(DN=True, IP=True)
     axis.request(motion, HALT)
 
@@ -263,11 +260,9 @@ def _home(axis: Axis, motion: MotionControl) -> None:
         motion.set(DN=True, IP=True, AC=True)
 
 
-def _redefine(
-    axis: Axis, motion: MotionControl, kind: Resolved | str, _select: Resolved | str, position: Resolved
-) -> None:
-    units = _number(axis, position)
-    if _word(axis.machine, kind, REDEFINITIONS) == "RELATIVE":
+def _redefine(axis: Axis, motion: MotionControl, kind: Given, _select: Given, position: Resolved) -> None:
+    units = number_of(axis.machine, position)
+    if word_of(axis.machine, kind, REDEFINITIONS) == "RELATIVE":
         units += float(axis.tag["ActualPosition"])
     steps = axis.steps(units)
     if axis.status != STANDSTILL:
@@ -282,27 +277,29 @@ def _redefine(
 def _change(
     axis: Axis,
     motion: MotionControl,
-    kind: Resolved | str,
-    change_speed: Resolved | str,
+    kind: Given,
+    change_speed: Given,
     speed: Resolved,
-    change_up: Resolved | str,
+    change_up: Given,
     up: Resolved,
-    change_down: Resolved | str,
+    change_down: Given,
     down: Resolved,
-    *others: Resolved | str,
+    *others: Given,
 ) -> None:
     """Change the speed of a manual move; a move can't be changed."""
     words = _words_of(axis)
-    moving = axis.bit("JogStatus") and _word(axis.machine, kind, CHANGED_MOTION) == "JOG"
+    moving = axis.bit("JogStatus") and word_of(axis.machine, kind, CHANGED_MOTION) == "JOG"
     if not moving:
         motion.refuse(ILLEGAL_CHANGE)
         return
     speed_unit, up_unit, down_unit = (_unit(axis, each) for each in others[4:7])
-    changes = [_word(axis.machine, each, NO_YES) == "YES" for each in (change_speed, change_up, change_down)]
+    changes = [
+        word_of(axis.machine, each, NO_YES) == "YES" for each in (change_speed, change_up, change_down)
+    ]
     values = (
-        axis.speed(_number(axis, speed), speed_unit) if changes[0] else words[4] * 1000 + words[5],
-        axis.rate(_number(axis, up), up_unit) if changes[1] else words[6],
-        axis.rate(_number(axis, down), down_unit) if changes[2] else words[7],
+        axis.speed(number_of(axis.machine, speed), speed_unit) if changes[0] else words[4] * 1000 + words[5],
+        axis.rate(number_of(axis.machine, up), up_unit) if changes[1] else words[6],
+        axis.rate(number_of(axis.machine, down), down_unit) if changes[2] else words[7],
     )
     if None in values:
         motion.refuse(OUT_OF_RANGE)
@@ -313,8 +310,8 @@ def _change(
     motion.set(DN=True)
 
 
-def _unit(axis: Axis, operand: Resolved | str) -> str:
-    return _word(axis.machine, operand, RATE_UNITS)
+def _unit(axis: Axis, operand: Given) -> str:
+    return word_of(axis.machine, operand, RATE_UNITS)
 
 
 def _words_of(axis: Axis) -> list[int]:
@@ -338,7 +335,7 @@ ANSWERS: Mapping[str, tuple[Answer, bool]] = {
 """Function that begins each instruction, and whether it needs an axis that accepts motion."""
 
 
-def begin(axis: Axis, motion: MotionControl, name: str, operands: tuple[Resolved | str, ...]) -> None:
+def begin(axis: Axis, motion: MotionControl, name: str, operands: tuple[Given, ...]) -> None:
     """Begin an instruction with the operands after the axis and the control."""
     if name not in ANSWERS:  # in an add-on instruction, built before its arguments are known
         motion.refuse(ILLEGAL)

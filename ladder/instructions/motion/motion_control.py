@@ -5,11 +5,18 @@ from __future__ import annotations
 from dataclasses import replace
 
 from ...interpreter import Interpreter
-from ...model.operands import Constant, Group
+from ...model.operands import Constant, Group, Resolved
 from ...model.predefined.motion_types import MOTION_BITS
+from ...model.predefined.words import plain
 from ...model.types import DINT
 
-AXIS_NOT_CONFIGURED = 11
+SERVO_OFF, SHUT_DOWN, AXIS_NOT_CONFIGURED, OUT_OF_RANGE = 5, 7, 11, 13
+AXIS_FAULT, IN_MOTION, ILLEGAL_CHANGE, ILLEGAL = 20, 22, 23, 25
+QUEUE_FULL = 43
+"""Codes of ERR [MOTION-RM002, appendix "Error codes"]."""
+
+Given = Resolved | str
+"""An operand: a number, a tag, or a keyword."""
 
 
 class MotionControl:
@@ -38,11 +45,16 @@ class MotionControl:
     def ticket(self, value: int) -> None:
         self._machine.put(self._group.member("~ticket"), value)
 
-    def begin(self) -> None:
+    @property
+    def claim(self) -> int:
+        """Its own number and that of its request: what an ideal axis notes of it."""
+        return int(self._machine.get(self._group.member("~number"))) << 32 | self.ticket
+
+    def begin(self, ticket: int = 0) -> None:
         """Set the bits of a begun instruction."""
         self.set(EN=True, DN=False, ER=False, IP=False, PC=False, AC=False)
         self._fail(0)
-        self.ticket = 0
+        self.ticket = ticket
 
     def refuse(self, error: int) -> None:
         """Set the bits of a refused or failed instruction, with its ERR."""
@@ -51,3 +63,16 @@ class MotionControl:
 
     def _fail(self, error: int) -> None:
         self._machine.put(self._group.member("ERR"), error)
+
+
+def word_of(machine: Interpreter, operand: Given, words: tuple[str, ...]) -> str:
+    """Return a keyword operand in the form of `plain`; "" for a number beyond its list."""
+    if isinstance(operand, str):
+        return operand
+    number = int(machine.number(operand, DINT.bits))
+    return plain(words[number]) if 0 <= number < len(words) else ""
+
+
+def number_of(machine: Interpreter, operand: Given) -> float:
+    """Return a numeric operand; 0 for a keyword, which has none here."""
+    return 0.0 if isinstance(operand, str) else float(machine.number(operand, -1))

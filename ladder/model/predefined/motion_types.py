@@ -43,9 +43,9 @@ MOTION_INSTRUCTION = Structure(
         *(Member("ERR", INT), Member("STATUS", SINT), Member("STATE", SINT)),
         *(Member("SEGMENT", DINT), Member("EXERR", SINT)),
     ),
-    hidden=(Member("started_ns", LINT), Member("ticket", DINT)),
+    hidden=(Member("started_ns", LINT), *members(DINT, "ticket number")),
 )
-"""Status of a motion instruction; `ticket` is the number of its request to the axis."""
+"""Status of a motion instruction; `ticket` is the number of its request to the axis, `number` its own."""
 
 _MOTION_STATUS = (
     "AccelStatus DecelStatus MoveStatus JogStatus GearingStatus HomingStatus StoppingStatus AxisHomedStatus "
@@ -128,7 +128,21 @@ AXIS_MEMBERS: tuple[Member, ...] = (
     *members(DINT, _AXIS_NUMBERS),
 )
 
-_OF_AXES = (Member("position", LREAL), Member("shown_ns", LINT), Member("axis", DINT))
+_COURSE = (
+    *members(DINT, "kind"),
+    *members(LINT, "begun_ns claim"),
+    *members(LREAL, "entry speed up down up_share down_share"),
+)
+"""Course of an ideal axis or coordinate system, see `ideal_axis`: what is under way, since when, for which
+instruction, from which speed, and how."""
+
+_OF_AXES = (
+    *(Member("position", LREAL), Member("shown_ns", LINT), Member("axis", DINT), Member("active", BOOL)),
+    *_COURSE,
+    *members(LREAL, "start goal ratio seen watched"),
+    *members(DINT, "master watch"),
+    *members(LINT, "gear_claim watch_claim"),
+)
 
 _ANALOG_MEMBERS = tuple(
     Member("DriveFault", BOOL, at="ServoFault.9") if each.name == "DriveFault" else each
@@ -150,7 +164,7 @@ AXIS_TYPES: Mapping[str, Structure] = {
     **{name: Structure(name, _ANALOG_MEMBERS, hidden=_OF_AXES) for name in ("AXIS_SERVO", "AXIS_GENERIC")},
 }
 """The kinds of axis, by name; `position` is ActualPosition in double precision at `shown_ns`, `axis` the
-number of the axis in the rack, from 1; 0 if it has none."""
+number of the axis: above 0 on a 3601, below 0 an ideal one, whose state the other hidden members are."""
 
 
 def is_axis(kind: DataType) -> bool:
@@ -181,6 +195,13 @@ MOTION_GROUP = Structure(
     ),
 )
 
+_ENDS = (
+    *(Member(f"{end}{place}", LREAL) for end in ("from", "to", "next") for place in range(6)),
+    *members(LREAL, "next_speed next_up next_down next_up_share next_down_share"),
+    *members(LINT, "next_claim"),
+)
+"""Ends of a path, that of the pending one, and how it goes there."""
+
 COORDINATE_SYSTEM = Structure(
     "COORDINATE_SYSTEM",
     (
@@ -196,6 +217,7 @@ COORDINATE_SYSTEM = Structure(
         *members(REAL, "ActualPosition CommandPosition", 6),
         *members(REAL, "MovePercentComplete DynamicsPercent"),
     ),
+    hidden=(*_COURSE, *members(DINT, "number waiting"), *members(LINT, "transform"), *_ENDS),
 )
 
 CAM = Structure("CAM", (*members(REAL, "Master Slave"), Member("SegmentType", DINT)))

@@ -5,7 +5,7 @@
 | bytes, `<Data>3C 00</Data>` | all of the tag, see `raw` | first, where the order of bytes is known |
 | Decorated | members by name; zeros may be left out | else |
 | String | the characters of one string; of an array those of its first element | else |
-| Message, Alarm | members as attributes | else |
+| Message, Alarm, Axis | members as attributes | else |
 | L5K | members in their order, see `l5k` | else |
 
     <Structure DataType="Recipe">
@@ -57,8 +57,9 @@ def initial_of(
         return _decorated(inner, kind, dims, how)
     if "String" in found and isinstance(kind, Structure) and kind.is_string and not dims:
         return _cut(_quoted(found["String"]), kind) or None
-    if "Message" in found or "Alarm" in found:
-        return None if dims else _parameters(found.get("Message", found.get("Alarm")), kind)
+    for form in ("Message", "Alarm", "Axis"):
+        if form in found:
+            return None if dims else _parameters(found[form], kind)
     if "L5K" in found:
         return from_l5k("".join(found["L5K"].itertext()), kind, dims, how)
     if "String" in found and isinstance(kind, Structure) and kind.is_string:
@@ -205,7 +206,7 @@ def _flat(index: str, dims: tuple[int, ...]) -> int | None:
 
 
 def _parameters(element: Data | None, kind: DataType) -> Any:
-    """Return members given as attributes: `MessageParameters`, `AlarmDigitalParameters`."""
+    """Return members given as attributes: `MessageParameters`, `AxisParameters`."""
     inner = None if element is None else next(element.iterchildren("*"), None)
     if inner is None or not isinstance(kind, Structure):
         return None

@@ -334,6 +334,12 @@ MISTAKES = {
         48,
         "axes.Feed.slot = 9: this slot is empty: modules sit in 1, 2",
     ),
+    "a key of a 3601 without a slot": (
+        "[[force]]",
+        "[axes.Feed]\ncounts_per_unit = 10\n[[force]]",
+        48,
+        "axes.Feed.counts_per_unit = 10: this key is that of an axis with a slot",
+    ),
     "a slot of two axes": (
         "[[force]]",
         "[axes.Feed]\nslot = 2\n[axes.Cut]\nslot = 2\n[[force]]",

@@ -34,10 +34,10 @@ AS_THEIR_NEIGHBOURS = set(
     re.findall(
         "[A-Z]+",
         "MASR MDO MDS MCSV MDAC MGSD MGSR MGSP MDW MAOC MDOC MAAT MRAT MAHD MRHD MCCD MCSD MCSR MCT MCTP "
-        "MCTO MDCC MDSC",
+        "MDCC MDSC",
     )
 )
-"""Motion instructions that no axis here does: read and answered as those in `test_motion_rows`."""
+"""Motion instructions read and answered as those in `test_motion_rows` and `test_motion_ideal`."""
 
 WITHOUT_CAPTIONS = {"ISINF", "ISNAN", "RES"}
 NO_CALLS = {"MOD", "AND", "OR", "XOR", "NOT", "FOR", "SBR", "SWPB"}

@@ -55,19 +55,28 @@ def test_an_exported_rung_is_read_printed_and_run(rung):
     for engine in (program.compile(), program.interpret()):
         engine.tags.Go = True
         engine.step()
-        assert (engine.tags["M.EN"], engine.tags["M.ER"], engine.tags["M.ERR"]) == (True, True, 11)
+        assert engine.tags["M.EN"] is True
+        assert engine.tags["M.DN"] is not engine.tags["M.ER"]
 
 
-def test_an_axis_that_the_rack_does_not_have_is_warned_of():
+def test_an_ideal_axis_is_named_among_the_stubs():
     program = parse_program(f"PROGRAM p\n{TAGS}ROUTINE Main\nXIC(Go)MSO(Ax,M);\nEND\n")
+    assert (program.warnings, program.stubs_in_use) == (
+        (),
+        ("ideal axes = Ax, Master, Axes[0], Axes[1], C",),
+    )
+
+
+def test_what_an_ideal_axis_cannot_do_is_warned_of():
+    program = parse_program(f"PROGRAM p\n{TAGS}ROUTINE Main\nXIC(Go)MDF(Ax,M);\nEND\n")
     (warning,) = program.warnings
-    assert "Ax is not an axis of the rack: MSO ends with ER, and ERR 11, not configured" in str(warning)
+    assert "an ideal axis can't do MDF: it ends with ER, and ERR 25" in str(warning)
 
 
 def test_en_falls_with_the_rung_and_rises_again():
     """MOTION-RM002, MSO, "Rung-condition-in is false": EN is cleared if DN or ER is set."""
     seen = []
-    for engine in both(TAGS, "XIC(Go)MSO(Ax,M);"):
+    for engine in both(TAGS, "XIC(Go)MDF(Ax,M);"):
         for go in (0, 1, 1, 0, 1):
             engine.tags.Go = go
             engine.step()
@@ -77,7 +86,7 @@ def test_en_falls_with_the_rung_and_rises_again():
 
 def test_the_bits_lie_in_flags():
     """EN is bit 31, ER bit 28 of FLAGS."""
-    for engine in both(TAGS, "XIC(Go)MSO(Ax,M);"):
+    for engine in both(TAGS, "XIC(Go)MDF(Ax,M);"):
         engine.tags.Go = True
         engine.step()
         assert engine.tags["M.FLAGS"] & 0xFFFF_FFFF == 1 << 31 | 1 << 28

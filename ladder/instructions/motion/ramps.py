@@ -1,0 +1,150 @@
+r"""Courses of an ideal axis: speeds over time, as closed forms.
+
+    speed   |      ______            a ramp takes  T = change / (rate * (1 - share))
+            |     /      \           and goes      T * (begin + end) / 2
+            |____/________\____ time
+
+`share` is the part of a ramp's time in which the rate rises, and as much in which it falls again: 0 is a
+trapezoidal profile, 0.5 the S-curve of 100 % of time. A jerk in % of time is rate² / speed * (200 / % - 1),
+which reaches the rate after %/200 of the ramp [MOTION-RM002, "Profile Operand"].
+
+Everything is a function of the time since the begin, so nothing depends on how often it is asked.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+
+@dataclass(frozen=True, slots=True)
+class Dynamics:
+    """Speed and rates of a course, in units of the axis; each above 0 and finite."""
+
+    speed: float  # units/s
+    up: float  # acceleration, units/s²
+    down: float  # deceleration, units/s²
+    up_share: float = 0.0  # 0 to 0.5
+    down_share: float = 0.0
+
+    @property
+    def allowed(self) -> bool:
+        """Whether all numbers are in range."""
+        return all(0 < each < math.inf for each in (self.speed, self.up, self.down))
+
+
+class Phase(NamedTuple):
+    """A ramp, or a stretch of constant speed."""
+
+    seconds: float
+    begin: float  # units/s, with its sign
+    end: float
+    share: float = 0.0
+
+
+Phases = tuple[Phase, ...]
+
+
+class Instant(NamedTuple):
+    """An axis at a time of its course."""
+
+    travel: float  # units since the begin
+    speed: float  # units/s
+    change: int  # 1 accelerating, -1 decelerating, 0 neither
+    over: bool  # whether the phases are over; the last speed stays
+
+
+def shares(rate: float, jerk: float, speed: float) -> tuple[float, float]:
+    """Return the rate that a jerk in units/s³ allows on a ramp to a speed, and the share.
+
+    >>> shares(100.0, 1000.0, 20.0)  # 0.1 s of 0.3 s
+    (100.0, 0.3333333333333333)
+    >>> shares(100.0, 1000.0, 2.5)  # too short to reach the rate: 0.1 s in all, half of it rising
+    (50.0, 0.5)
+    """
+    if rate * rate < jerk * speed:
+        rising = rate / jerk
+        return rate, rising / (speed / rate + rising)
+    return math.sqrt(speed * jerk), 0.5
+
+
+def ramp(begin: float, end: float, dynamics: Dynamics) -> Phases:
+    """Return a change of speed; through zero it takes two ramps."""
+    if begin * end < 0:
+        return (*ramp(begin, 0.0, dynamics), *ramp(0.0, end, dynamics))
+    if abs(end) > abs(begin):
+        rate, share = dynamics.up, dynamics.up_share
+    else:
+        rate, share = dynamics.down, dynamics.down_share
+    return (Phase(abs(end - begin) / (rate * (1 - share)), begin, end, share),) if begin != end else ()
+
+
+def move(distance: float, speed: float, dynamics: Dynamics) -> Phases:
+    """Return a move over a distance from a present speed; one that goes too far comes back.
+
+    >>> [round(each.seconds, 3) for each in move(10.0, 0.0, Dynamics(5.0, 10.0, 5.0))]
+    [0.5, 1.25, 1.0]
+    """
+    way = 1.0 if distance >= 0 else -1.0
+    stop = ramp(speed, 0.0, dynamics)
+    stopping = length(stop)
+    if speed * way < 0 or abs(stopping) > abs(distance):
+        return (*stop, *move(distance - stopping, 0.0, dynamics)) if speed else ()
+    up, down = (
+        1 / (2 * rate * (1 - share))
+        for rate, share in ((dynamics.up, dynamics.up_share), (dynamics.down, dynamics.down_share))
+    )
+    peak = dynamics.speed
+    if abs(speed) < peak:
+        peak = min(peak, math.sqrt((abs(distance) + speed * speed * up) / (up + down)))
+    ramps = ramp(speed, way * peak, dynamics), ramp(way * peak, 0.0, dynamics)
+    left = abs(distance) - abs(length(ramps[0])) - abs(length(ramps[1]))
+    cruise = (Phase(left / peak, way * peak, way * peak),) if peak > 0 and left > 0 else ()
+    return (*ramps[0], *cruise, *ramps[1])
+
+
+def length(phases: Phases) -> float:
+    """Return the travel of phases."""
+    return sum(each.seconds * (each.begin + each.end) / 2 for each in phases)
+
+
+def at(phases: Phases, seconds: float, last: float = 0.0) -> Instant:
+    """Return the axis some seconds after the begin.
+
+    Args:
+        last: the speed after the phases.
+    """
+    travel = 0.0
+    for phase in phases:
+        if seconds < phase.seconds:
+            return _inside(phase, travel, seconds)
+        travel += phase.seconds * (phase.begin + phase.end) / 2
+        seconds -= phase.seconds
+    return Instant(travel + last * seconds, last, 0, True)
+
+
+def _inside(phase: Phase, travel: float, seconds: float) -> Instant:
+    part = seconds / phase.seconds
+    speed, way = _unit(part, phase.share)
+    change = phase.end - phase.begin
+    faster = (abs(phase.end) > abs(phase.begin)) - (abs(phase.end) < abs(phase.begin))
+    return Instant(
+        travel + phase.seconds * (phase.begin * part + change * way),
+        phase.begin + change * speed,
+        faster,
+        False,
+    )
+
+
+def _unit(part: float, share: float) -> tuple[float, float]:
+    """Return speed and travel of a ramp from 0 to 1 at a part of its time."""
+    if share <= 0:
+        return part, part * part / 2
+    if part > 0.5:
+        speed, way = _unit(1 - part, share)
+        return 1 - speed, part - 0.5 + way
+    peak = 1 / (1 - share)
+    if part < share:
+        return peak * part * part / (2 * share), peak * part**3 / (6 * share)
+    return peak * (part - share / 2), peak * (part * part - share * part + share * share / 3) / 2
