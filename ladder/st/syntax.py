@@ -190,7 +190,7 @@ class Syntax:
                 return "if", self._ended(*children)
 
     def _case(self, mark: Mark) -> tuple[str, list[Any]]:
-        children = [mark, self._expression(), self._take("OF")]
+        children: list[Any] = [mark, self._expression(), self._take("OF")]
         while self._next("NUMBER", "MINUS"):
             children.append(self._choice())
         if self._next("ELSE"):
