@@ -113,13 +113,20 @@ class RungWriter:
     def _write(self, step: LoweredStep, *power: str) -> str:
         if step.spec.write is not None:
             return step.spec.write(self, *power, *step.operands) or ""
-        frame = self.values.stores()
-        given = [str(step.site), *power, *([f"frame={frame}"] if frame else [])]
-        call = f"interpret({', '.join(given)})"
+        call = self._interpretation(*power)
         if step.kind is InstructionKind.INPUT or step.spec.decides:
             return self.values.keep(call)
         self.writer.line(call)
         return ""
+
+    def interpret(self) -> None:
+        """Write the call of the interpreter for the current instruction, one that acts when true."""
+        self.writer.line(self._interpretation())
+
+    def _interpretation(self, *power: str) -> str:
+        frame = self.values.stores()
+        given = [str(self.values.site), *power, *([f"frame={frame}"] if frame else [])]
+        return f"interpret({', '.join(given)})"
 
     def _input(self, step: LoweredStep, power: str) -> str:
         if _is_inline(step):

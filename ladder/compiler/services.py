@@ -11,6 +11,7 @@ from ..model.errors import LadderFault
 from ..model.operators import CALLED
 from ..model.spec import Use
 from ..model.types import TYPES, Elementary
+from ..state.characters import FUNCTIONS, read_string, store_string
 from ..state.lowered import BROKEN, LoweredProgram, LoweredStep, steps_of
 from ..state.memory import NOTHING, CompiledAddOnStore, Store, Value, set_text_in, text_in
 from ..state.regions import ArrayRegion, copy, fill, region_of
@@ -216,8 +217,12 @@ class Services:
 
 
 def interpreted_of(lowered: LoweredProgram) -> dict[int, LoweredStep]:
-    """Return the instructions without Python text, by site."""
-    return {step.site: step for step in _all_steps(lowered) if step.spec.write is None}
+    """Return the instructions without Python text, and those on strings that are not bytes, by site."""
+    return {
+        step.site: step
+        for step in _all_steps(lowered)
+        if step.spec.write is None or Use.TEXT in step.uses or Use.TEXT_TARGET in step.uses
+    }
 
 
 def _all_steps(lowered: LoweredProgram) -> Iterator[LoweredStep]:
@@ -234,7 +239,9 @@ def services(engine: Engine, regions: Regions, interpreted: Mapping[int, Lowered
     named["LadderFault"] = LadderFault
     if engine.scheduler is not None:
         named["rung_done"] = engine.scheduler.rung_done
-    named |= {"array": array, "chars": chars, "set_chars": set_chars}
+    named |= {"array": array, "chars": chars, "set_chars": set_chars, "faults": engine.fault_log}
+    named |= {"read_string": read_string, "store_string": store_string, "types": TYPES}
+    named |= {f"string_{name}": function for name, function in FUNCTIONS.items()}
     named["broken"] = BROKEN
     return named | CALLED
 

@@ -1,30 +1,19 @@
-"""String instructions, and conversions between strings and numbers.
-
-A string is LEN and DATA. Minor faults leave the destination unchanged, except 4/51 with a long result:
-
-| code | fault |
-|---|---|
-| 4/51 | LEN is above the size of DATA; the result is longer than the destination and is cut off |
-| 4/52 | the string of a number is longer than the destination |
-| 4/53 | the number in a string does not fit its destination |
-| 4/56 | a start or a quantity is not inside of the string |
-"""
+"""String instructions, and conversions between strings and numbers: rows of `state.characters`."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable
-from decimal import Decimal
+from typing import Any
 
+from ..compiler.rungs import RungWriter
 from ..interpreter import Interpreter
-from ..model import arithmetic
-from ..model.errors import SHORT_STRING_CODE, STRING_CODE, STRING_NUMBER_CODE, STRING_PLACE_CODE
+from ..model.errors import SHORT_STRING_CODE, STRING_CODE
+from ..model.operand_checks import is_string
 from ..model.operands import Group, Place, Resolved, StringConstant, width_of
 from ..model.spec import Spec, Use, action
+from ..model.types import DINT
+from ..state.characters import FUNCTIONS, fits, too_long
 from ..state.regions import converted
-
-_WHOLE = re.compile(rb"-?\d+")
-_DECIMAL = re.compile(rb"-?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 
 
 def _room(operand: Group) -> int:
@@ -33,180 +22,116 @@ def _room(operand: Group) -> int:
 
 def _read(machine: Interpreter, operand: Resolved) -> bytes | None:
     """Return the characters of a string; fault and return None if LEN exceeds the size of DATA."""
-    if not isinstance(operand, StringConstant):
-        assert isinstance(operand, Group)
+    if isinstance(operand, Group):
         length, room = machine.get(operand.member("LEN")), _room(operand)
         if length > room:
-            text = f"LEN of {operand.text} is {length}, DATA has {room} characters"
-            machine.fault_log.record(machine.site, text, STRING_CODE)
+            too_long(machine.fault_log, machine.site, operand.text, int(length), room)
             return None
     return machine.text(operand)
 
 
-def _read_both(machine: Interpreter, a: Resolved, b: Resolved) -> tuple[bytes, bytes] | None:
-    first, second = _read(machine, a), _read(machine, b)
-    return None if first is None or second is None else (first, second)
+def _value(machine: Interpreter, operand: Resolved, width: int | None) -> Any:
+    if isinstance(operand, (Group, StringConstant)):
+        return _read(machine, operand)
+    return machine.number(operand, width_of(operand) if width is None else width)
 
 
-def _store(machine: Interpreter, target: Group, value: bytes, code: int = STRING_CODE) -> None:
-    if len(value) > _room(target):
-        text = f"{len(value)} characters do not fit {target.text}, {_room(target)} do"
-        machine.fault_log.record(machine.site, text, code)
-        if code == SHORT_STRING_CODE:
-            return
-    machine.set_text(target, value)
+def _row(
+    name: str,
+    *uses: Use,
+    width: int | None = DINT.bits,
+    code: int = STRING_CODE,
+    found: Callable[[Interpreter, Place, Any], None] | None = None,
+) -> Spec:
+    """Return an instruction that stores a string, or what `found` does in the interpreter.
 
-
-def _misplaced(machine: Interpreter, text: str) -> None:
-    machine.fault_log.record(machine.site, text, STRING_PLACE_CODE)
-
-
-# --- CONCAT, INSERT: one string with another
-
-
-def _concat(machine: Interpreter, a: Resolved, b: Resolved, target: Group) -> None:
-    both = _read_both(machine, a, b)
-    if both is not None:
-        _store(machine, target, both[0] + both[1])
-
-
-def _insert(machine: Interpreter, a: Resolved, b: Resolved, start: Resolved, target: Group) -> None:
-    both, at = _read_both(machine, a, b), machine.integer(start)
-    if both is None:
-        return
-    into, inserted = both
-    if not 1 <= at <= len(into) + 1:
-        _misplaced(machine, f"start {at} is out of range, allowed are 1 to {len(into) + 1}")
-        return
-    _store(machine, target, into[: at - 1] + inserted + into[at - 1 :])
-
-
-# --- MID, DELETE: a part of a string
-
-
-def _part(machine: Interpreter, source: Resolved, quantity: Resolved, start: Resolved) -> slice | None:
-    """Return the start of a part; fault and return None if it is outside of the string."""
-    text, count, at = _read(machine, source), machine.integer(quantity), machine.integer(start)
-    if text is None:
-        return None
-    if not 1 <= at <= len(text) or count < 0 or at - 1 + count > len(text):
-        _misplaced(machine, f"{count} characters from {at} on are not inside of {len(text)} characters")
-        return None
-    return slice(at - 1, at - 1 + count)
-
-
-def _mid(machine: Interpreter, source: Resolved, quantity: Resolved, start: Resolved, target: Group) -> None:
-    part = _part(machine, source, quantity, start)
-    if part is not None:
-        _store(machine, target, machine.text(source)[part])
-
-
-def _delete(
-    machine: Interpreter, source: Resolved, quantity: Resolved, start: Resolved, target: Group
-) -> None:
-    part = _part(machine, source, quantity, start)
-    if part is not None:
-        text = machine.text(source)
-        _store(machine, target, text[: part.start] + text[part.stop :])
-
-
-# --- FIND: where a string lies in another, 0 if it does not
-
-
-def _find(machine: Interpreter, source: Resolved, search: Resolved, start: Resolved, result: Place) -> None:
-    both, at = _read_both(machine, source, search), machine.integer(start)
-    if both is None:
-        return
-    text, wanted = both
-    if not 1 <= at <= len(text):
-        _misplaced(machine, f"start {at} is out of range, allowed are 1 to {len(text)}")
-        return
-    machine.put(result, converted(result.type, text.find(wanted, at - 1) + 1))
-
-
-# --- STOD, STOR: the first number in a string
-
-
-def _number_in(pattern: re.Pattern[bytes]) -> Callable[[Interpreter, Resolved, Place], None]:
-    def run(machine: Interpreter, source: Resolved, target: Place) -> None:
-        text = _read(machine, source)
-        if text is None:
-            return
-        found = pattern.search(text)
-        if not text:
-            return  # an empty string leaves the destination alone
-        machine.clear_flags()
-        if machine.lowered.flags:
-            machine.set_status("S:C", True)
-        _store_number(machine, Decimal(found.group().decode()) if found else Decimal(0), target)
-
-    return run
-
-
-def _store_number(machine: Interpreter, value: Decimal, target: Place) -> None:
-    kind = target.type
-    if not kind.is_integer:
-        stored = converted(kind, float(value))
-        fits = arithmetic.finite(stored)
-    else:
-        stored = converted(kind, int(value))
-        fits = stored == int(value)
-    if not fits:
-        text = f"{value} does not fit {target.text}"
-        machine.fault_log.record(machine.site, text, STRING_NUMBER_CODE)
-    machine.put(target, stored)
-    machine.set_flags(stored)
-
-
-# --- DTOS, RTOS: a number as a string
-
-
-def _dtos(machine: Interpreter, source: Resolved, target: Group) -> None:
-    value = machine.number(source, width_of(source))
-    whole = arithmetic.whole(value) if isinstance(value, float) else int(value)
-    _store(machine, target, str(whole).encode(), SHORT_STRING_CODE)
-
-
-def _rtos(machine: Interpreter, source: Resolved, target: Group) -> None:
-    _store(machine, target, real_text(float(machine.number(source, 0))).encode(), SHORT_STRING_CODE)
-
-
-def real_text(value: float) -> str:
-    """Return a REAL with up to nine digits, which identify it; infinity is `1.$`.
-
-    >>> [real_text(arithmetic.real(value)) for value in (15.3001, 0.5, -2.0, 1e20, 1e39)]
-    ['15.3001003', '0.5', '-2.0', '1.00000002e+20', '1.$']
+    Args:
+        width: in which it computes numbers; None for their own.
+        code: of the fault if the result is too long.
     """
-    if value != value:
-        return "1.#QNAN"
-    if not arithmetic.finite(value):
-        return "1.$" if value > 0 else "-1.$"
-    text = f"{value:.9g}"
-    return text if "." in text or "e" in text else f"{text}.0"
+    function, typed = FUNCTIONS[name], found is _put_number
+
+    def run(machine: Interpreter, *operands: Resolved) -> None:
+        *sources, target = operands
+        values = [_value(machine, each, width) for each in sources]
+        if None in values:
+            return
+        kind = [target.type, target.text] if typed and isinstance(target, Place) else []
+        result = function(machine.fault_log, machine.site, *values, *kind)
+        if result is None:
+            return
+        if isinstance(target, Place):
+            assert found is not None
+            found(machine, target, result)
+        elif isinstance(target, Group) and fits(
+            machine.fault_log, machine.site, target.text, result, _room(target), code
+        ):
+            machine.set_text(target, result)
+
+    def write(rungs: RungWriter, *operands: Resolved) -> None:
+        in_bytes = all(_in_bytes(rungs, each) for each in operands if isinstance(each, Group))
+        if not in_bytes or (typed and rungs.writer.flags):
+            rungs.interpret()
+            return
+        *sources, target = operands
+        given = [_write_value(rungs, each, width) for each in sources]
+        read = [f"{text} is not None" for text, each in zip(given, sources, strict=True) if is_string(each)]
+        if typed and isinstance(target, Place):
+            given += [f"types[{target.type.name!r}]", repr(target.text)]
+        with rungs.writer.block(f"if {' and '.join(read) or 'True'}:"):
+            text = f"string_{name}(faults, {', '.join([str(rungs.values.site), *given])})"
+            result = rungs.values.keep(text)
+            with rungs.writer.block(f"if {result} is not None:"):
+                _write_result(rungs, target, result, code)
+
+    return action(name, *uses, run=run, write=write)
 
 
-# --- UPPER, LOWER
+def _write_value(rungs: RungWriter, operand: Resolved, width: int | None) -> str:
+    values = rungs.values
+    if isinstance(operand, Group):
+        return values.keep(f"read_string(faults, {values.site}, {values.string(operand)}, {operand.text!r})")
+    if isinstance(operand, StringConstant):
+        return values.keep(values.characters(operand))
+    return values.keep(values.term(operand, width_of(operand) if width is None else width).text)
 
 
-def _recased(name: str, change: Callable[[bytes], bytes]) -> Spec:
-    def run(machine: Interpreter, source: Resolved, target: Group) -> None:
-        text = _read(machine, source)
-        if text is not None:
-            _store(machine, target, change(text))
+def _write_result(rungs: RungWriter, target: Resolved, result: str, code: int) -> None:
+    values = rungs.values
+    if isinstance(target, Group):
+        place = f"{values.string(target)}, {target.text!r}"
+        rungs.writer.line(f"store_string(faults, {values.site}, {place}, {result}, {code})")
+    elif isinstance(target, Place):
+        narrow = target.type.is_integer and target.type.bits < DINT.bits
+        values.assign(target, f"wrap({result}, {target.type.wraps})" if narrow else result)
 
-    return action(name, Use.TEXT, Use.TEXT_TARGET, run=run)
+
+def _in_bytes(rungs: RungWriter, operand: Group) -> bool:
+    return rungs.writer.layout.byte_spot(operand.path) is not None
+
+
+def _put(machine: Interpreter, target: Place, result: int) -> None:
+    machine.put(target, converted(target.type, result))
+
+
+def _put_number(machine: Interpreter, target: Place, result: int | float) -> None:
+    machine.clear_flags()
+    if machine.lowered.flags:
+        machine.set_status("S:C", True)
+    machine.put(target, result)
+    machine.set_flags(result)
 
 
 # --- the rows
 
-CONCAT = action("CONCAT", Use.TEXT, Use.TEXT, Use.TEXT_TARGET, run=_concat)
-DELETE = action("DELETE", Use.TEXT, Use.INTEGER, Use.INTEGER, Use.TEXT_TARGET, run=_delete)
-FIND = action("FIND", Use.TEXT, Use.TEXT, Use.INTEGER, Use.INTEGER_TARGET, run=_find)
-INSERT = action("INSERT", Use.TEXT, Use.TEXT, Use.INTEGER, Use.TEXT_TARGET, run=_insert)
-MID = action("MID", Use.TEXT, Use.INTEGER, Use.INTEGER, Use.TEXT_TARGET, run=_mid)
-STOD = action("STOD", Use.TEXT, Use.TARGET, run=_number_in(_WHOLE))
-STOR = action("STOR", Use.TEXT, Use.TARGET, run=_number_in(_DECIMAL))
-DTOS = action("DTOS", Use.NUMBER, Use.TEXT_TARGET, run=_dtos)
-RTOS = action("RTOS", Use.NUMBER, Use.TEXT_TARGET, run=_rtos)
-UPPER = _recased("UPPER", bytes.upper)
-LOWER = _recased("LOWER", bytes.lower)
+CONCAT = _row("CONCAT", Use.TEXT, Use.TEXT, Use.TEXT_TARGET)
+DELETE = _row("DELETE", Use.TEXT, Use.INTEGER, Use.INTEGER, Use.TEXT_TARGET)
+FIND = _row("FIND", Use.TEXT, Use.TEXT, Use.INTEGER, Use.INTEGER_TARGET, found=_put)
+INSERT = _row("INSERT", Use.TEXT, Use.TEXT, Use.INTEGER, Use.TEXT_TARGET)
+MID = _row("MID", Use.TEXT, Use.INTEGER, Use.INTEGER, Use.TEXT_TARGET)
+STOD = _row("STOD", Use.TEXT, Use.TARGET, found=_put_number)
+STOR = _row("STOR", Use.TEXT, Use.TARGET, found=_put_number)
+DTOS = _row("DTOS", Use.NUMBER, Use.TEXT_TARGET, width=None, code=SHORT_STRING_CODE)
+RTOS = _row("RTOS", Use.NUMBER, Use.TEXT_TARGET, width=0, code=SHORT_STRING_CODE)
+UPPER = _row("UPPER", Use.TEXT, Use.TEXT_TARGET)
+LOWER = _row("LOWER", Use.TEXT, Use.TEXT_TARGET)

@@ -187,13 +187,14 @@ class PlaceValues:
         if isinstance(operand, StringConstant):
             return operand.value.encode("latin-1", errors="replace")
         assert isinstance(operand, Group)
-        store, _, first = self.end(operand)
-        return text_in(store, operand.layout, operand.path, first)
+        length = operand.member("LEN")
+        return text_in(self.store_of(length.leaf.root), operand.layout, operand.path, self._index(length))
 
     def set_text(self, target: Group, value: bytes) -> None:
         """Set a string to characters, truncated to its size."""
-        store, _, first = self.end(target)
-        set_text_in(store, target.layout, target.path, first, value)
+        length = target.member("LEN")
+        store = self.store_of(length.leaf.root)
+        set_text_in(store, target.layout, target.path, self._index(length), value)
 
     def end(self, operand: Resolved) -> End:
         """Return store, region and current first element of an operand."""

@@ -359,7 +359,7 @@ class Layout:
             wanted = re.sub(r"\W", "_", path, flags=re.ASCII).strip("_") or "tag"
         if keyword.iskeyword(wanted) or wanted in RESERVED or wanted[:1].isdigit():
             wanted += "_"
-        if wanted.startswith(("addon_", "jsr_")):
+        if wanted.startswith(("addon_", "jsr_", "string_")):
             wanted = f"tag_{wanted}"  # functions of the compiled program have such names
         ident, number = wanted, 1
         while ident in self._idents:
@@ -488,6 +488,10 @@ RESERVED = frozenset(
         "text",
         "set_text",
         "chars",
+        "faults",
+        "types",
+        "read_string",
+        "store_string",
         "set_chars",
         "bytes",
         "python",

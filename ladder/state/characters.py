@@ -1,0 +1,184 @@
+"""String instructions on characters, for both back ends: minor faults are recorded, None changes nothing.
+
+| code | fault |
+|---|---|
+| 4/51 | LEN is above the size of DATA; the result is longer than the destination and is cut off |
+| 4/52 | the string of a number is longer than the destination |
+| 4/53 | the number in a string does not fit its destination |
+| 4/56 | a start or a quantity is not inside of the string |
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from decimal import Decimal
+from typing import Any
+
+from ..model import arithmetic
+from ..model.errors import SHORT_STRING_CODE, STRING_CODE, STRING_NUMBER_CODE, STRING_PLACE_CODE
+from ..model.types import Elementary
+from .fault_log import FaultLog
+from .regions import converted
+from .tag_bytes import chars, set_chars
+
+_WHOLE = re.compile(rb"-?\d+")
+_DECIMAL = re.compile(rb"-?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
+
+
+def too_long(faults: FaultLog, site: int, tag: str, length: int, room: int) -> None:
+    """Record a LEN above the size of DATA."""
+    faults.record(site, f"LEN of {tag} is {length}, DATA has {room} characters", STRING_CODE)
+
+
+def read_string(faults: FaultLog, site: int, tag: Any, at: int, room: int, name: str) -> bytes | None:
+    """Return the characters of a STRING in bytes; fault and return None if LEN exceeds the size of DATA."""
+    if tag.i[at >> 2] > room:
+        too_long(faults, site, name, tag.i[at >> 2], room)
+        return None
+    return chars(tag, at, room)
+
+
+def store_string(
+    faults: FaultLog, site: int, tag: Any, at: int, room: int, name: str, value: bytes, code: int
+) -> None:
+    """Set a STRING in bytes to a result."""
+    if len(value) <= room or fits(faults, site, name, value, room, code):
+        set_chars(tag, at, room, value)
+
+
+def fits(faults: FaultLog, site: int, name: str, value: bytes, room: int, code: int) -> bool:
+    """Whether to store a result, perhaps cut off: a fault says what does not fit."""
+    if len(value) <= room:
+        return True
+    faults.record(site, f"{len(value)} characters do not fit {name}, {room} do", code)
+    return code != SHORT_STRING_CODE
+
+
+# --- CONCAT, INSERT: one string with another
+
+
+def concat(_faults: FaultLog, _site: int, a: bytes, b: bytes) -> bytes:
+    """Return both."""
+    return a + b
+
+
+def insert(faults: FaultLog, site: int, into: bytes, inserted: bytes, start: int) -> bytes | None:
+    """Return a string with another at a start from 1."""
+    if not 1 <= start <= len(into) + 1:
+        _misplaced(faults, site, f"start {start} is out of range, allowed are 1 to {len(into) + 1}")
+        return None
+    return into[: start - 1] + inserted + into[start - 1 :]
+
+
+# --- MID, DELETE: a part of a string
+
+
+def mid(faults: FaultLog, site: int, text: bytes, count: int, start: int) -> bytes | None:
+    """Return `count` characters from a start from 1."""
+    if not _is_part(faults, site, text, count, start):
+        return None
+    return text[start - 1 : start - 1 + count]
+
+
+def delete(faults: FaultLog, site: int, text: bytes, count: int, start: int) -> bytes | None:
+    """Return a string without these characters."""
+    if not _is_part(faults, site, text, count, start):
+        return None
+    return text[: start - 1] + text[start - 1 + count :]
+
+
+def _is_part(faults: FaultLog, site: int, text: bytes, count: int, start: int) -> bool:
+    if 1 <= start <= len(text) and count >= 0 and start - 1 + count <= len(text):
+        return True
+    _misplaced(faults, site, f"{count} characters from {start} on are not inside of {len(text)} characters")
+    return False
+
+
+def _misplaced(faults: FaultLog, site: int, text: str) -> None:
+    faults.record(site, text, STRING_PLACE_CODE)
+
+
+# --- FIND: where a string lies in another, 0 if it does not
+
+
+def find(faults: FaultLog, site: int, text: bytes, wanted: bytes, start: int) -> int | None:
+    """Return the place of a string in another, from 1; 0 if it is not in it from the start on."""
+    if not 1 <= start <= len(text):
+        _misplaced(faults, site, f"start {start} is out of range, allowed are 1 to {len(text)}")
+        return None
+    return text.find(wanted, start - 1) + 1
+
+
+# --- UPPER, LOWER
+
+
+def upper(_faults: FaultLog, _site: int, text: bytes) -> bytes:
+    """Return capitals."""
+    return text.upper()
+
+
+def lower(_faults: FaultLog, _site: int, text: bytes) -> bytes:
+    """Return small letters."""
+    return text.lower()
+
+
+# --- DTOS, RTOS: a number as a string
+
+
+def dtos(_faults: FaultLog, _site: int, value: int | float) -> bytes:
+    """Return an integer as text."""
+    return b"%d" % (arithmetic.whole(value) if isinstance(value, float) else value)
+
+
+def rtos(_faults: FaultLog, _site: int, value: float) -> bytes:
+    """Return a REAL as text."""
+    return real_text(float(value)).encode()
+
+
+def real_text(value: float) -> str:
+    """Return a REAL with up to nine digits, which identify it; infinity is `1.$`.
+
+    >>> [real_text(arithmetic.real(value)) for value in (15.3001, 0.5, -2.0, 1e20, 1e39)]
+    ['15.3001003', '0.5', '-2.0', '1.00000002e+20', '1.$']
+    """
+    if value != value:
+        return "1.#QNAN"
+    if not arithmetic.finite(value):
+        return "1.$" if value > 0 else "-1.$"
+    text = f"{value:.9g}"
+    return text if "." in text or "e" in text else f"{text}.0"
+
+
+# --- STOD, STOR: the first number in a string
+
+
+def stod(faults: FaultLog, site: int, text: bytes, kind: Elementary, name: str) -> int | float | None:
+    """Return the first integer as a value of a type; None of an empty string."""
+    return _number(faults, site, _WHOLE, text, kind, name)
+
+
+def stor(faults: FaultLog, site: int, text: bytes, kind: Elementary, name: str) -> int | float | None:
+    """Return the first decimal number as a value of a type; None of an empty string."""
+    return _number(faults, site, _DECIMAL, text, kind, name)
+
+
+def _number(
+    faults: FaultLog, site: int, pattern: re.Pattern[bytes], text: bytes, kind: Elementary, name: str
+) -> int | float | None:
+    if not text:
+        return None
+    found = pattern.search(text)
+    value = Decimal(found.group().decode()) if found else Decimal(0)
+    exact = int(value) if kind.is_integer else float(value)
+    stored = converted(kind, exact)
+    if not (stored == exact if kind.is_integer else arithmetic.finite(stored)):
+        faults.record(site, f"{value} does not fit {name}", STRING_NUMBER_CODE)
+    return stored
+
+
+FUNCTIONS: Mapping[str, Callable[..., Any]] = {
+    each.__name__.upper(): each
+    for each in (concat, delete, dtos, find, insert, lower, mid, rtos, stod, stor, upper)
+}
+"""What each instruction computes, by its name."""
