@@ -17,8 +17,7 @@ subscripts only it has `COMPUTED` elements.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Iterable, Mapping
 
 from ..instructions import BY_NAME
 from ..model.predefined.block_types import BLOCKS
@@ -28,7 +27,6 @@ from ..model.predefined.motion_types import (
     COORDINATE_SYSTEM,
     MOTION_GROUP,
     MOTION_INSTRUCTION,
-    is_axis,
 )
 from ..model.predefined.safety_types import SAFETY
 from ..model.predefined.structures import HMIBC, SERIAL_PORT_CONTROL
@@ -74,7 +72,6 @@ from ..model.types import (
     FBD_COUNTER,
     FBD_ONESHOT,
     FBD_TIMER,
-    LINT,
     MESSAGE,
     PID,
     REAL,
@@ -82,18 +79,9 @@ from ..model.types import (
     TIMER,
     DataType,
     Elementary,
-    Member,
     Structure,
 )
-
-COMPUTED = 100
-"""Elements of an array with a computed subscript."""
-
-COMPUTED_EACH = 16
-"""Elements per dimension of a multi-dimensional array with computed subscripts."""
-
-MOST = 20_000
-"""Maximum elements from a constant subscript."""
+from .guess import COMPUTED, MOST, Guess, add_kind
 
 CODE = 4
 """Maximum characters of a number: `MOV('A',Code)`."""
@@ -129,7 +117,7 @@ _BLOCKS: Mapping[str, DataType] = {
 
 _REGIONS = frozenset({Use.SOURCE, Use.DESTINATION, Use.ARRAY, Use.TABLE})
 _MAY_BE_TEXT = frozenset({Use.TEXT_OR_NUMBER, Use.TEXT_OR_NUMBER_TARGET})
-_MAY_BE_STRUCTURES = _MAY_BE_TEXT | {Use.SOURCE, Use.DESTINATION, Use.ITEM, Use.ITEM_TARGET}
+_MAY_BE_STRUCTURES = _MAY_BE_TEXT | {Use.SOURCE, Use.DESTINATION, Use.ITEM, Use.ITEM_TARGET, Use.ARRAY}
 _NAMES = frozenset({Use.LABEL, Use.MODE, Use.ROUTINE, Use.PASSES})
 _BY_MEMBERS = (
     *(TIMER, COUNTER, CONTROL, STRING, MOTION_INSTRUCTION, MESSAGE),
@@ -147,88 +135,6 @@ Missing = Callable[[str, Address], tuple[str, tuple[Step, ...]] | None]
 """Returns the key of an undeclared address in a program and the remaining steps, None if declared."""
 
 
-@dataclass(slots=True)
-class Guess:
-    """The evidence for the type of a tag or member."""
-
-    name: str
-    structures: tuple[Structure, ...] = ()  # candidates with all its members
-    members: dict[str, Guess] = field(default_factory=dict)  # by name in capitals
-    lengths: list[int] = field(default_factory=list)  # of its dimensions, from subscripts
-    votes: list[DataType] = field(default_factory=list)  # types that its uses require
-    weak: list[DataType] = field(default_factory=list)  # types that its uses suggest
-    bit: int = -1  # the highest accessed bit, -1 without one
-
-    def member(self, name: str) -> Guess:
-        """Return a member, created if new."""
-        return self.members.setdefault(name.upper(), Guess(name, self.structures))
-
-    def subscripts(self, step: SubscriptStep) -> None:
-        """Note subscripts."""
-        while len(self.lengths) < len(step.indices):
-            self.lengths.append(0)
-        for place, index in enumerate(step.indices):
-            length = COMPUTED if len(step.indices) == 1 else COMPUTED_EACH
-            if isinstance(index, Number) and isinstance(index.value, int):
-                length = min(max(index.value, 0), MOST - 1) + 1
-            self.lengths[place] = max(self.lengths[place], length)
-
-    @property
-    def dims(self) -> tuple[int, ...]:
-        """Its dimensions."""
-        return tuple(max(1, each) for each in self.lengths[:3])
-
-    def type(self, path: str) -> DataType:
-        """Return its type."""
-        if self.needed is not None:
-            return self._with_members(self.needed, path)
-        if self.members:
-            return self._structure(path)
-        if self.bit >= 0:
-            return LINT if self.bit > 31 else DINT
-        for votes in (self.votes, self.weak):
-            for kind in (BOOL, REAL, LINT, DINT):
-                if kind in votes:
-                    return kind
-            if votes:
-                return votes[0]
-        return DINT
-
-    @property
-    def asks_for_structure(self) -> bool:
-        """Whether a use of it or of a member requires a structure."""
-        asks = self.needed is not None or self.weak == [STRING]
-        return asks or any(each.asks_for_structure for each in self.members.values())
-
-    @property
-    def needed(self) -> DataType | None:
-        """The structure that a use requires, None without one."""
-        return next((each for each in self.votes if isinstance(each, Structure)), None)
-
-    def _with_members(self, needed: DataType, path: str) -> DataType:
-        """Add the undocumented members in use to an axis type; return any other type unchanged."""
-        if not isinstance(needed, Structure) or not is_axis(needed):
-            return needed
-        added = tuple(each for each in self._own(path) if needed.member(each.name) is None)
-        return replace(needed, members=needed.members + added) if added else needed
-
-    def fits(self, member: Member | None) -> bool:
-        """Whether its uses match a member of a type."""
-        if member is None or bool(member.dims) != bool(self.lengths):
-            return False
-        return BOOL not in self.votes or member.type is BOOL
-
-    def _structure(self, path: str) -> Structure:
-        for each in self.structures if ":" not in self.name else ():
-            if all(guess.fits(each.member(guess.name)) for guess in self.members.values()):
-                return each
-        return Structure(path, tuple(self._own(path)))
-
-    def _own(self, path: str) -> Iterator[Member]:
-        for each in self.members.values():
-            yield Member(each.name, each.type(f"{path}_{each.name}"), each.dims)
-
-
 class Guesses:
     """Collects the uses of undeclared tags."""
 
@@ -244,6 +150,7 @@ class Guesses:
         self._of_call, self._specs = of_call, specs
         self._structures = (*_BY_MEMBERS, *structures)
         self.found: dict[str, Guess] = {}
+        self._copies: list[tuple[Guess, Guess]] = []
         self._again = False
 
     def read_all(self, routines: Iterable[tuple[str, Routine]]) -> None:
@@ -255,6 +162,9 @@ class Guesses:
             self._again = True
             if not any(guess.asks_for_structure for guess in self.found.values()):
                 break
+        for one, other in self._copies:
+            if one.is_bare != other.is_bare and (one.root.members or other.root.members):
+                one.same_as(other)
 
     def read(self, program: str, routine: Routine) -> None:
         """Collect the uses in a routine."""
@@ -280,6 +190,7 @@ class Guesses:
             if not (place < len(uses) and (uses[place] in _NAMES or _is_of_structure(uses[place])))
         ]
         partner = self._partner(program, others)
+        found: dict[int, Guess] = {}
         for place, operand in enumerate(instruction.operands):
             use = uses[place] if place < len(uses) else Use.PARAMETERS
             self._inside(program, operand)
@@ -290,10 +201,25 @@ class Guesses:
                     self.argument(program, operand, *handed[place])
                     continue
                 here = self._address(program, operand, *self._wanted(use, instruction, partner))
-                if here is not None and use in _REGIONS:
+                if here is None:
+                    continue
+                found[place] = here
+                if use in _REGIONS:
                     self._region(here, operand, instruction)
+                elif not _ends_in_element(operand):
+                    here.single = True
             elif isinstance(operand, Operation):
                 self._operation(program, operand, partner, bits=use in _BITS)
+        if len(found) > 1 and 1 in found and 0 in found:
+            self._pair(instruction, found[0], found[1])
+
+    def _pair(self, instruction: Instruction, one: Guess, other: Guess) -> None:
+        """Note that an instruction moves one type: into a queue, or by a copy that alone tells it."""
+        queue = instruction.name in ("FFL", "FFU", "LFL", "LFU")
+        if queue:
+            one.same_as(other)
+        elif instruction.name in ("COP", "CPS"):
+            self._copies.append((one, other))
 
     def _attribute(self, program: str, instruction: Instruction) -> None:
         """Note a use by GSV or SSV: the tag, the attribute as its member, and the other tag."""
@@ -342,8 +268,8 @@ class Guesses:
         length = counted.value if isinstance(counted, Number) and isinstance(counted.value, int) else 0
         if instruction.name == "SIZE" or isinstance(counted, Unknown):
             length = COMPUTED
-        if 1 < length <= MOST and not here.members and (not here.lengths or _ends_in_element(operand)):
-            here.lengths[:1] = [max(length, *here.lengths[:1])] if here.lengths else [length]
+        if 1 < length <= MOST and (not here.lengths or _ends_in_element(operand)):
+            here.copied = max(here.copied, length)
 
     def _partner(self, program: str, operands: Iterable[Operand]) -> DataType | None:
         """Return the type that the other operands suggest: REAL, a string or a structure; else None."""
@@ -358,7 +284,7 @@ class Guesses:
             return STRING if len(operand.value) > CODE else None
         if isinstance(operand, Operation):
             kinds = [self._kind(program, each) for each in operand.operands]
-            return REAL if REAL in kinds else None
+            return REAL if REAL in kinds else BOOL if BOOL in kinds and operand.name in _LOGICAL else None
         if not isinstance(operand, Address):
             return None
         is_bit = bool(operand.steps) and isinstance(operand.steps[-1], BitStep)
@@ -377,8 +303,10 @@ class Guesses:
             member = kind.member(step.name) if isinstance(kind, Structure) else None
             here = here.members.get(step.name.upper()) if here else None
             kind = member.type if member is not None else here.needed if here else None
-        likely = self._again and here is not None and kind is None and here.weak == [STRING]
-        return STRING if likely else kind
+        if here is None or kind is not None:
+            return kind
+        likely = self._again and here.root.weak == [STRING]
+        return STRING if likely else BOOL if BOOL in here.root.votes else None
 
     def _statement(self, program: str, statement: Statement) -> None:
         if isinstance(statement, Invocation):
@@ -401,7 +329,7 @@ class Guesses:
     def _assignment(self, program: str, statement: Assignment) -> None:
         value, target = statement.value, statement.target
         kind = self._kind(program, target) or self._kind(program, value)
-        logical = isinstance(value, Operation) and (value.name in (*_RELATIONS, "NOT") or kind is BOOL)
+        logical = isinstance(value, Operation) and (_is_truth(value) or kind is BOOL)
         if isinstance(kind, Structure):
             self._address(program, target, kind, None)
         else:
@@ -432,6 +360,13 @@ class Guesses:
                     inner = (step.index,)
                 for each in inner:
                     self._operation(program, each, None, bits=False)
+                    self._index(program, each)
+
+    def _index(self, program: str, index: Operand) -> None:
+        """Note that a subscript is an integer, whatever it is beside elsewhere."""
+        for address in [index] if isinstance(index, Address) else addresses_in(index):
+            if not (address.steps and isinstance(address.steps[-1], BitStep)):
+                self._address(program, address, DINT, None)
 
     # --- addresses
 
@@ -444,7 +379,10 @@ class Guesses:
             return None
         name, steps = missing
         here = self.found.setdefault(name.upper(), Guess(name, self._structures))
+        element = False
         for step in steps:
+            here.single = here.single or not (element or isinstance(step, SubscriptStep | WordStep))
+            element = isinstance(step, SubscriptStep | WordStep)
             if isinstance(step, MemberStep):
                 here = here.member(step.name)
             elif isinstance(step, SubscriptStep):
@@ -453,12 +391,12 @@ class Guesses:
                 here.subscripts(SubscriptStep((Number(step.index, str(step.index)),)))
             else:
                 index = step.index if isinstance(step, SlashStep) else _bit_of(step)
-                here.bit = max(here.bit, index)
+                here.root.bit = max(here.root.bit, index)
                 return None
         if needed is not None:
-            _add(here.votes, needed)
+            add_kind(here.root.votes, needed)
         elif likely is not None:
-            _add(here.weak, likely)
+            add_kind(here.root.weak, likely)
         return here
 
 
@@ -468,12 +406,6 @@ def _is_code(instruction: Instruction) -> bool:
 
 def _is_of_structure(use: Use) -> bool:
     return isinstance(BY_USE.get(use), Structure)
-
-
-def _add(votes: list[DataType], kind: DataType) -> None:
-    """Add a type once: a tag may have thousands of uses."""
-    if all(each is not kind for each in votes):
-        votes.append(kind)
 
 
 def _ends_in_element(address: Address) -> bool:
@@ -489,6 +421,13 @@ def _is_logical(operand: Operand) -> bool:
         return False
     numbers = any(isinstance(each, Number) for each in operand.operands)
     return operand.name in _RELATIONS or (operand.name in _LOGICAL and not numbers)
+
+
+def _is_truth(value: Operation) -> bool:
+    """Whether the value of an assignment is a bit, to judge by its operators."""
+    return value.name in (*_RELATIONS, "NOT") or (
+        value.name in _LOGICAL and any(map(_is_logical, value.operands))
+    )
 
 
 def _is_word(operand: Address) -> bool:

@@ -1,0 +1,162 @@
+"""The evidence for the type of an undeclared tag: a tree of its members, see `type_inference`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from itertools import zip_longest
+
+from ..model.predefined.motion_types import is_axis
+from ..model.tree import Number, SubscriptStep
+from ..model.types import BOOL, DINT, LINT, REAL, STRING, DataType, Member, Structure
+
+COMPUTED = 100
+"""Elements of an array with a computed subscript."""
+
+COMPUTED_EACH = 16
+"""Elements per dimension of a multi-dimensional array with computed subscripts."""
+
+MOST = 20_000
+"""Maximum elements from a constant subscript."""
+
+
+@dataclass(slots=True)
+class Guess:
+    """The evidence for the type of a tag or member."""
+
+    name: str
+    structures: tuple[Structure, ...] = ()  # candidates with all its members
+    members: dict[str, Guess] = field(default_factory=dict)  # by name in capitals
+    lengths: list[int] = field(default_factory=list)  # of its dimensions, from subscripts
+    votes: list[DataType] = field(default_factory=list)  # types that its uses require
+    weak: list[DataType] = field(default_factory=list)  # types that its uses suggest
+    bit: int = -1  # the highest accessed bit, -1 without one
+    copied: int = 0  # elements that COP and the like name, 0 without such a use
+    single: bool = False  # whether a use takes it whole, and is not of an array
+    twin: Guess | None = None  # has the evidence of both, see `same_as`
+    _made: DataType | None = None
+
+    @property
+    def root(self) -> Guess:
+        """Where its evidence is: itself, or the last of its twins."""
+        here = self
+        while here.twin is not None:
+            here = here.twin
+        return here
+
+    def same_as(self, other: Guess) -> None:
+        """Note that both have one type: the element of a queue and what is loaded into it."""
+        here, there = self.root, other.root
+        todo = [(here, there)]
+        while todo:
+            one, two = todo.pop()
+            if one is two:
+                continue
+            two.twin = one
+            one.bit = max(one.bit, two.bit)
+            for kinds, more in ((one.votes, two.votes), (one.weak, two.weak)):
+                for kind in more:
+                    add_kind(kinds, kind)
+            for name, member in two.members.items():
+                if name in one.members:
+                    mine = one.members[name]
+                    mine.lengths = _longest(mine.lengths, member.lengths)
+                    todo.append((mine.root, member.root))
+                else:
+                    one.members[name] = member
+
+    @property
+    def is_bare(self) -> bool:
+        """Whether nothing but copies and subscripts tells its type."""
+        here = self.root
+        return not here.members and here.bit < 0 and not here.votes and here.weak in ([], [DINT])
+
+    def member(self, name: str) -> Guess:
+        """Return a member, created if new."""
+        here = self.root
+        return here.members.setdefault(name.upper(), Guess(name, here.structures))
+
+    def subscripts(self, step: SubscriptStep) -> None:
+        """Note subscripts."""
+        while len(self.lengths) < len(step.indices):
+            self.lengths.append(0)
+        for place, index in enumerate(step.indices):
+            length = COMPUTED if len(step.indices) == 1 else COMPUTED_EACH
+            if isinstance(index, Number) and isinstance(index.value, int):
+                length = min(max(index.value, 0), MOST - 1) + 1
+            self.lengths[place] = max(self.lengths[place], length)
+
+    @property
+    def dims(self) -> tuple[int, ...]:
+        """Its dimensions: of its subscripts, else those of a copy if no other use takes it whole."""
+        lengths = self.lengths
+        if self.copied and (lengths or not self.single):
+            lengths = [max([self.copied, *lengths[:1]]), *lengths[1:]]
+        return tuple(max(1, each) for each in lengths[:3])
+
+    def type(self, path: str) -> DataType:
+        """Return its type; `path` is the name of a structure of its members."""
+        here = self.root
+        if here._made is None:
+            here._made = here._type(path)
+        return here._made
+
+    def _type(self, path: str) -> DataType:
+        if self.needed is not None:
+            return self._with_members(self.needed, path)
+        if self.members:
+            return self._structure(path)
+        if self.bit >= 0:
+            return LINT if self.bit > 31 else DINT
+        for votes in (self.votes, self.weak):
+            for kind in (BOOL, REAL, LINT, DINT):
+                if kind in votes:
+                    return kind
+            if votes:
+                return votes[0]
+        return DINT
+
+    @property
+    def asks_for_structure(self) -> bool:
+        """Whether a use of it or of a member requires a structure."""
+        here = self.root
+        asks = here.needed is not None or here.weak == [STRING]
+        return asks or any(each.asks_for_structure for each in here.members.values())
+
+    @property
+    def needed(self) -> DataType | None:
+        """The structure that a use requires, None without one."""
+        return next((each for each in self.root.votes if isinstance(each, Structure)), None)
+
+    def _with_members(self, needed: DataType, path: str) -> DataType:
+        """Add the undocumented members in use to an axis type; return any other type unchanged."""
+        if not isinstance(needed, Structure) or not is_axis(needed):
+            return needed
+        added = tuple(each for each in self._own(path) if needed.member(each.name) is None)
+        return replace(needed, members=needed.members + added) if added else needed
+
+    def fits(self, member: Member | None) -> bool:
+        """Whether its uses match a member of a type."""
+        if member is None or bool(member.dims) != bool(self.dims):
+            return False
+        return BOOL not in self.root.votes or member.type is BOOL
+
+    def _structure(self, path: str) -> Structure:
+        for each in self.structures if ":" not in self.name else ():
+            if all(guess.fits(each.member(guess.name)) for guess in self.members.values()):
+                return each
+        return Structure(path, tuple(self._own(path)))
+
+    def _own(self, path: str) -> Iterator[Member]:
+        for each in self.members.values():
+            yield Member(each.name, each.type(f"{path}_{each.name}"), each.dims)
+
+
+def add_kind(kinds: list[DataType], kind: DataType) -> None:
+    """Add a type once: a tag may have thousands of uses."""
+    if all(each is not kind for each in kinds):
+        kinds.append(kind)
+
+
+def _longest(some: list[int], others: list[int]) -> list[int]:
+    return [max(pair) for pair in zip_longest(some, others, fillvalue=0)]
