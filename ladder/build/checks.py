@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 from ...io_images.image import WORDS
 from ...io_images.site import Site
 from ..instructions.motion import ideal_moves, ideal_systems
 from ..instructions.motion.motion_3601 import ANSWERS
 from ..model.errors import Problem
-from ..model.operands import Constant, Group, Place, first_leaf
+from ..model.operand_checks import described
+from ..model.operands import Constant, Group, Place, Resolved, first_leaf
 from ..model.schedule import TaskKind
 from ..model.spec import Use
 from ..model.stubs import ALL_MESSAGES, Ending, InPython, Power, stub_of
@@ -206,18 +207,42 @@ def _call_problem(lowered: LoweredProgram, call: Call) -> tuple[str, str] | None
         names = [each.name for each in lowered.routines.values()]
         names += list(lowered.functions)
         return f"there is no routine {call.routine}", f"routines are {', '.join(names)}"
-    wanted = len(target.parameters or ())
-    if wanted != len(call.inputs):
-        return f"{target.name} takes {wanted} inputs, {len(call.inputs)} are given", "make SBR and JSR agree"
+    parameters = target.parameters or ()
+    if len(parameters) > len(call.inputs):
+        text = f"{target.name} takes {len(parameters)} inputs, {len(call.inputs)} are given"
+        return text, "make SBR and JSR agree"
+    wrong = _other_type(zip(call.inputs, parameters, strict=False))
+    if wrong:
+        return f"{target.name} takes {wrong[1]}, {wrong[0]} is passed", "make SBR and JSR agree"
     for line in target.lines:
         for step in steps_of(line.nodes):
-            if step.name == "RET" and len(step.operands) < len(call.returns):
-                return (
-                    f"RET in {target.unit} {line.number} of {target.name} returns "
-                    f"{len(step.operands)} values, {len(call.returns)} are wanted",
-                    "make RET and JSR agree",
-                )
+            if step.name != "RET":
+                continue
+            at = f"RET in {target.unit} {line.number} of {target.name} returns"
+            if len(step.operands) < len(call.returns):
+                text = f"{at} {len(step.operands)} values, {len(call.returns)} are wanted"
+                return text, "make RET and JSR agree"
+            wrong = _other_type(zip(step.operands, call.returns, strict=False))
+            if wrong:
+                return f"{at} {wrong[0]}, {wrong[1]} is wanted", "make RET and JSR agree"
     return None
+
+
+def _other_type(pairs: Iterable[tuple[Resolved, Resolved]]) -> tuple[str, str] | None:
+    """Return what is given and what is taken where structures or arrays differ first."""
+    for given, taken in pairs:
+        kinds = _whole(given), _whole(taken)
+        if kinds[0] != kinds[1] and (isinstance(given, Group) or isinstance(taken, Group)):
+            return kinds
+    return None
+
+
+def _whole(parameter: Resolved) -> str:
+    """Return the type of a parameter with its dimensions: `Rec`, `INT[5]`, a number as it is."""
+    if not isinstance(parameter, Place | Group):
+        return described(parameter)
+    dims = ",".join(map(str, parameter.dims)) if isinstance(parameter, Group) else ""
+    return f"{parameter.type.name}[{dims}]" if dims else parameter.type.name
 
 
 def calls_of(routine: LoweredRoutine) -> list[str]:

@@ -7,8 +7,9 @@ from dataclasses import dataclass, field, replace
 from itertools import zip_longest
 
 from ..model.predefined.motion_types import is_axis
-from ..model.tree import Number, SubscriptStep
-from ..model.types import BOOL, DINT, LINT, REAL, STRING, DataType, Member, Structure
+from ..model.tags import Tag
+from ..model.tree import Address, BitStep, MemberStep, Number, SubscriptStep
+from ..model.types import BOOL, DINT, INT, LINT, REAL, STRING, DataType, Member, Structure
 
 COMPUTED = 100
 """Elements of an array with a computed subscript."""
@@ -160,3 +161,19 @@ def add_kind(kinds: list[DataType], kind: DataType) -> None:
 
 def _longest(some: list[int], others: list[int]) -> list[int]:
     return [max(pair) for pair in zip_longest(some, others, fillvalue=0)]
+
+
+def type_at(tag: Tag, address: Address) -> DataType | None:
+    """Return the type of an address in a tag, None for a bit and for a member that there is not."""
+    kind: DataType = tag.type
+    for step in address.steps:
+        if isinstance(step, MemberStep):
+            member = kind.member(step.name) if isinstance(kind, Structure) else None
+            if member is None:
+                return None
+            kind = member.type
+        elif isinstance(step, BitStep):
+            return None
+        elif not isinstance(step, SubscriptStep):
+            return INT
+    return kind

@@ -29,6 +29,7 @@ from .addon import AddOn, specs_of
 from .bound_axes import Axes, lower_axes, prescan_axes, run_axes
 from .checks import ALLOWANCES, check_whole, recursive_routines, uses_of_stubs, warnings_of
 from .dialects import DIALECTS, HOOKS, LOGIX, SLC
+from .guess import type_at
 from .lowering import Lowering
 from .storage import choose_bytes
 from .type_inference import Guesses
@@ -183,13 +184,17 @@ class LadderLogic(ABC):
             is_known = name.upper() in known[program] or name.upper() in STATUS_FLAGS or is_image(name)
             return None if is_known or not name else (name, address.steps)
 
+        tags = {part.name: _tags(self, part) for part in parts}
+
+        def known_type(program: str, address: Address) -> DataType | None:
+            tag = tags[program].get(address.name.upper())
+            return None if tag is None else type_at(tag, address)
+
         specs = specs_of(self.add_ons, self.stubs)
-        guesses = Guesses(
-            missing, lambda _program, _address: None, self._operands_of, specs, self._structures()
-        )
+        guesses = Guesses(missing, known_type, self._operands_of, specs, self._structures())
         guesses.read_all((part.name, routine) for part in parts for routine in part.routines)
         self.declared_missing = [
-            Tag(each.name, each.type(f"{each.name.replace(':', '_')}_type"), each.dims)
+            Tag(each.name, each.type(re.sub(r"\W", "_", f"{each.name}_type")), each.dims)
             for each in guesses.found.values()
         ]
         for tag in self.declared_missing:
@@ -402,6 +407,13 @@ def times(count: int) -> str:
     ('once', 'twice', '2,000 times')
     """
     return {1: "once", 2: "twice"}.get(count, f"{count:,} times")
+
+
+def _tags(*scopes: LadderLogic) -> dict[str, Tag]:
+    """Return the tags of scopes by name in capitals; the last scope hides those before it."""
+    return {
+        each.name.upper(): each for scope in scopes for each in scope.declarations if isinstance(each, Tag)
+    }
 
 
 def declared(tag: Tag) -> str:

@@ -82,6 +82,7 @@ from ..model.types import (
     Structure,
 )
 from .guess import COMPUTED, MOST, Guess, add_kind
+from .parameter_pairs import ParameterPairs
 
 CODE = 4
 """Maximum characters of a number: `MOV('A',Code)`."""
@@ -151,6 +152,7 @@ class Guesses:
         self._structures = (*_BY_MEMBERS, *structures)
         self.found: dict[str, Guess] = {}
         self._copies: list[tuple[Guess, Guess]] = []
+        self._parameters = ParameterPairs()
         self._again = False
 
     def read_all(self, routines: Iterable[tuple[str, Routine]]) -> None:
@@ -162,17 +164,33 @@ class Guesses:
             self._again = True
             if not any(guess.asks_for_structure for guess in self.found.values()):
                 break
-        for one, other in self._copies:
-            if one.is_bare != other.is_bare and (one.root.members or other.root.members):
-                one.same_as(other)
+        for program, one, other in self._parameters:
+            self._alike(program, one, other)
+        for copied, into in self._copies:
+            if copied.is_bare != into.is_bare and (copied.root.members or into.root.members):
+                copied.same_as(into)
 
     def read(self, program: str, routine: Routine) -> None:
         """Collect the uses in a routine."""
-        for rung in routine.rungs:
-            for instruction in instructions_of(rung.series):
-                self._instruction(program, instruction)
+        called = [each for rung in routine.rungs for each in instructions_of(rung.series)]
         for statement in statements_in(routine.statements or ()):
             self._statement(program, statement)
+            if isinstance(statement, Invocation):
+                called.append(statement.instruction)
+        for instruction in called:
+            self._instruction(program, instruction)
+            if not self._again:
+                self._parameters.note(program, routine.name, instruction)
+
+    def _alike(self, program: str, one: Operand, other: Operand) -> None:
+        """Give two operands one type if one of them is a structure."""
+        kinds = self._kind(program, one), self._kind(program, other)
+        kind = next((each for each in kinds if isinstance(each, Structure)), None)
+        if not isinstance(one, Address) or not isinstance(other, Address):
+            return
+        found = [self._address(program, each, kind, None) for each in (one, other)]
+        if found[0] is not None and found[1] is not None and (found[0].root.members or found[1].root.members):
+            found[0].same_as(found[1])
 
     # --- instructions and statements
 
@@ -246,6 +264,8 @@ class Guesses:
             return BY_USE[use], None
         if use is Use.RESETTABLE:
             return None, TIMER
+        if use is Use.PARAMETERS:
+            return None, None
         if use in _MAY_BE_STRUCTURES and isinstance(partner, Structure):
             return partner, None
         if use in _MAY_BE_TEXT:
@@ -310,7 +330,6 @@ class Guesses:
 
     def _statement(self, program: str, statement: Statement) -> None:
         if isinstance(statement, Invocation):
-            self._instruction(program, statement.instruction)
             return
         for operand in operands_in(statement):
             self._inside(program, operand)

@@ -12,8 +12,8 @@ from ..model.operators import CALLED
 from ..model.spec import Use
 from ..model.types import TYPES, Elementary
 from ..state.characters import FUNCTIONS, read_string, store_string
-from ..state.lowered import BROKEN, LoweredProgram, LoweredStep, steps_of
-from ..state.memory import NOTHING, CompiledAddOnStore, Store, Value, set_text_in, text_in
+from ..state.lowered import BROKEN, LoweredProgram, LoweredStep, parameters_of, passes_groups, steps_of
+from ..state.memory import NOTHING, CompiledAddOnStore, Passed, Store, Value, set_text_in, text_in
 from ..state.regions import ArrayRegion, copy, fill, region_of
 from ..state.tag_bytes import chars, set_chars
 
@@ -36,6 +36,18 @@ class Services:
         interpreter = self._engine.interpreter
         interpreter.now_ns, interpreter.frame = self._engine.now_ns, frame
         return interpreter.execute(self._interpreted[site], power)
+
+    def passed(self, site: int, number: int) -> Passed:
+        """Return a structure or an array that an instruction passes, as bytes."""
+        interpreter = self._engine.interpreter
+        interpreter.frame, interpreter.site = NOTHING, site
+        return interpreter.value(parameters_of(self._interpreted[site])[0][number])
+
+    def received(self, site: int, number: int, value: Passed) -> None:
+        """Set a structure or an array from a parameter."""
+        interpreter = self._engine.interpreter
+        interpreter.frame, interpreter.site = NOTHING, site
+        interpreter.take(parameters_of(self._interpreted[site])[1][number : number + 1], (value,))
 
     def postscan(self, routine: str) -> None:
         """Postscan a routine, in capitals, see `Interpreter.postscan`."""
@@ -196,7 +208,7 @@ class Services:
         """Set a string of an add-on instruction to characters."""
         set_text_in(store, self._frames[frame].layout, path, at, value)
 
-    def python(self, name: str, inputs: Sequence[Value]) -> Sequence[Value]:
+    def python(self, name: str, inputs: Sequence[Passed]) -> Sequence[Passed]:
         """Call a routine in Python."""
         return self._engine.call_python(name, inputs)
 
@@ -217,11 +229,14 @@ class Services:
 
 
 def interpreted_of(lowered: LoweredProgram) -> dict[int, LoweredStep]:
-    """Return the instructions without Python text, and those on strings that are not bytes, by site."""
+    """Return the instructions that are interpreted, and those that pass strings or structures, by site."""
     return {
         step.site: step
         for step in _all_steps(lowered)
-        if step.spec.write is None or Use.TEXT in step.uses or Use.TEXT_TARGET in step.uses
+        if step.spec.write is None
+        or Use.TEXT in step.uses
+        or Use.TEXT_TARGET in step.uses
+        or passes_groups(step)
     }
 
 

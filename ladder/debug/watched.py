@@ -16,7 +16,7 @@ from ..model.operands import Calculation, Place
 from ..model.spec import InstructionKind
 from ..model.tags import OWN, Leaf
 from ..state.lowered import Body, LoweredLine, LoweredRoutine, LoweredStep, Node, Parallel
-from ..state.memory import NOTHING, InterpretedAddOnStore, Memory, Value, same
+from ..state.memory import NOTHING, InterpretedAddOnStore, Memory, Passed, Value, same
 from ..state.tag_bytes import TagBytes
 from .forces import ForcedValue, Forces, HeldBytes, HeldList, held_values, in_lists, in_variables
 
@@ -174,7 +174,7 @@ class WatchedInterpreter(Interpreter):
         finally:
             self.mode = outer
 
-    def _lines(self, routine: LoweredRoutine, inputs: Sequence[Value]) -> None:
+    def _lines(self, routine: LoweredRoutine, inputs: Sequence[Passed]) -> None:
         self._routines.append(routine.name.upper())
         silent, self._silent = self._silent, 0
         heads, self.heads = self.heads, []
@@ -184,7 +184,7 @@ class WatchedInterpreter(Interpreter):
             self._silent, self.heads = silent, heads
             self._routines.pop()
 
-    def _line(self, line: LoweredLine, inputs: Sequence[Value], *, statement: bool = False) -> bool:
+    def _line(self, line: LoweredLine, inputs: Sequence[Passed], *, statement: bool = False) -> bool:
         running = _CurrentRung(self._routines[-1], line)
         self.running.append(running)
         try:
@@ -199,7 +199,7 @@ class WatchedInterpreter(Interpreter):
         left = not running.truth  # by EXIT or RETURN, or because of a fault
         return (left or running.truth[-1] or self.truths.get(key, (False,))[-1],)
 
-    def _inside(self, head: LoweredLine, body: Body, inputs: Sequence[Value]) -> None:
+    def _inside(self, head: LoweredLine, body: Body, inputs: Sequence[Passed]) -> None:
         """Record the condition of a body with the values that it read."""
         (step,) = head.nodes
         assert isinstance(step, LoweredStep)

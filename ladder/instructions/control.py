@@ -9,13 +9,13 @@ from ..compiler.rungs import RungWriter
 from ..interpreter import Interpreter
 from ..model.arithmetic import wrap
 from ..model.operand_checks import OperandError, described
-from ..model.operands import DOUBLE, Place, Resolved, is_integer
+from ..model.operands import DOUBLE, Group, Place, Resolved, is_integer
 from ..model.spec import Use, action, always, condition, stays
 from ..model.tags import OVERRIDE
 from ..model.tree import Address, Number, Operand
 from ..model.types import DINT
 from ..state.lowered import BROKEN, Call, OperandResolver
-from ..state.memory import Value
+from ..state.memory import Passed
 
 
 def _write_jmp(rungs: RungWriter, label: str) -> None:
@@ -44,15 +44,25 @@ def _resolve_jsr(resolver: OperandResolver, given: tuple[Operand, ...]) -> tuple
         count = int(number.value)
     if count == 0 and [str(each) for each in given[2:]] == ["0"]:
         given = given[:2]  # JSR(Sub,0,0), as some exports have it: neither inputs nor returns
-    inputs = tuple(map(resolver.value, given[2 : 2 + count]))
-    return (Call(routine, inputs, tuple(map(resolver.target, given[2 + count :]))),)
+    inputs = tuple(_input(resolver, each) for each in given[2 : 2 + count])
+    return (Call(routine, inputs, tuple(_output(resolver, each) for each in given[2 + count :])),)
+
+
+def _input(resolver: OperandResolver, operand: Operand) -> Resolved:
+    is_group = isinstance(resolver.any(operand), Group)
+    return resolver.checked(Use.SOURCE, operand) if is_group else resolver.value(operand)
+
+
+def _output(resolver: OperandResolver, operand: Operand) -> Place | Group:
+    is_group = isinstance(resolver.any(operand), Group)
+    return resolver.checked(Use.DESTINATION, operand) if is_group else resolver.target(operand)
 
 
 def _jsr(machine: Interpreter, call: Call) -> None:
     machine.take(call.returns, _call(machine, call))
 
 
-def _call(machine: Interpreter, call: Call) -> tuple[Value, ...]:
+def _call(machine: Interpreter, call: Call) -> tuple[Passed, ...]:
     inputs = [machine.value(each) for each in call.inputs]
     recursive = call.routine in machine.lowered.recursive
     if recursive:
@@ -85,7 +95,7 @@ def _once(machine: Interpreter, routine: str, scan: Callable[[str], None]) -> No
 @contextmanager
 def _writing_call(rungs: RungWriter, call: Call) -> Iterator[str]:
     """Write the lines around a call; yield text for each returned value."""
-    inputs = "".join(f"{_plain(rungs, each)}, " for each in call.inputs)
+    inputs = "".join(f"{_plain(rungs, number, each)}, " for number, each in enumerate(call.inputs))
     if call.routine in rungs.writer.lowered.functions:
         text = f"python({call.routine!r}, ({inputs}))"
     else:
@@ -107,15 +117,21 @@ def _write_jsr(rungs: RungWriter, call: Call) -> None:
             rungs.writer.line(text)
     for number, place in enumerate(call.returns):
         with rungs.writer.block(f"if len({answers}) > {number}:"):
-            _take(rungs, place, f"{answers}[{number}]")
+            _take(rungs, number, place, f"{answers}[{number}]")
 
 
-def _plain(rungs: RungWriter, operand: Resolved) -> str:
+def _plain(rungs: RungWriter, number: int, operand: Resolved) -> str:
+    """Return text for the value of a parameter, by its number among those that go its way."""
+    if isinstance(operand, Group):
+        return f"passed({rungs.values.site}, {number})"
     return rungs.values.leaf_term(operand, DOUBLE).text  # `answer` rounds it
 
 
-def _take(rungs: RungWriter, place: Place, text: str) -> None:
+def _take(rungs: RungWriter, number: int, place: Place | Group, text: str) -> None:
     """Write a parameter to its tag."""
+    if isinstance(place, Group):
+        rungs.writer.line(f"received({rungs.values.site}, {number}, {text})")
+        return
     rungs.values.clear_flags()
     kind = place.type
     value = rungs.values.keep(f"answer({rungs.values.site}, {text}, {kind.name!r})")
@@ -129,7 +145,7 @@ def _take(rungs: RungWriter, place: Place, text: str) -> None:
 
 
 def _resolve_ret(resolver: OperandResolver, given: tuple[Operand, ...]) -> tuple[Resolved, ...]:
-    return tuple(map(resolver.value, given))
+    return tuple(_input(resolver, each) for each in given)
 
 
 def _ret(machine: Interpreter, *values: Resolved) -> None:
@@ -137,21 +153,22 @@ def _ret(machine: Interpreter, *values: Resolved) -> None:
 
 
 def _write_ret(rungs: RungWriter, *values: Resolved) -> None:
-    rungs.writer.line(f"return ({''.join(f'{_plain(rungs, each)}, ' for each in values)})")
+    listed = "".join(f"{_plain(rungs, number, each)}, " for number, each in enumerate(values))
+    rungs.writer.line(f"return ({listed})")
 
 
-def _resolve_sbr(resolver: OperandResolver, given: tuple[Operand, ...]) -> tuple[Place, ...]:
-    return tuple(map(resolver.target, given))
+def _resolve_sbr(resolver: OperandResolver, given: tuple[Operand, ...]) -> tuple[Place | Group, ...]:
+    return tuple(_output(resolver, each) for each in given)
 
 
-def _sbr(machine: Interpreter, *places: Place) -> bool:
+def _sbr(machine: Interpreter, *places: Place | Group) -> bool:
     machine.take(places, machine.inputs)
     return True
 
 
-def _write_sbr(rungs: RungWriter, *places: Place) -> str:
+def _write_sbr(rungs: RungWriter, *places: Place | Group) -> str:
     for number, place in enumerate(places):
-        _take(rungs, place, f"given[{number}]")
+        _take(rungs, number, place, f"given[{number}]")
     return "True"
 
 
@@ -160,6 +177,8 @@ def _write_sbr(rungs: RungWriter, *places: Place) -> str:
 
 def _resolve_for(resolver: OperandResolver, given: tuple[Operand, ...]) -> tuple[object, ...]:
     routine = _routine(resolver, given[0])
+    if len(given) < 5:
+        given = (*given, Number(1, "1"))  # some exports leave the step out
     index, *values = resolver.target(given[1]), *map(resolver.value, given[2:])
     for operand, resolved in zip(given[1:], (index, *values), strict=True):
         if not is_integer(resolved):
@@ -279,6 +298,7 @@ FOR = action(
     Use.INTEGER,
     Use.INTEGER,
     Use.INTEGER,
+    optional=1,
     resolve=_resolve_for,
     run=_for,
     write=_write_for,

@@ -11,11 +11,11 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import NoReturn
 
-from ..model.errors import LadderFault, OutOfLinesError
+from ..model.errors import LadderError, LadderFault, OutOfLinesError
 from ..model.operands import Constant, Group, Place, Resolved, first_leaf, place_of
 from ..model.spec import InstructionKind
 from ..model.tags import OVERRIDE, OWN
-from ..model.types import count_of
+from ..model.types import count_of, size_of
 from ..state.fault_log import FaultLog
 from ..state.lowered import (
     Act,
@@ -32,11 +32,12 @@ from ..state.lowered import (
     Selection,
     steps_of,
 )
-from ..state.memory import InterpretedAddOnStore, Memory, Value
+from ..state.memory import InterpretedAddOnStore, Memory, Passed, Value
 from ..state.scheduler import Scheduler
+from .files import Elements
 from .values import PlaceValues
 
-Caller = Callable[[str, Sequence[Value]], Sequence[Value]]
+Caller = Callable[[str, Sequence[Passed]], Sequence[Passed]]
 """Calls a routine in Python: name in capitals, values in; returns the values out."""
 
 
@@ -50,7 +51,7 @@ class _Jump(Exception):  # noqa: N818 - control flow, not an error
 
 
 class _Return(Exception):  # noqa: N818
-    def __init__(self, values: tuple[Value, ...]) -> None:
+    def __init__(self, values: tuple[Passed, ...]) -> None:
         self.values = values
 
 
@@ -65,7 +66,7 @@ class Interpreter(PlaceValues):
         self, lowered: LoweredProgram, memory: Memory, fault_log: FaultLog, call_python: Caller
     ) -> None:
         super().__init__(lowered, memory, fault_log)
-        self.inputs: Sequence[Value] = ()  # arguments of the current routine
+        self.inputs: Sequence[Passed] = ()  # arguments of the current routine
         self.selected: Value = 0  # selector of the current CASE
         self.scheduler: Scheduler | None = None  # of a controller; None if a scan calls one routine
         self.prescanned: set[str] = set()  # recursive routines in prescan or postscan, in capitals
@@ -90,7 +91,7 @@ class Interpreter(PlaceValues):
         finally:
             self.now_ns = before
 
-    def run(self, name: str, inputs: Sequence[Value]) -> tuple[Value, ...]:
+    def run(self, name: str, inputs: Sequence[Passed]) -> tuple[Passed, ...]:
         """Run a routine; return its results."""
         if name in self.lowered.functions:
             return tuple(self._call_python(name, inputs))
@@ -101,7 +102,7 @@ class Interpreter(PlaceValues):
             return back.values
         return ()
 
-    def _lines(self, routine: LoweredRoutine, inputs: Sequence[Value]) -> None:
+    def _lines(self, routine: LoweredRoutine, inputs: Sequence[Passed]) -> None:
         if routine.body is not None:
             self._body(routine.body, inputs)
             return
@@ -118,7 +119,7 @@ class Interpreter(PlaceValues):
                     self.fault_log.jumped_back(jump.site)
                 number = target
 
-    def _line(self, line: LoweredLine, inputs: Sequence[Value], *, statement: bool = False) -> bool:
+    def _line(self, line: LoweredLine, inputs: Sequence[Passed], *, statement: bool = False) -> bool:
         """Run a rung or statement outside of MCR; return the power after it."""
         self._count()
         power = statement or not (self.lowered.override and self.status(OVERRIDE))
@@ -158,7 +159,7 @@ class Interpreter(PlaceValues):
 
     # --- structured text
 
-    def _body(self, body: Body, inputs: Sequence[Value]) -> None:
+    def _body(self, body: Body, inputs: Sequence[Passed]) -> None:
         for each in body:
             if isinstance(each, Act):
                 self._line(each.line, inputs, statement=True)
@@ -169,18 +170,18 @@ class Interpreter(PlaceValues):
             else:
                 self._loop(each, inputs)
 
-    def _inside(self, _head: LoweredLine, body: Body, inputs: Sequence[Value]) -> None:
+    def _inside(self, _head: LoweredLine, body: Body, inputs: Sequence[Passed]) -> None:
         """Run the body of a statement."""
         self._body(body, inputs)
 
-    def _arms(self, arms: Arms, inputs: Sequence[Value]) -> None:
+    def _arms(self, arms: Arms, inputs: Sequence[Passed]) -> None:
         for line, body in arms.arms:
             if self._line(line, inputs, statement=True):
                 self._inside(line, body, inputs)
                 return
         self._inside(arms.arms[-1][0], arms.otherwise, inputs)
 
-    def _selection(self, selection: Selection, inputs: Sequence[Value]) -> None:
+    def _selection(self, selection: Selection, inputs: Sequence[Passed]) -> None:
         self._line(selection.line, inputs, statement=True)
         value = self.selected
         for ranges, body in selection.choices:
@@ -191,7 +192,7 @@ class Interpreter(PlaceValues):
                     return
         self._inside(selection.line, selection.otherwise, inputs)
 
-    def _loop(self, loop: Loop, inputs: Sequence[Value]) -> None:
+    def _loop(self, loop: Loop, inputs: Sequence[Passed]) -> None:
         if loop.start is not None:
             self._line(loop.start, inputs, statement=True)
         try:
@@ -215,11 +216,11 @@ class Interpreter(PlaceValues):
         """Continue at the rung with that label."""
         raise _Jump(label, self.site)
 
-    def leave(self, values: tuple[Value, ...]) -> NoReturn:
+    def leave(self, values: tuple[Passed, ...]) -> NoReturn:
         """Leave the routine with results."""
         raise _Return(values)
 
-    def call(self, name: str, inputs: Sequence[Value]) -> tuple[Value, ...]:
+    def call(self, name: str, inputs: Sequence[Passed]) -> tuple[Passed, ...]:
         """Run a routine for the current instruction; return its results."""
         site, own = self.site, self.inputs
         answers = self.run(name, inputs)
@@ -269,15 +270,31 @@ class Interpreter(PlaceValues):
             bit = self.subscript(operand.bit, leaf.type.bits, operand.text)
         return InterpretedAddOnStore(self.memory, path + rest, first * inner + flat, left, bit)
 
-    def value(self, operand: Resolved) -> Value:
-        """Return a value to pass to a routine."""
+    def value(self, operand: Resolved) -> Passed:
+        """Return a value to pass to a routine; of a structure or an array its bytes."""
+        if isinstance(operand, Group):
+            elements = Elements(self, operand)
+            return b"".join(map(elements.take, range(count_of(operand.dims))))
         return operand.value if isinstance(operand, Constant) else self.get(place_of(operand))
 
-    def take(self, places: Sequence[Place], values: Sequence[Value]) -> None:
+    def take(self, places: Sequence[Place | Group], values: Sequence[Passed]) -> None:
         """Set tags to arguments or results, as many as both have."""
         for place, value in zip(places, values, strict=False):
+            if isinstance(place, Group):
+                self._take_group(place, value)
+                continue
             self.clear_flags()
-            self.store(place, value)
+            self.store(place, value)  # type: ignore[arg-type]  # `checks` pairs bytes with structures
+
+    def _take_group(self, group: Group, data: Passed) -> None:
+        """Set a structure or an array from the bytes of another one of its type."""
+        elements, count = Elements(self, group), count_of(group.dims)
+        size = size_of(group.type)
+        if not isinstance(data, bytes) or len(data) != size * count:
+            text = f"a routine in Python returned {data!r} for {group.text}"
+            raise LadderError(f"{text}, which takes {size * count} bytes")
+        for number in range(count):
+            elements.put(number, data[number * size : (number + 1) * size])
 
     def copy_parameters(self, copies: tuple[tuple[Node, ...], ...], *, prescan: bool = False) -> None:
         """Run the rungs that copy parameters; in prescan, skip a subscript out of range."""

@@ -33,8 +33,12 @@ from .tree import (
 )
 
 NAME = re.compile(r"[A-Za-z_]\w*")
-TAG_NAME = r"[A-Za-z_]\w*(?:(?::\d{1,5})?:(?:[IOCSiocs]|[Ss][IOCioc])\d{0,2}(?!\w))?"
-"""Names that a tag may have: `Run`, and those of modules: `Rack:3:O`, `Drive:I1`, `Local:1:C`, `Gate:SI`."""
+_OF_MODULE = r"(?::\d{1,5})?:(?:[IOCSiocs]|[Ss][IOCioc])\d{0,2}(?!\w)"
+TAG_NAME = rf"(?:[A-Za-z_]\w*(?:{_OF_MODULE})?|&\w+{_OF_MODULE})"
+"""Names that a tag may have: `Run`, and those of modules: `Rack:3:O`, `Drive:I1`, `Local:1:C`, `Gate:SI`.
+
+Exports print `&4DA5D0F8:I` for a module without a name.
+"""
 
 TAG_BASE = rf"[Ss]:[A-Za-z]+|\\[A-Za-z_]\w*\.[A-Za-z_]\w*|{TAG_NAME}"
 r"""Regular expression of the beginning of an address: a tag, `S:FS`, `\Program.Tag`."""

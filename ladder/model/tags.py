@@ -357,9 +357,9 @@ class Layout:
         wanted = path.replace(".", "_")
         if not wanted.isidentifier() or wanted[0] == "_" or wanted[-1] == "_" or not wanted.isascii():
             wanted = re.sub(r"\W", "_", path, flags=re.ASCII).strip("_") or "tag"
-        if keyword.iskeyword(wanted) or wanted in RESERVED or wanted[:1].isdigit():
+        if keyword.iskeyword(wanted) or wanted in RESERVED:
             wanted += "_"
-        if wanted.startswith(("addon_", "jsr_", "string_")):
+        if wanted[0].isdigit() or wanted.startswith(("addon_", "jsr_", "string_")):
             wanted = f"tag_{wanted}"  # functions of the compiled program have such names
         ident, number = wanted, 1
         while ident in self._idents:
@@ -497,6 +497,9 @@ RESERVED = frozenset(
         "python",
         "answer",
         "interpret",
+        "passed",
+        "received",
+        "postscan",
         "broken",
         *CALLED,
         "program",

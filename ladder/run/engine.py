@@ -17,7 +17,7 @@ from ..model.errors import STACK_CODE, LadderFault, MinorFault, ScanEndedError
 from ..model.tags import program_of, scoped
 from ..state.fault_log import FaultLog
 from ..state.lowered import LoweredProgram
-from ..state.memory import Memory, Value
+from ..state.memory import Memory, Passed, Value
 from ..state.scheduler import Scheduler
 from .view import Tags
 from .whereabouts import Compiled, whereabouts
@@ -62,7 +62,7 @@ class Engine:
             name: "jsr" in inspect.signature(function).parameters
             for name, function in lowered.functions.items()
         }
-        self.call_routine: Callable[[str, Sequence[Value]], Sequence[Value]] = self.interpreter.run
+        self.call_routine: Callable[[str, Sequence[Passed]], Sequence[Passed]] = self.interpreter.run
         self._scan = scanner(self) if scanner else self.interpreter.scan  # a scanner has its own call_routine
         self._rack: object = None
         self._program_tags: dict[str, Tags] = {}
@@ -137,7 +137,7 @@ class Engine:
         self._scan(now_ns)
         self.memory.write(self._first_scan, 0, False)
 
-    def call_python(self, name: str, inputs: Sequence[Value]) -> Sequence[Value]:
+    def call_python(self, name: str, inputs: Sequence[Passed]) -> Sequence[Passed]:
         """Call a routine in Python with the tags, the inputs, and `jsr` if it has that parameter."""
         function = self.lowered.functions[name]
         program = program_of(name)
@@ -159,11 +159,11 @@ class Engine:
             known = self._program_tags[program] = Tags(self.lowered, self.memory, program)
         return known
 
-    def jsr(self, routine: str, *inputs: Value) -> tuple[Value, ...]:
+    def jsr(self, routine: str, *inputs: Value) -> tuple[Passed, ...]:
         """Call a routine by its full name; return its results."""
         return self._jsr_in("", routine, *inputs)
 
-    def _jsr_in(self, program: str, routine: str, *inputs: Value) -> tuple[Value, ...]:
+    def _jsr_in(self, program: str, routine: str, *inputs: Value) -> tuple[Passed, ...]:
         """Call a routine by name from Python."""
         name = scoped(program, routine).upper()
         target = self.lowered.routines.get(name)

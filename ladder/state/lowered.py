@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -20,8 +20,8 @@ class Call:
     """Operands of JSR: the routine in capitals, its arguments, the tags of its results."""
 
     routine: str
-    inputs: tuple[Resolved, ...]
-    returns: tuple[Place, ...]
+    inputs: tuple[Resolved, ...]  # a structure or an array is a `Group`, which goes by value as bytes
+    returns: tuple[Place | Group, ...]
 
 
 class _BreakResult(tuple[Any, ...]):
@@ -199,7 +199,7 @@ class LoweredRoutine:
     name: str
     lines: tuple[LoweredLine, ...]  # its rungs; of structured text all lines in text order
     labels: Mapping[str, int]  # rung number by label in capitals
-    parameters: tuple[Place, ...] | None  # tags of SBR, None without SBR
+    parameters: tuple[Place | Group, ...] | None  # tags of SBR, None without SBR
     body: Body | None = None  # its statements; None in a routine of rungs
     frame: str = ""  # its add-on instruction, in capitals; "" in a program
 
@@ -271,6 +271,21 @@ class LoweredProgram:
     def defaults(self) -> Mapping[str, Presets]:
         """Initial values from rungs of add-on instructions, by add-on in capitals, path and index."""
         return {name: frame.presets for name, frame in self.frames.items() if frame.presets}
+
+
+def parameters_of(step: LoweredStep) -> tuple[Sequence[Resolved], Sequence[Place | Group]]:
+    """Return what JSR, SBR or RET passes to a routine or out of it, and the tags that receive something."""
+    if step.name == "JSR":
+        call: Call = step.operands[0]
+        return call.inputs, call.returns
+    return ((), step.operands) if step.name == "SBR" else (step.operands, ())
+
+
+def passes_groups(step: LoweredStep) -> bool:
+    """Whether an instruction passes or receives a structure or an array."""
+    if step.name not in ("JSR", "SBR", "RET"):
+        return False
+    return any(isinstance(each, Group) for part in parameters_of(step) for each in part)
 
 
 def steps_of(nodes: tuple[Node, ...], *, copies: bool = True) -> list[LoweredStep]:

@@ -25,6 +25,9 @@ from .tag_bytes import TagBytes, chars, set_chars
 
 Value = bool | int | float
 
+Passed = Value | bytes
+"""A parameter of a routine; a structure or an array as its bytes."""
+
 NOTHING: Mapping[str, Any] = MappingProxyType({})
 
 

@@ -8,6 +8,7 @@ from typing import Any
 
 from ...ladder.build.addon import AddOn
 from ...ladder.build.controller import Controller
+from ...ladder.build.guess import type_at
 from ...ladder.instructions.motion.axes import MotionData
 from ...ladder.model.errors import LadderError
 from ...ladder.model.schedule import Task, TaskKind
@@ -15,15 +16,14 @@ from ...ladder.model.stubs import Stub, Stubs
 from ...ladder.model.tags import OPEN, Alias, Declaration, Tag
 from ...ladder.model.tree import (
     Address,
-    BitStep,
     Instruction,
-    MemberStep,
+    Operand,
     Routine,
     Rung,
     SubscriptStep,
     number,
 )
-from ...ladder.model.types import DINT, INT, DataType, Elementary, Structure, count_of
+from ...ladder.model.types import DINT, DataType, Elementary, count_of
 from .report import Report
 
 CALLS = "scanrack_calls"
@@ -121,7 +121,7 @@ class Parts:
         """Return the type of an address in a program, None if it is undeclared."""
         address = self.without_aliases(program, address)
         tag = self.declaration(program, address.name)
-        return _type_at(tag, address) if isinstance(tag, Tag) else None
+        return type_at(tag, address) if isinstance(tag, Tag) else None
 
     def declaration(self, program: str, name: str) -> Declaration | None:
         r"""Return a declaration by its name in a program; `\Main.Run` names the tag of program Main."""
@@ -172,21 +172,6 @@ def _added(to: Any, declarations: list[Declaration], report: Report) -> list[Dec
     return taken
 
 
-def _type_at(tag: Tag, address: Address) -> DataType | None:
-    kind: DataType = tag.type
-    for step in address.steps:
-        if isinstance(step, MemberStep):
-            member = kind.member(step.name) if isinstance(kind, Structure) else None
-            if member is None:
-                return None
-            kind = member.type
-        elif isinstance(step, BitStep):
-            return None
-        elif not isinstance(step, SubscriptStep):
-            return INT
-    return kind
-
-
 def without(routine: Routine, *places: int) -> Routine:
     """Return a routine with empty rungs at `places`, or without statements."""
     if routine.statements is not None:
@@ -230,14 +215,13 @@ def _values(kind: DataType, counts: dict[int, int]) -> int:
 
 
 def call_of(routine: Routine) -> Rung:
-    """Return a rung that calls a routine, with zeros for the parameters of its SBR."""
-    inputs = 0
+    """Return a rung that calls a routine; the tags of its SBR keep their values."""
+    inputs: tuple[Operand, ...] = ()
     first = routine.rungs[0].series[:1] if routine.rungs else ()
     for each in first:
         if isinstance(each, Instruction) and each.name == "SBR":
-            inputs = len(each.operands)
-    zeros = (number(0),) * inputs
-    return Rung((Instruction("JSR", (Address(routine.name), number(inputs), *zeros)),))
+            inputs = each.operands
+    return Rung((Instruction("JSR", (Address(routine.name), number(len(inputs)), *inputs)),))
 
 
 def does_nothing(name: str) -> Callable[..., Any]:

@@ -7,7 +7,8 @@ from collections.abc import Collection, Iterable
 from dataclasses import replace
 from functools import cached_property
 
-from ...ladder.build.type_inference import Guess, Guesses
+from ...ladder.build.guess import Guess
+from ...ladder.build.type_inference import Guesses
 from ...ladder.model.expressions import TAG_NAME
 from ...ladder.model.schedule import Task, TaskKind
 from ...ladder.model.tags import STATUS_FLAGS, TRUTHS, Alias, Declaration, Tag, program_of

@@ -82,3 +82,54 @@ def test_a_tag_of_a_program_is_its_own_and_a_missing_one_the_controllers():
 def test_without_it_a_missing_tag_is_refused():
     with pytest.raises(BuildError, match="there is no tag A"):
         parse_program("PROGRAM p\nROUTINE Main\nXIC(A)OTE(B);\nEND\n").build()
+
+
+@pytest.mark.parametrize(
+    ("rungs", "tags"),
+    [
+        # a queue has the type of what is loaded into it or unloaded from it, however that is known
+        (
+            ("FFL(Part,Queue[0],Ctl,20,0);", "FFU(Queue[0],Next,Ctl,20,0)MOV(Next.Id,X)XIC(Part.Ok)OTE(L);"),
+            {"Part": "Part_type", "Queue": "Part_type[20]", "Next": "Part_type"},
+        ),
+        (
+            ("LFL(Name,Stack[0],Ctl,5,0)CONCAT(Name,'a',Name);",),
+            {"Name": "STRING", "Stack": "STRING[5]"},
+        ),
+        (("FFL(Cell,Queue[0],Ctl,9,0);",), {"Queue": "Cell[9]"}),
+        # a copy tells the type if nothing else does, and the length if no other use takes the tag whole
+        (("COP(Rec[3],Cur,1);", "MOV(Cur.Speed,V);"), {"Rec": "Rec_type[4]", "Cur": "Rec_type"}),
+        (("COP(Word,Bits[0],4);", "MOV(Word,X);"), {"Word": "DINT", "Bits": "DINT[4]"}),
+        (("COP(Whole,Other[0],8);", "XIC(Whole.Ok)OTE(L);"), {"Whole": "Whole_type"}),
+        # a subscript is an integer, whatever it is beside
+        (("MUL(Ix,1.5,Y)MOV(Table[Ix],Y);",), {"Ix": "DINT", "Table": "DINT[100]"}),
+        # parameters of a routine
+        (("JSR(Sub,1,Unit,Back);",), dict.fromkeys(("Taken", "Unit", "Back"), "Unit_type")),
+    ],
+)
+def test_tags_that_are_of_one_type(rungs, tags):
+    sub = "END\nROUTINE Sub\nSBR(Taken);\nXIC(Taken.Ok)OTE(Taken.Lamp);\nRET(Taken);\n" * ("JSR" in rungs[0])
+    head = "TYPE Cell (Mark : DINT)\nTAG Cell : Cell\n"
+    text = "\n".join([f"PROGRAM p\n{head}ROUTINE Main", *rungs, f"{sub}END\n"])
+    program = parse_program(text, stubs=INFER)
+    for engine in (program.compile(), program.interpret()):
+        engine.step()
+    found = dict(declared(each).split(" : ") for each in program.declared_missing)
+    assert {name: found.get(name) for name in tags} == tags
+
+
+def test_and_not_of_bits_is_a_bit():
+    text = "Run := Go AND NOT Stop;\nMask := Word AND 16#FF;"
+    assert found(text, kind=" ST") == [
+        *("Run : BOOL", "Go : BOOL", "Stop : BOOL"),
+        *("Mask : DINT", "Word : DINT"),
+    ]
+
+
+def test_a_module_without_a_name_has_a_number():
+    """`&4DA5D0F8:I` is how exports print its tag; & alone is AND."""
+    said = found("XIC(&4DA5D0F8:I.Data.3)CPT(A,B&C)OTE(L);", "MOV(&4DA5D0F8:3:O,X);")
+    assert "&4DA5D0F8:I : _4DA5D0F8_I_type" in said
+    assert "&4DA5D0F8:3:O : DINT" in said
+    assert "A : DINT" in said
+    assert "&4DA5D0F8:I : DINT" in found("X := A & &4DA5D0F8:I;", kind=" ST")

@@ -1,0 +1,41 @@
+"""Parameters of one type: what JSR passes and SBR takes, what RET returns and JSR takes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from ..model.tree import Address, Instruction, Number, Operand
+
+Pair = tuple[str, Operand, Operand]
+"""A program, and two operands of one type in it."""
+
+
+class ParameterPairs:
+    """Collects the calls of routines."""
+
+    def __init__(self) -> None:
+        self._calls: list[tuple[str, str, Instruction]] = []  # program, routine in capitals, JSR
+        self._sides: dict[tuple[str, str], list[Instruction]] = {}  # SBR and RET of a routine
+
+    def note(self, program: str, routine: str, instruction: Instruction) -> None:
+        """Note a JSR, SBR or RET in a routine."""
+        called = instruction.operands[0] if instruction.operands else None
+        if instruction.name == "JSR" and isinstance(called, Address):
+            self._calls.append((program, called.name.upper(), instruction))
+        elif instruction.name in ("SBR", "RET"):
+            self._sides.setdefault((program, routine.upper()), []).append(instruction)
+
+    def __iter__(self) -> Iterator[Pair]:
+        """Yield the operands that have one type."""
+        for program, routine, call in self._calls:
+            inputs, returns = _parts(call)
+            for side in self._sides.get((program, routine), ()):
+                for one, other in zip(inputs if side.name == "SBR" else returns, side.operands, strict=False):
+                    yield program, one, other
+
+
+def _parts(call: Instruction) -> tuple[tuple[Operand, ...], tuple[Operand, ...]]:
+    """Return the inputs and the returned values of a JSR."""
+    count = call.operands[1] if len(call.operands) > 1 else None
+    number = count.value if isinstance(count, Number) and isinstance(count.value, int) else 0
+    return call.operands[2 : 2 + number], call.operands[2 + number :]
