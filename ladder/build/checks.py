@@ -185,10 +185,24 @@ def _jumps(lowered: LoweredProgram, routine: LoweredRoutine) -> Iterator[Problem
                 )
             elif isinstance(step.operands[0], Call):
                 problem = _call_problem(lowered, step.operands[0])
+            elif step.name in ("SFR", "SFP"):
+                problem = _chart_problem(lowered, *step.operands)
             elif step.name == "EVENT" and isinstance(step.operands[0], str):
                 problem = _event_problem(lowered, step.operands[0])
             if problem:
                 yield _problem(routine, line, *problem)
+
+
+def _chart_problem(lowered: LoweredProgram, routine: str, target: object) -> tuple[str, str] | None:
+    """SFR and SFP name a chart, and SFR one of its steps."""
+    chart = lowered.charts.get(routine)
+    if chart is None:
+        names = ", ".join(each.name for each in lowered.charts.values()) or "none"
+        return f"there is no sequential function chart {routine}", f"charts are {names}"
+    if isinstance(target, Group) and chart.node_of(target) is None:
+        names = ", ".join(each.name for each in chart.nodes)
+        return f"{target.text} is not a step of chart {chart.name}", f"its steps are {names}"
+    return None
 
 
 def _event_problem(lowered: LoweredProgram, name: str) -> tuple[str, str] | None:

@@ -142,6 +142,7 @@ class Controller(LadderLogic):
             self.name, layout, "", with_blocks(self.add_ons, self.axes), self.stubs, self.builtin
         )
         lowered = lowering.lowered
+        lowered.chart_options = self.chart_options
         problems = list(self._wrong_tasks())
         tasks = self.tasks or [Task(IMPLICIT_TASK, TaskKind.CONTINUOUS, tuple(self._names_of_programs()))]
         if not problems:

@@ -50,6 +50,7 @@ from ..state.lowered import (
 )
 from .addon import LOGIC, OTHERWISE, POSTSCAN, PRESCAN, AddOn, copies_of
 from .calls import handed_over, held_subscripts
+from .lowering_charts import ChartLowering
 from .lowering_statements import StatementLowering
 
 _NUMERIC = (Use.NUMBER, Use.INTEGER, Use.EXPRESSION)  # uses of numbers that accept characters: MOV('A',Code)
@@ -120,8 +121,10 @@ class Lowering:
         self._to_check.clear()
 
     def _one(self, routine: Routine) -> None:
-        unit = "rung" if routine.statements is None else "line"
-        self._site = Site(self._program or self.lowered.name, routine.name, unit=unit)
+        self._site = Site(self._program or self.lowered.name, routine.name, unit=routine.unit)
+        if routine.chart is not None:
+            self._chart(routine)
+            return
         if routine.statements is not None:
             lowered = StatementLowering(self).routine(routine.name, routine.statements)
             self.lowered.routines[routine.name.upper()] = lowered
@@ -142,6 +145,13 @@ class Lowering:
         self.lowered.routines[routine.name.upper()] = LoweredRoutine(
             routine.name, tuple(lines), labels, parameters
         )
+
+    def _chart(self, routine: Routine) -> None:
+        """Lower a chart, and the bodies of its actions as routines of their own."""
+        chart = ChartLowering(self, routine)
+        self.lowered.routines[routine.name.upper()] = chart.routine()
+        for name, block in chart.bodies():
+            self._one(Routine(name, (), statements=block))
 
     def report(self, text: str, remedy: str, instruction: str = "", tag: str = "") -> None:
         """Add a problem of the current rung, of its instruction, or of a tag that is missing."""

@@ -76,6 +76,15 @@ class StatementLowering:
         body = self._body(statements)
         return LoweredRoutine(name, tuple(self._lines), {}, self._parameters, body)
 
+    def taken(self) -> list[LoweredLine]:
+        """Return the lines since the last call."""
+        taken, self._lines = self._lines, []
+        return taken
+
+    def body(self, block: Block) -> Body:
+        """Lower statements; their lines are in `taken`."""
+        return self._body(block)
+
     def _body(self, block: Block) -> Body:
         found: list[Any] = []
         for each in block:

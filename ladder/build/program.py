@@ -163,6 +163,7 @@ class Program(LadderLogic):
             self.builtin,
         )
         lowered = lowering.lowered
+        lowered.chart_options = self.chart_options
         if self.fault:
             task = Task(self.name, TaskKind.CONTINUOUS, (self.name,))
             lowered.schedule = schedule_of(layout, [task], [self.roots()])

@@ -11,6 +11,7 @@ from typing import Any
 from ..compiler import Scanner, scanner_of, source_of
 from ..instructions.motion.axes import MotionData
 from ..instructions.system.messages import ends_of_messages
+from ..model.chart import DEFAULT_OPTIONS
 from ..model.errors import BuildError, LadderError, MinorFault, Problem
 from ..model.expressions import TAG_NAME, parse_address
 from ..model.resolver import is_image
@@ -68,6 +69,7 @@ class LadderLogic(ABC):
         unknown = self.allowed.difference(ALLOWANCES)
         if unknown:
             raise LadderError(f"{min(unknown)!r} can't be allowed; what can is {', '.join(ALLOWANCES)}")
+        self.chart_options = DEFAULT_OPTIONS
         self.stubs: dict[str, Stub] = {}  # stubs of instructions and messages, by name in capitals
         self.cards: Mapping[int, str] = {}
         self.axes: Axes | None = None  # axes that the rack names, or None

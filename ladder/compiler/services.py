@@ -234,6 +234,7 @@ def interpreted_of(lowered: LoweredProgram) -> dict[int, LoweredStep]:
         step.site: step
         for step in _all_steps(lowered)
         if step.spec.write is None
+        or step.spec.partly
         or Use.TEXT in step.uses
         or Use.TEXT_TARGET in step.uses
         or passes_groups(step)

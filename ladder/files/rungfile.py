@@ -30,6 +30,10 @@ A controller has tags, tasks and programs, see `controller` and `schedule`:
     END
     END PROGRAM
 
+`ROUTINE Fill SFC` is a sequential function chart, see `chartreader`. A line CHARTS below the head has the
+options of all charts: CURRENT or UNTIL_FALSE (execution control), MOST_RECENT or INITIAL (restart position),
+DONT_SCAN, PROGRAMMATIC or AUTOMATIC (last scan of active steps); the first of each is the default.
+
 Add-on instructions come before the tags that are their instances, see `addon`. The first
 routine is the main one unless PROGRAM says `MAIN name`. A rung ends with
 its semicolon and may take several lines; `//` starts a comment. `ROUTINE Fill ST` is a routine of structured
@@ -53,6 +57,7 @@ from ..build.controller import Controller
 from ..build.dialects import LOGIX
 from ..build.program import Program
 from ..build.runnable import LadderLogic
+from ..model.chart import DEFAULT_OPTIONS
 from ..model.errors import LadderError
 from ..model.predefined.structures import PREDEFINED_TYPES
 from ..model.schedule import Task
@@ -133,7 +138,8 @@ def program_text(program: Program | Controller) -> str:
     if isinstance(program, Controller):
         lines = _controller_lines(program)
     else:
-        head, *allowed = _head(program), *_dialect(program), *_allowed(program)
+        head = _head(program)
+        allowed = [*_dialect(program), *_allowed(program), *_chart_options(program)]
         declared = (*_types(program), *_declarations(program), *_stubs(program))
         lines = iter([head, *allowed, "", *declared, *_routines(program)])
     return "\n".join(lines) + "\n"
@@ -142,6 +148,7 @@ def program_text(program: Program | Controller) -> str:
 def _controller_lines(controller: Controller) -> Iterator[str]:
     yield f"CONTROLLER {controller.name}"
     yield from _allowed(controller)
+    yield from _chart_options(controller)
     yield ""
     yield from _types(controller)
     yield from _declarations(controller)
@@ -178,12 +185,24 @@ def _allowed(logic: LadderLogic) -> list[str]:
     return [f"ALLOW {name}" for name in sorted(logic.allowed)]
 
 
+def _chart_options(logic: LadderLogic) -> list[str]:
+    options = logic.chart_options
+    if options == DEFAULT_OPTIONS:
+        return []
+    return [f"CHARTS {options.control.value} {options.restart.value} {options.last_scan.value}"]
+
+
 def _routines(program: Program) -> Iterator[str]:
     for routine in program.routines:
         yield from ("", *_routine_text(routine))
 
 
 def _routine_text(routine: Routine) -> Iterator[str]:
+    if routine.chart is not None:
+        yield f"ROUTINE {routine.name} SFC"
+        yield from routine.chart.lines()
+        yield "END"
+        return
     if routine.statements is not None:
         yield f"ROUTINE {routine.name} ST"
         yield from block_lines(routine.statements)

@@ -21,6 +21,7 @@ from ..build.controller import Controller
 from ..build.dialects import DIALECTS, LOGIX
 from ..build.program import Program
 from ..build.text import parse_rung
+from ..model.chart import DEFAULT_OPTIONS, ChartOptions, ExecutionControl, LastScan, RestartPosition
 from ..model.errors import LadderError, RungTextError
 from ..model.expressions import TAG_NAME, parse_address
 from ..model.predefined.structures import PREDEFINED_TYPES
@@ -30,6 +31,7 @@ from ..model.tags import Alias, SlotAlias, Tag
 from ..model.tree import Block, Routine, Rung
 from ..model.types import DataType, Elementary, Member, Structure
 from ..st import parse_statements
+from .chartreader import ChartReader
 
 LIBRARIES = ("axis3601",)
 """Libraries of add-on instructions in scanrack; a program includes one with `USE name`."""
@@ -65,6 +67,7 @@ _TASK = re.compile(
 _END_PROGRAM = re.compile(r"END\s+PROGRAM", re.IGNORECASE)
 _DIALECT = re.compile(r"DIALECT\s+(\w+)", re.IGNORECASE)
 _ALLOW = re.compile(r"ALLOW\s+(.+)", re.IGNORECASE)
+_CHARTS = re.compile(r"CHARTS\s+(\w+)\s+(\w+)\s+(\w+)", re.IGNORECASE)
 _TYPE = re.compile(rf"TYPE\s+({_NAME})\s*\((.*)\)", re.IGNORECASE)
 _TAG = re.compile(
     rf"TAG\s+([IO]:\d{{1,3}}|{TAG_NAME})\s*:\s*({_NAME})\s*(?:\[([\d,\s]+)\])?\s*(?::=\s*(.+))?",
@@ -81,7 +84,7 @@ _PARAMETER = re.compile(
     re.IGNORECASE,
 )
 _END_INSTRUCTION = re.compile(r"END\s+INSTRUCTION", re.IGNORECASE)
-_ROUTINE = re.compile(rf"ROUTINE\s+({_NAME})(\s+ST)?", re.IGNORECASE)
+_ROUTINE = re.compile(rf"ROUTINE\s+({_NAME})(?:\s+(ST|SFC))?", re.IGNORECASE)
 _DECLARES = re.compile(r"(?:USE|TYPE|INSTRUCTION|TAG|SLOT|ALIAS|STUB)\s+[A-Za-z_]", re.IGNORECASE)
 """Beginning of a declaration line; no statement begins this way."""
 
@@ -140,6 +143,7 @@ class Reader:
         program = Program(
             head.group(1), main=head.group(2), fault=head.group(3), allow=self._allowed(), dialect=dialect
         )
+        program.chart_options = self._chart_options()
         while self._peek() is not None:
             self._declaration(program)
         program.take_stubs(self._given)
@@ -165,9 +169,23 @@ class Reader:
             self._at += 1
         return tuple(allowed)
 
+    def _chart_options(self) -> ChartOptions:
+        """Read the CHARTS line."""
+        found = _CHARTS.fullmatch(self._peek() or "")
+        if found is None:
+            return DEFAULT_OPTIONS
+        kinds = (ExecutionControl, RestartPosition, LastScan)
+        for word, kind in zip(found.groups(), kinds, strict=True):
+            if word.upper() not in kind.__members__:
+                self._fail(f"CHARTS with one of {', '.join(kind.__members__)}", word)
+        self._at += 1
+        control, restart, last_scan = map(str.upper, found.groups())
+        return ChartOptions(ExecutionControl(control), RestartPosition(restart), LastScan(last_scan))
+
     def _controller(self) -> Controller:
         head = self._next(_CONTROLLER, "CONTROLLER name")
         controller = Controller(head.group(1), allow=self._allowed())
+        controller.chart_options = self._chart_options()
         while (line := self._peek()) is not None:
             if found := _PROGRAM.fullmatch(line):
                 self._at += 1
@@ -408,6 +426,9 @@ class Reader:
         if self._at == len(self._lines):
             self._fail("END of the routine")
         self._at += 1
+        if head.group(2).upper() == "SFC":
+            reader = ChartReader(self._lines, start, self._at - 1, self._file, self._specs)
+            return Routine(head.group(1), (), chart=reader.chart())
         return Routine(head.group(1), (), statements=self._statements(start, self._at - 1))
 
     def _statements(self, start: int, end: int) -> Block:

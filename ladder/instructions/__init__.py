@@ -29,7 +29,7 @@ from . import (
 )
 from .motion import motion
 from .process import alarms, process, regulation, safety
-from .system import immediate, messages, phases, ports, system
+from .system import immediate, messages, phases, ports, sfc, system
 
 FAMILIES = (
     bits,
@@ -42,6 +42,7 @@ FAMILIES = (
     shifts,
     sequencers,
     control,
+    sfc,
     trigonometry,
     strings,
     blocks,
@@ -92,6 +93,7 @@ if TYPE_CHECKING:
     from .system.messages import *  # noqa: F403
     from .system.phases import *  # noqa: F403
     from .system.ports import *  # noqa: F403
+    from .system.sfc import *  # noqa: F403
     from .system.system import *  # noqa: F403
     from .timing import *  # noqa: F403
     from .trigonometry import *  # noqa: F403

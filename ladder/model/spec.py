@@ -123,6 +123,7 @@ class Spec:
         run: executes it, see `interpreter.Interpreter`.
         write: writes it as Python, see `compiler.rungs.RungWriter`; None makes the compiled program call
             `run`: for rare and slow instructions that do not jump, call or leave a routine.
+        partly: whether `write` leaves rare cases to `run`, by `interpret(site)`.
         prescan: called like `run` without the condition; None if prescan does nothing.
         postscan: the same on the last scan of an SFC action with automatic reset; None for a false rung, in
             structured text for nothing [1756-PM006, automatic reset option].
@@ -146,6 +147,7 @@ class Spec:
     operands: tuple[Use, ...] = ()
     run: Callable[..., Any] = field(kw_only=True)
     write: Callable[..., Any] | None = field(default=None, kw_only=True)
+    partly: bool = field(default=False, kw_only=True)
     prescan: Callable[..., None] | None = field(default=None, kw_only=True)
     postscan: Callable[..., None] | None = field(default=None, kw_only=True)
     check: Callable[..., None] | None = field(default=None, kw_only=True)

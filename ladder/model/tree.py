@@ -10,9 +10,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from .errors import LadderError
 from .quoting import quoted
+
+if TYPE_CHECKING:
+    from .chart import Chart
 
 # --- operands
 
@@ -284,21 +288,29 @@ def comment_lines(comment: str) -> Iterator[NumberedLine]:
 
 @dataclass(frozen=True, slots=True)
 class Routine:
-    """A routine of rungs, or of statements if `statements` is not None."""
+    """A routine of rungs; of statements if `statements` is not None; a chart if `chart` is not None."""
 
     name: str
     rungs: tuple[Rung, ...]
     comment: str = ""
     statements: Block | None = None
+    chart: Chart | None = None
 
     @property
     def unit(self) -> str:
-        """Unit of its line numbers: rung or line."""
-        return "rung" if self.statements is None else "line"
+        """Unit of its numbers: rung, line, or element of a chart."""
+        return "element" if self.chart else "rung" if self.statements is None else "line"
+
+    @property
+    def block(self) -> Block:
+        """Its statements, those in a chart included; none of rungs."""
+        return tuple(self.chart.statements()) if self.chart else self.statements or ()
 
     @property
     def numbers(self) -> Sequence[int]:
-        """Numbers of its rungs from 0, or of lines with statements from 1."""
+        """Numbers of its rungs from 0, of lines with statements from 1, or of a chart's elements."""
+        if self.chart is not None:
+            return sorted(self.chart.elements)
         if self.statements is None:
             return range(len(self.rungs))
         return sorted({number for each in self.statements for number, _ in each.numbered() if number})
@@ -306,8 +318,14 @@ class Routine:
     def numbered(self, number: int) -> str:
         """Return the rung or the statements of a number, or raise a LadderError."""
         if number not in self.numbers:
-            there = ", ".join(map(str, self.numbers)) if self.statements else f"0 to {len(self.rungs) - 1}"
+            there = (
+                ", ".join(map(str, self.numbers))
+                if self.statements or self.chart
+                else f"0 to {len(self.rungs) - 1}"
+            )
             raise LadderError(f"routine {self.name} has no {self.unit} {number}: {there}")
+        if self.chart is not None:
+            return self.chart.elements[number]
         if self.statements is None:
             return str(self.rungs[number])
         lines = (line for each in self.statements for line in each.numbered())
@@ -315,7 +333,9 @@ class Routine:
 
     @property
     def text(self) -> str:
-        """Rungs without comments, or statements."""
+        """Rungs without comments, statements, or a chart."""
+        if self.chart is not None:
+            return "\n".join(self.chart.lines())
         return "\n".join(map(str, self.rungs if self.statements is None else self.statements))
 
 

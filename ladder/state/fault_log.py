@@ -74,13 +74,13 @@ class FaultLog:
         text = f"subscript {index} is out of range, allowed are 0 to {length - 1}"
         raise LadderFault(self._lowered.sites[site], tag, text, SUBSCRIPT_CODE)
 
-    def jumped_back(self, site: int) -> None:
+    def jumped_back(self, site: int, times: int = 1) -> None:
         """Count a backward jump; fault if there are too many: a count, so that a run can be repeated."""
-        self._jumps += 1
+        self._jumps += times
         if self._jumps > MOST_JUMPS:
             text = f"watchdog: more than {MOST_JUMPS:,} jumps backwards in one scan"
             at = self._lowered.sites[site]
-            what = "JMP" if at.unit == "rung" else "loop"
+            what = {"rung": "JMP", "line": "loop"}.get(at.unit, "chart")
             raise LadderFault(at, what, text, WATCHDOG_CODE, WATCHDOG_TYPE)
 
     def negative_control(self, site: int, tag: str, length: int, position: int) -> NoReturn:

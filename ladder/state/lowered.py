@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from ...io_images.site import Site
+from ..model.chart import DEFAULT_OPTIONS, ChartOptions, Qualifier
 from ..model.operands import Constant, Group, Place, Resolved
 from ..model.schedule import Schedule
 from ..model.spec import InstructionKind, Spec, Use
@@ -192,6 +193,74 @@ Body = tuple[Act | Arms | Selection | Loop, ...]
 """Statements, ready to run."""
 
 
+@dataclass(eq=False, slots=True)
+class ChartNode:
+    """A step or stop of a chart; `bits` are the members of its tag, hidden ones included."""
+
+    index: int  # in the chart, from 1
+    number: int  # of the element
+    name: str
+    bits: Mapping[str, Place]
+    tag: Group
+    stop: bool
+    actions: tuple[ChartAction, ...] = ()
+
+
+@dataclass(eq=False, slots=True)
+class ChartAction:
+    """An action of a step, with the members of its tag."""
+
+    index: int  # in the chart, from 1
+    number: int  # of the element
+    name: str
+    qualifier: Qualifier
+    bits: Mapping[str, Place]
+    tag: Group
+    body: str | None  # the routine of its body in capitals, None of a Boolean action and of R
+    node: ChartNode
+    resets: tuple[ChartAction, ...] = ()  # what R ends: the other actions with its tag
+
+    @property
+    def outlives(self) -> bool:
+        """Whether it may be on while its step is inactive."""
+        return self.qualifier.is_stored or self.qualifier.is_pulse
+
+
+@dataclass(eq=False, slots=True)
+class ChartTransition:
+    """A transition of a chart; `place` is its tag."""
+
+    number: int  # of the element
+    name: str
+    sources: tuple[ChartNode, ...]
+    targets: tuple[ChartNode, ...]
+    place: Place
+
+
+@dataclass(eq=False, slots=True)
+class LoweredChart:
+    """A chart, ready to run; `instructions.charts` says what its places hold."""
+
+    name: str  # full name of the routine
+    options: ChartOptions
+    nodes: tuple[ChartNode, ...]
+    actions: tuple[ChartAction, ...]
+    transitions: tuple[ChartTransition, ...]
+    initial: ChartNode
+    state: Place
+    reset: Place
+    last: Place
+    seen: Place
+    delta: Place
+    rest: Place
+    first: Place  # whether this is the first pass of a scan
+    moved: Place  # whether a transition was true in this pass
+
+    def node_of(self, tag: Group) -> ChartNode | None:
+        """Return the step or stop of a tag, None if it is in another chart."""
+        return next((each for each in self.nodes if each.tag.path == tag.path), None)
+
+
 @dataclass(frozen=True, slots=True)
 class LoweredRoutine:
     """A routine, ready to run."""
@@ -202,11 +271,12 @@ class LoweredRoutine:
     parameters: tuple[Place | Group, ...] | None  # tags of SBR, None without SBR
     body: Body | None = None  # its statements; None in a routine of rungs
     frame: str = ""  # its add-on instruction, in capitals; "" in a program
+    chart: LoweredChart | None = None  # the chart that its statements execute
 
     @property
     def unit(self) -> str:
-        """Unit of its line numbers: rung or line."""
-        return "rung" if self.body is None else "line"
+        """Unit of its line numbers: rung, line, or element of a chart."""
+        return "element" if self.chart else "rung" if self.body is None else "line"
 
     def numbered(self, number: int) -> LoweredLine:
         """Return a rung, or the first statement of a line, by number."""
@@ -248,6 +318,8 @@ class LoweredProgram:
     ideal: Any = None  # `Ideal`: the other axes; None without motion instructions
     opening: tuple[Callable[[Any, bool], None], ...] = ()  # called before each scan: engine, first?
     closing: tuple[Callable[[Any], None], ...] = ()  # called with the engine after each scan
+    charts: dict[str, LoweredChart] = field(default_factory=dict)  # by routine in capitals
+    chart_options: ChartOptions = DEFAULT_OPTIONS
     written_inputs: set[str] = field(default_factory=set)  # identifiers of the inputs that it writes
 
     @property

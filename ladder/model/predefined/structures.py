@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 
-from ..types import BOOL, DINT, SINT, TYPES, DataType, Structure, members, status_bits
+from ..types import BOOL, DINT, LINT, SINT, TYPES, DataType, Member, Structure, members, status_bits
 from .block_types import BLOCK_TYPES
 from .motion_types import MOTION_TYPES
 from .safety_types import SAFETY
@@ -39,17 +40,31 @@ _PLAIN = (
             ),
         ),
     ),
-    Structure(
-        "SFC_STEP",
-        (
-            *members(DINT, "Status"),
-            *members(BOOL, "X FS SA LS DN OV AlarmEn AlarmLow AlarmHigh Reset PauseTimer"),
-            *members(DINT, "PRE T TMax Count LimitLow LimitHigh"),
-        ),
-    ),
-    Structure("SFC_ACTION", (*members(DINT, "Status"), *members(BOOL, "A Q"), *members(DINT, "PRE T Count"))),
-    Structure("SFC_STOP", (*members(DINT, "X Count"), *members(BOOL, "Reset"))),
 )
+
+
+def _of_chart(name: str, bits: str, numbers: str, *hidden: Member) -> Structure:
+    """Return the type of a tag of a chart: bits in Status as `X31`, numbers, hidden numbers."""
+    packed = (re.fullmatch(r"(\w+?)(\d+)", each) for each in bits.split())
+    named = tuple(Member(each[1], BOOL, at=f"Status.{each[2]}") for each in packed if each)
+    own = (*members(DINT, "Status"), *named, *members(DINT, numbers))
+    return Structure(name, own, hidden=hidden)
+
+
+CHARTS = (
+    _of_chart(
+        "SFC_STEP",
+        "X31 FS30 SA29 LS28 DN27 OV26 AlarmEn25 AlarmLow24 AlarmHigh23 Reset22 PauseTimer21",
+        "PRE T TMax Count LimitLow LimitHigh",
+        Member("ns", LINT),
+        Member("new", BOOL),
+    ),
+    _of_chart("SFC_ACTION", "A31 Q30 PauseTimer29", "PRE T Count", *members(LINT, "ns owner latch")),
+    _of_chart("SFC_STOP", "X31 Reset22", "Count"),
+)
+"""Tags of charts, with the bits of Status [1756-PM006, step and action tags]: `ns` is the time T counts,
+`new` whether the step has not been executed yet, `owner` the action that is on, `latch` the stored one.
+"""
 
 PREDEFINED_TYPES: Mapping[str, DataType] = {
     **TYPES,
@@ -58,7 +73,7 @@ PREDEFINED_TYPES: Mapping[str, DataType] = {
     **{each.name: each for each in SAFETY.values()},
     SERIAL_PORT_CONTROL.name: SERIAL_PORT_CONTROL,
     HMIBC.name: HMIBC,
-    **{each.name: each for each in _PLAIN},
+    **{each.name: each for each in (*_PLAIN, *CHARTS)},
     **SLC_TYPES,
 }
 """Types that every program may use, by name in capitals."""

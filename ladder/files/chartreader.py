@@ -1,0 +1,191 @@
+"""Reader of a chart's text in program files.
+
+    ROUTINE Fill SFC
+    INPUTS Recipe                              // tags that take the inputs of a call; RETURNS is alike
+    NOTE any text
+    INITIAL_STEP Idle                          // steps in order of execution
+    END_STEP
+    STEP Filling
+        LimitHigh := 1000 + Allowed;           // PRE, LimitHigh and LimitLow may have expressions
+        ACTION Open N                          // its tag and qualifier
+            Valve := 1;
+        END_ACTION
+        ACTION Hurry D PRE := 2000;            // without a body: Boolean
+        ACTION Stir R;
+    END_STEP
+    STOP Done
+    TRANSITION Start FROM Idle TO Filling      // several names: simultaneous branches
+        Button AND Ready
+    END_TRANSITION
+    END
+
+Transitions are in order of priority. A condition may be `JSR(routine)` of a routine with EOT.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import NoReturn
+
+from ...io_images.site import Site
+from ..model.chart import PRESETS, Action, Chart, ChartStep, Qualifier, Transition
+from ..model.errors import RungTextError
+from ..model.expressions import parse_address
+from ..model.spec import Spec
+from ..model.statements import Assignment, Invocation
+from ..model.tree import Address, Block, Instruction, Operand, Origin
+from ..st import parse_statements
+
+_NAME = r"[A-Za-z_]\w*"
+_QUALIFIERS = "|".join(each.value for each in Qualifier)
+_STEP = re.compile(rf"(INITIAL_STEP|STEP|STOP)\s+({_NAME})", re.IGNORECASE)
+_ACTION = re.compile(
+    rf"ACTION\s+({_NAME})\s+({_QUALIFIERS})(?:\s+INDICATOR\s+(\S+?))?(?:\s+PRE\s*:=\s*(.+?))?\s*(;?)",
+    re.IGNORECASE,
+)
+_PRESET = re.compile(rf"({'|'.join(PRESETS)})\s*:=\s*(.+?)\s*;", re.IGNORECASE)
+_TRANSITION = re.compile(
+    rf"TRANSITION\s+({_NAME})\s+FROM\s+({_NAME}(?:\s*,\s*{_NAME})*)\s+TO\s+({_NAME}(?:\s*,\s*{_NAME})*)",
+    re.IGNORECASE,
+)
+_LISTED = re.compile(r"(INPUTS|RETURNS)\s+(.+)", re.IGNORECASE)
+_NOTE = re.compile(r"NOTE(?:\s+(.*))?", re.IGNORECASE)
+
+
+class ChartReader:
+    """Reads the lines of one chart; elements are numbered in their order."""
+
+    def __init__(self, lines: list[str], start: int, end: int, file: str, specs: Mapping[str, Spec]) -> None:
+        self._lines, self._at, self._end, self._file, self._specs = lines, start, end, file, specs
+        self._count = -1
+
+    def chart(self) -> Chart:
+        """Read it, or raise a RungTextError."""
+        steps: list[ChartStep] = []
+        transitions: list[Transition] = []
+        listed: dict[str, tuple[Address, ...]] = {}
+        notes: list[str] = []
+        while (line := self._peek()) is not None:
+            if found := _STEP.fullmatch(line):
+                steps.append(self._step(found[1].upper(), found[2]))
+            elif found := _TRANSITION.fullmatch(line):
+                transitions.append(self._transition(found))
+            elif found := _LISTED.fullmatch(line):
+                listed[found[1].upper()] = tuple(parse_address(each.strip()) for each in found[2].split(","))
+                self._at += 1
+            elif found := _NOTE.fullmatch(line):
+                notes.append(found[1] or "")
+                self._at += 1
+            else:
+                self._fail("INITIAL_STEP, STEP, STOP, TRANSITION, INPUTS, RETURNS or NOTE")
+        text = ("\n".join(notes),) if notes else ()
+        return Chart(
+            tuple(steps), tuple(transitions), listed.get("INPUTS", ()), listed.get("RETURNS", ()), text
+        )
+
+    def _next(self) -> tuple[int, Origin]:
+        self._count += 1
+        return self._count, Origin(self._file, self._at + 1)
+
+    def _step(self, word: str, name: str) -> ChartStep:
+        number, origin = self._next()
+        self._at += 1
+        if word == "STOP":
+            return ChartStep(name, stop=True, number=number, origin=origin)
+        presets: list[tuple[str, Operand]] = []
+        actions: list[Action] = []
+        while (line := self._peek()) is None or line.upper() != "END_STEP":
+            if found := _PRESET.fullmatch(line or ""):
+                member = next(each for each in PRESETS if each.upper() == found[1].upper())
+                presets.append((member, self._expression(found[2])))
+                self._at += 1
+            elif found := _ACTION.fullmatch(line or ""):
+                actions.append(self._action(found))
+            else:
+                self._fail("ACTION, an expression of PRE, LimitHigh or LimitLow, or END_STEP")
+        self._at += 1
+        return ChartStep(name, tuple(actions), word == "INITIAL_STEP", False, tuple(presets), number, origin)
+
+    def _action(self, found: re.Match[str]) -> Action:
+        number, origin = self._next()
+        name, qualifier, indicator, preset, closed = found.groups()
+        value = None if preset is None else self._expression(preset)
+        self._at += 1
+        body = None if closed else self._block(*self._until("END_ACTION"))
+        return Action(name, Qualifier(qualifier.upper()), body, value, indicator or "", number, origin)
+
+    def _transition(self, found: re.Match[str]) -> Transition:
+        number, origin = self._next()
+        sources, targets = (tuple(each.strip() for each in found[part].split(",")) for part in (2, 3))
+        self._at += 1
+        start, end = self._until("END_TRANSITION")
+        lines = self._lines[start:end]
+        condition = condition_of(lines, list(range(start + 1, end + 1)), self._file, self._specs)
+        return Transition(found[1], sources, targets, condition, number, origin)
+
+    def _until(self, word: str) -> tuple[int, int]:
+        start = self._at
+        while (line := self._peek()) is None or line.upper() != word:
+            if line is None:
+                self._fail(word)
+            self._at += 1
+        self._at += 1
+        return start, self._at - 1
+
+    def _block(self, start: int, end: int) -> Block:
+        text = "\n".join(self._lines[start:end])
+        return parse_statements(text, file=self._file, line=start + 1, specs=self._specs)
+
+    def _expression(self, text: str) -> Operand:
+        return expression_of([text], [self._at + 1], self._file, self._specs)
+
+    def _peek(self) -> str | None:
+        """Return the next line with content, without its comment; None at the end."""
+        while self._at < self._end:
+            line = self._lines[self._at].partition("//")[0].strip()
+            if line:
+                return line
+            self._at += 1
+        return None
+
+    def _fail(self, expected: str) -> NoReturn:
+        text = self._lines[self._at] if self._at < self._end else "END"
+        site = Site(file=self._file, line=self._at + 1, column=len(text) - len(text.lstrip()) + 1)
+        raise RungTextError(expected, repr(text.strip()), site)
+
+
+def expression_of(lines: list[str], numbers: list[int], file: str, specs: Mapping[str, Spec]) -> Operand:
+    """Read an expression of structured text; a final semicolon may be missing."""
+    found = _single(lines, numbers, file, specs)
+    if isinstance(found, Assignment):
+        return found.value
+    site = Site(file=file, line=numbers[0], column=1)
+    raise RungTextError("an expression", repr(str(found)), site)
+
+
+def condition_of(
+    lines: list[str], numbers: list[int], file: str, specs: Mapping[str, Spec]
+) -> Operand | Instruction:
+    """Read the condition of a transition: an expression, or a JSR."""
+    found = _single(lines, numbers, file, specs)
+    return found.instruction if isinstance(found, Invocation) else found.value
+
+
+_CALL = re.compile(r"\s*JSR\s*\(", re.IGNORECASE)
+
+
+def _single(
+    lines: list[str], numbers: list[int], file: str, specs: Mapping[str, Spec]
+) -> Assignment | Invocation:
+    text = "\n".join(lines).rstrip().removesuffix(";")
+    call = _CALL.match(text) is not None
+    numbers = numbers or [1]
+    head, first = ("", []) if call else ("condition :=\n", [numbers[0]])
+    block = parse_statements(
+        f"{head}{text}\n;", file=file, lines=[*first, *numbers, numbers[-1]], specs=specs
+    )
+    found = [each for each in block if isinstance(each, (Assignment, Invocation))]
+    if len(found) == 1:
+        return found[0]
+    raise RungTextError("one expression", repr(text.strip()), Site(file=file, line=numbers[0], column=1))

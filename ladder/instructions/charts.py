@@ -1,0 +1,363 @@
+"""What a scan of a sequential function chart does.
+
+`build.lowering_charts` puts these rows in the order of a scan. Time of steps and actions counts in ms from
+the scan that activates them [1756-PM006: step tags, action tags, choose a qualifier, last scan options]. The
+rows are not in `FAMILIES`: no rung names them.
+
+    state     0 new, 1 executing, 2 paused, 3 executing after program mode
+    reset     number of the step that SFR names, 0 for none
+    last      instant of the last execution, ns; `delta` the time since then
+    seen      the same, pauses included; `rest` the time since then, for PauseTimer
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+
+from ..compiler.rungs import RungWriter
+from ..interpreter import Interpreter
+from ..model.arithmetic import wrap
+from ..model.chart import LastScan, Qualifier, RestartPosition
+from ..model.operands import Group, Place
+from ..model.spec import Use, action, condition, stays
+from ..model.types import DINT
+from ..state.lowered import ChartAction, ChartNode, ChartTransition, LoweredChart
+from .control import JSR
+
+NEW, EXECUTING, PAUSED, RESUMED = range(4)
+
+_MS = 1_000_000  # nanoseconds of a millisecond
+
+
+def _put(machine: Interpreter, bits: Mapping[str, Place], **values: int) -> None:
+    for name, value in values.items():
+        place = bits[name]
+        machine.put(place, bool(value) if place.type.is_bool else value)
+
+
+def _number(machine: Interpreter, place: Place) -> int:
+    return int(machine.get(place))
+
+
+def _count(machine: Interpreter, bits: Mapping[str, Place]) -> None:
+    machine.put(bits["Count"], wrap(_number(machine, bits["Count"]) + 1, DINT.bits))
+
+
+def _show_time(machine: Interpreter, bits: Mapping[str, Place], ns: int) -> int:
+    """Set T from a time; return it."""
+    shown = wrap(ns // _MS, DINT.bits)
+    _put(machine, bits, ns=ns, T=shown)
+    return shown
+
+
+def _elapsed(machine: Interpreter, chart: LoweredChart, bits: Mapping[str, Place]) -> int:
+    """Return the time since the last execution, without a pause if PauseTimer is set."""
+    return _number(machine, chart.rest if machine.get(bits["PauseTimer"]) else chart.delta)
+
+
+# --- the chart as a whole
+
+
+def _begin(machine: Interpreter, chart: LoweredChart) -> bool:
+    state = _number(machine, chart.state)
+    if state == PAUSED:
+        machine.put(chart.seen, machine.now_ns)
+        return False
+    if state != EXECUTING:
+        machine.put(chart.last, machine.now_ns)
+        machine.put(chart.seen, machine.now_ns)
+        machine.put(chart.state, EXECUTING)
+    if state == NEW:
+        _clear(machine, chart)
+        _activate(machine, chart.initial)
+    target = _number(machine, chart.reset)
+    if target:
+        _reset(machine, chart, chart.nodes[target - 1])
+    return True
+
+
+def _write_begin(rungs: RungWriter, chart: LoweredChart) -> str:
+    state, reset = rungs.values.read(chart.state), rungs.values.read(chart.reset)
+    return f"(({state} == {EXECUTING} and not {reset}) or interpret({rungs.values.site}))"
+
+
+def _clear(machine: Interpreter, chart: LoweredChart) -> None:
+    """Make all steps and actions inactive; with restart at the initial step, also forget counts and times."""
+    machine.put(chart.reset, 0)
+    for node in chart.nodes:
+        _put(machine, node.bits, **dict.fromkeys(_OFF & node.bits.keys(), 0))
+    for each in chart.actions:
+        _put(machine, each.bits, A=0, Q=0, T=0, ns=0, owner=0, latch=0)
+    if chart.options.restart is RestartPosition.INITIAL:
+        for bits in (*(each.bits for each in chart.nodes), *(each.bits for each in chart.actions)):
+            _put(machine, bits, **dict.fromkeys({"Count", "TMax"} & bits.keys(), 0))
+
+
+_OFF = frozenset(("X", "FS", "SA", "LS", "DN", "OV", "Reset", "T", "ns", "new"))
+"""Members of a step that a start clears."""
+
+
+def _reset(machine: Interpreter, chart: LoweredChart, target: ChartNode) -> None:
+    """Continue at a step: the others and all actions end [1756-RM003, SFR]."""
+    machine.put(chart.reset, 0)
+    for each in chart.actions:
+        _end(machine, chart, each)
+    for node in chart.nodes:
+        _put(machine, node.bits, **dict.fromkeys({"X", "SA", "new", "Reset"} & node.bits.keys(), 0))
+    _activate(machine, target)
+
+
+def _prescan(machine: Interpreter, chart: LoweredChart) -> None:
+    if chart.options.restart is RestartPosition.INITIAL:
+        machine.put(chart.state, NEW)
+    elif _number(machine, chart.state) == EXECUTING:
+        machine.put(chart.state, RESUMED)
+
+
+def _postscan(machine: Interpreter, chart: LoweredChart) -> None:
+    """End the actions of a nested chart; it goes back to its initial step if it restarts there."""
+    for each in chart.actions:
+        _end(machine, chart, each)
+    if chart.options.restart is RestartPosition.INITIAL:
+        _clear(machine, chart)
+        machine.put(chart.state, NEW)
+
+
+def _clock(machine: Interpreter, chart: LoweredChart) -> None:
+    for last, passed in ((chart.last, chart.delta), (chart.seen, chart.rest)):
+        machine.put(passed, machine.now_ns - _number(machine, last))
+        machine.put(last, machine.now_ns)
+
+
+def _write_clock(rungs: RungWriter, chart: LoweredChart) -> None:
+    for last, passed in ((chart.last, chart.delta), (chart.seen, chart.rest)):
+        rungs.values.assign(passed, f"now - {rungs.values.read(last)}")
+        rungs.values.assign(last, "now")
+
+
+# --- steps
+
+
+def _activate(machine: Interpreter, node: ChartNode) -> None:
+    _put(machine, node.bits, X=1)
+    _count(machine, node.bits)
+    if not node.stop:
+        _put(machine, node.bits, new=1, T=0, ns=0, DN=0)
+
+
+def _step(machine: Interpreter, chart: LoweredChart, node: ChartNode, _tag: Group) -> None:
+    bits = node.bits
+    new = bool(machine.get(bits["new"]))
+    ns = 0 if new else _number(machine, bits["ns"]) + _elapsed(machine, chart, bits)
+    shown = _show_time(machine, bits, ns)
+    _put(machine, bits, FS=new, SA=not new, TMax=max(_number(machine, bits["TMax"]), shown))
+    if shown >= _number(machine, bits["PRE"]):
+        _put(machine, bits, DN=1)
+    if ns // _MS > DINT.highest:
+        _put(machine, bits, OV=1)
+    if machine.get(bits["AlarmEn"]) and shown >= _number(machine, bits["LimitHigh"]):
+        _put(machine, bits, AlarmHigh=1)
+
+
+def _write_step(rungs: RungWriter, chart: LoweredChart, node: ChartNode, _tag: Group) -> None:
+    values, bits = rungs.values, node.bits
+    new = values.keep(values.read(bits["new"]))
+    ns = values.keep(_written_time(rungs, chart, bits, new))
+    shown = values.keep(f"wrap({ns} // {_MS}, {DINT.bits})")
+    values.assign(bits["ns"], ns)
+    values.assign(bits["T"], shown)
+    values.set_bit(bits["FS"], new)
+    values.set_bit(bits["SA"], f"not {new}")
+    for condition_, name, text in (
+        (f"{shown} > {values.read(bits['TMax'])}", "TMax", shown),
+        (f"{shown} >= {values.read(bits['PRE'])}", "DN", "True"),
+        (f"{ns} > {(DINT.highest + 1) * _MS - 1}", "OV", "True"),
+        (
+            f"{values.read(bits['AlarmEn'])} and {shown} >= {values.read(bits['LimitHigh'])}",
+            "AlarmHigh",
+            "True",
+        ),
+    ):
+        with rungs.writer.block(f"if {condition_}:"):
+            values.set_bit(bits[name], text)
+
+
+def _written_time(rungs: RungWriter, chart: LoweredChart, bits: Mapping[str, Place], new: str) -> str:
+    read = rungs.values.read
+    passed = f"({read(chart.rest)} if {read(bits['PauseTimer'])} else {read(chart.delta)})"
+    return f"0 if {new} else {read(bits['ns'])} + {passed}"
+
+
+def _done(machine: Interpreter, node: ChartNode) -> None:
+    _put(machine, node.bits, FS=0, new=0)
+
+
+def _write_done(rungs: RungWriter, node: ChartNode) -> None:
+    rungs.values.set_bit(node.bits["FS"], "False")
+    rungs.values.set_bit(node.bits["new"], "False")
+
+
+def _leave(machine: Interpreter, chart: LoweredChart, node: ChartNode) -> None:
+    """Do the last scan of a step, and make it inactive."""
+    bits = node.bits
+    _put(machine, bits, SA=0, LS=1)
+    for each in node.actions:
+        if each.qualifier in (Qualifier.P, Qualifier.P0):
+            _pulse(machine, each)
+        elif each.qualifier in (Qualifier.N, Qualifier.L, Qualifier.D):
+            _end(machine, chart, each)
+    if machine.get(bits["AlarmEn"]) and _number(machine, bits["T"]) < _number(machine, bits["LimitLow"]):
+        _put(machine, bits, AlarmLow=1)
+    _put(machine, bits, LS=0, X=0)
+
+
+JUMPS = 100
+"""Backward jumps that a transition counts as: 10,000 of them in a scan are too many for the watchdog."""
+
+
+def _fire(machine: Interpreter, chart: LoweredChart, transition: ChartTransition) -> None:
+    machine.fault_log.jumped_back(machine.site, JUMPS)
+    for node in transition.sources:
+        _leave(machine, chart, node)
+    for node in transition.targets:
+        _activate(machine, node)
+    machine.put(chart.moved, True)
+
+
+# --- actions
+
+
+def _act(machine: Interpreter, chart: LoweredChart, each: ChartAction, _tag: Group) -> bool:
+    """Decide in a scan of its step, or after it, whether the body of an action runs."""
+    bits, qualifier = each.bits, each.qualifier
+    active = bool(machine.get(each.node.bits["X"]))
+    first = active and bool(machine.get(each.node.bits["new"]))
+    if qualifier is Qualifier.R:
+        for other in each.resets if active else ():
+            _end(machine, chart, other)
+        return False
+    stored, on = _number(machine, bits["latch"]) == each.index, _is_on(machine, each)
+    if first and not stored and qualifier is not Qualifier.P0:
+        _show_time(machine, bits, 0)
+        stored = qualifier in (Qualifier.S, Qualifier.SL, Qualifier.SD)
+    elif on or stored or (active and qualifier in (Qualifier.D, Qualifier.DS)):
+        _show_time(machine, bits, _number(machine, bits["ns"]) + _elapsed(machine, chart, bits))
+    reached = _number(machine, bits["T"]) >= _number(machine, bits["PRE"])
+    wanted, stored = _WANTED[qualifier](active, first, stored, reached)
+    if stored:
+        machine.put(bits["latch"], each.index)
+    if wanted:
+        _start(machine, each, on=on)
+        return each.body is not None
+    if on or not stored:
+        _end(machine, chart, each)
+    return False
+
+
+_Decision = Callable[[bool, bool, bool, bool], tuple[bool, bool]]
+
+_WANTED: Mapping[Qualifier, _Decision] = {
+    Qualifier.N: lambda active, _first, _stored, _reached: (active, False),
+    Qualifier.P1: lambda _active, first, _stored, _reached: (first, False),
+    Qualifier.P: lambda _active, first, _stored, _reached: (first, False),
+    Qualifier.P0: lambda _active, _first, _stored, _reached: (False, False),
+    Qualifier.L: lambda active, _first, _stored, reached: (active and not reached, False),
+    Qualifier.D: lambda active, _first, _stored, reached: (active and reached, False),
+    Qualifier.S: lambda _active, _first, stored, _reached: (stored, stored),
+    Qualifier.SL: lambda _active, _first, stored, reached: (stored and not reached,) * 2,
+    Qualifier.SD: lambda _active, _first, stored, reached: (stored and reached, stored),
+    Qualifier.DS: lambda active, _first, stored, reached: (stored or (active and reached),) * 2,
+}
+"""Whether an action is on, and whether it is stored: from whether its step is active, for the first scan,
+whether it was stored, and whether T has reached PRE [1756-PM006, choose a qualifier for an action]."""
+
+
+def _is_on(machine: Interpreter, each: ChartAction) -> bool:
+    return bool(machine.get(each.bits["A"])) and _number(machine, each.bits["owner"]) == each.index
+
+
+def _start(machine: Interpreter, each: ChartAction, *, on: bool) -> None:
+    if not on:
+        _count(machine, each.bits)
+    _put(machine, each.bits, A=1, Q=1, owner=each.index)
+
+
+def _pulse(machine: Interpreter, each: ChartAction) -> None:
+    """Run an action on the last scan of its step; it is on until the next scan of the chart."""
+    if not _is_on(machine, each):
+        _show_time(machine, each.bits, 0)
+    _start(machine, each, on=_is_on(machine, each))
+    if each.body is not None:
+        machine.call(each.body, ())
+
+
+def _end(machine: Interpreter, chart: LoweredChart, each: ChartAction) -> None:
+    """Make an action inactive after its last scan [1756-PM006, choose a last scan option]."""
+    if _number(machine, each.bits["latch"]) == each.index:
+        _put(machine, each.bits, latch=0)
+    if not _is_on(machine, each):
+        return
+    if each.body is not None:
+        _put(machine, each.bits, Q=0)
+        _scan_last(machine, chart.options.last_scan, each.body, pulse=each.qualifier.is_pulse)
+    _put(machine, each.bits, A=0, Q=0, owner=0)
+
+
+def _scan_last(machine: Interpreter, option: LastScan, body: str, *, pulse: bool) -> None:
+    if option is LastScan.AUTOMATIC:
+        machine.postscan(body)
+    elif option is LastScan.PROGRAMMATIC and not pulse:
+        machine.call(body, ())
+
+
+def _write_act(rungs: RungWriter, chart: LoweredChart, each: ChartAction, _tag: Group) -> str:
+    """Write the common cases: N in its step, and a pulse that is off."""
+    values, bits = rungs.values, each.bits
+    call, on = (
+        f"interpret({values.site})",
+        f"{values.read(bits['A'])} and {values.read(bits['owner'])} == {each.index}",
+    )
+    if each.qualifier is Qualifier.P1 or each.qualifier is Qualifier.P:
+        return f"(({values.read(each.node.bits['new'])} or ({on})) and {call})"
+    if each.qualifier is Qualifier.P0:
+        return f"({on} and {call})"
+    if each.qualifier is not Qualifier.N:
+        return call
+    result = values.keep(str(each.body is not None))
+    with rungs.writer.block(f"if {on} and not {values.read(each.node.bits['new'])}:"):
+        values.assign(bits["ns"], _written_time(rungs, chart, bits, "False"))
+        values.assign(bits["T"], f"wrap({values.read(bits['ns'])} // {_MS}, {DINT.bits})")
+        values.set_bit(bits["Q"], "True")
+    with rungs.writer.block("else:"):
+        rungs.writer.line(call)
+    return result
+
+
+# --- the rows of a scan, which no rung names
+
+BEGIN = condition(
+    "SFC",
+    Use.IGNORED,
+    run=_begin,
+    write=_write_begin,
+    partly=True,
+    prescan=_prescan,
+    postscan=_postscan,
+)
+CLOCK = action("SFC", Use.IGNORED, run=_clock, write=_write_clock, postscan=stays)
+STEP = action("STEP", Use.IGNORED, Use.IGNORED, Use.BLOCK, run=_step, write=_write_step, postscan=stays)
+DONE = action("STEP", Use.IGNORED, run=_done, write=_write_done, postscan=stays)
+ACT = condition(
+    "ACTION",
+    Use.IGNORED,
+    Use.IGNORED,
+    Use.BLOCK,
+    run=_act,
+    write=_write_act,
+    partly=True,
+    postscan=stays,
+)
+FIRE = action("TRANSITION", Use.IGNORED, Use.IGNORED, run=_fire, postscan=stays)
+CALL = replace(JSR, postscan=stays)
+"""Call of a body: its postscan comes with the last scan of its action."""

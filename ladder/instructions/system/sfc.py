@@ -1,0 +1,100 @@
+"""Instructions for sequential function charts: SFR, SFP, EOT."""
+
+from __future__ import annotations
+
+from ...compiler.rungs import RungWriter
+from ...interpreter import Interpreter
+from ...model.chart import STEP_TYPE, STOP_TYPE
+from ...model.operand_checks import OperandError, described, is_logical
+from ...model.operands import Constant, Group, Resolved
+from ...model.spec import Use, action
+from ...model.tree import Address, Number, Operand
+from ...model.types import DINT
+from ...state.lowered import OperandResolver
+from ..charts import EXECUTING, NEW, PAUSED
+
+EOT_STATE = "~eot"
+"""Leaf of the state bit that EOT returns to a transition."""
+
+
+def _chart_of(resolver: OperandResolver, name: Operand) -> str:
+    if not isinstance(name, Address) or name.steps:
+        raise OperandError(f"{name} is not a routine", "write the name of a sequential function chart")
+    return resolver.named(name.name)
+
+
+def _resolve_sfr(resolver: OperandResolver, given: tuple[Operand, ...]) -> tuple[object, ...]:
+    routine = _chart_of(resolver, given[0])
+    if isinstance(given[1], Number) and given[1].value == 0:
+        return routine, Constant(0, DINT)
+    step = resolver.any(given[1])
+    if not isinstance(step, Group) or step.dims or step.type.name not in (STEP_TYPE, STOP_TYPE):
+        raise OperandError(
+            f"{given[1]} is {described(step)}, a step is needed", "name a step or a stop, or 0"
+        )
+    return routine, step
+
+
+def _sfr(machine: Interpreter, routine: str, step: Group | Constant) -> None:
+    chart = machine.lowered.charts[routine]
+    target = chart.initial if isinstance(step, Constant) else chart.node_of(step)
+    assert target is not None
+    machine.put(chart.reset, target.index)
+    machine.put(target.bits["Reset"], True)
+
+
+_STATES = {"EXECUTING": False, "0": False, "PAUSED": True, "1": True}
+
+
+def _resolve_sfp(resolver: OperandResolver, given: tuple[Operand, ...]) -> tuple[object, ...]:
+    word = str(given[1]).upper()
+    if word not in _STATES:
+        raise OperandError(f"{given[1]} is not a state of a chart", "write Executing or Paused")
+    return _chart_of(resolver, given[0]), word
+
+
+def _sfp(machine: Interpreter, routine: str, word: str) -> None:
+    chart = machine.lowered.charts[routine]
+    state = int(machine.get(chart.state))
+    if _STATES[word]:
+        machine.put(chart.state, PAUSED)
+    elif state == PAUSED:
+        machine.put(chart.state, EXECUTING if machine.get(chart.seen) else NEW)
+
+
+def _resolve_eot(resolver: OperandResolver, given: tuple[Operand, ...]) -> tuple[Resolved, ...]:
+    resolver.kept(EOT_STATE, 0)
+    bit = resolver.any(given[0])
+    if not is_logical(bit):
+        raise OperandError(f"{given[0]} is {described(bit)}, a bit is needed", "name a BOOL")
+    return (bit,)
+
+
+def _write_eot(rungs: RungWriter, bit: Resolved) -> None:
+    rungs.values.set_flag(EOT_STATE, f"int({rungs.values.condition(bit)})")
+
+
+SFR = action(
+    "SFR",
+    Use.ROUTINE,
+    Use.BLOCK,
+    resolve=_resolve_sfr,
+    run=_sfr,
+    captions=("SFC Routine Name", "Step Name"),
+)
+SFP = action(
+    "SFP",
+    Use.ROUTINE,
+    Use.KEYWORD,
+    resolve=_resolve_sfp,
+    run=_sfp,
+    captions=("SFC Routine Name", "Target State"),
+)
+EOT = action(
+    "EOT",
+    Use.TRUTH,
+    resolve=_resolve_eot,
+    run=lambda machine, bit: machine.set_status(EOT_STATE, int(machine.condition(bit))),
+    write=_write_eot,
+    captions=("State Bit",),
+)

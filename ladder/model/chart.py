@@ -1,0 +1,256 @@
+"""Sequential function charts in the tree: steps with actions, and the transitions between them.
+
+A chart is a net: a transition leaves its `sources` and enters its `targets`. Several transitions of one step
+are a selection, and their order is their priority; several targets diverge to simultaneous branches, several
+sources converge from them. Steps stand in their order of execution.
+
+Sources: Logix 5000 Controllers Sequential Function Charts, 1756-PM006; IEC 61131-3.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+
+from .statements import INDENT, Assignment, Invocation, block_lines
+from .tree import Address, Block, Instruction, MemberStep, Operand, Origin, Statement
+
+STEP_TYPE, ACTION_TYPE, STOP_TYPE = "SFC_STEP", "SFC_ACTION", "SFC_STOP"
+"""Types of the tags of steps, actions and stops."""
+
+
+class Qualifier(Enum):
+    """When an action starts and stops [1756-PM006, choose a qualifier for an action]."""
+
+    N = "N"  # with its step
+    P1 = "P1"  # once, when the step is activated
+    L = "L"  # with its step, for PRE at most
+    S = "S"  # until R
+    SL = "SL"  # until R, or for PRE
+    D = "D"  # PRE after the step's activation, with its step
+    DS = "DS"  # PRE after the activation if the step is still active, until R
+    SD = "SD"  # PRE after the activation, until R
+    P = "P"  # once when the step is activated, once when it is deactivated
+    P0 = "P0"  # once, when the step is deactivated
+    R = "R"  # resets a stored action
+
+    @property
+    def is_stored(self) -> bool:
+        """Whether the action outlives its step, until R."""
+        return self.value in ("S", "SL", "DS", "SD")
+
+    @property
+    def is_timed(self) -> bool:
+        """Whether PRE of the action counts."""
+        return self.value in ("L", "SL", "D", "DS", "SD")
+
+    @property
+    def is_pulse(self) -> bool:
+        """Whether the action runs for one scan."""
+        return self.value in ("P", "P1", "P0")
+
+
+class ExecutionControl(Enum):
+    """How far a scan of a chart goes [1756-PM006, execution control]."""
+
+    CURRENT = "CURRENT"  # execute current active steps only
+    UNTIL_FALSE = "UNTIL_FALSE"  # execute until FALSE transition
+
+
+class RestartPosition(Enum):
+    """Where a chart begins after program mode [1756-PM006, restart position]."""
+
+    MOST_RECENT = "MOST_RECENT"
+    INITIAL = "INITIAL"
+
+
+class LastScan(Enum):
+    """The last scan of an action that ends [1756-PM006, choose a last scan option]."""
+
+    AUTOMATIC = "AUTOMATIC"  # postscan
+    PROGRAMMATIC = "PROGRAMMATIC"  # one more scan, with Q off
+    DONT_SCAN = "DONT_SCAN"
+
+
+@dataclass(frozen=True, slots=True)
+class ChartOptions:
+    """Options of all charts of a controller; by default those of a new project."""
+
+    control: ExecutionControl = ExecutionControl.CURRENT
+    restart: RestartPosition = RestartPosition.MOST_RECENT
+    last_scan: LastScan = LastScan.DONT_SCAN
+
+
+DEFAULT_OPTIONS = ChartOptions()
+
+
+@dataclass(frozen=True, slots=True)
+class Action:
+    """An action of a step; without a body (None) a Boolean action, or one that resets another."""
+
+    name: str  # its tag, a SFC_ACTION
+    qualifier: Qualifier = Qualifier.N
+    body: Block | None = None
+    preset: Operand | None = None  # expression of PRE; None leaves the tag's value
+    indicator: str = ""  # a tag that is shown beside it
+    number: int = field(default=0, compare=False)  # of the element in its chart
+    origin: Origin = field(default=Origin(), compare=False)
+
+    @property
+    def is_boolean(self) -> bool:
+        """Whether other logic runs by its Q."""
+        return self.body is None and self.qualifier is not Qualifier.R
+
+    @property
+    def head(self) -> str:
+        """Its text without the body."""
+        shown = f" INDICATOR {self.indicator}" if self.indicator else ""
+        preset = "" if self.preset is None else f" PRE := {self.preset}"
+        return f"ACTION {self.name} {self.qualifier.value}{shown}{preset}"
+
+    def lines(self) -> Iterator[str]:
+        """Yield it as text."""
+        if self.body is None:
+            yield f"{self.head};"
+            return
+        yield self.head
+        yield from (INDENT + line for line in block_lines(self.body))
+        yield "END_ACTION"
+
+
+PRESETS = ("PRE", "LimitHigh", "LimitLow")
+"""Members of a step that may have an expression."""
+
+
+@dataclass(frozen=True, slots=True)
+class ChartStep:
+    """A step; `stop` ones end their path: they have no actions, and no transition leaves them."""
+
+    name: str  # its tag, a SFC_STEP or SFC_STOP
+    actions: tuple[Action, ...] = ()
+    initial: bool = False
+    stop: bool = False
+    presets: tuple[tuple[str, Operand], ...] = ()  # expressions, by member
+    number: int = field(default=0, compare=False)
+    origin: Origin = field(default=Origin(), compare=False)
+
+    @property
+    def head(self) -> str:
+        """Its text without presets and actions."""
+        return f"{'STOP' if self.stop else 'INITIAL_STEP' if self.initial else 'STEP'} {self.name}"
+
+    def lines(self) -> Iterator[str]:
+        """Yield it as text."""
+        yield self.head
+        if self.stop:
+            return
+        for member, value in self.presets:
+            yield f"{INDENT}{member} := {value};"
+        for action in self.actions:
+            yield from (INDENT + line for line in action.lines())
+        yield "END_STEP"
+
+
+@dataclass(frozen=True, slots=True)
+class Transition:
+    """A transition: from all active `sources` to all `targets` when its condition is true."""
+
+    name: str  # its tag, a BOOL
+    sources: tuple[str, ...]
+    targets: tuple[str, ...]
+    condition: Operand | Instruction  # an expression, or JSR of a routine with EOT
+    number: int = field(default=0, compare=False)
+    origin: Origin = field(default=Origin(), compare=False)
+
+    @property
+    def head(self) -> str:
+        """Its text without the condition."""
+        return f"TRANSITION {self.name} FROM {', '.join(self.sources)} TO {', '.join(self.targets)}"
+
+    @property
+    def statement(self) -> Statement:
+        """Its condition as a statement: an assignment to its tag, or the call."""
+        if isinstance(self.condition, Instruction):
+            return Invocation(self.condition, line=self.number, origin=self.origin)
+        return Assignment(Address(self.name), self.condition, line=self.number, origin=self.origin)
+
+
+@dataclass(frozen=True, slots=True)
+class Chart:
+    """A sequential function chart."""
+
+    steps: tuple[ChartStep, ...]  # in order of execution
+    transitions: tuple[Transition, ...]  # in order of evaluation
+    inputs: tuple[Address, ...] = ()  # tags that take the inputs of a call
+    returns: tuple[Operand, ...] = ()  # returned by a call
+    notes: tuple[str, ...] = ()  # text boxes
+
+    @property
+    def initial(self) -> ChartStep | None:
+        """Its initial step, None without one."""
+        return next((each for each in self.steps if each.initial), None)
+
+    @property
+    def named(self) -> Mapping[str, ChartStep]:
+        """Its steps and stops by name in capitals."""
+        return {each.name.upper(): each for each in self.steps}
+
+    @property
+    def elements(self) -> Mapping[int, str]:
+        """Its steps, actions and transitions as texts, by number."""
+        found: dict[int, str] = {}
+        for step in self.steps:
+            found[step.number] = step.head
+            found.update((each.number, f"step {step.name}: {each.head}") for each in step.actions)
+        found.update((each.number, f"{each.head} WHEN {each.condition}") for each in self.transitions)
+        return found
+
+    def lines(self) -> Iterator[str]:
+        """Yield it as text."""
+        for word, listed in (("INPUTS", self.inputs), ("RETURNS", self.returns)):
+            if listed:
+                yield f"{word} {', '.join(map(str, listed))}"
+        for note in self.notes:
+            yield from (f"NOTE {line}" for line in note.splitlines())
+        for step in self.steps:
+            yield from step.lines()
+        for transition in self.transitions:
+            yield from (transition.head, f"{INDENT}{transition.condition}", "END_TRANSITION")
+
+    def after(self, name: str) -> Iterator[Transition]:
+        """Yield the transitions that leave a step, in order of priority."""
+        yield from (each for each in self.transitions if name.upper() in map(str.upper, each.sources))
+
+    def bodies(self) -> Iterator[tuple[ChartStep, Action, Block]]:
+        """Yield each action with a body."""
+        for step in self.steps:
+            for action in step.actions:
+                if action.body is not None:
+                    yield step, action, action.body
+
+    def statements(self) -> Iterator[Statement]:
+        """Yield what the chart reads and writes, as statements: presets, bodies, conditions."""
+        for step in self.steps:
+            yield from presets_of(step)
+            for action in step.actions:
+                yield from action.body or ()
+        yield from (each.statement for each in self.transitions)
+
+
+def presets_of(step: ChartStep) -> Iterator[Assignment]:
+    """Yield the expressions of a step and its actions as assignments to their members."""
+    for member, value in step.presets:
+        yield _set(step.name, member, value, step.number, step.origin)
+    for action in step.actions:
+        if action.preset is not None:
+            yield _set(action.name, "PRE", action.preset, action.number, action.origin)
+
+
+def _set(name: str, member: str, value: Operand, number: int, origin: Origin) -> Assignment:
+    return Assignment(Address(name, (MemberStep(member),)), value, line=number, origin=origin)
+
+
+def body_name(routine: str, step: ChartStep, action: Action) -> str:
+    """Return the name of an action's body as a routine: `Sequence.Fill.Open`."""
+    return f"{routine}.{step.name}.{action.name}"
