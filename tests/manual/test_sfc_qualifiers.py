@@ -36,10 +36,9 @@ def played(qualifier, options=DONT, in_c=""):
     """Return bits A and Q after each scan, and how often the body has run up to each."""
     chart = CHART.format(qualifier=qualifier, in_c=in_c)
     tags = "Go : BOOL; Leave : BOOL; Ran : DINT; Seen : BOOL; OnLast : BOOL; Kept : DINT"
-    tags += "; Other : DINT"
-    text = program_of(chart, tags=tags, options=options)
-    text.build().presets["Act.PRE", 0] = 20
-    found = told(text, "Act.A Act.Q Ran Kept Act.T Act.Count", SCANS, Go={2: True}, Leave={7: True})
+    program, preset = program_of(chart, tags=tags, options=options), {"Act.PRE": {0: 20}}
+    names = "Act.A Act.Q Ran Kept Act.T Act.Count"
+    found = told(program, names, SCANS, Go={2: True}, Leave={7: True}, **preset)
     runs = [int(now) - int(before) for now, before in zip(found["Ran"], [0, *found["Ran"]], strict=False)]
     return marks(found["Act.A"]), runs, found
 
