@@ -23,7 +23,7 @@ def _room(operand: Group) -> int:
 def _read(machine: Interpreter, operand: Resolved) -> bytes | None:
     """Return the characters of a string; fault and return None if LEN exceeds the size of DATA."""
     if isinstance(operand, Group):
-        length, room = machine.get(operand.member("LEN")), _room(operand)
+        length, room = machine.get(operand.length), _room(operand)
         if length > room:
             too_long(machine.fault_log, machine.site, operand.text, int(length), room)
             return None

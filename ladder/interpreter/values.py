@@ -19,7 +19,7 @@ from ..model.operands import (
     width_of,
 )
 from ..model.operators import BITWISE, FUNCTIONS, RELATIONS
-from ..model.tags import Leaf
+from ..model.tags import Layout, Leaf
 from ..model.types import DINT
 from ..state.fault_log import FaultLog
 from ..state.lowered import LoweredProgram
@@ -187,14 +187,16 @@ class PlaceValues:
         if isinstance(operand, StringConstant):
             return operand.value.encode("latin-1", errors="replace")
         assert isinstance(operand, Group)
-        length = operand.member("LEN")
-        return text_in(self.store_of(length.leaf.root), operand.layout, operand.path, self._index(length))
+        return text_in(*self._string(operand))
 
     def set_text(self, target: Group, value: bytes) -> None:
         """Set a string to characters, truncated to its size."""
-        length = target.member("LEN")
-        store = self.store_of(length.leaf.root)
-        set_text_in(store, target.layout, target.path, self._index(length), value)
+        set_text_in(*self._string(target), value)
+
+    def _string(self, operand: Group) -> tuple[Store, Layout, str, int]:
+        """Return where a string is."""
+        length = operand.length
+        return self.store_of(length.leaf.root), operand.layout, operand.path, self._index(length)
 
     def end(self, operand: Resolved) -> End:
         """Return store, region and current first element of an operand."""

@@ -80,6 +80,11 @@ class Group:
         """Return an elementary member of a structure."""
         return Place(self.layout.leaf(f"{self.path}.{path}"), self.indices, None, f"{self.text}.{path}")
 
+    @property
+    def length(self) -> Place:
+        """LEN of a STRING, under the name of the string."""
+        return Place(self.layout.leaf(f"{self.path}.LEN"), self.indices, None, self.text)
+
 
 @dataclass(frozen=True, slots=True)
 class Calculation:
