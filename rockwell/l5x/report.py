@@ -10,6 +10,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from .edits import Edit
+
 _COUNTED = ("total", "imported", "refused", "ran")
 
 LOST_SHOWN = 8
@@ -104,6 +106,7 @@ class Report:
     stubs: dict[str, str] = field(default_factory=dict)  # stubbed instructions, with the stub
     faults: dict[str, str] = field(default_factory=dict)  # faults and differences in the trial, by program
     texts: list[StructuredRoutine] = field(default_factory=list)  # routines of structured text
+    edits: list[Edit] = field(default_factory=list)  # rungs and texts of online edits
     _noted: dict[tuple[str, str], Note] = field(default_factory=dict, repr=False)
 
     @property
@@ -142,13 +145,19 @@ class Report:
             self.lost.append(name)
 
     @property
-    def warning(self) -> str:
-        """One-line warning of lost values, "" without any."""
-        if not self.lost:
-            return ""
-        shown = ", ".join(self.lost[:LOST_SHOWN])
-        more = f" and {len(self.lost) - LOST_SHOWN:,} more" * (len(self.lost) > LOST_SHOWN)
-        return f"{self.file}: values of the export are lost: {shown}{more}; scanrack l5x {self.file} says why"
+    def warnings(self) -> tuple[str, ...]:
+        """Warnings of a run: of lost values, and of online edits."""
+        found = []
+        if self.lost:
+            shown = ", ".join(self.lost[:LOST_SHOWN])
+            more = f" and {len(self.lost) - LOST_SHOWN:,} more" * (len(self.lost) > LOST_SHOWN)
+            lost = f"values of the export are lost: {shown}{more}"
+            found.append(f"{self.file}: {lost}; scanrack l5x {self.file} says why")
+        if self.edits:
+            runs = sum(each.runs for each in self.edits)
+            edits = f"the export has online edits, {runs} run and {len(self.edits) - runs} do not"
+            found.append(f"{self.file}: {edits}; scanrack l5x {self.file} lists them")
+        return tuple(found)
 
     def as_json(self) -> dict[str, Any]:
         """Return the data for `--json`."""
@@ -166,6 +175,7 @@ class Report:
             "declared": self.declared,
             "stubs": self.stubs,
             "faults": self.faults,
+            "edits": [asdict(each) for each in self.edits],
             "notes": [asdict(each) for each in self.notes],
             "lost": self.lost,
         }
@@ -188,6 +198,7 @@ class Report:
         sections: dict[str, Iterable[object]] = {
             "refused rungs": self.refused,
             "refused objects": self.objects,
+            "online edits": self.edits,
             "notes": self.notes,
             "declared from their use": map(": ".join, self.declared.items()),
             "stubs": map(": ".join, self.stubs.items()),

@@ -6,7 +6,7 @@ The number of a rung in the tree is its index in the document, so that a later r
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 
 from ...io_images.site import NOWHERE, Site
 from ...ladder.build.text import parse_rung
@@ -16,6 +16,7 @@ from ...ladder.model.spec import Spec
 from ...ladder.model.statements import Empty, Region, statements_in
 from ...ladder.model.tree import Block, Origin, Routine, Rung
 from ...ladder.st import parse_statements
+from .edits import NORMAL, RUNG_TYPES, TEXT_TYPES, Edit
 from .presets import Presets
 from .report import Refusal, Report, StructuredRoutine
 from .xml.limits import MOST_IN_RUNG, instructions_in
@@ -67,6 +68,13 @@ def _column(text: str, site: Site) -> int:
     return (at if at >= 0 else text.find(site.instruction.partition("(")[0])) + 1 or 1
 
 
+def _edits_of_text(owner: str, record: RoutineRecord) -> Iterator[Edit]:
+    """Yield the texts of a routine of structured text that is under edit."""
+    for place, (kind, line) in enumerate(record.texts if len(record.texts) > 1 else ()):
+        says = TEXT_TYPES[kind].says if kind in TEXT_TYPES else "a text"
+        yield Edit(line, owner, record.name, None, kind, says, place == record.chosen)
+
+
 def line_of(record: RoutineRecord, number: int) -> int:
     """Return the file's line for a line of structured text; for an empty routine its own."""
     numbers = _lines_of(record)[1] or [record.line]
@@ -107,6 +115,7 @@ class RoutineReader:
             self.refuse_object(owner, record.name, f"it is {DIAGRAMS[record.kind]}", record.line)
             return None
         if record.kind == "ST":
+            self._report.edits += _edits_of_text(owner, record)
             return self._statements(owner, record)
         rungs = tuple(self._rung(owner, record, place, each) for place, each in enumerate(record.rungs))
         return Routine(record.name, rungs, record.comment)
@@ -135,9 +144,17 @@ class RoutineReader:
         if rung.texts > 1:
             name = f"{owner}.{record.name} rung {rung.number}"
             self._report.note(name, f"it has {rung.texts} texts; the first one is read", rung.line)
-        if rung.kind.upper() != "N":
-            reason = f"it is of type {rung.kind}, an edit in progress"
+        kind = RUNG_TYPES.get(rung.kind if rung.kind != "n" else NORMAL)
+        if kind is None:
+            known = ", ".join(RUNG_TYPES)
+            reason = f"it is of type {rung.kind}; types of rungs are {known}"
             self.refuse(owner, record.name, place, reason, _PENDING)
+            return Rung((), rung.comment, origin)
+        runs = kind.tested if record.tests_edits else kind.runs
+        if kind is not RUNG_TYPES[NORMAL]:
+            edit = Edit(rung.line, owner, record.name, rung.number, rung.kind, kind.says, runs)
+            self._report.edits.append(edit)
+        if not runs:
             return Rung((), rung.comment, origin)
         count = instructions_in(rung.text)
         if count > MOST_IN_RUNG:

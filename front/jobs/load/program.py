@@ -331,8 +331,7 @@ def _whole(
         shown += [f"and {more} more: scanrack l5x {path} lists all"] * (more > 0)
         raise ProgramError("\n".join(shown), *(Site(file=each.file, line=each.line) for each in refused))
     program.refused = [each.place for each in sorted(refused, key=lambda each: each.line)]
-    notices = (report.warning,) if report.lost else ()
-    return LoadedProgram(path, program.name, program, data, notices, modules)
+    return LoadedProgram(path, program.name, program, data, report.warnings, modules)
 
 
 def _load_steps(path: Path) -> LoadedProgram:

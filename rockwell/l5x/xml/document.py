@@ -23,6 +23,7 @@ from ....io_images.input_files import open_input
 from ....io_images.site import Site
 from ....ladder.build.addon import ROUTINES
 from ....ladder.model.errors import LadderError
+from ..edits import chosen_text
 from .records import (
     AddOnRecord,
     Data,
@@ -330,25 +331,27 @@ class _L5xReader:
 
     def _program(self, element: Any) -> ProgramRecord:
         get = element.get
+        tested = _is_true(get("TestEdits", ""))
         return ProgramRecord(
             get("Name", ""),
             get("MainRoutineName", ""),
             get("FaultRoutineName", ""),
             _is_true(get("Disabled", "")),
             tuple(map(self._tag, _defined(element, "Tags", "Tag"))),
-            tuple(map(self._routine, _defined(element, "Routines", "Routine"))),
+            tuple(self._routine(each, tested=tested) for each in _defined(element, "Routines", "Routine")),
             tuple(map(_encoded, _children(element, "Routines", "EncodedData"))),
             _text(element.find("Description")),
             element.sourceline,
         )
 
-    def _routine(self, element: Any) -> RoutineRecord:
+    def _routine(self, element: Any, *, tested: bool = False) -> RoutineRecord:
         rungs = [
             self._rung(each, place) for place, each in enumerate(_children(element, "RLLContent", "Rung"))
         ]
         contents = list(element.iterchildren("STContent"))
-        original = next((each for each in contents if each.get("OnlineEditType") == "Original"), None)
-        content = original if original is not None else next(iter(contents), None)
+        types = [each.get("OnlineEditType", "") for each in contents]
+        chosen = chosen_text(types, tested=tested)
+        content = contents[chosen] if contents else None
         lines = [("".join(each.itertext()), int(each.sourceline)) for each in _children(content, "Line")]
         if content is not None and not lines:  # by other programs than Studio 5000
             lines = [(content.text or "", int(content.sourceline))]
@@ -362,6 +365,9 @@ class _L5xReader:
             tuple(lines),
             element.get("Use", "Target") == "Target",
             element.sourceline,
+            tested,
+            tuple((kind, int(each.sourceline)) for kind, each in zip(types, contents, strict=True) if kind),
+            chosen,
         )
 
     def _rung(self, element: Any, place: int) -> L5xRungRecord:

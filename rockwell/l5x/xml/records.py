@@ -72,7 +72,7 @@ class L5xRungRecord:
     """A rung."""
 
     number: int  # as in the document, else its index
-    kind: str  # its Type: `N`, or a letter of an edit in progress
+    kind: str  # its Type: `N`, or the letters of an edit in progress, see `edits`
     text: str
     comment: str
     line: int  # first line of its text
@@ -90,6 +90,9 @@ class RoutineRecord:
     lines: tuple[tuple[str, int], ...]  # of structured text: text and line
     target: bool  # whether it is the exported object, not context
     line: int
+    tests_edits: bool = False  # whether its program executes accepted edits
+    texts: tuple[tuple[str, int], ...] = ()  # of structured text under edit: type and line of all texts
+    chosen: int = 0  # which of them `lines` are
 
 
 @dataclass(frozen=True, slots=True)

@@ -166,9 +166,56 @@ def test_each_refused_rung_says_where_and_why(imported):
     assert "there is no tag Gone" in second.reason
 
 
-def test_edits_in_progress_are_refused_with_their_letter(imported):
-    report = imported(machine(rung("NOP();", kind="I"), rung("NOP();", number=1))).report
-    assert [each.reason for each in report.refused] == ["it is of type I, an edit in progress"]
+EDITS = ("N", "I", "D", "R", "IR", "rN", "rI", "rR", "e", "er", "i", "r", "d")
+
+
+@pytest.mark.parametrize(
+    ("tested", "runs"),
+    [
+        ("false", ["N", "D", "R", "rN", "rR", "r", "d"]),  # the original
+        ("true", ["N", "I", "IR", "rN", "rI", "r", "d"]),  # accepted edits; pending ones never run
+    ],
+)
+def test_of_online_edits_those_run_that_the_controller_executes(imported, tested, runs):
+    rungs = (rung(f"OTE(Ran[{at}]);", number=at, kind=kind) for at, kind in enumerate(EDITS))
+    text = machine(*rungs, tags=[tag("Ran", "BOOL", "32")])
+    found = imported(text.replace("<Program Name", f'<Program TestEdits="{tested}" Name', 1))
+    tags = after(found)
+    assert [kind for at, kind in enumerate(EDITS) if tags[f"Ran[{at}]"]] == runs
+    assert found.report.refused == []
+    assert [(each.type, each.runs) for each in found.report.edits] == [
+        (kind, kind in runs) for kind in EDITS[1:]
+    ]
+    said = "\n".join([*found.report.lines(), *found.report.warnings])
+    assert f"online edits, {len(runs) - 1} run and {13 - len(runs)} do not" in said
+    assert "Main.Main rung 1 (line" in said
+    assert f"I, accepted, to be inserted; it {'runs' if tested == 'true' else 'does not run'}" in said
+
+
+def test_a_rung_of_an_unknown_type_is_refused_with_its_letter(imported):
+    report = imported(machine(rung("NOP();", kind="Q"), rung("NOP();", number=1))).report
+    (refused,) = report.refused
+    assert refused.reason.startswith("it is of type Q; types of rungs are N, I, D, R, IR,")
+
+
+@pytest.mark.parametrize(("tested", "value"), [("false", 1), ("true", 2)])
+def test_of_edited_structured_text_that_runs_which_the_controller_executes(imported, tested, value):
+    whole = structured("Main", "Level := 0;")
+    start, end = whole.index("<STContent>"), whole.index("</Routine>")
+    kinds = {"PendingEdits": 3, "Original": 1, "TestEdits": 2}
+    texts = "".join(
+        whole[start:end]
+        .replace("0;", f"{number};")
+        .replace("<STContent>", f'<STContent OnlineEditType="{kind}">')
+        for kind, number in kinds.items()
+    )
+    text = document(
+        tags=[tag("Level", "DINT")], programs=[program("Main", whole[:start] + texts + whole[end:])]
+    )
+    found = imported(text.replace("<Program Name", f'<Program TestEdits="{tested}" Name', 1))
+    assert after(found).Level == value
+    ran = {"Original": tested == "false", "TestEdits": tested == "true", "PendingEdits": False}
+    assert {each.type: each.runs for each in found.report.edits} == ran
 
 
 def test_an_encoded_add_on_is_refused_and_calls_pass_its_parameters(imported):

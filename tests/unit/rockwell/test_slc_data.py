@@ -139,7 +139,7 @@ def test_what_is_not_understood_is_lost_and_told(data, lost, line, says):
     assert found.report.refused == []
     (note,) = (each for each in found.report.notes if says in each.text)
     assert note.line == before + line
-    assert f"machine.SLC: values of the export are lost: {lost};" in found.report.warning
+    assert f"machine.SLC: values of the export are lost: {lost};" in found.report.warnings[0]
 
 
 def test_one_value_that_is_lost_keeps_the_others():
