@@ -17,10 +17,14 @@ from ..run.edit import Edit, carry_over
 from ..run.engine import STEP_MS
 from ..run.view import Tags
 from ..state.memory import Value, checked
+from .causes import Causes
+from .chains import Chains, Outside, outside_unknown
 from .crossref import CrossReference
+from .executed import TracedEngine
 from .forces import Forces
 from .inquiry import Inquiry
 from .journal import MOST, Journal
+from .links import Link
 from .replay import Replayer, ScanInputs, Truths, Write, input_leaves
 from .values import with_values
 from .watched import Change, shown
@@ -400,7 +404,7 @@ class Debugger:
     def _past(self) -> Replayer:
         """Runs scans again, on a memory of its own."""
         if self._replayer is None:
-            engine = WatchedEngine(self._engine.lowered, self.program.scanner)
+            engine = TracedEngine(self._engine.lowered, self.program.scanner)
             engine.variants = self._engine.variants
             self._replayer = Replayer(engine, self._journal)
         return self._replayer
@@ -439,6 +443,14 @@ class Debugger:
     def why(self, tag: str) -> str:
         """Return the cause of a tag's value, see `Inquiry.why`."""
         return self._inquiry.why(tag)
+
+    def chains(self, *, deep: bool = False, outside: Outside = outside_unknown) -> Chains:
+        """Return what makes chains of causes, see `Chains`."""
+        return Chains(self._engine.lowered, Causes(self._past), deep, outside)
+
+    def chain(self, tag: str, *, deep: bool = False) -> Link | None:
+        """Return the chain of causes of a tag's value, None if it has not changed; see `Chains.of_tag`."""
+        return self.chains(deep=deep).of_tag(tag, self._journal.latest)
 
     def cause(self, tag: str) -> tuple[int, str] | None:
         """Return what last changed a tag, see `Inquiry.cause`."""

@@ -73,9 +73,8 @@ class Replayer:
         self.at: int | None = None  # the scan that was run last; None before the first
         self.truths: Truths = {}  # the power of the scan that was asked for last
         self._source, self._most, self._stretches = source, most, stretches
-        self._images = [
-            engine.memory.cells[leaf.ident].cell_contents.cast("B") for leaf in input_leaves(engine.memory)
-        ]
+        self.images = input_leaves(engine.memory)  # what `ScanInputs.images` are of
+        self._images = [engine.memory.cells[leaf.ident].cell_contents.cast("B") for leaf in self.images]
 
     def show(self, scan: int) -> bool:
         """Run to a scan and note its power; return whether that was possible."""
@@ -96,6 +95,11 @@ class Replayer:
         if not self._run_to(scan, watched=not noted):
             raise ValueError(f"scan {scan} can't be repeated any more")
         return self.again(scan) if noted and self.engine.broken_off else self.engine
+
+    def inputs(self, scan: int) -> ScanInputs | None:
+        """Return what went into a scan; None if it is not known."""
+        count, known = self._source.inputs(scan, scan)
+        return next(known, None) if count == 1 else None
 
     def walk(self, first: int, last: int) -> Iterator[int]:
         """Run scans in turn; after each yield its time, ns, while the engine is at its end.

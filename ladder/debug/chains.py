@@ -1,0 +1,225 @@
+"""A chain of causes through a program: from a tag through rungs, add-on instructions and statements."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+
+from ...io_images.site import Site
+from ..model.operands import Constant, Group, Place, leaves_in
+from ..model.resolver import Resolver
+from ..state.lowered import LoweredProgram
+from ..state.memory import Value
+from .causes import Cause, Causes, Origin
+from .executed import Cell, StepRun
+from .links import Link, Operand, linked
+from .why import is_counted
+
+DEEPEST = 200
+"""Most links one behind the other."""
+
+Outside = Callable[[Origin, str, Value], Link | None]
+"""Explains an input, from the cell's change, its name and its value; None if nothing is known of it."""
+
+
+def outside_unknown(_origin: Origin, _name: str, _value: Value) -> Link | None:
+    """Explain no input: chains end at the images."""
+    return None
+
+
+@dataclass(slots=True)
+class Chains:
+    """Makes chains of a program.
+
+    Args:
+        causes: of changes in its past.
+        deep: whether rungs of add-on instructions are links, too; without it their calls are.
+        outside: explains inputs.
+    """
+
+    lowered: LoweredProgram
+    causes: Causes
+    deep: bool = False
+    outside: Outside = outside_unknown
+    _known: dict[tuple[Cell, int, int], Link] = field(default_factory=dict)
+
+    def of_tag(self, tag: str, scan: int) -> Link | None:
+        """Return the chain of a tag's value after a scan; None if it has not changed in the known scans."""
+        cells = self.cells(tag)
+        origins = self.causes.origins(cells, scan)
+        if not origins:
+            return None
+        last = max(origins, key=lambda each: each.write.order if each.write else 0)
+        name = tag if len(cells) == 1 else last.cell.name
+        return self.of(last, name, 0)
+
+    def of_cell(self, cell: Cell, name: str, scan: int) -> Link | None:
+        """Return the chain of a cell after a scan."""
+        origins = self.causes.origins([cell], scan)
+        return self.of(origins[0], name, 0) if origins else None
+
+    def cells(self, tag: str) -> list[Cell]:
+        """Return the cells of a tag; of a timer or counter its bits; ValueError for an unknown name."""
+        where = Resolver(self.lowered.layout).named(tag)
+        if isinstance(where, Place):
+            return [cell_of(where)]
+        return list(_cells_of(where))
+
+    def of(self, origin: Origin, name: str, deep: int) -> Link:
+        """Return the link of a change."""
+        key = origin.cell, origin.scan, origin.write.order if origin.write else 0
+        known = self._known.get(key)
+        if known is None:
+            self._known[key] = known = self._link(origin, name, deep)
+        return known
+
+    def _link(self, origin: Origin, name: str, deep: int) -> Link:
+        write, scan = origin.write, origin.scan
+        now_ns = self.causes.now_ns(scan)
+        if write is None or self._is_set(origin):
+            return self._of_outside(origin, name, now_ns)
+        value = _value(origin.cell, write.after)
+        if write.by is None:
+            text = f"{write.mode or 'the start of the scan'}"
+            return Link("power-up", name, value, scan, now_ns, text)
+        if deep >= DEEPEST:
+            return Link("unknown", name, value, scan, now_ns, f"more than {DEEPEST} links")
+        groups = self.causes.of(origin)
+        inner = self._site(write.by)
+        parts = [
+            tuple(link for cause in group for link in self._behind(cause, scan, deep + 1)) for group in groups
+        ]
+        if not any(parts) and scan == 0:
+            parts = [(Link("power-up", "power-up", None, scan, now_ns),)]
+        operands = _operands(write.by, [cause for group in groups for cause in group])
+        kind = "rung" if inner.unit == "rung" else "line"
+        return linked(
+            self._spliced(parts, write.by, scan),
+            kind=kind,
+            name=name,
+            value=value,
+            scan=scan,
+            now_ns=now_ns,
+            text=self._text(write.by, [cause for group in groups for cause in group]),
+            site=inner,
+            operands=operands,
+        )
+
+    def _behind(self, cause: Cause, scan: int, deep: int) -> Iterator[Link]:
+        for origin in self.causes.origins([cause.read.cell], scan, cause.by.order):
+            yield self.of(origin, cause.read.text, deep)
+
+    def _of_outside(self, origin: Origin, name: str, now_ns: int) -> Link:
+        inputs = self.causes.inputs(origin.scan)
+        leaf, cell = origin.cell.leaf, origin.cell
+        value: Value | None = None
+        if inputs is not None:
+            for at, index, each in inputs.writes:
+                if Cell(at, index).overlaps(cell):
+                    value = _value(cell, each)
+        if leaf.is_image and not leaf.output and value is None:
+            value = self.causes.image(cell, origin.scan)
+            found = self.outside(origin, name, value)
+            return found or Link("input", name, value, origin.scan, now_ns, where(cell))
+        if value is not None:
+            return Link("operator", name, value, origin.scan, now_ns, "set from outside of the program")
+        return Link("force", name, None, origin.scan, now_ns, "forced, or a force removed")
+
+    def _is_set(self, origin: Origin) -> bool:
+        """Whether a change was made between two scans."""
+        write, inputs = origin.write, self.causes.inputs(origin.scan)
+        if write is None or write.by is not None or inputs is None:
+            return False
+        return any(Cell(leaf, index).overlaps(origin.cell) for leaf, index, _ in inputs.writes)
+
+    # --- places
+
+    def _outermost(self, entry: StepRun) -> StepRun:
+        """Return the instruction in the user's program that runs an instruction."""
+        entry = entry.parent or entry
+        while entry.run.caller is not None and (entry.run.instance and not self.deep):
+            entry = entry.run.caller.parent or entry.run.caller
+        return entry
+
+    def _site(self, entry: StepRun) -> Site:
+        return self.lowered.sites[self._outermost(entry).number]
+
+    def _spliced(
+        self, groups: Sequence[tuple[Link, ...]], entry: StepRun, scan: int
+    ) -> Iterator[tuple[Link, ...]]:
+        """Replace links of the same call of an add-on instruction by their causes."""
+        site = self._site(entry)
+        inside = not self.deep and (entry.run.instance or entry.parent is not None)
+        for group in groups:
+            found: list[Link] = []
+            for link in group:
+                if inside and link.site is site and link.causes:
+                    if len(group) == 1:
+                        yield from link.causes
+                        continue
+                    found += [each for inner in link.causes for each in inner]
+                else:
+                    found.append(link)
+            if found:
+                yield tuple(found)
+
+    def _text(self, entry: StepRun, causes: Sequence[Cause]) -> str:
+        """Return what decided: the contacts that changed; the instruction if it waited, or has none."""
+        outer = self._outermost(entry)
+        sites = self.lowered.sites
+        if outer is not entry or sites[entry.number].unit == "line":
+            return sites[outer.number].instruction
+        texts = dict.fromkeys(
+            sites[each.by.number].instruction for each in causes if each.by.run is entry.run
+        )
+        if causes and not any(each.changed for each in causes):
+            return f"{sites[entry.number].instruction}, after {' '.join(texts)}".removesuffix(", after ")
+        return " ".join(texts) or sites[entry.number].instruction
+
+
+def cell_of(where: Place) -> Cell:
+    """Return the cell of a place with fixed subscripts; ValueError if they are computed."""
+    index = where.fixed_index
+    if index is None or where.can_fault:
+        raise ValueError(f"{where.text} has no fixed place: ask about one element")
+    mask = 1 << int(where.bit.value) if isinstance(where.bit, Constant) else None
+    return Cell(where.leaf, index, mask)
+
+
+def where(cell: Cell) -> str:
+    """Return the place of an input in the rack: `slot 2 input 1`, of a word `slot 2 input word 3`."""
+    side = "output" if cell.leaf.output else "input"
+    if cell.mask is None:
+        return f"slot {cell.leaf.slot} {side} word {cell.index}"
+    return f"slot {cell.leaf.slot} {side} {16 * cell.index + cell.mask.bit_length() - 1}"
+
+
+def _cells_of(group: Group) -> Iterator[Cell]:
+    fixed = [int(each.value) for each in group.indices if isinstance(each, Constant)]
+    if len(fixed) != len(group.indices):
+        raise ValueError(f"{group.text} has no fixed place: ask about one element")
+    for leaf in leaves_in(group):
+        if "~" in leaf.path or (is_counted(group) and not leaf.type.is_bool):
+            continue
+        first, rest = 0, leaf.dims[len(fixed) :]
+        for index, length in zip(fixed, leaf.dims, strict=False):
+            first = first * length + index
+        size = 1
+        for length in rest:
+            size *= length
+        yield from (Cell(leaf, first * size + number) for number in range(size))
+
+
+def _value(cell: Cell, value: Value) -> Value:
+    return value if cell.mask is None else bool(int(value) & cell.mask)
+
+
+def _operands(entry: StepRun, causes: Sequence[Cause]) -> tuple[Operand, ...]:
+    """Return what the rung and the instruction have read, each value once."""
+    changed = {each.read.cell for each in causes if each.changed}
+    found: dict[str, Operand] = {}
+    for run in (*entry.run.steps.values(), *entry.run.heads, *(cause.by for cause in causes)):
+        if run.order <= entry.order:
+            for each in run.reads:
+                found.setdefault(each.text, Operand(each.text, each.value, each.cell in changed))
+    return tuple(found.values())

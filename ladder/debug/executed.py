@@ -1,0 +1,343 @@
+r"""What one scan executed: its instructions in order, each with its power, its reads and its writes.
+
+    order   0        1              2            3
+            XIC A    reads A = 1    OTE B        writes B: 0 -> 1
+            \_____ of the run of one rung _______________/
+
+The interpreter notes it in a scan that is run again for a question, see `causes`; no other scan has a cost.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+from typing_extensions import override
+
+from ..model.errors import LadderFault
+from ..model.operands import Calculation, Constant, Place, Resolved
+from ..model.spec import InstructionKind, Use
+from ..model.tags import Leaf
+from ..state.lowered import Body, LoweredLine, LoweredStep
+from ..state.memory import InterpretedAddOnStore, Value, element_text
+from .watched import WatchedInterpreter, WatchedMemory
+from .watching import WatchedEngine
+
+
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """A value in memory, or some bits of one."""
+
+    leaf: Leaf
+    index: int  # flat index in the leaf
+    mask: int | None = None  # its bits; None for the whole value
+
+    @property
+    def name(self) -> str:
+        """Its address."""
+        name = element_text(self.leaf.path, self.leaf.dims, self.index)
+        return name if self.mask is None else f"{name}.{self.mask.bit_length() - 1}"
+
+    def of(self, value: Value) -> Value:
+        """Return its part of a value of the leaf."""
+        return value if self.mask is None else int(value) & self.mask
+
+    def overlaps(self, other: Cell) -> bool:
+        """Whether two cells share memory."""
+        if self.leaf is not other.leaf or self.index != other.index:
+            return False
+        return self.mask is None or other.mask is None or bool(self.mask & other.mask)
+
+
+@dataclass(frozen=True, slots=True)
+class Read:
+    """A value that an instruction read."""
+
+    cell: Cell
+    value: Value  # of the cell
+    text: str  # as the program writes it; in an add-on instruction the name of the tag
+
+
+@dataclass(frozen=True, slots=True)
+class Write:
+    """A change that an instruction made."""
+
+    order: int
+    cell: Cell  # the whole value
+    before: Value
+    after: Value
+    by: StepRun | None  # None for what is no instruction
+    mode: str  # prescan or postscan if that wrote it, else ""
+
+    def changes(self, cell: Cell) -> bool:
+        """Whether a cell has another value after it."""
+        if not self.cell.overlaps(cell):
+            return False
+        return bool(cell.of(self.before) != cell.of(self.after))
+
+
+@dataclass(eq=False, slots=True)
+class LineRun:
+    """A run of a rung, or of a statement."""
+
+    key: tuple[object, ...]  # routine in capitals, number, instance, number of the run in the scan
+    routine: str
+    line: LoweredLine
+    instance: str  # in an add-on instruction, its instance
+    caller: StepRun | None  # the instruction that runs the routine; None for a main routine
+    heads: tuple[StepRun, ...]  # conditions around a statement, outermost first
+    steps: dict[int, StepRun] = field(default_factory=dict)  # by id of the lowered step
+
+
+@dataclass(eq=False, slots=True)
+class StepRun:
+    """A run of an instruction."""
+
+    order: int
+    step: LoweredStep
+    run: LineRun
+    power: bool  # before it
+    parent: StepRun | None  # the call whose parameters it copies
+    ahead: tuple[StepRun, ...] = ()  # the contacts before it in such a copy
+    truth: bool | None = None  # whether it conducts, without power whether it would; None if unknown
+    reads: list[Read] = field(default_factory=list)
+
+    @property
+    def number(self) -> int:
+        """The number of its site."""
+        return self.step.site
+
+    @property
+    def instance(self) -> str:
+        """The instance of the add-on instruction that it is a part of, also of a copy of its parameters."""
+        return self.run.instance
+
+
+@dataclass(slots=True)
+class Execution:
+    """A scan as it was executed."""
+
+    scan: int
+    now_ns: int = 0
+    runs: dict[tuple[object, ...], LineRun] = field(default_factory=dict)
+    writes: list[Write] = field(default_factory=list)
+    order: int = 0
+
+    def next(self) -> int:
+        """Return the next place in the order."""
+        self.order += 1
+        return self.order
+
+    def changes(self, cell: Cell) -> bool:
+        """Whether a cell has another value at its end than at its beginning."""
+        own = [each for each in self.writes if each.cell.overlaps(cell)]
+        return bool(own) and cell.of(own[0].before) != cell.of(own[-1].after)
+
+    def last_write(self, cell: Cell, before: int | None = None) -> Write | None:
+        """Return the last change of a cell before a place in the order; None if there is none."""
+        for each in reversed(self.writes):
+            if (before is None or each.order < before) and each.changes(cell):
+                return each
+        return None
+
+
+class TracedMemory(WatchedMemory):
+    """Memory that reports reads while `noted` is a list."""
+
+    noted: list[tuple[Leaf, int, Value]] | None = None
+
+    def read(self, leaf: Leaf, index: int = 0) -> Value:
+        """Return a value."""
+        value = super().read(leaf, index)
+        if self.noted is not None:
+            self.noted.append((leaf, index, value))
+        return value
+
+    @override
+    def write(self, leaf: Leaf, index: int, value: Value) -> None:
+        with self.unnoted():
+            super().write(leaf, index, value)
+
+    @contextmanager
+    def unnoted(self) -> Iterator[None]:
+        """Note no read."""
+        noted, self.noted = self.noted, None
+        try:
+            yield
+        finally:
+            self.noted = noted
+
+
+class TracedInterpreter(WatchedInterpreter):
+    """An interpreter that notes what it executes while `execution` is set."""
+
+    memory: TracedMemory
+    execution: Execution | None = None
+
+    def __init__(self, *parts: object) -> None:
+        super().__init__(*parts)
+        self._runs: list[LineRun] = []
+        self._steps: list[StepRun] = []
+        self._heads: tuple[StepRun, ...] = ()
+        self._ahead: tuple[StepRun, ...] = ()
+        self._times: Counter[tuple[object, ...]] = Counter()
+
+    @property
+    def step_run(self) -> StepRun | None:
+        """The instruction under way."""
+        return self._steps[-1] if self._steps else None
+
+    @override
+    def scan(self, now_ns: int) -> None:
+        self._runs.clear()
+        self._steps.clear()
+        self._times.clear()
+        self._heads = ()
+        super().scan(now_ns)
+
+    @override
+    def _line(self, line: LoweredLine, inputs: Sequence[Value], *, statement: bool = False) -> bool:
+        execution = self.execution
+        if execution is None:
+            return super()._line(line, inputs, statement=statement)
+        routine = self._routines[-1]
+        place = (routine, line.number, id(line), self.instance)
+        key = (*place, self._times[place])
+        self._times[place] += 1
+        run = LineRun(key, routine, line, self.instance, self.step_run, self._heads)
+        execution.runs[key] = run
+        self._runs.append(run)
+        try:
+            return super()._line(line, inputs, statement=statement)
+        finally:
+            self._runs.pop()
+
+    @override
+    def _inside(self, head: LoweredLine, body: Body, inputs: Sequence[Value]) -> None:
+        outer = self._heads
+        execution = self.execution
+        if execution is not None:
+            last = next((run for run in reversed(execution.runs.values()) if run.line is head), None)
+            self._heads = (*outer, *(last.steps.values() if last else ()))
+        try:
+            super()._inside(head, body, inputs)
+        finally:
+            self._heads = outer
+
+    @override
+    def _step(self, step: LoweredStep, power: bool) -> bool:
+        execution = self.execution
+        if execution is None or not self._runs:
+            return super()._step(step, power)
+        parent = self._steps[-1] if self._silent else None
+        entry = StepRun(execution.next(), step, self._runs[-1], power, parent, self._ahead if parent else ())
+        entry.run.steps[id(step)] = entry
+        outer, self.memory.noted = self.memory.noted, []
+        heads, self._heads = self._heads, ()
+        self._steps.append(entry)
+        try:
+            behind = super()._step(step, power)
+            entry.truth = behind if power or step.spec.decides else self._would_conduct(step)
+            return behind
+        finally:
+            entry.reads += [_bulk(leaf, index, value) for leaf, index, value in self.memory.noted or ()]
+            self._steps.pop()
+            self._ahead = (*entry.ahead, entry) if step.kind is InstructionKind.INPUT else ()
+            self.memory.noted, self._heads = outer, heads
+
+    @override
+    def _values(self, step: LoweredStep) -> tuple[tuple[str, Value], ...]:
+        with self.memory.unnoted():
+            return super()._values(step)
+
+    def _would_conduct(self, step: LoweredStep) -> bool | None:
+        """Whether a plain contact without power would conduct; None for anything else."""
+        if (
+            step.kind is not InstructionKind.INPUT
+            or not set(step.uses) <= _READ
+            or any(map(_risky, step.operands))
+        ):
+            return None
+        try:
+            return bool(step.spec.run(self, *step.operands))
+        except LadderFault:
+            return None
+
+    @override
+    def get(self, place: Place) -> Value:
+        value = super().get(place)
+        noted = self.memory.noted
+        if noted and self._steps:
+            leaf, index, _ = noted.pop()
+            self._steps[-1].reads.append(self._read(place, leaf, index, value))
+        return value
+
+    def _read(self, place: Place, leaf: Leaf, index: int, value: Value) -> Read:
+        mask = None
+        store = self.store_of(place.leaf.root)
+        if place.bit is not None:
+            with self.memory.unnoted():
+                mask = 1 << self.subscript(place.bit, place.leaf.type.bits, place.text)
+        elif isinstance(store, InterpretedAddOnStore) and store.bit is not None:
+            mask = 1 << store.bit
+        cell = Cell(leaf, index, mask)
+        own = place.leaf.root or place.can_fault  # the name inside of an add-on, or a computed subscript
+        return Read(cell, value, cell.name if own else place.text)
+
+    @override
+    def put(self, place: Place, value: Value) -> None:
+        noted, self.memory.noted = self.memory.noted, None
+        try:
+            super().put(place, value)  # a bit reads its word, which is no cause
+        finally:
+            self.memory.noted = noted
+
+
+class TracedEngine(WatchedEngine):
+    """An engine whose watched scans are noted as `execution` while `traced` is set."""
+
+    memory_type = TracedMemory
+    interpreter_type = TracedInterpreter
+    memory: TracedMemory
+    interpreter: TracedInterpreter
+    traced = False
+    execution: Execution | None = None
+
+    @override
+    def _do(self, now_ns: int, *, first: bool) -> None:
+        if self.watching and self.traced:
+            self.execution = self.interpreter.execution = Execution(self.scans, now_ns)
+        try:
+            super()._do(now_ns, first=first)
+        finally:
+            self.interpreter.execution = None
+
+    @override
+    def _changed(self, leaf: Leaf, index: int, before: Value, after: Value) -> None:
+        super()._changed(leaf, index, before, after)
+        interpreter = self.interpreter
+        execution = interpreter.execution
+        if execution is not None:
+            cell, order = Cell(leaf, index), execution.next()
+            by = None if interpreter.mode else interpreter.step_run
+            execution.writes.append(Write(order, cell, before, after, by, interpreter.mode))
+
+
+_READ = frozenset({Use.BIT, Use.NUMBER, Use.TEXT_OR_NUMBER, Use.INTEGER, Use.TRUTH})
+"""Uses of contacts that only read."""
+
+
+def _risky(operand: Resolved) -> bool:
+    """Whether reading an operand may fault or note a fault."""
+    return (
+        isinstance(operand, Calculation)
+        or (isinstance(operand, Place) and operand.can_fault)
+        or not isinstance(operand, (Place, Constant))
+    )
+
+
+def _bulk(leaf: Leaf, index: int, value: Value) -> Read:
+    cell = Cell(leaf, index)
+    return Read(cell, value, cell.name)

@@ -1,0 +1,148 @@
+"""A chain of causes as data: links from a value back to what first made it so.
+
+    Lamp off <- Run off <- Stop on        each link with its instant, its place, and what it had read
+
+A link has groups of causes: the one link of a group was needed, of several each would have done. Groups and
+alternatives begin with the shortest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from ...io_images.site import NOWHERE, Site
+from ..state.memory import Value
+
+ROOTS = ("input", "module", "operator", "force", "incident", "power-up", "fault", "unknown")
+"""Kinds of links with nothing of the program behind them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Operand:
+    """A value that was read."""
+
+    name: str
+    value: Value | str
+    changed: bool  # since the run before
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Link:
+    """A change, and what made it; of a chain that comes together again, the same object."""
+
+    kind: str  # rung, line, wait, or one of `ROOTS`
+    name: str  # what changed
+    value: Value | str | None  # after it
+    scan: int
+    now_ns: int  # time of the scan, ns since power-up
+    text: str = ""  # what it was, after the place
+    site: Site | None = None  # the place in the user's program; None for what is not of it
+    operands: tuple[Operand, ...] = ()
+    causes: tuple[tuple[Link, ...], ...] = ()
+
+    depth: int = 1  # links from here to its end, on the shortest way
+
+    def walk(self) -> Iterator[Link]:
+        """Yield this link and all behind it, each once, the shortest way first."""
+        seen, ahead = set(), [self]
+        while ahead:
+            link = ahead.pop()
+            if link not in seen:
+                seen.add(link)
+                yield link
+                ahead += [each for group in reversed(link.causes) for each in reversed(group)]
+
+    @property
+    def first(self) -> Link:
+        """The end of the shortest way."""
+        return self.causes[0][0].first if self.causes else self
+
+    def as_json(self) -> list[dict[str, Any]]:
+        """Return its links in the order of `walk` as JSON values; causes are numbers of that list."""
+        links = list(self.walk())
+        numbers = {link: number for number, link in enumerate(links)}
+        return [_as_json(link, numbers) for link in links]
+
+    def __str__(self) -> str:
+        return "\n".join(_lines(self, "", "", set()))
+
+
+def _as_json(link: Link, numbers: Mapping[Link, int]) -> dict[str, Any]:
+    site = link.site or NOWHERE
+    place = {
+        "program": site.program,
+        "routine": site.routine,
+        site.unit: site.rung,
+        "instruction": site.instruction,
+        "file": site.file,
+        "file_line": site.line,
+    }
+    return {
+        "kind": link.kind,
+        "name": link.name,
+        "value": link.value,
+        "scan": link.scan,
+        "now_ns": link.now_ns,
+        "site": {name: each for name, each in place.items() if each not in ("", None)},
+        "text": link.text,
+        "operands": [
+            {"name": each.name, "value": each.value, "changed": each.changed} for each in link.operands
+        ],
+        "causes": [[numbers[each] for each in group] for group in link.causes],
+    }
+
+
+def linked(groups: Iterable[tuple[Link, ...]], **parts: Any) -> Link:
+    """Return a link with its causes in order; `parts` are its other fields."""
+    causes = ordered(groups)
+    return Link(**parts, causes=causes, depth=1 + (causes[0][0].depth if causes else 0))
+
+
+def ordered(groups: Iterable[tuple[Link, ...]]) -> tuple[tuple[Link, ...], ...]:
+    """Return groups and their alternatives, the shortest first, each link once."""
+    found: dict[tuple[Link, ...], None] = {}
+    for group in groups:
+        unique = tuple(dict.fromkeys(sorted(group, key=lambda link: link.depth)))
+        if unique:
+            found.setdefault(unique)
+    return tuple(sorted(found, key=lambda group: group[0].depth))
+
+
+def said(link: Link, routine: str = "") -> str:
+    """Return one link: `Run off (20.002 s, rung 3: XIC(Stop))`; its routine unless it is `routine`."""
+    site = link.site
+    at = f"{link.now_ns / 1e9:g} s"
+    where = "" if site is None else site.spot if site.file and not site.routine else site.place
+    if site is not None and site.routine and site.routine != routine:
+        where = f"{site.routine} {where}"
+    place = ": ".join(filter(None, (where, link.text)))
+    return f"{link.name} {_value(link.value)} ({', '.join(filter(None, (at, place)))})".replace("  ", " ")
+
+
+def _value(value: Value | str | None) -> str:
+    if value is None:
+        return ""
+    return ("off", "on")[value] if isinstance(value, bool) else f"= {value}"
+
+
+def _lines(link: Link, routine: str, indent: str, seen: set[Link]) -> Iterator[str]:
+    line = f"{indent}{said(link, routine)}"
+    while len(link.causes) == 1 and len(link.causes[0]) == 1 and link not in seen:
+        seen.add(link)
+        routine = link.site.routine if link.site else routine
+        (link,) = link.causes[0]
+        line += f" <- {said(link, routine)}"
+    if link in seen and link.causes:
+        yield f"{line} <- as above"
+        return
+    seen.add(link)
+    yield line
+    routine = link.site.routine if link.site else routine
+    for place, group in enumerate(link.causes):
+        for number, each in enumerate(group):
+            word = "or " if number else "and " if place else ""
+            first, *rest = _lines(each, routine, f"{indent}    ", seen)
+            yield f"{indent}  <- {word}{first.strip()}"
+            yield from rest
