@@ -121,11 +121,11 @@ def _tag_text(record: TagRecord) -> str:
 
 def _values(record: TagRecord) -> Iterator[str]:
     """Yield the values of a tag, one per line: the decorated ones if there are any."""
-    data = next((each for each in record.data if each.get("Format") == "Decorated"), None)
+    data = next((each for each in record.data if each.form == "Decorated"), None)
     if data is None:
-        yield from (" ".join("".join(each.itertext()).split()) for each in record.data)
+        yield from (" ".join("".join(each.element.itertext()).split()) for each in record.data)
         return
-    for element in data.iter():
+    for element in data.element.iter():
         value = element.get("Value")
         if value is not None:
             yield f"{_path(element, data)} = {value}"

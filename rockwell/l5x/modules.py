@@ -23,6 +23,7 @@ from .report import Report
 from .values.datatypes import NAME, Types
 from .values.value_texts import ValueTextError
 from .values.values import initial_of
+from .xml.document import L5xError
 from .xml.records import L5xDocument, ModuleRecord, ModuleTagRecord, number_of
 
 NETWORKS = ("ETHERNET", "CONTROLNET", "DEVICENET", "RHINOBP", "SERCOS", "USB", "RIO", "DH")
@@ -106,6 +107,8 @@ def _tag(module: ModuleRecord, tag: ModuleTagRecord, types: Types, report: Repor
         return None
     try:
         initial = initial_of(tag.data, kind, (), types) if tag.kind == "ConfigTag" else None
+    except L5xError:
+        raise
     except (ValueTextError, LadderError) as error:
         report.lose(name, f"it starts with zeros: {error}", tag.line)
         initial = None
@@ -131,7 +134,7 @@ FAULT_BYTES = 4
 
 def _shown(tag: ModuleTagRecord, types: Types) -> Iterator[DataType | None]:
     for data in tag.data:
-        for inner in data.iterchildren("Structure", "DataValue"):
+        for inner in data.element.iterchildren("Structure", "DataValue"):
             yield types.show(inner)
 
 

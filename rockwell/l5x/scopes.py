@@ -16,7 +16,8 @@ from .report import Report
 from .values.datatypes import Types
 from .values.value_texts import ValueTextError
 from .values.values import initial_of
-from .xml.records import Data, TagRecord
+from .xml.document import L5xError
+from .xml.records import Element, TagRecord
 
 _FILLED = {
     "PRODUCED": "it is produced, and has no consumer here",
@@ -41,6 +42,8 @@ def scope_of(
                 continue
             kind = type_of(record, types)
             declarations.append(tag_of(record, kind, types, report, owner))
+        except L5xError:
+            raise
         except LadderError as error:
             report.lose(_named(owner, record.name), f"it is not declared: {error}", record.line)
     return declarations
@@ -58,11 +61,11 @@ def type_of(record: TagRecord, types: Types) -> DataType:
         return found
 
 
-def _shown(record: TagRecord) -> Iterator[Data]:
+def _shown(record: TagRecord) -> Iterator[Element]:
     """Yield decorated data of a tag: its structure, or its first element's."""
     for each in record.data:
-        if each.get("Format") == "Decorated":
-            inner = next(each.iterchildren("Structure", "Array"), None)
+        if each.form == "Decorated":
+            inner = next(each.element.iterchildren("Structure", "Array"), None)
             if inner is not None and inner.tag == "Array":
                 inner = inner.find("Element/Structure")
             if inner is not None:
@@ -118,7 +121,7 @@ def motion_of(records: Iterable[TagRecord]) -> MotionData:
 
 def _attributes(record: TagRecord) -> dict[str, str]:
     """Return the parameters of an axis or coordinate system."""
-    inner = (child for each in record.data for child in each.iterchildren("*"))
+    inner = (child for each in record.data for child in each.element.iterchildren("*"))
     return next((dict(each.items()) for each in inner if each.tag.endswith("Parameters")), {})
 
 

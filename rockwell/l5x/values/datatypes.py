@@ -22,7 +22,7 @@ from ....ladder.model.types import (
     Structure,
     count_of,
 )
-from ..xml.records import Data, DataTypeRecord, MemberRecord, number_of
+from ..xml.records import DataTypeRecord, Element, MemberRecord, number_of
 from .raw import has_known_bytes
 
 MOST_VALUES = 100_000
@@ -183,7 +183,7 @@ class Types:
         self._known[name.upper()] = kind
         self.wrong.clear()  # types with members of this one
 
-    def show(self, data: Data) -> DataType | None:
+    def show(self, data: Element) -> DataType | None:
         """Return the type of decorated data (`Structure`, `Array`, `DataValue`, member elements), or None."""
         kind = data.get("DataType", "")
         try:

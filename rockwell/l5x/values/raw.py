@@ -29,13 +29,13 @@ from ....ladder.model.types import (
     members_at,
     size_of,
 )
-from ..xml.records import Data
+from ..xml.records import Element
 from .initials import nested
 
 _KNOWN = (TIMER, COUNTER, CONTROL)
 
 
-def bytes_in(element: Data) -> bytes | None:
+def bytes_in(element: Element) -> bytes | None:
     """Return the bytes of an element, None if it has another form."""
     try:
         return bytes.fromhex(element.text or "")

@@ -26,7 +26,8 @@ from typing import Any, NamedTuple
 
 from ....ladder.model.types import BOOL, DataType, Elementary, Member, Structure, count_of
 from ....ladder.state.memory import meant_by
-from ..xml.records import Data
+from ..xml.data import Data
+from ..xml.records import Element
 from .datatypes import Types
 from .initials import ValueReading, nested, scalar
 from .l5k import from_l5k
@@ -44,7 +45,11 @@ def initial_of(
     say: Callable[[str], None] = unsaid,
 ) -> Any:
     """Return an initial value from `Data` elements, None for the type's own, or raise a ValueTextError."""
-    found = {each.get("Format", ""): each for each in data}
+    if isinstance(kind, Elementary) and not dims:
+        only = {each.form: each.value for each in data}
+        if (one := only.get("Decorated")) is not None and "" not in only:
+            return scalar(one, kind, ValueReading(say=say))
+    found = {each.form: each.element for each in data}
     how = ValueReading(types.has_initials(kind), say)
     inner = next(found["Decorated"].iterchildren("*"), None) if "Decorated" in found else None
     raw = bytes_in(found[""]) if "" in found else None
@@ -70,7 +75,7 @@ def initial_of(
     return None
 
 
-def _refuse_bytes(element: Data, raw: bytes | None, kind: DataType, *, known: bool) -> None:
+def _refuse_bytes(element: Element, raw: bytes | None, kind: DataType, *, known: bool) -> None:
     """Raise ValueTextError for unreadable bytes, unless they are zeros."""
     if raw is None:
         raise ValueTextError(f"{(element.text or '').strip()[:20]!r} are no bytes")
@@ -84,7 +89,7 @@ def _refuse_bytes(element: Data, raw: bytes | None, kind: DataType, *, known: bo
 # --- decorated
 
 
-def _decorated(element: Data, kind: DataType, dims: tuple[int, ...], how: ValueReading) -> Any:
+def _decorated(element: Element, kind: DataType, dims: tuple[int, ...], how: ValueReading) -> Any:
     if dims:
         return _array(element, kind, dims, how)
     if isinstance(kind, Elementary):
@@ -104,7 +109,7 @@ class _Part(NamedTuple):
     wrong: str
 
 
-def _structure(element: Data, kind: Structure, how: ValueReading) -> Any:
+def _structure(element: Element, kind: Structure, how: ValueReading) -> Any:
     parts, is_string = _parts(kind)
     if is_string and not _has_elements(element):
         data = next((each for each in element.iterchildren("*") if each.get("Name") == "DATA"), None)
@@ -129,7 +134,7 @@ def _structure(element: Data, kind: Structure, how: ValueReading) -> Any:
     return found or None
 
 
-def _has_elements(element: Data) -> bool:
+def _has_elements(element: Element) -> bool:
     """Whether the characters of a string are elements, not a text."""
     arrays = element.iterchildren("ArrayMember")
     return any(next(each.iterchildren("Element"), None) is not None for each in arrays)
@@ -160,7 +165,7 @@ def _wrong_alias(kind: Structure, member: Member) -> str:
     return f"{member.name} of {kind.name} is a {member.type.name}, and at {member.at}, a {there.type.name}"
 
 
-def _quoted(element: Data) -> str:
+def _quoted(element: Element) -> str:
     text = (element.text or "").strip()
     if text[:1] == "'" == text[-1:] and len(text) > 1:
         text = text[1:-1]
@@ -171,7 +176,7 @@ def _cut(text: str, kind: Structure) -> str:
     return text[: kind.members[1].dims[0]]
 
 
-def _array(element: Data, kind: DataType, dims: tuple[int, ...], how: ValueReading) -> Any:
+def _array(element: Element, kind: DataType, dims: tuple[int, ...], how: ValueReading) -> Any:
     """Return nested lists, None if all elements have the type's initial value."""
     values: list[Any] = [None] * count_of(dims)
     something = False
@@ -205,7 +210,7 @@ def _flat(index: str, dims: tuple[int, ...]) -> int | None:
     return at
 
 
-def _parameters(element: Data | None, kind: DataType) -> Any:
+def _parameters(element: Element | None, kind: DataType) -> Any:
     """Return members given as attributes: `MessageParameters`, `AxisParameters`."""
     inner = None if element is None else next(element.iterchildren("*"), None)
     if inner is None or not isinstance(kind, Structure):

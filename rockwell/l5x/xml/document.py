@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import codecs
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -24,9 +24,9 @@ from ....io_images.site import Site
 from ....ladder.build.addon import ROUTINES
 from ....ladder.model.errors import LadderError
 from ..edits import chosen_text
+from .data import Data, cut_out
 from .records import (
     AddOnRecord,
-    Data,
     DataTypeRecord,
     EncodedRecord,
     L5xDocument,
@@ -85,10 +85,16 @@ def read_document(path: Path) -> L5xDocument:
 
 def parse_document(data: bytes, file: str) -> L5xDocument:
     """Read the bytes of an L5X file, see `read_document`."""
-    return _L5xReader(file).document(_root(data, file))
+    text, cut = cut_out(_checked(data, file))
+    del data
+    root = _parsed(text, file)
+    if root.tag != ROOT:
+        raise L5xError(file, root.sourceline or 1, f"its root is {root.tag}, that of an L5X is {ROOT}")
+    return _L5xReader(file, cut).document(root)
 
 
-def _root(data: bytes, file: str) -> Any:
+def _checked(data: bytes, file: str) -> bytes:
+    """Return a document's bytes as UTF-8, or raise an L5xError for what no export has."""
     if len(data) > MOST_BYTES:
         raise L5xError(file, 0, f"it has more than {MOST_BYTES:,} bytes")
     data = _as_utf8(data, file)
@@ -99,6 +105,11 @@ def _root(data: bytes, file: str) -> Any:
     if marks > MOST_MARKS:
         raise L5xError(file, 0, f"it has {marks:,} tags, attributes and texts; {MOST_MARKS:,} are allowed")
     _refuse_doctype(data, file)
+    return data
+
+
+def _parsed(data: bytes, file: str, line: int = 1) -> Any:
+    """Return the root of a document, or of a part that begins on a line."""
     parser = etree.XMLParser(
         encoding="utf-8",
         resolve_entities=False,
@@ -107,14 +118,11 @@ def _root(data: bytes, file: str) -> Any:
         huge_tree=False,
     )
     try:
-        root = etree.fromstring(data, parser)
+        return etree.fromstring(data, parser)
     except etree.XMLSyntaxError as error:
-        raise L5xError(file, error.lineno or 1, f"it is not XML: {error.msg}") from None
+        raise L5xError(file, line - 1 + (error.lineno or 1), f"it is not XML: {error.msg}") from None
     except ValueError as error:
-        raise L5xError(file, 1, f"it is not XML: {error}") from None
-    if root.tag != ROOT:
-        raise L5xError(file, root.sourceline or 1, f"its root is {root.tag}, that of an L5X is {ROOT}")
-    return root
+        raise L5xError(file, line, f"it is not XML: {error}") from None
 
 
 def _marks(data: bytes) -> int:
@@ -224,8 +232,14 @@ _READ = frozenset(
 class _L5xReader:
     """Builds records from elements."""
 
-    def __init__(self, file: str) -> None:
-        self._file = file
+    def __init__(self, file: str, cut: Sequence[bytes]) -> None:
+        self._file, self._cut = file, cut
+
+    def _data(self, element: Any) -> Data:
+        return Data(element, self._cut, self._part)
+
+    def _part(self, text: bytes, line: int) -> Any:
+        return _parsed(text, self._file, line)
 
     def document(self, root: Any) -> L5xDocument:
         controller = root.find("Controller")
@@ -294,7 +308,7 @@ class _L5xReader:
         dims = get("Dimensions", get("Dimension", "")).strip()
         for each in element:
             if each.tag == "Data" or each.tag == "DefaultData":
-                data.append(each)
+                data.append(self._data(each))
             elif each.tag == "Description":
                 comment = _text(each)
             elif each.tag == "Comments":
@@ -437,7 +451,7 @@ class _L5xReader:
             suffix,
             element.tag,
             _comments(element.find("Comments")),
-            list(element.iterchildren("Data")),
+            list(map(self._data, element.iterchildren("Data"))),
             _whole(size),
             element.sourceline,
         )

@@ -1,7 +1,7 @@
 """Records of an L5X document's parts, each with its line.
 
 Texts are stripped, names keep their case, attributes that are missing are "". `data` is the XML of values,
-which `values` reads.
+which `values` reads, see `data`.
 """
 
 from __future__ import annotations
@@ -11,9 +11,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from lxml.etree import _Element as Element
+from lxml.etree import _Element
 
-Data: TypeAlias = Element
+from .data import Data
+
+Element: TypeAlias = _Element
 """An element with values."""
 
 _NUMBER = re.compile(r"[0-9]{1,9}")
