@@ -29,7 +29,7 @@ from ..model.predefined.motion_types import (
     MOTION_INSTRUCTION,
 )
 from ..model.predefined.safety_types import SAFETY
-from ..model.predefined.structures import HMIBC, SERIAL_PORT_CONTROL
+from ..model.predefined.structures import HMIBC, PREDEFINED_TYPES, SERIAL_PORT_CONTROL
 from ..model.predefined.words import KEYWORDS, plain
 from ..model.spec import Spec, Use
 from ..model.statements import (
@@ -173,7 +173,9 @@ class Guesses:
     def read(self, program: str, routine: Routine) -> None:
         """Collect the uses in a routine."""
         called = [each for rung in routine.rungs for each in instructions_of(rung.series)]
-        for statement in statements_in(routine.statements or ()):
+        for name, kind in routine.chart.tags() if routine.chart else ():
+            self.argument(program, Address(name), PREDEFINED_TYPES[kind], ())
+        for statement in statements_in(routine.block):
             self._statement(program, statement)
             if isinstance(statement, Invocation):
                 called.append(statement.instruction)

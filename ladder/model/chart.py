@@ -229,6 +229,13 @@ class Chart:
                 if action.body is not None:
                     yield step, action, action.body
 
+    def tags(self) -> Iterator[tuple[str, str]]:
+        """Yield the tags of its elements with the names of their types."""
+        for step in self.steps:
+            yield step.name, STOP_TYPE if step.stop else STEP_TYPE
+            yield from ((each.name, ACTION_TYPE) for each in step.actions)
+        yield from ((each.name, "BOOL") for each in self.transitions)
+
     def statements(self) -> Iterator[Statement]:
         """Yield what the chart reads and writes, as statements: presets, bodies, conditions."""
         for step in self.steps:

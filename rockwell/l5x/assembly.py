@@ -10,6 +10,7 @@ from ...ladder.build.addon import AddOn
 from ...ladder.build.controller import Controller
 from ...ladder.build.guess import type_at
 from ...ladder.instructions.motion.axes import MotionData
+from ...ladder.model.chart import DEFAULT_OPTIONS, ChartOptions
 from ...ladder.model.errors import LadderError
 from ...ladder.model.schedule import Task, TaskKind
 from ...ladder.model.stubs import Stub, Stubs
@@ -82,11 +83,13 @@ class Parts:
     uncalled: set[str] = field(default_factory=set)  # add-ons that `harness_of` omits, in capitals
     cards: Mapping[int, str] = field(default_factory=dict)  # known catalog numbers by slot
     motion: MotionData = field(default_factory=MotionData)
+    chart_options: ChartOptions = DEFAULT_OPTIONS
     _indexes: dict[str, tuple[int, dict[str, Declaration]]] = field(default_factory=dict)
 
     def assemble(self, report: Report, tasks: Sequence[Task] | None = None) -> Controller:
         """Return a new controller of these parts, with other tasks if given; note rejected declarations."""
         controller = Controller(self.name)
+        controller.chart_options = self.chart_options
         controller.use(*self.add_ons.values())
         controller.motion = self.motion
         controller.take_stubs(Stubs(self.stubs, cards=self.cards))

@@ -83,6 +83,7 @@ class Builder:
         site: Site = NOWHERE,
     ) -> bool:
         """Refuse a rung or a text routine, removed by `empty`; return whether there was one."""
+        routine, _, body = routine.partition(".")  # `Sequence.Step.Action` is a part of Sequence
         found = self._routine(owner, routine)
         record = self._reader.record(owner, routine)
         emptied = self._emptied.setdefault((owner.upper(), routine.upper()), set())
@@ -94,6 +95,10 @@ class Builder:
             self._reader.refuse_object(
                 owner, routine, f"line {number}: {text}", line_of(record, number), remedy
             )
+        elif found.chart is not None:
+            place = f"{body.replace('.', ', action ')}, line {number}: " if body else ""
+            line = site.line or record.line
+            self._reader.refuse_object(owner, routine, f"{place}{text}", line, remedy)
         elif number >= len(record.rungs) or not found.rungs[number].series:
             return False
         else:
@@ -101,7 +106,7 @@ class Builder:
             emptied.add(number)
             return True
         part = self._parts.programs.get(owner.upper())
-        if part is not None and found.statements is not None:
+        if part is not None:
             del part.routines[routine.upper()]
             part.functions[routine.upper()] = does_nothing(found.name)
         else:

@@ -45,7 +45,7 @@ class Completion:
 
     def _to_guess(self, owner: str, routine: Routine) -> Routine:
         """Return the part of a routine that may name something missing; of a whole controller, a module."""
-        if self._all or self._aliases_of_modules or routine.statements is not None:
+        if self._all or self._aliases_of_modules or routine.block:
             return routine
         record = self._reader.record(owner, routine.name)
         texts = [each.text for each in record.rungs] if record else []

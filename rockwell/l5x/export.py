@@ -20,6 +20,7 @@ from ...ladder.model.statements import block_lines
 from ...ladder.model.tags import Alias, Declaration, SlotAlias, Tag
 from ...ladder.model.tree import Routine
 from ...ladder.model.types import DataType, Elementary, Member, Structure
+from .chart_export import write_chart
 
 REVISION = "32.02"
 """Software revision of the written file; later ones import it."""
@@ -304,9 +305,12 @@ def _write_program(parent: Any, program: Program, routines: Sequence[Routine], *
 
 def _write_routines(parent: Any, routines: Iterable[Routine], *, target: bool = False) -> None:
     for routine in routines:
-        kind = "RLL" if routine.statements is None else "ST"
+        kind = "SFC" if routine.chart else "RLL" if routine.statements is None else "ST"
         made = _element(parent, "Routine", **(_TARGET if target else {}), Name=routine.name, Type=kind)
         _say(made, "Description", routine.comment)
+        if routine.chart is not None:
+            write_chart(made, routine.chart, _cdata)
+            continue
         content = _element(made, f"{kind}Content")
         if routine.statements is not None:
             for number, line in enumerate(block_lines(routine.statements)):

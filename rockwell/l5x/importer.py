@@ -22,7 +22,7 @@ from .mnemonics import MNEMONICS
 from .modules import module_objects, module_tags
 from .report import Report
 from .routines import UNKNOWN, RoutineReader, instruction_names
-from .schedule import tasks_of
+from .schedule import chart_options_of, tasks_of
 from .scopes import motion_of, scope_of
 from .unknown import UnknownTypes
 from .uses import all_instructions, numbered_instructions
@@ -78,6 +78,7 @@ class Importer:
         self._types = Types(document.data_types, document.revision)
         self._add_ons = AddOns(document.add_ons, self._types, self.report)
         self._parts = Parts(document.name, stubs=dict(stubs.by_name), cards=stubs.cards)
+        self._parts.chart_options = chart_options_of(document, self.report)
         self._builder = Builder(self._parts, self._reader, self.report)
         self._completes = stubs.missing_tags
         self._absent: dict[str, str] = {}

@@ -74,6 +74,7 @@ class StructuredRoutine:
     statements: int  # their number, nested ones included
     refused: int = 0  # number of refused statements
     ran: bool = False  # whether the imported ones ran in the trial
+    chart: bool = False  # whether it is that of a sequential function chart
 
     @property
     def is_refused(self) -> bool:
@@ -129,6 +130,13 @@ class Report:
                     counted[name][key] += count
         return counted
 
+    def charts(self) -> dict[str, int]:
+        """Count sequential function charts: total, imported, refused, ran."""
+        charts = [each for each in self.texts if each.chart]
+        refused = sum(each.is_refused for each in charts)
+        ran = sum(each.ran and not each.is_refused for each in charts)
+        return dict(zip(_COUNTED, (len(charts), len(charts) - refused, refused, ran), strict=True))
+
     def note(self, name: str, text: str, line: int = 0) -> None:
         """Add a note, or count a repeated one."""
         note = self._noted.get((name, text))
@@ -170,6 +178,7 @@ class Report:
             "imported": self.imported,
             "ran": self.ran,
             "structured_text": self.structured(),
+            "charts": self.charts(),
             "refused": [each.as_json() for each in self.refused],
             "objects": [each.as_json() for each in self.objects],
             "declared": self.declared,
@@ -195,6 +204,10 @@ class Report:
             yield f"{self.rungs} rungs: {self.imported} imported, {len(self.refused)} refused, {self.ran} ran"
         if self.texts:
             yield self._structured_line()
+        charts = self.charts()
+        if charts["total"]:
+            total, imported, refused, ran = charts.values()
+            yield f"sequential function charts: {total}, {imported} imported, {refused} refused, {ran} ran"
         sections: dict[str, Iterable[object]] = {
             "refused rungs": self.refused,
             "refused objects": self.objects,

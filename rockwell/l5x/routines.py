@@ -11,24 +11,26 @@ from collections.abc import Collection, Iterator, Mapping
 from ...io_images.site import NOWHERE, Site
 from ...ladder.build.text import parse_rung
 from ...ladder.instructions import BY_NAME
-from ...ladder.model.errors import RungTextError
+from ...ladder.model.errors import LadderError, RungTextError
 from ...ladder.model.spec import Spec
 from ...ladder.model.statements import Empty, Region, statements_in
 from ...ladder.model.tree import Block, Origin, Routine, Rung
 from ...ladder.st import parse_statements
 from .edits import NORMAL, RUNG_TYPES, TEXT_TYPES, Edit
+from .charts import ChartBuilder, ChartRefusedError
 from .presets import Presets
 from .report import Refusal, Report, StructuredRoutine
 from .xml.limits import MOST_IN_RUNG, instructions_in
 from .xml.records import EncodedRecord, L5xDocument, L5xRungRecord, RoutineRecord
 
-DIAGRAMS = {"FBD": "a function block diagram", "SFC": "a sequential function chart"}
+DIAGRAMS = {"FBD": "a function block diagram"}
 """Kinds of routines that can't run here."""
 
 _ANOTHER_LANGUAGE = "write the routine as ladder or structured text, or stub it"
 UNKNOWN = "stub the instruction, or take it out"
 """Remedy for an unknown instruction."""
 
+_CORRECT_CHART = "correct the chart, or stub the routine"
 _PENDING = "accept or cancel the edits, then export again"
 
 
@@ -117,6 +119,8 @@ class RoutineReader:
         if record.kind == "ST":
             self._report.edits += _edits_of_text(owner, record)
             return self._statements(owner, record)
+        if record.kind == "SFC":
+            return self._chart(owner, record)
         rungs = tuple(self._rung(owner, record, place, each) for place, each in enumerate(record.rungs))
         return Routine(record.name, rungs, record.comment)
 
@@ -189,6 +193,21 @@ class RoutineReader:
         self._count_text(owner, record, block)
         return Routine(record.name, (), record.comment, block)
 
+    def _chart(self, owner: str, record: RoutineRecord) -> Routine | None:
+        try:
+            if record.chart is None:
+                raise ChartRefusedError("the chart is not in the file", Site(line=record.line))
+            chart = ChartBuilder(record.chart, self._report.file, self.specs).chart()
+        except LadderError as error:
+            self._count_text(owner, record)
+            site = next(iter(error.sites), NOWHERE)
+            reason = error.reason if isinstance(error, RungTextError) else str(error)
+            self.refuse_object(owner, record.name, reason, site.line or record.line, _CORRECT_CHART)
+            return None
+        routine = Routine(record.name, (), record.comment, chart=chart)
+        self._count_text(owner, record, routine.block)
+        return routine
+
     def _count_text(self, owner: str, record: RoutineRecord, block: Block | None = None) -> None:
         """Count the statements of a routine; refuse all of one that can't be read."""
         lines, _ = _lines_of(record)
@@ -197,7 +216,9 @@ class RoutineReader:
         else:
             refused = 0
             count = sum(not isinstance(each, Empty | Region) for each in statements_in(block))
-        counted = StructuredRoutine(owner, record.name, len(lines), count, refused)
+        chart = record.kind == "SFC"
+        refused = max(refused, chart and block is None)  # a chart without statements is refused as a whole
+        counted = StructuredRoutine(owner, record.name, len(lines), max(count, chart), refused, chart=chart)
         self._texts.setdefault((owner.upper(), record.name.upper()), counted)
         self._report.texts.append(counted)
 
@@ -249,7 +270,7 @@ class RoutineReader:
             return False
         for place in range(len(record.rungs)):
             self.refuse(owner, routine, place, reason, remedy)
-        if record.kind == "ST":
+        if record.kind in ("ST", "SFC"):
             self.refuse_object(owner, routine, reason, record.line, remedy)
         return True
 

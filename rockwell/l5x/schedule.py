@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from decimal import Decimal, InvalidOperation
+from enum import Enum
+from typing import Any
 
+from ...ladder.model.chart import ChartOptions, ExecutionControl, LastScan, RestartPosition
 from ...ladder.model.errors import LadderError
 from ...ladder.model.schedule import PRIORITIES, Task, TaskKind
 from .report import Report
@@ -42,6 +45,32 @@ def tasks_of(document: L5xDocument, programs: Iterable[str], report: Report) -> 
         ):
             found.append(task)
     return found
+
+
+_CHARTS: tuple[Mapping[str, Enum], ...] = (
+    {"CurrentActive": ExecutionControl.CURRENT, "UntilFalse": ExecutionControl.UNTIL_FALSE},
+    {"MostRecent": RestartPosition.MOST_RECENT, "InitialStep": RestartPosition.INITIAL},
+    {
+        "DontScan": LastScan.DONT_SCAN,
+        "ProgrammaticReset": LastScan.PROGRAMMATIC,
+        "AutomaticReset": LastScan.AUTOMATIC,
+    },
+)
+"""Options of charts by their text in a document [1756-RM014, controller attributes]."""
+
+
+def chart_options_of(document: L5xDocument, report: Report) -> ChartOptions:
+    """Return the options of a document's charts; report what they can't be."""
+    chosen: list[Any] = []
+    for text, known in zip(document.charts, _CHARTS, strict=True):
+        short = {name.removesuffix("Reset"): each for name, each in known.items()}
+        found = known.get(text) or short.get(text) or next(iter(known.values()))
+        if text and text not in known and text not in short:
+            report.note(
+                "options of charts", f"{text!r} is not one of {', '.join(known)}; it is {found.value}"
+            )
+        chosen.append(found)
+    return ChartOptions(*chosen)
 
 
 def _task(record: TaskRecord, programs: tuple[str, ...], report: Report) -> Task | None:

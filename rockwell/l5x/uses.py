@@ -27,6 +27,6 @@ def numbered_instructions(routine: Routine) -> Iterator[tuple[int, Instruction]]
     """Yield the instructions of a routine with their rung or line numbers."""
     for number, rung in enumerate(routine.rungs):
         yield from ((number, each) for each in instructions_of(rung.series))
-    for statement in statements_in(routine.statements or ()):
+    for statement in statements_in(routine.block):
         if isinstance(statement, Invocation):
             yield statement.line, statement.instruction

@@ -28,6 +28,7 @@ from .data import Data, cut_out
 from .records import (
     AddOnRecord,
     DataTypeRecord,
+    ElementRecord,
     EncodedRecord,
     L5xDocument,
     L5xRungRecord,
@@ -273,6 +274,7 @@ class _L5xReader:
             tuple(map(self._task, _defined(controller, "Tasks", "Task"))),
             tuple(map(self._module, _children(controller, "Modules", "Module"))),
             tuple(others),
+            (get("SFCExecutionControl", ""), get("SFCRestartPosition", ""), get("SFCLastScan", "")),
         )
 
     # --- types and tags
@@ -366,9 +368,14 @@ class _L5xReader:
         types = [each.get("OnlineEditType", "") for each in contents]
         chosen = chosen_text(types, tested=tested)
         content = contents[chosen] if contents else None
+        charts = list(element.iterchildren("SFCContent"))
+        edits = [each.get("OnlineEditType", "") for each in charts]
+        chart = charts[chosen_text(edits, tested=tested)] if charts else None
         lines = [("".join(each.itertext()), int(each.sourceline)) for each in _children(content, "Line")]
         if content is not None and not lines:  # by other programs than Studio 5000
             lines = [(content.text or "", int(content.sourceline))]
+        if chart is not None:
+            lines = [("".join(each.itertext()), int(each.sourceline)) for each in chart.iter("Line")]
         kinds = {"RLLContent": "RLL", "STContent": "ST", "FBDContent": "FBD", "SFCContent": "SFC"}
         found = next((kinds[each.tag] for each in element if each.tag in kinds), "RLL")
         return RoutineRecord(
@@ -382,6 +389,7 @@ class _L5xReader:
             tested,
             tuple((kind, int(each.sourceline)) for kind, each in zip(types, contents, strict=True) if kind),
             chosen,
+            None if chart is None else _element_record(chart),
         )
 
     def _rung(self, element: Any, place: int) -> L5xRungRecord:
@@ -455,6 +463,17 @@ class _L5xReader:
             _whole(size),
             element.sourceline,
         )
+
+
+DEEPEST = 8
+"""Levels of elements in a chart that are read: a line of an action is the fifth."""
+
+
+def _element_record(element: Any, depth: int = 0) -> ElementRecord:
+    inner = [each for each in element.iterchildren() if isinstance(each.tag, str)] if depth < DEEPEST else []
+    text = _text(element.find("Text")) if element.tag == "TextBox" else (element.text or "")
+    children = tuple(_element_record(each, depth + 1) for each in inner)
+    return ElementRecord(element.tag, dict(element.attrib), text, children, int(element.sourceline or 0))
 
 
 def _comments(element: Any) -> tuple[tuple[str, str], ...]:

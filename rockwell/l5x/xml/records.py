@@ -7,7 +7,7 @@ which `values` reads, see `data`.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -82,6 +82,21 @@ class L5xRungRecord:
 
 
 @dataclass(frozen=True, slots=True)
+class ElementRecord:
+    """An element of a chart, with those inside it."""
+
+    tag: str
+    attributes: Mapping[str, str]
+    text: str
+    children: tuple[ElementRecord, ...]
+    line: int
+
+    def child(self, tag: str) -> ElementRecord | None:
+        """Return the first child with a tag."""
+        return next((each for each in self.children if each.tag == tag), None)
+
+
+@dataclass(frozen=True, slots=True)
 class RoutineRecord:
     """A routine."""
 
@@ -89,12 +104,13 @@ class RoutineRecord:
     kind: str  # `RLL`, `ST`, `FBD` or `SFC`
     comment: str
     rungs: tuple[L5xRungRecord, ...]
-    lines: tuple[tuple[str, int], ...]  # of structured text: text and line
+    lines: tuple[tuple[str, int], ...]  # of structured text, in a chart too: text and line
     target: bool  # whether it is the exported object, not context
     line: int
     tests_edits: bool = False  # whether its program executes accepted edits
     texts: tuple[tuple[str, int], ...] = ()  # of structured text under edit: type and line of all texts
     chosen: int = 0  # which of them `lines` are
+    chart: ElementRecord | None = None  # the content of a chart
 
 
 @dataclass(frozen=True, slots=True)
@@ -195,6 +211,7 @@ class L5xDocument:
     tasks: tuple[TaskRecord, ...]
     modules: tuple[ModuleRecord, ...]
     others: tuple[tuple[str, int], ...]  # ignored parts: name and line
+    charts: tuple[str, str, str] = ("", "", "")  # SFCExecutionControl, SFCRestartPosition, SFCLastScan
 
     def release(self) -> None:
         """Release the XML of values, ten times the memory of the rest."""

@@ -269,7 +269,7 @@ def test_encodings(imported, encoding):
 def test_a_call_with_operands_of_a_routine_that_is_refused_is_imported(imported):
     calls = ladder("Main", "JSR(Blocks,1,In,Out)OTE(Called);")
     tags = [tag("In", "DINT"), tag("Out", "DINT"), tag("Called", "BOOL")]
-    found = imported(document(tags=tags, programs=[program("P", calls, diagram("Blocks", "SFC"))]))
+    found = imported(document(tags=tags, programs=[program("P", calls, diagram("Blocks", "FBD"))]))
     assert (found.report.refused, found.report.ran, len(found.report.objects)) == ([], 1, 1)
     assert after(found).Called is True
 

@@ -1,0 +1,336 @@
+"""Sequential function charts of a document: elements and links become steps and transitions.
+
+    Step, Stop -- DirectedLink --> Transition -- DirectedLink --> Step
+    a diverging Branch is entered at its ID and left at the IDs of its legs, a converging one the other way
+
+Legs of a selection stand from left to right, by X of what they lead to, or in their order in the document if
+the branch has a priority of its own.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+
+from ...io_images.site import Site
+from ...ladder.files.chartreader import condition_of, expression_of
+from ...ladder.model.chart import PRESETS, Action, Chart, ChartStep, Qualifier, Transition
+from ...ladder.model.chart_checks import MOST_ELEMENTS
+from ...ladder.model.chart_layout import layout_of
+from ...ladder.model.errors import LadderError
+from ...ladder.model.expressions import parse_address
+from ...ladder.model.spec import Spec
+from ...ladder.model.tree import Block, Instruction, Operand, Origin, number
+from ...ladder.st import parse_statements
+from .xml.records import ElementRecord
+
+NAMES: Mapping[Qualifier, str] = {
+    Qualifier.N: "NonStored",
+    Qualifier.R: "Reset",
+    Qualifier.S: "Stored",
+    Qualifier.L: "TimeLimited",
+    Qualifier.D: "TimeDelayed",
+    Qualifier.P: "Pulse",
+    Qualifier.P1: "PulseRisingEdge",
+    Qualifier.P0: "PulseFallingEdge",
+    Qualifier.SL: "StoredTimeLimited",
+    Qualifier.SD: "StoredTimeDelayed",
+    Qualifier.DS: "TimeDelayedStored",
+}
+"""Qualifiers as a document names them."""
+
+QUALIFIERS: Mapping[str, Qualifier] = {
+    **{name.upper(): each for each, name in NAMES.items()},
+    **{each.value: each for each in Qualifier},
+    "SET": Qualifier.S,
+    "DELAYEDSTORED": Qualifier.DS,
+}
+"""Qualifiers by name in capitals, without `And`; also their letters, and what other programs write."""
+
+_NODES = ("Step", "Stop", "Transition", "Branch", "Leg")
+_COUNTED = (*_NODES, "Action")
+
+
+class ChartRefusedError(LadderError):
+    """A chart that can't be read; its site has the line."""
+
+
+class _Graph:
+    """The elements of a chart by ID, with what precedes and follows each."""
+
+    def __init__(self, content: ElementRecord, file: str) -> None:
+        self._file = file
+        self.elements: dict[int, ElementRecord] = {}
+        self._branches: dict[int, int] = {}  # of legs
+        self.after: dict[int, list[int]] = {}
+        self.before: dict[int, list[int]] = {}
+        for each in content.children:
+            if each.tag in ("Step", "Stop", "Transition", "Branch"):
+                self._add(each)
+            for inner in each.children:
+                if inner.tag in ("Leg", "Action"):
+                    key = self._add(inner)
+                    if inner.tag == "Leg":
+                        self._branches[key] = self.id_of(each)
+        links = [each for each in content.children if each.tag == "DirectedLink"]
+        for each in links:
+            self._link(self.end_of(each, "FromID"), self.end_of(each, "ToID"))
+        for leg, branch in self._branches.items():
+            self._link(*((branch, leg) if self._diverges(branch) else (leg, branch)))
+
+    def refused(self, element: ElementRecord | None, text: str) -> ChartRefusedError:
+        """Return the error for an element."""
+        line = element.line if element is not None else 0
+        return ChartRefusedError(f"{_named(element)}{text}", Site(file=self._file, line=line))
+
+    def _add(self, element: ElementRecord) -> int:
+        key = self.id_of(element)
+        if key in self.elements:
+            raise self.refused(element, f"has the ID {key} of another element")
+        if len(self.elements) >= MOST_ELEMENTS:
+            raise self.refused(None, f"it has more than {MOST_ELEMENTS:,} elements")
+        self.elements[key] = element
+        return key
+
+    def id_of(self, element: ElementRecord, name: str = "ID") -> int:
+        """Return an ID."""
+        text = element.attributes.get(name, "")
+        if not re.fullmatch(r"\d{1,9}", text, re.ASCII):
+            raise self.refused(element, f"has {name} {text!r}, a number is needed")
+        return int(text)
+
+    def end_of(self, link: ElementRecord, name: str) -> int:
+        """Return the ID at an end of a link."""
+        found = self.id_of(link, name)
+        if found not in self.elements or self.elements[found].tag not in _NODES:
+            raise self.refused(link, f"has {name} {found}, and there is no such element")
+        return found
+
+    def _link(self, a: int, b: int) -> None:
+        self.after.setdefault(a, []).append(b)
+        self.before.setdefault(b, []).append(a)
+
+    def _diverges(self, branch: int) -> bool:
+        """Whether a branch diverges: as it says, else whether links leave its legs."""
+        flow = self.elements[branch].attributes.get("BranchFlow", "")
+        if flow in ("Diverge", "Converge"):
+            return flow == "Diverge"
+        legs = [leg for leg, owner in self._branches.items() if owner == branch]
+        return any(self.after.get(leg) for leg in legs)
+
+    def reached(self, start: int, way: dict[int, list[int]]) -> list[int]:
+        """Return the steps, stops and transitions next to an element, past branches, in order of priority."""
+        found: list[int] = []
+        seen: set[int] = set()
+        todo = list(reversed(self._ordered(start, way)))
+        while todo:
+            key = todo.pop()
+            if self.elements[key].tag not in ("Branch", "Leg"):
+                if key not in found:
+                    found.append(key)
+            elif key not in seen:
+                seen.add(key)
+                todo += reversed(self._ordered(key, way))
+        return found
+
+    def _ordered(self, key: int, way: dict[int, list[int]]) -> list[int]:
+        """Return the neighbours of an element; legs from left to right, unless they have priorities."""
+        listed = list(dict.fromkeys(way.get(key, ())))
+        element = self.elements[key]
+        if element.tag == "Branch" and element.attributes.get("Priority", "Default") != "Default":
+            return listed
+        return sorted(listed, key=lambda each: self._x(each, way))
+
+    def _x(self, key: int, way: dict[int, list[int]]) -> int:
+        for _ in range(len(self.elements)):
+            text = self.elements[key].attributes.get("X", "")
+            if text.lstrip("-").isdecimal() and text.isascii():
+                return int(text[:12])
+            onward = way.get(key)
+            if not onward:
+                return 0
+            key = onward[0]
+        return 0
+
+    def joins(self, start: int, way: dict[int, list[int]], kind: str) -> bool:
+        """Whether a branch of a kind stands next to an element, past other branches."""
+        seen: set[int] = set()
+        todo = list(way.get(start, ()))
+        while todo:
+            key = todo.pop()
+            element = self.elements[key]
+            if key in seen or element.tag not in ("Branch", "Leg"):
+                continue
+            seen.add(key)
+            if element.tag == "Branch" and element.attributes.get("BranchType") == kind:
+                return True
+            todo += way.get(key, ())
+        return False
+
+
+def _named(element: ElementRecord | None) -> str:
+    if element is None:
+        return ""
+    name = element.attributes.get("Operand") or element.attributes.get("ID", "")
+    return f"{element.tag.lower() if element.tag != 'DirectedLink' else 'link'} {name} ".replace("  ", " ")
+
+
+class ChartBuilder:
+    """Builds one chart."""
+
+    def __init__(self, content: ElementRecord, file: str, specs: Mapping[str, Spec]) -> None:
+        self._content, self._file, self._specs = content, file, specs
+        self._graph = _Graph(content, file)
+
+    def chart(self) -> Chart:
+        """Return it, or raise a ChartRefusedError, or the RungTextError of a text."""
+        steps = {key: self._step(key, each) for key, each in self._of("Step", "Stop")}
+        ends = {key: self._ends(key, each) for key, each in self._of("Transition")}
+        leaving = {key: self._leaving(key, each) for key, each in self._of("Step", "Stop")}
+        names = {key: each.name for key, each in steps.items()}
+        order = [key for each in leaving.values() for key in each]
+        made = {key: self._transition(key, *ends[key], names) for key in dict.fromkeys([*order, *ends])}
+        own = next((each for each in self._content.children if each.tag == "SbrRet"), None)
+        given = own.attributes if own is not None else {}
+        notes = tuple(each.text for each in self._content.children if each.tag == "TextBox" and each.text)
+        inputs, returns = (tuple(map(parse_address, _listed(given.get(name, "")))) for name in ("In", "Ret"))
+        return in_order(Chart(tuple(steps.values()), tuple(made.values()), inputs, returns, notes))
+
+    def _of(self, *tags: str) -> Iterator[tuple[int, ElementRecord]]:
+        return ((key, each) for key, each in self._graph.elements.items() if each.tag in tags)
+
+    # --- elements
+
+    def _name(self, element: ElementRecord) -> str:
+        name = element.attributes.get("Operand", "")
+        if not name:
+            raise self._graph.refused(element, "has no Operand, the name of its tag")
+        return name
+
+    def _step(self, key: int, element: ElementRecord) -> ChartStep:
+        actions = tuple(self._action(each) for each in element.children if each.tag == "Action")
+        presets = tuple(
+            (name, value)
+            for name in PRESETS
+            if (value := self._preset(element, "Preset" if name == "PRE" else name)) is not None
+        )
+        initial = element.attributes.get("InitialStep", "").lower() == "true"
+        origin = Origin(self._file, element.line)
+        return ChartStep(
+            self._name(element), actions, initial, element.tag == "Stop", presets, number=key, origin=origin
+        )
+
+    def _preset(self, element: ElementRecord, name: str) -> Operand | None:
+        """Return the expression of a preset, None if the tag's value counts."""
+        if element.attributes.get(f"{name}UsesExpr", "").lower() != "true":
+            return None
+        texts, lines = _text_in(element.child(name))
+        return expression_of(texts, lines, self._file, self._specs) if "".join(texts).strip() else None
+
+    def _action(self, element: ElementRecord) -> Action:
+        word = element.attributes.get("Qualifier", "NonStored")
+        qualifier = QUALIFIERS.get(word.upper().replace("AND", ""))
+        if qualifier is None:
+            allowed = ", ".join(each.value for each in Qualifier)
+            raise self._graph.refused(element, f"has the qualifier {word!r}; allowed are {allowed}")
+        boolean = element.attributes.get("IsBoolean", "").lower() == "true"
+        body = None if boolean or qualifier is Qualifier.R else self._body(element)
+        return Action(
+            self._name(element),
+            qualifier,
+            body,
+            self._preset(element, "Preset"),
+            element.attributes.get("IndicatorTag", ""),
+            self._graph.id_of(element),
+            Origin(self._file, element.line),
+        )
+
+    def _body(self, element: ElementRecord) -> Block:
+        body = element.child("Body")
+        call = None if body is None else body.child("JSR")
+        texts, lines = _called(call) if call is not None else _text_in(body)
+        return parse_statements("\n".join(texts), file=self._file, lines=lines, specs=self._specs)
+
+    def _transition(
+        self, key: int, sources: Sequence[int], targets: Sequence[int], names: Mapping[int, str]
+    ) -> Transition:
+        element = self._graph.elements[key]
+        return Transition(
+            self._name(element),
+            tuple(names[each] for each in sources),
+            tuple(names[each] for each in targets),
+            self._condition(element),
+            number=key,
+            origin=Origin(self._file, element.line),
+        )
+
+    def _condition(self, element: ElementRecord) -> Operand | Instruction:
+        condition = element.child("Condition")
+        call = element.child("JSR") or (condition.child("JSR") if condition is not None else None)
+        texts, lines = _called(call) if call is not None else _text_in(condition)
+        if not "".join(texts).strip():
+            raise self._graph.refused(element, "has no condition")
+        return condition_of(texts, lines, self._file, self._specs)
+
+    # --- links
+
+    def _ends(self, key: int, element: ElementRecord) -> tuple[list[int], list[int]]:
+        """Return the steps before and after a transition."""
+        graph = self._graph
+        found = []
+        for way, side, flow in ((graph.before, "before", "converge"), (graph.after, "after", "diverge")):
+            near = graph.reached(key, way)
+            for each in near:
+                if graph.elements[each].tag == "Transition":
+                    other = _named(graph.elements[each]).strip()
+                    raise graph.refused(element, f"and {other} have no step between them")
+            if not near:
+                raise graph.refused(element, f"has no step {side} it")
+            if len(near) > 1 and not graph.joins(key, way, "Simultaneous"):
+                raise graph.refused(
+                    element, f"is linked to {len(near)} steps that no simultaneous branch {flow}s"
+                )
+            found.append(near)
+        return found[0], found[1]
+
+    def _leaving(self, key: int, element: ElementRecord) -> list[int]:
+        """Return the transitions that leave a step, in order of priority."""
+        near = self._graph.reached(key, self._graph.after)
+        for each in near:
+            other = self._graph.elements[each]
+            if other.tag != "Transition":
+                raise self._graph.refused(
+                    element, f"and {_named(other).strip()} have no transition between them"
+                )
+        return near
+
+
+def in_order(chart: Chart) -> Chart:
+    """Return a chart with its steps as they are executed: from top to bottom, branches from left to right."""
+    cells = layout_of(chart).steps
+    steps = sorted(chart.steps, key=lambda each: (cells[each.name.upper()][1], cells[each.name.upper()][0]))
+    after = {each.name: [*chart.after(each.name)] for each in steps}
+    transitions = [each for step in steps for each in after[step.name]]
+    return replace(
+        chart, steps=tuple(steps), transitions=tuple(dict.fromkeys([*transitions, *chart.transitions]))
+    )
+
+
+def _text_in(element: ElementRecord | None) -> tuple[list[str], list[int]]:
+    """Return the structured text of an element: lines and their numbers."""
+    content = None if element is None else element.child("STContent")
+    lines = [each for each in content.children if each.tag == "Line"] if content is not None else []
+    return [each.text for each in lines], [each.line for each in lines]
+
+
+def _called(call: ElementRecord) -> tuple[list[str], list[int]]:
+    """Return a call of a routine as structured text."""
+    get = call.attributes.get
+    inputs, returns = _listed(get("In", "")), _listed(get("Ret", ""))
+    operands = [get("Routine") or get("RoutineName", ""), str(number(len(inputs))), *inputs, *returns]
+    return [f"JSR({','.join(operands)});"], [call.line]
+
+
+def _listed(text: str) -> list[str]:
+    return [each for each in re.split(r"[\s,]+", text) if each]
