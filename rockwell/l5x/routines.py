@@ -16,8 +16,8 @@ from ...ladder.model.spec import Spec
 from ...ladder.model.statements import Empty, Region, statements_in
 from ...ladder.model.tree import Block, Origin, Routine, Rung
 from ...ladder.st import parse_statements
-from .edits import NORMAL, RUNG_TYPES, TEXT_TYPES, Edit
 from .charts import ChartBuilder, ChartRefusedError
+from .edits import NORMAL, RUNG_TYPES, TEXT_TYPES, Edit
 from .presets import Presets
 from .report import Refusal, Report, StructuredRoutine
 from .xml.limits import MOST_IN_RUNG, instructions_in
