@@ -98,10 +98,12 @@ class Spot:
 
     def bits(self, places: dict[str, str], **bits: bool) -> None:
         """Set bits by name, whose word and number `places` has."""
+        words: dict[str, int] = {}
         for name, on in bits.items():
             word, _, bit = places[name].partition(".")
-            value = int(self[word])
-            self.put(**{word: value | 1 << int(bit) if on else value & ~(1 << int(bit))})
+            value = words[word] if word in words else int(self[word])
+            words[word] = value | 1 << int(bit) if on else value & ~(1 << int(bit))
+        self.put(**words)
 
 
 FLAGS = {name: f"FLAGS.{bit}" for name, bit in MOTION_BITS.items()}

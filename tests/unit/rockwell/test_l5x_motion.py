@@ -88,12 +88,12 @@ def test_axes_of_an_export_bring_their_maxima_their_unwind_and_their_system(mach
     text = files.machine(*rungs, tags=tags)
     (tmp_path / "axes.L5X").write_text(text, encoding="utf-8")
     engine = import_l5x(tmp_path / "axes.L5X").controller.engine
-    for _ in range(2000):
-        engine.step(10)
+    for _ in range(200):
+        engine.step(100)
     assert engine.tags["Turn.ActualVelocity"] == 25.0
     assert 0 <= engine.tags["Turn.ActualPosition"] < 360
     engine.tags["P"] = [0.0, 10.0]
     engine.tags.Go = True
-    for _ in range(6000):
-        engine.step(10)
+    for _ in range(600):
+        engine.step(100)
     assert (engine.tags["Feed.ActualPosition"], engine.tags["More.PC"]) == (10.0, True)
