@@ -86,6 +86,7 @@ def uses_of_stubs(lowered: LoweredProgram) -> Iterator[str]:
             yield step.name
         elif step.name == ALL_MESSAGES and isinstance(first, Group):
             yield first.path.upper() if first.path.upper() in lowered.stubs else ALL_MESSAGES
+    yield from (each.tag for each in lowered.connections)
 
 
 def ideal_motion_of(lowered: LoweredProgram) -> dict[str, list[str]]:

@@ -16,13 +16,14 @@ from ..model.errors import BuildError, LadderError, MinorFault, Problem
 from ..model.expressions import TAG_NAME, parse_address
 from ..model.resolver import is_image
 from ..model.spec import Spec
-from ..model.stubs import NO_STUBS, InPython, Stub, Stubs, check_stubbed, parse_stub
+from ..model.stubs import NO_STUBS, Consumed, InPython, Remote, Stub, Stubs, check_stubbed, parse_stub
 from ..model.tagref import TagRef
 from ..model.tags import STATUS_FLAGS, Alias, Declaration, SlotAlias, Tag
 from ..model.tree import Address, Routine, Step
 from ..model.types import MAX_DIMENSIONS, DataType, Structure, count_of, size_of
 from ..run.edit import Edit, carry_over
 from ..run.engine import STEP_MS, Engine
+from ..run.partners import connect, updates_of, wrong_values
 from ..run.view import Tags
 from ..state.lowered import LoweredProgram
 from ..state.memory import Memory
@@ -73,6 +74,7 @@ class LadderLogic(ABC):
         self.stubs: dict[str, Stub] = {}  # stubs of instructions and messages, by name in capitals
         self.cards: Mapping[int, str] = {}
         self.axes: Axes | None = None  # axes that the rack names, or None
+        self.remotes: Mapping[str, Remote] = {}  # of consumed tags and messages, by name in capitals
         self.motion = MotionData()  # what an export says of axes
         self.declares_missing = False  # whether undeclared tags are declared by their use
         self.declared_missing: list[Tag] = []  # those tags, once it is built
@@ -104,9 +106,11 @@ class LadderLogic(ABC):
         lowered = lowering.lowered
         lowered.recursive = recursive_routines(lowered)
         problems = lowering.problems + check_whole(lowered) + problems
+        problems += connect(lowered, self.stubs, self.remotes)
         choose_bytes(lowered)
         try:
             self._memory = Memory(lowered.layout, lowered.presets, lowered.defaults)
+            problems += wrong_values(lowered, self._memory)
         except LadderError as error:
             remedy = "correct the initial value"
             problems.append(Problem("initial values", "", str(error), remedy, error.site))
@@ -139,8 +143,13 @@ class LadderLogic(ABC):
             self.take_stubs(Stubs({name.upper(): parse_stub(text)}))
 
     def take_stubs(self, stubs: Stubs) -> None:
-        """Add stubs, or replace those of the same name; a LadderError once the program is built."""
-        if stubs == NO_STUBS:
+        """Add stubs, or replace those of the same name; a LadderError for new ones once the program is built.
+
+        A program that is built keeps its tags: cards of a rack then bring no new names.
+        """
+        known = {name: self.stubs.get(name) for name in stubs.by_name}
+        is_new = known != stubs.by_name or stubs.missing_tags > self.declares_missing
+        if stubs == NO_STUBS or (self._lowered is not None and not is_new):
             return
         self._refuse_if_built()
         self.declares_missing |= stubs.missing_tags
@@ -148,6 +157,11 @@ class LadderLogic(ABC):
         for name in stubs.by_name:
             check_stubbed(name)
         self.stubs.update(stubs.by_name)
+
+    def before_scans(self, hook: Callable[[Engine, bool], None]) -> None:
+        """Call a function before each scan, ahead of all others: the engine, and whether it is the first."""
+        lowered = self.build()
+        lowered.opening = (hook, *lowered.opening)
 
     def take_axes(self, axes: Axes) -> None:
         """Take the axes that the rack names; a LadderError if the program runs already."""
@@ -165,7 +179,7 @@ class LadderLogic(ABC):
     def used_stubs(self) -> dict[str, str]:
         """Stubs in use: by name what they do, and how often."""
         counted = Counter(uses_of_stubs(self.build()))
-        used = {name: f"{self.stubs[name]} ({times(count)})" for name, count in counted.items()}
+        used = {name: self._use(self.stubs[name], count) for name, count in counted.items()}
         ideal = self.build().ideal_names
         if ideal:
             used["ideal axes"] = shortened(ideal)
@@ -174,6 +188,10 @@ class LadderLogic(ABC):
         if self.refused:
             used["refused"] = f"empty: {shortened(self.refused)}"
         return used
+
+    @staticmethod
+    def _use(stub: Stub, count: int) -> str:
+        return str(stub) if isinstance(stub, Consumed) else f"{stub} ({times(count)})"
 
     def _declare_missing(self, parts: Sequence[LadderLogic]) -> None:
         """Declare the undeclared tags that the routines of `parts` use."""
@@ -294,7 +312,12 @@ class LadderLogic(ABC):
             self._lowered, warnings = self._lower()
             opening, closing = HOOKS[self.dialect]
             axes = self._lowered.axes or self._lowered.ideal
-            self._lowered.opening = (*opening, *([prescan_axes] if axes else []), *self.opening)
+            self._lowered.opening = (
+                *opening,
+                *updates_of(self._lowered),
+                *([prescan_axes] if axes else []),
+                *self.opening,
+            )
             messages = ends_of_messages(self._lowered)
             self._lowered.closing = (*self.closing, *([run_axes] if axes else []), *messages, *closing)
             self._warnings = tuple(warnings)

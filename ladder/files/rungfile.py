@@ -46,6 +46,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from dataclasses import replace
 from decimal import Decimal
 from pathlib import Path
 
@@ -62,7 +63,7 @@ from ..model.errors import LadderError
 from ..model.predefined.structures import PREDEFINED_TYPES
 from ..model.schedule import Task
 from ..model.statements import block_lines
-from ..model.stubs import NO_STUBS, InPython, Stubs
+from ..model.stubs import NO_STUBS, Consumed, Ending, InPython, Stubs
 from ..model.tags import Alias, SlotAlias, Tag
 from ..model.tree import Routine
 from ..model.types import DataType, Elementary, Member
@@ -285,6 +286,10 @@ def _declarations(logic: LadderLogic) -> Iterator[str]:
 
 def _stubs(logic: LadderLogic) -> Iterator[str]:
     for name, stub in logic.stubs.items():
+        if isinstance(stub, Consumed):
+            continue  # a rack file says what it gets
+        if isinstance(stub, Ending):
+            stub = replace(stub, reply=None)
         if isinstance(stub, InPython):
             raise LadderError(f"the stub of {name} is Python: it is not rung text but a rack file's")
         yield f"STUB {name} : {stub}"

@@ -17,7 +17,7 @@ from ..model.errors import LadderError
 from ..model.operand_checks import OperandError
 from ..model.operands import Constant, Group, Place, Resolved, StringConstant, width_of
 from ..model.spec import InstructionKind, Spec, Use
-from ..model.stubs import Ending, Power, Stub, replaces
+from ..model.stubs import Ending, InPython, Power, Stub, replaces
 from ..model.tree import Operand
 from ..model.types import DINT, Structure
 from ..state.lowered import OperandResolver
@@ -165,6 +165,7 @@ def stub_spec(name: str, stub: Stub) -> Spec:
         operands = tuple(_resolved(resolver, each) for each in given)
         if isinstance(stub, Ending):
             return stub, _timed(resolver, operands)
+        assert isinstance(stub, InPython)  # a consumed tag is no instruction, see `replaces`
         shown = (str(said) if each is None else each for each, said in zip(operands, given, strict=True))
         return stub, resolver.function(name, stub.function), *shown
 

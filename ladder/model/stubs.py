@@ -1,15 +1,19 @@
-"""Stubs: replacements of instructions, and the results of messages.
+"""Stubs: replacements of instructions, the results of messages, and partners of consumed tags.
 
 | text | means |
 |---|---|
 | `done after 20 ms` | EN with the rung, DN that much later; a message ends so |
 | `error 16#00CB after 20 ms` | EN with the rung, ER and the code that much later |
+| `waits` | EN with the rung, and nothing more; a message ends when its TO bit is set |
 | `false`, `true` | the power after the instruction |
 | `plant.py:xrp` | a Python function does it; in the `[stubs]` of a rack file only |
 
 STUB MSG : done after 20 ms                     // every message
 STUB Order : error 16#00CB after 1000 ms        // the message of this tag
 STUB ALMD : false                               // every ALMD
+
+A rack file may also give the reply of a message, and what a consumed tag gets: a constant, a table over time,
+or a tag of another rack. They are a `Source`, a function of time alone, so that any scan can be run again.
 """
 
 from __future__ import annotations
@@ -18,7 +22,7 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from decimal import Decimal
-from typing import Any
+from typing import Any, NamedTuple, Protocol
 
 from .errors import LadderError
 
@@ -35,16 +39,76 @@ _TEXT = re.compile(
 _POWER = {"FALSE": False, "TRUE": True}
 
 
+class Sample(NamedTuple):
+    """What a partner sends."""
+
+    value: Any  # in the form of `Tags`; None for nothing new
+    running: bool = True  # whether the producer is in run mode
+    faulted: bool = False  # whether the connection is broken
+
+
+Sampler = Callable[[int], Sample]
+"""Returns the sample at a time, ns."""
+
+
+class Source(Protocol):
+    """Where data come from: a constant, a table, or a tag of another rack."""
+
+    def open(self, tag: str, rpi_ns: int) -> Sampler:
+        """Return the samples.
+
+        Args:
+            tag: of the other rack, unless the source names one.
+            rpi_ns: interval of the samples.
+
+        Raises:
+            LadderError: there is no such tag.
+        """
+
+    def __str__(self) -> str: ...
+
+
 @dataclass(frozen=True, slots=True)
 class Ending:
     """The result of a message or of another instruction that takes time."""
 
-    after_ns: int
+    after_ns: int  # NEVER for one that waits
     error: int = 0  # 0 for success, else its ERR, 1 to 65,535
+    reply: Source | None = None  # the data of a message that is done
+    to: str = ""  # tag that gets them, "" for that of the export
 
     def __str__(self) -> str:
+        if self.after_ns >= NEVER:
+            return "waits"
         what = f"error 16#{self.error:04X}" if self.error else "done"
-        return f"{what} after {(Decimal(self.after_ns) / 1_000_000).normalize():f} ms"
+        after = f"{what} after {(Decimal(self.after_ns) / 1_000_000).normalize():f} ms"
+        return after if self.reply is None else f"{after} with {self.reply}"
+
+
+@dataclass(frozen=True, slots=True)
+class Consumed:
+    """The partner of a consumed tag."""
+
+    source: Source
+    rpi_ns: int = 0  # 0 for that of the export, else `RPI_NS`
+
+    def __str__(self) -> str:
+        return str(self.source)
+
+
+NEVER = 1 << 62
+"""Time of an instruction that does not end, ns."""
+
+RPI_NS = 20_000_000
+"""Interval of a consumed tag without one, ns."""
+
+
+@dataclass(frozen=True, slots=True)
+class Remote:
+    """The connection of a consumed tag, or the destination of a message, as an export has it."""
+
+    tag: str = ""  # tag of the producer; of a message the tag here that gets its data
+    rpi_ns: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +137,7 @@ class InPython:
         return self.address
 
 
-Stub = Ending | Power | InPython
+Stub = Ending | Power | InPython | Consumed
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,12 +162,14 @@ def parse_stub(text: str) -> Ending | Power:
     power = _POWER.get(text.strip().upper())
     if power is not None:
         return Power(power)
+    if text.strip().lower() == "waits":
+        return Ending(NEVER)
     found = _TEXT.fullmatch(text.strip())
     error = int(found["hex"], 16) if found and found["hex"] else int(found["code"] or 0) if found else 0
     if found is None or error > 0xFFFF or ("error" in text.lower() and not error):
         raise LadderError(
-            f"{text!r} is not a stub; write 'done after 20 ms', 'error 16#00CB after 20 ms' "
-            "with a code up to 16#FFFF, 'false', 'true' or, in a rack file, a function as in 'plant.py:xrp'"
+            f"{text!r} is not a stub; write 'done after 20 ms', 'error 16#00CB after 20 ms' with a code up "
+            "to 16#FFFF, 'waits', 'false', 'true' or, in a rack file, a function as in 'plant.py:xrp'"
         )
     return Ending(int(Decimal(found["ms"]) * 1_000_000), error)
 
@@ -123,4 +189,5 @@ def stub_of(stubs: Mapping[str, Stub], path: str) -> Ending | None:
 def replaces(stubs: Mapping[str, Stub], name: str) -> Stub | None:
     """Return the stub that replaces an instruction, in capitals; None without one."""
     found = stubs.get(name)
-    return None if name == ALL_MESSAGES and isinstance(found, Ending) else found
+    is_message = name == ALL_MESSAGES and isinstance(found, Ending)
+    return None if is_message or isinstance(found, Consumed) else found

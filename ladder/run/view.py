@@ -61,6 +61,11 @@ class Tags:
     def __repr__(self) -> str:
         return f"Tags({', '.join(self)})"
 
+    def where(self, name: str) -> Place | Group:
+        """Return what a name means, or raise a ValueError."""
+        found: Place | Group = self._resolver.named(name)
+        return found
+
     def _find(self, name: str) -> Place | Group:
         found: Place | Group | None = self._known.get(name)
         if found is None:

@@ -315,6 +315,10 @@ class LoweredProgram:
     recursive: frozenset[str] = frozenset()  # directly or indirectly recursive routines, in capitals
     stubs: dict[str, Stub] = field(default_factory=dict)  # results of messages, by name in capitals
     axes: Mapping[str, Any] = field(default_factory=dict)  # `BoundAxis` by tag in capitals
+    connections: list[Any] = field(default_factory=list)  # `Connection` of consumed tags
+    replies: dict[str, Any] = field(
+        default_factory=dict
+    )  # tag and `Sampler` of messages, by name in capitals
     ideal: Any = None  # `Ideal`: the other axes; None without motion instructions
     opening: tuple[Callable[[Any, bool], None], ...] = ()  # called before each scan: engine, first?
     closing: tuple[Callable[[Any], None], ...] = ()  # called with the engine after each scan

@@ -13,7 +13,7 @@ from ...ladder.instructions.motion.axes import MotionData
 from ...ladder.model.chart import DEFAULT_OPTIONS, ChartOptions
 from ...ladder.model.errors import LadderError
 from ...ladder.model.schedule import Task, TaskKind
-from ...ladder.model.stubs import Stub, Stubs
+from ...ladder.model.stubs import Remote, Stub, Stubs
 from ...ladder.model.tags import OPEN, Alias, Declaration, Tag
 from ...ladder.model.tree import (
     Address,
@@ -84,6 +84,7 @@ class Parts:
     cards: Mapping[int, str] = field(default_factory=dict)  # known catalog numbers by slot
     motion: MotionData = field(default_factory=MotionData)
     chart_options: ChartOptions = DEFAULT_OPTIONS
+    remotes: dict[str, Remote] = field(default_factory=dict)  # of consumed tags and messages
     _indexes: dict[str, tuple[int, dict[str, Declaration]]] = field(default_factory=dict)
 
     def assemble(self, report: Report, tasks: Sequence[Task] | None = None) -> Controller:
@@ -91,7 +92,7 @@ class Parts:
         controller = Controller(self.name)
         controller.chart_options = self.chart_options
         controller.use(*self.add_ons.values())
-        controller.motion = self.motion
+        controller.motion, controller.remotes = self.motion, self.remotes
         controller.take_stubs(Stubs(self.stubs, cards=self.cards))
         self.declarations = _added(controller, self.declarations, report)
         for part in self.programs.values():

@@ -23,7 +23,7 @@ from .modules import module_objects, module_tags
 from .report import Report
 from .routines import UNKNOWN, RoutineReader, instruction_names
 from .schedule import chart_options_of, tasks_of
-from .scopes import motion_of, scope_of
+from .scopes import motion_of, remotes_of, scope_of
 from .unknown import UnknownTypes
 from .uses import all_instructions, numbered_instructions
 from .values.datatypes import NAME, Types
@@ -214,11 +214,13 @@ class Importer:
         document, parts = self._document, self._parts
         parts.declarations += scope_of(document.tags, self._types, self.report)
         parts.motion = motion_of(document.tags)
+        parts.remotes = remotes_of(document.tags)
         declared = list(parts.declarations)
         for program in document.programs:
             part = parts.programs.get(program.name.upper())
             if part is not None:
                 part.declarations += scope_of(program.tags, self._types, self.report, program.name)
+                parts.remotes |= remotes_of(program.tags, program.name)
                 declared += part.declarations
         parts.declarations += list(module_objects(document, self._types, declared))
         completion = Completion(parts, self._reader, self.report, self._slots, all_of_it=self._completes)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator
+from decimal import Decimal, InvalidOperation
 from math import inf
 from typing import Any
 
@@ -10,6 +12,7 @@ from ...ladder.instructions.motion.axes import MotionData
 from ...ladder.model.errors import LadderError
 from ...ladder.model.expressions import parse_address
 from ...ladder.model.predefined.motion_types import AXIS_TYPES
+from ...ladder.model.stubs import Remote
 from ...ladder.model.tags import Alias, Declaration, Tag
 from ...ladder.model.types import MAX_DIMENSIONS, DataType
 from .report import Report
@@ -20,8 +23,8 @@ from .xml.document import L5xError
 from .xml.records import Element, TagRecord
 
 _FILLED = {
-    "PRODUCED": "it is produced, and has no consumer here",
-    "CONSUMED": "it is consumed, and has no producer here: it keeps its initial value",
+    "PRODUCED": "it is produced: a rack beside this one can consume it",
+    "CONSUMED": "it is consumed: without a partner in [stubs] it keeps its initial value",
 }
 
 
@@ -117,6 +120,35 @@ def motion_of(records: Iterable[TagRecord]) -> MotionData:
                     found.get("PositionUnwind"), found.get("ConversionConstant")
                 )
     return MotionData(systems, unwinds)
+
+
+def remotes_of(records: Iterable[TagRecord], owner: str = "") -> dict[str, Remote]:
+    """Return connections of consumed tags, and tags that get data of messages, by tag in capitals."""
+    found = {}
+    for record in records:
+        name = _named(owner, record.name).upper()
+        if record.kind.upper() == "CONSUMED":
+            found[name] = Remote(record.remote, _rpi_ns(record.rpi))
+        elif record.type.upper() == "MESSAGE":
+            parameters = _attributes(record)
+            to = parameters.get("DestinationTag") or parameters.get("LocalElement") or ""
+            if to:
+                found[name] = Remote(_scoped(owner, to, records))
+    return found
+
+
+def _scoped(owner: str, to: str, records: Iterable[TagRecord]) -> str:
+    """Return a tag's full name: of a program's own tag with its program."""
+    head = re.split(r"[.\[]", to, maxsplit=1)[0].upper()
+    return _named(owner, to) if any(each.name.upper() == head for each in records) else to
+
+
+def _rpi_ns(text: str) -> int:
+    try:
+        rpi_ns = Decimal(text) * 1_000_000
+    except InvalidOperation:
+        return 0
+    return int(rpi_ns) if 0 < rpi_ns < 1 << 62 else 0
 
 
 def _attributes(record: TagRecord) -> dict[str, str]:

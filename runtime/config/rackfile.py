@@ -26,6 +26,7 @@ from .axis_tables import AxisTable
 from .machine_tables import MachineTable, StationTable, TimelineTable
 from .rackspec import ForceSpec, IncidentSpec, MisplacedError, RackSpec, SlotSpec
 from .serial_units import UnitSpec
+from .stub_tables import StubStep, StubTable
 from .tomllines import KeyLines, KeyPath
 
 
@@ -197,6 +198,8 @@ _MODELS: Mapping[tuple[str, ...], type[BaseModel] | type[Switch | EncoderSpec | 
     ("incident",): IncidentSpec,
     ("unit",): UnitSpec,
     ("axes", ANY): AxisTable,
+    ("stubs", ANY): StubTable,
+    ("stubs", ANY, "table"): StubStep,
     ("slot", "machine"): MachineTable,
     ("slot", "machine", "switches"): Switch,
     ("slot", "machine", "timeline"): TimelineTable,
@@ -210,7 +213,7 @@ _MODELS: Mapping[tuple[str, ...], type[BaseModel] | type[Switch | EncoderSpec | 
 
 def _keys_at(path: KeyPath) -> Iterable[str]:
     names = tuple(part for part in path if isinstance(part, str))
-    described = _MODELS[(names[0], ANY) if names[:1] == ("axes",) else names]
+    described = _MODELS[(names[0], ANY, *names[2:]) if names[:1] in (("axes",), ("stubs",)) else names]
     if issubclass(described, BaseModel):
         return described.model_fields
     return [field.name for field in fields(described)]

@@ -35,6 +35,7 @@ from .axis_tables import AxisTable
 from .machine_tables import MachineTable, Table
 from .quantities import Milliseconds, Number, Seconds, between, exact_ns
 from .serial_units import UnitSpec
+from .stub_tables import StubTable
 from .tomllines import KeyPath
 
 Result = TypeVar("Result")
@@ -106,6 +107,17 @@ def _program(value: object) -> str | Callable[..., Any]:
     if isinstance(value, str) or callable(value):
         return value
     raise PydanticCustomError("allowed", "a path in quotes")
+
+
+def _stub_schema(_source: Any, handler: Any) -> core_schema.CoreSchema:
+    """Accept a text, or a table."""
+
+    def convert(value: object, describe: Callable[[object], StubTable]) -> str | StubTable:
+        if not isinstance(value, str | StubTable | Mapping):
+            raise PydanticCustomError("allowed", "text in quotes, or a table")
+        return value if isinstance(value, str | StubTable) else describe(value)
+
+    return core_schema.no_info_wrap_validator_function(convert, handler.generate_schema(StubTable))
 
 
 class SlotSpec(Table):
@@ -246,8 +258,9 @@ class RackSpec(Table):
         watchdog_ms: longest time of the logic of one scan on the wall clock; 0 = no watchdog.
         run_for_s: machine time of a run, unless the command line sets it.
         tags: patterns of the program's tags that are recorded beside the images.
-        stubs: replacements of instructions of a ladder program, by name; `missing_tags = "declare"`
-            declares missing tags, `refused = "empty"` runs an export without its refused parts.
+        stubs: replacements of instructions of a ladder program, results of messages and partners of consumed
+            tags, by name; `missing_tags = "declare"` declares missing tags, `refused = "empty"` runs an
+            export without its refused parts.
         trace: path of the recording, relative to the rack file.
         keep_traces: number of earlier recordings kept under numbers; 0 = none.
         axes: axes of a ladder program's motion instructions, by tag: the 3601 behind each, or an ideal one.
@@ -265,7 +278,9 @@ class RackSpec(Table):
     trace: str | None = None
     keep_traces: Annotated[int, Field(ge=0, le=1000)] = KEPT_TRACES
     tags: Annotated[tuple[str, ...], Field(strict=False)] = ()
-    stubs: dict[str, str] = Field(default_factory=dict)
+    stubs: dict[str, Annotated[str | StubTable, GetPydanticSchema(_stub_schema)]] = Field(
+        default_factory=dict
+    )
     axes: dict[str, AxisTable] = Field(default_factory=dict)
     seed: Annotated[int, Field(ge=0)] = 0
     mode: Literal["run", "program", "test"] = "run"

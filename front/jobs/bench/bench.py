@@ -16,9 +16,9 @@ from ...runtime.loop.listeners import ScanListener
 from ...runtime.loop.pace import Watchdog
 from ...runtime.loop.rack import Rack, Slots
 from ...runtime.loop.scan import CpuMode, ScanLogic
+from ..load.building import build_cpu, build_rack
 from ..record.sequence_watch import sequences_in, standing, watching
 from ..record.tag_names import named_values, namespace_of
-from ..run.build import build_cpu, build_rack
 from ..run.external_tags import tell_cpu
 from ..why.answer import Why
 from ..why.journal import Journal

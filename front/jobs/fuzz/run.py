@@ -22,9 +22,9 @@ from ...runtime.loop.listeners import QuietListener, ScanListener
 from ...runtime.loop.pace import wall_ns
 from ...runtime.loop.rack import Rack
 from ...runtime.loop.scan import ScanLogic
+from ..load.building import build_cpu, build_rack
 from ..record.logic_wrapper import LogicWrapper
 from ..record.sequence_watch import sequences_in, standing
-from ..run.build import build_cpu, build_rack
 from .laws.busy import axes_in
 from .laws.invariants import Invariant, Watch
 from .laws.output_line import Places

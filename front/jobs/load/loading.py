@@ -22,6 +22,7 @@ from ...runtime.config.quantities import parse_duration
 from ...runtime.config.rackfile import RackFile, RackFileError, explain, load_rack_file
 from ...runtime.config.rackspec import MISSING_TAGS, REFUSED, STUB_SETTINGS, RackSpec
 from ...runtime.loop.scan import ScanLogic
+from .beside import World, stub_of_table
 from .program import (
     EXPORT_SUFFIXES,
     L5X_SUFFIXES,
@@ -31,6 +32,7 @@ from .program import (
     ProgramError,
     as_logic,
     axes_of,
+    build,
     is_python,
     load_function,
     load_program,
@@ -54,6 +56,7 @@ class Job:
     rack_name: str  # the rack file's name, with the function of one in Python
     retained: bytes | None = None  # the file of the ladder program's initial tags; None without one
     notices: tuple[str, ...] = ()  # differences of program and rack from an export, a sentence for each
+    world: World | None = None  # the racks that run beside it
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -77,24 +80,32 @@ class Job:
         return self.rack_file.parent
 
 
-def load_job(rack: str, program: str | None = None) -> Job:
+def load_job(rack: str, program: str | None = None, world: World | None = None) -> Job:
     """Load a rack and its program.
 
     Args:
         rack: path of a TOML file, or of a Python file (`path[:function]`).
         program: another program in place of the rack's, `path[:function]` from the current folder.
+        world: the racks that run beside it; None for a new one, which it leads.
 
     Raises:
         ValueError: an unusable file; with file, line, key and the allowed values.
     """
-    if program is not None:
-        spec, path = load_spec(rack)
-        loaded = load_program(program, stubs=_stubs(spec, path.parent), slots=_slots(spec))
-        if isinstance(loaded.function, LadderLogic):
-            loaded = _bound(spec, loaded, path)
-        return _job(spec, loaded, path, rack)
     path = _rack_path(rack)
-    return _from_toml(path) if rack_form(path) is Form.DATA else _from_python(rack)
+    file = load_rack_file(path) if rack_form(path) is Form.DATA else None
+    spec = load_spec(rack)[0] if file is None else file.spec
+    place = _Place(rack, path, spec, file, world or World(_load_beside))
+    place.world.enter(path)
+    if program is not None:
+        return _loaded(place, lambda stubs: load_program(program, stubs=stubs, slots=_slots(spec)), own=False)
+    if isinstance(spec.program, str):
+        named = spec.program
+        return _loaded(place, lambda stubs: load_program(named, path.parent, stubs, _slots(spec)))
+    return _with_object(place, spec.program, path)
+
+
+def _load_beside(path: Path, world: World) -> Job:
+    return load_job(str(path), world=world)
 
 
 def load_rack(rack: str | Path, program: Callable[..., Any] | str | Path | None = None) -> Job:
@@ -112,12 +123,30 @@ def load_rack(rack: str | Path, program: Callable[..., Any] | str | Path | None 
     if program is None or isinstance(program, (str, Path)):
         return load_job(str(rack), None if program is None else str(program))
     spec, path = load_spec(str(rack))
+    place = _Place(str(rack), path, spec, None, World(_load_beside))
+    place.world.enter(path)
+    return _with_object(place, program, None)
+
+
+def _with_object(place: _Place, program: Callable[..., Any], file: Path | None) -> Job:
+    """Return the job of a program that is an object of this process.
+
+    Args:
+        file: the file that made it; None to find or write one.
+    """
     logic = as_logic(program)
     name = str(getattr(program, "name", None) or getattr(program, "__name__", type(program).__name__))
-    file = _rung_file(logic) if isinstance(logic, (ladder.Program, Controller)) else _source_file(program)
-    return _job(
-        spec, _bound(spec, LoadedProgram(file, name, logic, file.read_bytes()), path), path, str(rack)
-    )
+    if file is None:
+        rungs = isinstance(logic, (ladder.Program, Controller))
+        file = _rung_file(logic) if rungs else _source_file(program)  # type: ignore[arg-type]
+    made = LoadedProgram(file, name, logic, file.read_bytes())
+
+    def load(stubs: Stubs) -> LoadedProgram:
+        if isinstance(logic, LadderLogic):
+            build(made.path, logic, stubs)
+        return made
+
+    return _loaded(place, load)
 
 
 def _rung_file(logic: ladder.Program | Controller) -> Path:
@@ -204,30 +233,46 @@ DEFAULT_RUN = "10 s"
 """Default machine time of a run in virtual time."""
 
 
-def _from_toml(path: Path) -> Job:
-    file = load_rack_file(path)
-    stubs = _stubs(file.spec, path.parent, file)
+@dataclass(frozen=True, slots=True)
+class _Place:
+    """A rack that is loaded: its address, its path, its specification, its text, its world."""
+
+    rack: str
+    path: Path
+    spec: RackSpec
+    file: RackFile | None  # None for a rack in Python
+    world: World
+
+    def refusal(self, key: str, error: Exception | str, below: str | None = None) -> RackFileError:
+        """Return the error of a key, with its line in a TOML file."""
+        if self.file is not None:
+            return self.file.refusal(key, str(error), below)
+        return RackFileError(f"{self.path}: {key if below is None else f'{key}.{below}'}: {error}")
+
+
+def _loaded(place: _Place, load: Callable[[Stubs], LoadedProgram], *, own: bool = True) -> Job:
+    """Return the job of a program that takes the stubs, the cards and the axes of its rack.
+
+    Args:
+        own: whether the rack file names the program.
+    """
+    spec = place.spec
+    stubs = _stubs(place)
     try:
-        program = load_program(str(file.spec.program), path.parent, stubs, _slots(file.spec))
+        program = load(stubs)
     except ProgramError as error:
-        raise file.refusal("program", str(error)) from error
-    if stubs.by_name and not isinstance(program.function, LadderLogic):
-        raise file.refusal("stubs", "the program has no instructions: it is a function")
+        if place.file is None or not own:
+            raise
+        raise place.refusal("program", error) from error
+    if own and stubs.by_name and not isinstance(program.function, LadderLogic):
+        raise place.refusal("stubs", "the program has no instructions: it is a function")
     try:
-        _bind_axes(file.spec, program)
+        if own or isinstance(program.function, LadderLogic):
+            _bind_axes(spec, program)
     except LadderError as error:
-        raise file.refusal("axes", str(error)) from error
-    return _job(file.spec, program, path, str(path))
-
-
-def _from_python(rack: str) -> Job:
-    spec, path = load_spec(rack)
-    if isinstance(spec.program, str):
-        stubs = _stubs(spec, path.parent)
-        loaded = _bound(spec, load_program(spec.program, path.parent, stubs, _slots(spec)), path)
-        return _job(spec, loaded, path, rack)
-    name = getattr(spec.program, "__name__", type(spec.program).__name__)
-    return Job(spec, as_logic(spec.program), f"{path.name}:{name}", path, path, _rack_name(rack))
+        raise place.refusal("axes", error) from error
+    place.world.enter(place.path).take(spec, program.function)
+    return _job(place, program)
 
 
 def _slots(spec: RackSpec) -> list[int]:
@@ -258,36 +303,37 @@ def _round_trip_ms(spec: RackSpec) -> int:
     return max(10, -(-(packets_ns + spec.scan_ns) // 1_000_000))
 
 
-def _stubs(spec: RackSpec, folder: Path, file: RackFile | None = None) -> Stubs:
-    """Read the stubs of a rack; RackFileError for an illegal stub, or a function that can't be loaded.
-
-    Args:
-        file: the rack file, if it is TOML.
-    """
+def _stubs(place: _Place) -> Stubs:
+    """Read the stubs of a rack; RackFileError for an illegal stub, or a function that can't be loaded."""
+    spec, folder = place.spec, place.path.parent
     read: dict[str, Stub] = {}
-    for name, text in spec.stubs.items():
+    for name, given in spec.stubs.items():
         if name in STUB_SETTINGS:
             continue
         try:
-            read.update(load_stubs({name: text}, folder).by_name)
-        except (LadderError, ProgramError) as error:
-            if file is not None:
-                raise file.refusal("stubs", str(error), name) from error
-            raise RackFileError(f"stubs.{name}: {error}") from error
+            if isinstance(given, str):
+                read.update(load_stubs({name: given}, folder).by_name)
+            else:
+                read[name.upper()] = stub_of_table(given, folder, place.world)
+        except (ValueError, LadderError) as error:
+            raise place.refusal("stubs", error, name) from error
     if REFUSED in spec.stubs and PurePath(str(spec.program)).suffix not in EXPORT_SUFFIXES:
         text = "only an export, an .L5X or an .SLC, has refused rungs"
-        raise (
-            RackFileError(f"stubs.{REFUSED}: {text}")
-            if file is None
-            else file.refusal("stubs", text, REFUSED)
-        )
+        raise place.refusal("stubs", text, REFUSED)
     cards = {slot.number: slot.module for slot in spec.slot}
     return Stubs(read, MISSING_TAGS in spec.stubs, REFUSED in spec.stubs, cards)
 
 
+def racks_beside(spec: RackSpec) -> tuple[str, ...]:
+    """Return the paths of the rack files that a rack's stubs name, from its folder, each once."""
+    tables = (each for each in spec.stubs.values() if not isinstance(each, str))
+    return tuple(dict.fromkeys(each.rack for each in tables if each.rack))
+
+
 def stub_files(spec: RackSpec) -> tuple[str, ...]:
     """Return the paths of the Python files of a rack's stubs, from the rack file's folder, each once."""
-    files = (split_address(text, "")[0] for text in spec.stubs.values() if is_python(text))
+    texts = (each for each in spec.stubs.values() if isinstance(each, str))
+    files = (split_address(text, "")[0] for text in texts if is_python(text))
     return tuple(dict.fromkeys(files))
 
 
@@ -302,23 +348,13 @@ def _rack_name(rack: str) -> str:
     return Path(path).name if rack_form(Path(path)) is Form.DATA else f"{Path(path).name}:{name}"
 
 
-def _bound(spec: RackSpec, program: LoadedProgram, file: Path) -> LoadedProgram:
-    """Return a program whose axes are bound.
-
-    Raises:
-        RackFileError: see `_bind_axes`.
-    """
-    try:
-        _bind_axes(spec, program)
-    except LadderError as error:
-        raise RackFileError(f"{file}: axes: {error}") from error
-    return program
-
-
-def _job(spec: RackSpec, program: LoadedProgram, rack_file: Path, rack: str) -> Job:
-    name = f"{program.path.name}:{program.name}"
+def _job(place: _Place, program: LoadedProgram) -> Job:
+    name, spec = f"{program.path.name}:{program.name}", place.spec
     notices = (*program.notices, *_other_modules(spec, program))
-    return Job(spec, program.function, name, program.path, rack_file, _rack_name(rack), notices=notices)
+    rack = _rack_name(place.rack)
+    return Job(
+        spec, program.function, name, program.path, place.path, rack, notices=notices, world=place.world
+    )
 
 
 def _other_modules(spec: RackSpec, program: LoadedProgram) -> Iterator[str]:

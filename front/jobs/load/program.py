@@ -231,7 +231,7 @@ def load_function(
         name = _other_name(path, module)
     function = _made(path, _pick(path, module, name))
     if isinstance(function, LadderLogic):
-        _build(path, function, stubs)
+        build(path, function, stubs)
     _check_signature(path, name, function, arguments, loosely=loosely)
     return LoadedProgram(path, name, function, data)
 
@@ -282,7 +282,7 @@ def _load_rungs(path: Path, stubs: Stubs) -> LoadedProgram:
             program = parse_program(text, file=str(path), stubs=stubs)
     except LadderError as error:
         raise ProgramError(str(error)) from error
-    _build(path, program)
+    build(path, program)
     return LoadedProgram(path, program.name, program, data)
 
 
@@ -343,7 +343,8 @@ def _load_steps(path: Path) -> LoadedProgram:
         raise ProgramError(str(error)) from error
 
 
-def _build(path: Path, program: LadderLogic, stubs: Stubs = NO_STUBS) -> None:
+def build(path: Path, program: LadderLogic, stubs: Stubs = NO_STUBS) -> None:
+    """Build a program with the stubs and cards of its rack; a ProgramError if it can't be built."""
     try:
         program.take_stubs(stubs)
         program.build()

@@ -16,8 +16,9 @@ from ...traces.compare import Tolerance
 from ...traces.format.topics import ORDERS
 from ...traces.read.reader import TraceEvent
 from ...traces.replay import Follower, Image, Recording
+from ..load.building import build_rack, round_trip_ms
 from ..record.link_losses import link_changes
-from ..run.build import build_playback, build_rack, round_trip_ms
+from ..run.build import build_playback
 from ..run.playback import RecordedInputs, Score, Stimulus, recorded_outputs, stimulated
 from ..run.running import Observer, unobserved
 from .input_levels import recorded_levels

@@ -20,11 +20,11 @@ from ...runtime.loop.listeners import ScanListener
 from ...runtime.loop.pace import FreeRun, Pacer
 from ...runtime.loop.realtime import frozen_collector
 from ...traces.write.recorder import ScanRecorder
+from ..load.building import build_cpu, build_rack
 from ..load.loading import Job
 from ..record.order_repeater import OrderRepeater, RecordedOrder
 from ..record.recording import recorder_for
 from ..record.sequence_watch import declared_axes, sequences_in, standing
-from .build import build_cpu, build_rack
 from .editing import RunProgram
 from .external_tags import tell_cpu
 from .hints import Hints

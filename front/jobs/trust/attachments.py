@@ -66,8 +66,21 @@ def files_of(job: Job) -> dict[str, Path]:
 
 
 def files_beside(job: Job) -> dict[str, Path]:
-    """Return the other files of a job: modules, stubs, stored programs of units."""
-    return {**_imported(job), **_stub_functions(job), **_unit_programs(job)}
+    """Return the other files of a job: modules, stubs, stored programs of units, racks that run beside it."""
+    return {**_imported(job), **_stub_functions(job), **_unit_programs(job), **_racks_beside(job)}
+
+
+def _racks_beside(job: Job) -> dict[str, Path]:
+    """Return the files of other racks, by their paths from this one's folder; not those outside of it."""
+    found: dict[str, Path] = {}
+    for rack in job.world.others if job.world is not None else ():
+        other: Job = rack.job
+        program = os.path.relpath(other.program, other.folder)
+        named = {other.rack_file.name: other.rack_file, program: other.program}
+        named |= {**_imported(other), **_stub_functions(other), **_unit_programs(other)}
+        folder = PurePosixPath(os.path.relpath(other.folder, job.folder))
+        found |= {(folder / name).as_posix(): path for name, path in named.items()}
+    return {name: path for name, path in found.items() if ".." not in PurePosixPath(name).parts}
 
 
 def _imported(job: Job) -> dict[str, Path]:

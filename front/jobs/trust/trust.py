@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 from ...runtime.config.rackfile import RackFileError, parse_rack_file
 from ...runtime.config.rackspec import RackSpec
-from ..load.loading import rack_form, stub_files
+from ..load.loading import rack_form, racks_beside, stub_files
 from ..load.program import Form, program_form, split_address
 from .extracting import check_names, checked_name
 
@@ -75,8 +75,8 @@ def uses_of(files: Mapping[str, bytes], given: RunFiles) -> dict[str, Use]:
         forms[given.program] = program_form(PurePosixPath(checked_name(given.program)))
     named: list[str] = []
     if forms[given.rack] is Form.DATA:
-        named, stubs = _named_in_rack(files, given.rack)
-        forms.update(dict.fromkeys(stubs, Form.PYTHON))
+        named, others = _named_in_rack(files, given.rack, {given.rack})
+        forms.update(others)
     python = Form.PYTHON in forms.values()
     if given.retained is not None:
         named.append(checked_name(given.retained))
@@ -84,18 +84,43 @@ def uses_of(files: Mapping[str, bytes], given: RunFiles) -> dict[str, Use]:
     return uses | {name: Use.RUN if form is Form.PYTHON else Use.READ for name, form in forms.items()}
 
 
-def _named_in_rack(files: Mapping[str, bytes], rack: str) -> tuple[list[str], list[str]]:
-    """Return the stored programs that a rack file in TOML names, and the Python files of its stubs."""
+def _named_in_rack(
+    files: Mapping[str, bytes], rack: str, seen: set[str]
+) -> tuple[list[str], dict[str, Form]]:
+    """Return what a rack file in TOML names: stored programs; and stubs in Python, and racks beside it.
+
+    Args:
+        seen: rack files that have been read.
+    """
     if rack not in files:
-        return [], []
+        return [], {}
+    spec = _rack_in(files, rack)
+    folder = PurePosixPath(rack).parent
+    named = [f"{folder / name}" for name in stored_programs(spec)]
+    stubs = (checked_name(str(PurePosixPath(name))) for name in stub_files(spec))
+    forms = {f"{folder / name}": Form.PYTHON for name in stubs}
+    for path in racks_beside(spec):
+        other = checked_name(f"{folder / path}")
+        if other in seen:
+            continue
+        seen.add(other)
+        forms[other] = rack_form(PurePosixPath(other))
+        if forms[other] is Form.DATA and other in files:
+            program = split_address(str(_rack_in(files, other).program))[0]
+            place = checked_name(f"{PurePosixPath(other).parent / program}")
+            forms[place] = program_form(PurePosixPath(place))
+            more, others = _named_in_rack(files, other, seen)
+            named += more
+            forms |= others
+    return named, forms
+
+
+def _rack_in(files: Mapping[str, bytes], rack: str) -> RackSpec:
     try:
         text = files[rack].decode("utf-8")
     except UnicodeDecodeError as error:
         raise RackFileError(f"{rack}: the rack file is not text in UTF-8: {error.reason}") from None
-    spec = parse_rack_file(text, Path(rack)).spec
-    folder = PurePosixPath(rack).parent
-    stubs = [checked_name(str(PurePosixPath(name))) for name in stub_files(spec)]
-    return [f"{folder / name}" for name in stored_programs(spec)], [f"{folder / name}" for name in stubs]
+    return parse_rack_file(text, Path(rack)).spec
 
 
 def stored_programs(spec: RackSpec) -> list[str]:

@@ -7,7 +7,8 @@
 In structured text a call begins a message, unless it is under way. It ends after a scan, whether it is called
 again or not, and EN ends with it.
 
-Nothing is sent or received: a program or a test writes the data of a read.
+Nothing is sent. The data of a read are the reply of its stub, if that has one: they are in the tag that the
+export names, or that of the stub, when DN is set.
 """
 
 from __future__ import annotations
@@ -21,9 +22,10 @@ from ...interpreter import Interpreter
 from ...model.arithmetic import wrap
 from ...model.operands import Constant, Group
 from ...model.spec import Use, always
-from ...model.stubs import Ending, stub_of
+from ...model.stubs import stub_of
 from ...model.tags import Leaf
 from ...model.types import DINT, MESSAGE_BITS, count_of
+from ...run.partners import receive
 from ...state.lowered import LoweredProgram, steps_of
 from ...state.memory import Memory
 
@@ -75,16 +77,18 @@ def _msg(machine: Interpreter, power: bool, group: Group) -> None:
             message.start()
         return
     if not (message["DN"] or message["ER"]):
-        _go_on(message, stub_of(machine.lowered.stubs, group.path))
+        _go_on(machine, message, group.path)
     if not power and (message["DN"] or message["ER"]):
         message.set(EN=False)
 
 
-def _go_on(message: _Message, stub: Ending | None) -> None:
+def _go_on(machine: Interpreter, message: _Message, path: str) -> None:
+    stub = stub_of(machine.lowered.stubs, path)
     assert stub is not None  # `checks` refuses a program without one
     if message["TO"]:
         message.finish(TIMEOUT)
     elif message.elapsed_ns >= stub.after_ns:
+        receive(machine.lowered, machine.memory, path, machine.now_ns)
         message.finish(stub.error)
 
 
@@ -125,15 +129,20 @@ def _end_messages(tags: tuple[_MessagePlaces, ...], engine: Any) -> None:
     for tag in tags:
         for index in range(count_of(tag.waiting.dims)):
             if memory.read(tag.waiting, index):
-                _end_if_over(memory, tag, index, engine.now_ns, stub_of(engine.lowered.stubs, tag.path))
+                _end_if_over(engine.lowered, memory, tag, index, engine.now_ns)
 
 
-def _end_if_over(memory: Memory, tag: _MessagePlaces, index: int, now_ns: int, stub: Ending | None) -> None:
+def _end_if_over(
+    lowered: LoweredProgram, memory: Memory, tag: _MessagePlaces, index: int, now_ns: int
+) -> None:
+    stub = stub_of(lowered.stubs, tag.path)
     assert stub is not None  # `checks` refuses a program without one
     flags = int(memory.read(tag.flags, index))
     stopped = bool(flags >> MESSAGE_BITS["TO"] & 1)
     if not stopped and now_ns - int(memory.read(tag.started, index)) < stub.after_ns:
         return
+    if not stopped:
+        receive(lowered, memory, tag.path, now_ns)
     error = TIMEOUT if stopped else stub.error
     ended = 1 << MESSAGE_BITS["ER" if error else "DN"]
     over = sum(1 << MESSAGE_BITS[name] for name in ("EN", "ST", "EW"))

@@ -308,6 +308,7 @@ class _L5xReader:
         comment = ""
         comments: tuple[tuple[str, str], ...] = ()
         dims = get("Dimensions", get("Dimension", "")).strip()
+        remote = rpi = ""
         for each in element:
             if each.tag == "Data" or each.tag == "DefaultData":
                 data.append(self._data(each))
@@ -315,6 +316,8 @@ class _L5xReader:
                 comment = _text(each)
             elif each.tag == "Comments":
                 comments = _comments(each)
+            elif each.tag == "ConsumeInfo":
+                remote, rpi = each.get("RemoteTag", ""), each.get("RPI", "")
         return TagRecord(
             get("Name", ""),
             get("TagType", "Base"),
@@ -328,6 +331,8 @@ class _L5xReader:
             data,
             element.sourceline,
             _wrong_dims(dims),
+            remote,
+            rpi,
         )
 
     # --- logic

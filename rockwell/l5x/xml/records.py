@@ -67,6 +67,8 @@ class TagRecord:
     data: list[Data]  # elements with its values, until `L5xDocument.release`
     line: int
     wrong_dims: str = ""  # invalid dimensions as text, else ""
+    remote: str = ""  # of a consumed tag: the producer's tag
+    rpi: str = ""  # of a consumed tag: its interval, ms
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,9 +13,9 @@ from pathlib import Path
 import forked
 import pytest
 from scanrack.commands import build
+from scanrack.jobs.load.building import build_cpu, build_rack
 from scanrack.jobs.load.loading import load_job
 from scanrack.jobs.record.recording import recorder_for
-from scanrack.jobs.run.build import build_cpu, build_rack
 from scanrack.runtime.loop.cpu import Cpu
 from scanrack.runtime.loop.scan import CpuMode
 from scanrack.traces.read.reader import open_trace

@@ -7,7 +7,7 @@ from typing import Any, cast
 import pytest
 from pydantic import ValidationError
 from scanrack.io_images.amci3601.bits import InputBit
-from scanrack.jobs.run.build import build_cpu, build_rack, slot_seed
+from scanrack.jobs.load.building import build_cpu, build_rack, slot_seed
 from scanrack.runtime.config.rackfile import load_rack_file
 from scanrack.runtime.config.rackspec import ForceSpec, RackSpec, SlotSpec
 from scanrack.runtime.loop.cpu import CpuFault, CpuMode

@@ -15,7 +15,7 @@ from scanrack.jobs.fuzz.scenarios.rackdoc import rack_text
 from scanrack.jobs.fuzz.scenarios.scenario import Scenario, Signal
 from scanrack.jobs.fuzz.scenarios.words import told
 from scanrack.jobs.fuzz.shrink import parts_of, scenario_of, simpler_parts
-from scanrack.jobs.run.build import build_cpu, build_rack
+from scanrack.jobs.load.building import build_cpu, build_rack
 from scanrack.runtime.config.rackfile import parse_rack_file
 from scanrack.runtime.config.rackspec import RackSpec, SlotSpec
 from typer.testing import CliRunner

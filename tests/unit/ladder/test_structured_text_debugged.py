@@ -1,8 +1,8 @@
 """Structured text under the debugger: why and cross reference by line, breakpoints, pictures."""
 
 import pytest
+from scanrack.jobs.load.building import build_cpu, build_rack
 from scanrack.jobs.load.loading import load_job
-from scanrack.jobs.run.build import build_cpu, build_rack
 from scanrack.ladder import LadderError, LadderLogic
 from scanrack.ladder.debug import Debugger
 from scanrack.ladder.debug.crossref import cross_reference

@@ -18,7 +18,7 @@ from scanrack.io_images.module_words import terminals_in
 from scanrack.io_images.signal_ranges import FORMATS, RANGES
 from scanrack.jobs.drive.card_bench import CardBench
 from scanrack.jobs.drive.requests import RequestError
-from scanrack.jobs.run.build import build_cpu, build_rack
+from scanrack.jobs.load.building import build_cpu, build_rack
 from scanrack.runtime.config.rackfile import RackFileError, parse_rack_file
 from scanrack.runtime.config.rackspec import RackSpec, SlotSpec
 from scanrack.runtime.machine import MachineSpec, Switch, press

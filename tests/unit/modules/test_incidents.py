@@ -5,7 +5,7 @@ import re
 import pytest
 from scanrack.io_images.amci3601 import StatusMsw
 from scanrack.io_images.image import Image
-from scanrack.jobs.run.build import build_cpu, build_rack
+from scanrack.jobs.load.building import build_cpu, build_rack
 from scanrack.runtime.config.rackfile import RackFileError, load_rack_file
 from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.runtime.loop.exposed import ExposedModule

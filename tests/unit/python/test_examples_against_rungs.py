@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 from axis_lockstep import LateAxis
 from scanrack import sequence, until
+from scanrack.jobs.load.building import build_cpu, build_rack
 from scanrack.jobs.load.loading import load_job
-from scanrack.jobs.run.build import build_cpu, build_rack
 from scanrack.ladder.files.rungfile import parse_program
 
 EXAMPLES = Path(__file__).parents[3] / "examples" / "sequences"

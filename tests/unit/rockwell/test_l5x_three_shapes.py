@@ -10,8 +10,8 @@ import pytest
 from l5x_files import document, ladder, module, program, tag, task
 from scanrack.io_images.amci3601 import Configuration, Move, MoveKind, PresetPosition
 from scanrack.io_images.amci3601.bits import InputBit
+from scanrack.jobs.load.building import build_cpu, build_rack
 from scanrack.jobs.load.program import load_program
-from scanrack.jobs.run.build import build_cpu, build_rack
 from scanrack.runtime.config.rackspec import RackSpec, SlotSpec
 
 SETUP = Configuration(

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from scanrack.io_images import Image
 from scanrack.io_images.amci3601 import InputBit
+from scanrack.jobs.load.building import build_rack
 from scanrack.jobs.replay.input_levels import recorded_levels
-from scanrack.jobs.run.build import build_playback, build_rack
+from scanrack.jobs.run.build import build_playback
 from scanrack.jobs.run.playback import RecordedInputs, Score, Stimulus, recorded_outputs, stimulated
 from scanrack.runtime.config.rackspec import RackSpec, SlotSpec
 from scanrack.runtime.loop.scan import LogicScan

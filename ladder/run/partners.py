@@ -1,0 +1,132 @@
+"""Data from outside: consumed tags before a scan, and the replies of messages.
+
+    producer   5 5 5 5 7 7 7 7 7 9         a consumed tag gets a sample at each multiple of the RPI,
+    RPI        |       |       |            before the first scan from there on
+    consumer   5       5       7
+
+A member of type CONNECTION_STATUS has RunMode of the producer, and ConnectionFaulted; the data of a broken
+connection stay as they are [1756-PM011, "Produced and Consumed Tags"].
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from ..model.errors import LadderError, Problem
+from ..model.operands import Group
+from ..model.stubs import RPI_NS, Consumed, Ending, Remote, Sample, Sampler, Stub
+from ..model.tags import Leaf, tag_in
+from ..model.types import LINT, Structure
+from ..state.lowered import LoweredProgram
+from ..state.memory import Memory
+from .view import Tags
+
+ALONE = Remote()
+
+STATUS = "CONNECTION_STATUS"
+"""Type of the member that has the state of a connection."""
+
+
+@dataclass(frozen=True, slots=True)
+class Connection:
+    """A consumed tag and its partner."""
+
+    tag: str
+    sampler: Sampler
+    rpi_ns: int
+    taken: Leaf  # number of the samples so far; 0 before the first
+    status: str  # its CONNECTION_STATUS, "" without one
+
+    def update(self, engine: Any, tags: Tags) -> None:
+        """Take a sample if one is due."""
+        number = engine.now_ns // self.rpi_ns + 1
+        if engine.memory.read(self.taken) != number:
+            engine.memory.write(self.taken, 0, number)
+            take(tags, self.tag, self.status, self.sampler(engine.now_ns))
+
+
+def take(tags: Tags, tag: str, status: str, sample: Sample) -> None:
+    """Set a tag to a sample; a ValueError if the value does not fit."""
+    if sample.value is not None and not sample.faulted:
+        put(tags, tag, sample.value)
+    if status:
+        running = sample.running and not sample.faulted
+        tags[status] = {"RunMode": running, "ConnectionFaulted": sample.faulted}
+
+
+def put(tags: Tags, tag: str, value: Any) -> None:
+    """Set a tag; a list also sets the elements from one on, a single value the first element of an array."""
+    if isinstance(value, list) and tag.endswith("]"):
+        name, _, subscript = tag[:-1].rpartition("[")
+        if subscript.isdecimal():
+            for place, each in enumerate(value, int(subscript)):
+                tags[f"{name}[{place}]"] = each
+            return
+    if not isinstance(value, (list, dict, str)) and isinstance(tags[tag], list):
+        tag = f"{tag}[0]"
+    tags[tag] = value
+
+
+def connect(
+    lowered: LoweredProgram, stubs: Mapping[str, Stub], remotes: Mapping[str, Remote]
+) -> Iterator[Problem]:
+    """Connect consumed tags and replies, before there is memory; yield what can't be connected."""
+    tags = Tags(lowered, None)  # type: ignore[arg-type]  # names are resolved without memory
+    for name, stub in stubs.items():
+        try:
+            if isinstance(stub, Consumed):
+                lowered.connections.append(_connection(lowered, tags, name, stub, remotes.get(name, ALONE)))
+            elif isinstance(stub, Ending) and stub.reply is not None:
+                to = stub.to or remotes.get(name, ALONE).tag
+                if not to:
+                    raise LadderError('nothing says which tag gets the data: to = "Data[0]"')
+                tags.where(to)
+                lowered.replies[name] = to, stub.reply.open("", RPI_NS)
+        except (LadderError, ValueError) as error:
+            yield Problem(f"stub {name}", "", str(error), "correct it in [stubs]")
+
+
+def _connection(lowered: LoweredProgram, tags: Tags, name: str, stub: Consumed, remote: Remote) -> Connection:
+    where = tags.where(name)
+    rpi_ns = stub.rpi_ns or remote.rpi_ns or RPI_NS
+    kind = where.type if isinstance(where, Group) and not where.dims else None
+    members = kind.members if isinstance(kind, Structure) else ()
+    found = next((each.name for each in members if each.type.name.upper() == STATUS), "")
+    taken = lowered.layout.hidden(f"~{name}.taken", LINT)
+    status = f"{name}.{found}" if found else ""
+    return Connection(name, stub.source.open(remote.tag, rpi_ns), rpi_ns, taken, status)
+
+
+def wrong_values(lowered: LoweredProgram, memory: Memory) -> Iterator[Problem]:
+    """Yield the partners whose first value does not fit; the memory is as before."""
+    tags = Tags(lowered, memory)
+    given = [(each.tag, each.sampler) for each in lowered.connections]
+    for tag, sampler in (*given, *lowered.replies.values()):
+        try:
+            where = tags.where(tag)
+            whole = tag_in(where.path if isinstance(where, Group) else where.leaf.path)
+            before = tags[whole]
+            take(tags, tag, "", sampler(0))
+            tags[whole] = before
+        except (LadderError, ValueError) as error:
+            yield Problem(f"data for {tag}", "", str(error), "give a value that fits its type")
+
+
+def receive(lowered: LoweredProgram, memory: Memory, path: str, now_ns: int) -> None:
+    """Set the tag that gets the reply of a message."""
+    reply = lowered.replies.get(path.upper())
+    if reply is not None:
+        tag, sampler = reply
+        take(Tags(lowered, memory), tag, "", sampler(now_ns))
+
+
+def updates_of(lowered: LoweredProgram) -> tuple[Callable[[Any, bool], None], ...]:
+    """Return the function that fills consumed tags before a scan; none without them."""
+
+    def update(engine: Any, _first: bool) -> None:
+        for each in lowered.connections:
+            each.update(engine, engine.tags)
+
+    return (update,) if lowered.connections else ()

@@ -1,0 +1,109 @@
+"""The tables in `[stubs]` of a rack file: results of messages with their data, and partners of consumed tags.
+
+[stubs]
+Order = { after_ms = 20, value = [1, 2, 3] }             # a message: its data
+Fetch = { after_ms = 20, rack = "line2.toml", tag = "Counts", to = "Copy[0]" }
+Lost = { after_ms = 500, error = 0xCB }
+FromLine2 = { rack = "line2.toml" }                      # a consumed tag: what another rack produces
+Recipe = { value = { Speed = 5 } }
+Level = { table = [{ value = 5 }, { at_s = 2, value = 7 }, { at_s = 4, faulted = true }] }
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from decimal import Decimal
+from typing import Annotated, Any, Self
+
+from pydantic import Field, PlainValidator, model_validator
+
+from ...io_images.site import SettingError
+from .machine_tables import Table
+from .quantities import Milliseconds, Number, Seconds, between, exact_ns
+
+
+def _plain(value: object) -> Any:
+    """Convert decimals of a rack file to floats, at any depth."""
+    if isinstance(value, Decimal):
+        return float(value)
+    if isinstance(value, Mapping):
+        return {str(key): _plain(each) for key, each in value.items()}
+    return [_plain(each) for each in value] if isinstance(value, list | tuple) else value
+
+
+Data = Annotated[Any, PlainValidator(_plain)]
+
+
+class StubStep(Table):
+    """What a table says from a time on.
+
+    Attributes:
+        at_ms: the time; or `at_s`. 0 if left out.
+        value: the data, in the form of a tag: a number, true, a text, an array, or a table of members.
+        faulted: whether the connection is broken until the next entry.
+        running: whether the producer is in run mode.
+    """
+
+    at_ms: Milliseconds | None = None
+    at_s: Seconds | None = None
+    value: Data = None
+    faulted: bool = False
+    running: bool = True
+
+    @property
+    def at_ns(self) -> int:
+        """The time, ns."""
+        return 0 if self.at_ms is None and self.at_s is None else self.ns("at")
+
+
+class StubTable(Table):
+    """The partner of a message or of a consumed tag.
+
+    Attributes:
+        after_ms: of a message: time from its begin to its end; or `after_s`. A consumed tag has none.
+        error: of a message: its ERR, 1 to 65,535; 0 = done.
+        value: the data, if they never change.
+        table: the data over time.
+        rack: the rack file whose program has the data; it runs beside this one, in the same time.
+        tag: the tag there; left out, of a consumed tag the export's.
+        to: of a message: the tag that gets the data; left out, the export's.
+        rpi_ms: of a consumed tag: its interval; left out, the export's, else 20.
+    """
+
+    after_ms: Milliseconds | None = None
+    after_s: Seconds | None = None
+    error: Annotated[int, Field(ge=0, le=0xFFFF)] = 0
+    value: Data = None
+    table: Annotated[tuple[StubStep, ...], Field(strict=False)] = ()
+    rack: str = ""
+    tag: str = ""
+    to: str = ""
+    rpi_ms: Annotated[Number, between("0.01", "1000000")] | None = None
+
+    @property
+    def after_ns(self) -> int | None:
+        """Time of a message, ns; None of a consumed tag."""
+        return None if self.after_ms is None and self.after_s is None else self.ns("after")
+
+    @property
+    def rpi_ns(self) -> int:
+        """The interval, ns; 0 if left out."""
+        return 0 if self.rpi_ms is None else exact_ns(self.rpi_ms, "ms")
+
+    @model_validator(mode="after")
+    def _is_possible(self) -> Self:
+        sources = [name for name in ("value", "table", "rack") if name in self.model_fields_set]
+        if len(sources) > 1:
+            raise SettingError(sources[1], f"{sources[0]} is given already: one of value, table and rack")
+        message = self.after_ns is not None
+        wrong = {"rpi_ms"} if message else {"error", "to"}
+        for key in sorted(wrong & self.model_fields_set):
+            raise SettingError(key, f"this key is that of a {'consumed tag' if message else 'message'}")
+        if not message and not sources:
+            raise SettingError("value", "a consumed tag needs value, table or rack, a message after_ms")
+        if self.tag and not self.rack:
+            raise SettingError("tag", "it is a tag of another rack: give rack, too")
+        times = [each.at_ns for each in self.table]
+        if times != sorted(set(times)):
+            raise SettingError("table", "its times must rise")
+        return self
