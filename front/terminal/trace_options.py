@@ -32,6 +32,9 @@ TimeOption = Annotated[
 ReplaceOption = Annotated[
     bool, typer.Option("--replace", help="Keep no earlier recording under rack.1.mcap and so on.")
 ]
+ForcesOption = Annotated[
+    bool, typer.Option("--forces", help="Hold the forces that the export of the program has.")
+]
 QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no summary.")]
 
 

@@ -7,13 +7,13 @@ from typing import Annotated
 
 import typer
 
-from ..jobs.load.loading import RACK_FORMS, load_job, scans_to_run
+from ..jobs.load.loading import RACK_FORMS, forces_to_hold, load_job, scans_to_run
 from ..jobs.run.build import check_ports
 from ..jobs.trust.owned import check_recording
 from ..runtime.live.orders import MAX, SPEED_LEAST, SPEED_MOST
 from ..terminal.complaints import reported_mistakes
 from ..terminal.status import BAD_INPUT, complain
-from ..terminal.trace_options import ReplaceOption
+from ..terminal.trace_options import ForcesOption, ReplaceOption
 from .play import watch_job
 from .prepared_run import WatchOptions
 from .recorded_session import place_of, watch_trace
@@ -74,11 +74,13 @@ def _watch_command(
     text: Annotated[
         bool, typer.Option("--text", help="Show bits, values and events in the terminal, too, at 4 Hz.")
     ] = False,
+    forces: ForcesOption = False,
     trust: Annotated[bool, typer.Option("--trust", help="Run Python that came with a trace.")] = False,
 ) -> None:
     if Path(rack.partition("#")[0].partition(":")[0]).suffix not in RACK_FORMS:
         of_racks = {"--speed": speed != "1", "--paused": paused, "--record": record, "--for": duration}
         of_racks |= {"--scans": scans is not None, "--live": live, "--control": control, "--text": text}
+        of_racks["--forces"] = forces
         given = [option for option, is_given in of_racks.items() if is_given]
         with reported_mistakes():
             if given:
@@ -95,13 +97,16 @@ def _watch_command(
             raise ValueError("--control goes with --live")
         if record is not None:
             check_recording(job, record, keep=0 if replace else None)
+        held = forces_to_hold(job, forces)
         endless = scans is None and duration is None
         count = None if endless else scans_to_run(job.spec, duration, scans, endless=True)
     except ValueError as error:
         raise typer.Exit(complain(str(error), BAD_INPUT)) from error
     looking = read_only or (live and not control)
     wanted = WatchOptions(
-        rack, port, factor, paused, looking, record, count, live, opened, text, keep=0 if replace else None
+        *(rack, port, factor, paused, looking, record, count, live, opened, text),
+        keep=0 if replace else None,
+        forces=held,
     )
     raise typer.Exit(watch_job(job, wanted))
 

@@ -143,6 +143,7 @@ class Play:
                     metadata=start.metadata,
                     keep=self._wanted.keep,
                     orders=start.orders,
+                    forces=self._wanted.forces,
                     editions=editions,
                 ),
             )

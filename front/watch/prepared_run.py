@@ -10,6 +10,7 @@ from pathlib import Path
 from ..jobs.record.editions import Editions
 from ..jobs.record.order_repeater import RecordedOrder
 from ..jobs.run.running import JobRun
+from ..runtime.live.orders import Force
 from ..runtime.loop.pace import AdjustablePace
 
 
@@ -29,6 +30,7 @@ class WatchOptions:
     text: bool = False  # show the session in the terminal, too
     editable: bool = True  # the program's files are on the disk, and saved changes are used
     keep: int | None = None  # number of earlier recordings to keep; None = the rack file's
+    forces: tuple[Force, ...] = ()  # of tags and images, held from the first scan on
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,6 +20,7 @@ from ...ladder.model.resolver import slot_of_image
 from ...ladder.model.tags import Alias, Declaration, Tag
 from ...ladder.model.types import DINT, INT, DataType, Member, Structure
 from .report import Report
+from .scopes import note_forces
 from .values.datatypes import NAME, Types
 from .values.value_texts import ValueTextError
 from .values.values import initial_of
@@ -67,6 +68,9 @@ def module_tags(
             why = f"{module.catalog} is not in the rack: its tags are memory"
             report.note(prefix_of(module), why, module.line)
         for tag in module.tags:
+            if tag.forced:
+                kind = _kind(module, tag, types)
+                note_forces(tag, kind or DINT, (), types, report, f"{prefix_of(module)}:{tag.suffix}")
             if is_bound(f"{prefix_of(module)}:{tag.suffix}", slots):
                 continue
             if tag.kind.endswith("AliasTag"):
@@ -100,9 +104,14 @@ def module_objects(
             yield Tag(name, kind, (), None, f"{module.catalog} {module.name}".strip())
 
 
+def _kind(module: ModuleRecord, tag: ModuleTagRecord, types: Types) -> DataType | None:
+    """Return the type that a tag's data show, else the words of its size; None if neither is known."""
+    return next((each for each in _shown(tag, types) if each is not None), None) or _sized(module, tag)
+
+
 def _tag(module: ModuleRecord, tag: ModuleTagRecord, types: Types, report: Report) -> Tag | None:
     name = f"{prefix_of(module)}:{tag.suffix}"
-    kind = next((each for each in _shown(tag, types) if each is not None), None) or _sized(module, tag)
+    kind = _kind(module, tag, types)
     if kind is None:
         return None
     try:

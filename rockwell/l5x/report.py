@@ -108,6 +108,7 @@ class Report:
     faults: dict[str, str] = field(default_factory=dict)  # faults and differences in the trial, by program
     texts: list[StructuredRoutine] = field(default_factory=list)  # routines of structured text
     edits: list[Edit] = field(default_factory=list)  # rungs and texts of online edits
+    forces: dict[str, bool | int | float] = field(default_factory=dict)  # forces in the file, by address
     _noted: dict[tuple[str, str], Note] = field(default_factory=dict, repr=False)
 
     @property
@@ -161,6 +162,8 @@ class Report:
             more = f" and {len(self.lost) - LOST_SHOWN:,} more" * (len(self.lost) > LOST_SHOWN)
             lost = f"values of the export are lost: {shown}{more}"
             found.append(f"{self.file}: {lost}; scanrack l5x {self.file} says why")
+        if self.forces:
+            found.append(f"{self.file}: the export has {len(self.forces)} forces; --forces holds them")
         if self.edits:
             runs = sum(each.runs for each in self.edits)
             edits = f"the export has online edits, {runs} run and {len(self.edits) - runs} do not"
@@ -185,6 +188,7 @@ class Report:
             "stubs": self.stubs,
             "faults": self.faults,
             "edits": [asdict(each) for each in self.edits],
+            "forces": self.forces,
             "notes": [asdict(each) for each in self.notes],
             "lost": self.lost,
         }
@@ -212,6 +216,7 @@ class Report:
             "refused rungs": self.refused,
             "refused objects": self.objects,
             "online edits": self.edits,
+            "forces, held with --forces only": (f"{name} = {value:g}" for name, value in self.forces.items()),
             "notes": self.notes,
             "declared from their use": map(": ".join, self.declared.items()),
             "stubs": map(": ".join, self.stubs.items()),

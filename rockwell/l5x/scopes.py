@@ -17,10 +17,11 @@ from ...ladder.model.tags import Alias, Declaration, Tag
 from ...ladder.model.types import MAX_DIMENSIONS, DataType
 from .report import Report
 from .values.datatypes import Types
+from .values.force_values import forces_of
 from .values.value_texts import ValueTextError
 from .values.values import initial_of
 from .xml.document import L5xError
-from .xml.records import Element, TagRecord
+from .xml.records import Element, ModuleTagRecord, TagRecord
 
 _FILLED = {
     "PRODUCED": "it is produced: a rack beside this one can consume it",
@@ -45,11 +46,29 @@ def scope_of(
                 continue
             kind = type_of(record, types)
             declarations.append(tag_of(record, kind, types, report, owner))
+            if record.forced:
+                note_forces(record, kind, record.dims, types, report, _named(owner, record.name))
         except L5xError:
             raise
         except LadderError as error:
             report.lose(_named(owner, record.name), f"it is not declared: {error}", record.line)
     return declarations
+
+
+def note_forces(
+    record: TagRecord | ModuleTagRecord,
+    kind: DataType,
+    dims: tuple[int, ...],
+    types: Types,
+    report: Report,
+    name: str,
+) -> None:
+    """Report the forces of a tag by their addresses; note those that can't be read."""
+    try:
+        for path, value in forces_of(record.forced, kind, dims, types):
+            report.forces[f"{name}{path}"] = value
+    except ValueTextError as error:
+        report.note(name, f"its forces are not read: {error}", record.line)
 
 
 def type_of(record: TagRecord, types: Types) -> DataType:

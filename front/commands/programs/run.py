@@ -12,7 +12,7 @@ from typing import Annotated
 
 import typer
 
-from ...jobs.load.loading import DEFAULT_RUN, Job, load_job, scans_to_run, with_tags
+from ...jobs.load.loading import DEFAULT_RUN, Job, forces_to_hold, load_job, scans_to_run, with_tags
 from ...jobs.run.build import check_ports
 from ...jobs.run.result import Tally, result_of
 from ...jobs.run.retained_memory import RetainedMemory
@@ -25,7 +25,7 @@ from ...terminal.progress import shown_progress
 from ...terminal.run_end import run_to_end
 from ...terminal.status import BAD_INPUT, CANNOT_WRITE, DONE, INTERRUPTED, NO, complain, reason
 from ...terminal.terminal import say
-from ...terminal.trace_options import ReplaceOption
+from ...terminal.trace_options import ForcesOption, ReplaceOption
 from .summary import summary, summary_row
 
 
@@ -154,6 +154,7 @@ def _run_command(
             help="Begin with the ladder tags in this file, if there is one, and write them to it at the end.",
         ),
     ] = None,
+    forces: ForcesOption = False,
     tag: Annotated[
         list[str] | None,
         typer.Option(
@@ -174,6 +175,7 @@ def _run_command(
         check_ports(job.spec, realtime=realtime, live=live)
         if spin and not realtime:
             raise ValueError("--spin goes with --realtime only: virtual time does not wait")
+        held = forces_to_hold(job, forces)
         retained = None if retain is None else RetainedMemory(job, retain, trace, keep)
     except ValueError as error:
         raise typer.Exit(complain(str(error), BAD_INPUT)) from error
@@ -183,7 +185,7 @@ def _run_command(
     run = partial(
         run_job,
         scans=count,
-        options=RunOptions(trace=trace, live=live, pacer=pacer, keep=keep),
+        options=RunOptions(trace=trace, live=live, pacer=pacer, keep=keep, forces=held),
         quiet=quiet,
         as_json=as_json,
     )

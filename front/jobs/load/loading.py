@@ -6,8 +6,8 @@ import atexit
 import inspect
 import tempfile
 import traceback
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePath
 from typing import Any
 
@@ -21,6 +21,7 @@ from ...ladder.model.stubs import Stub, Stubs
 from ...runtime.config.quantities import parse_duration
 from ...runtime.config.rackfile import RackFile, RackFileError, explain, load_rack_file
 from ...runtime.config.rackspec import MISSING_TAGS, REFUSED, STUB_SETTINGS, RackSpec
+from ...runtime.live.orders import Force
 from ...runtime.loop.scan import ScanLogic
 from .beside import World, stub_of_table
 from .program import (
@@ -57,6 +58,7 @@ class Job:
     retained: bytes | None = None  # the file of the ladder program's initial tags; None without one
     notices: tuple[str, ...] = ()  # differences of program and rack from an export, a sentence for each
     world: World | None = None  # the racks that run beside it
+    forces: Mapping[str, bool | int | float] = field(default_factory=dict)  # of an export, by address
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -201,6 +203,17 @@ def _rack_path(rack: str) -> Path:
     path = Path(split_address(rack)[0])
     rack_form(path)
     return path
+
+
+def forces_to_hold(job: Job, wanted: bool) -> tuple[Force, ...]:
+    """Return the orders that hold the forces of an export; none if they are not wanted.
+
+    Raises:
+        ValueError: the program's file has no forces.
+    """
+    if wanted and not job.forces:
+        raise ValueError(f"--forces: {job.program} has no forces")
+    return tuple(Force(tag, value) for tag, value in job.forces.items()) if wanted else ()
 
 
 def scans_to_run(spec: RackSpec, duration: str | None, scans: int | None, *, endless: bool) -> int | None:
@@ -353,7 +366,10 @@ def _job(place: _Place, program: LoadedProgram) -> Job:
     notices = (*program.notices, *_other_modules(spec, program))
     rack = _rack_name(place.rack)
     return Job(
-        spec, program.function, name, program.path, place.path, rack, notices=notices, world=place.world
+        *(spec, program.function, name, program.path, place.path, rack),
+        notices=notices,
+        world=place.world,
+        forces=program.forces,
     )
 
 

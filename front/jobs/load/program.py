@@ -14,7 +14,7 @@ import inspect
 import sys
 import traceback
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 from importlib.machinery import ModuleSpec
 from pathlib import Path, PurePath
@@ -87,6 +87,7 @@ class LoadedProgram:
     data: bytes
     notices: tuple[str, ...] = ()  # differences from an export, a sentence for each
     modules: tuple[ModuleRecord | SlotRecord, ...] = ()  # records of the modules of an export
+    forces: Mapping[str, bool | int | float] = field(default_factory=dict)  # of an export, by address
 
     @property
     def source(self) -> str:
@@ -331,7 +332,7 @@ def _whole(
         shown += [f"and {more} more: scanrack l5x {path} lists all"] * (more > 0)
         raise ProgramError("\n".join(shown), *(Site(file=each.file, line=each.line) for each in refused))
     program.refused = [each.place for each in sorted(refused, key=lambda each: each.line)]
-    return LoadedProgram(path, program.name, program, data, report.warnings, modules)
+    return LoadedProgram(path, program.name, program, data, report.warnings, modules, report.forces)
 
 
 def _load_steps(path: Path) -> LoadedProgram:

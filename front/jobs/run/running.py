@@ -32,6 +32,7 @@ from .hints import Hints
 if TYPE_CHECKING:  # imported late: the controllers of units take time to import
     from ...runtime.controllers.pcl601.line import Pcl601
     from ...runtime.live.hands import Hands
+    from ...runtime.live.orders import Force
     from ..record.editions import Editions
     from .rack_units import UnitsBeside
 
@@ -57,6 +58,7 @@ class RunOptions:
     metadata: Mapping[str, str] = field(default_factory=dict)
     keep: int | None = None  # number of earlier recordings to keep; None = the rack file's
     orders: Iterable[RecordedOrder] | None = None  # of a recorded session, given again to an operable rack
+    forces: tuple[Force, ...] = ()  # of tags and images, held from the first scan on
     editions: Editions | None = None  # loads the programs of edits; None without edits
 
 
@@ -81,7 +83,7 @@ class JobRun:
     """
 
     def __init__(self, job: Job, ports: ExitStack, options: RunOptions = AS_IT_IS) -> None:
-        handled = options.handled or options.orders is not None
+        handled = options.handled or options.orders is not None or bool(options.forces)
         units = {unit.address: unit.make(job.folder) for unit in job.spec.unit}
         self.stubs = job.stubs
         self.rack = build_rack(job.spec, ports if options.live else None, handled=handled)
@@ -101,12 +103,21 @@ class JobRun:
         self.cpu = build_cpu(job.spec, self.program.logic, self.rack, listeners=listeners, pacer=self._pacer)
         if self.program.debugger is not None:
             tell_cpu(self.program.debugger, self.cpu)
+        self._hold(options)
         self.repeated = (
             None if options.orders is None else OrderRepeater(self.cpu, self.hands, options.orders)
         )
         if self.repeated is not None:
             self.cpu.add_listener(self.repeated)
             self.repeated.begin()
+
+    def _hold(self, options: RunOptions) -> None:
+        """Hold the forces; warn of those that can't be."""
+        for order in options.forces:
+            try:
+                self.hands.act(order, 0, 0)
+            except ValueError as error:
+                options.warn(f"a force is not held: {error}")
 
     def _recorder(self, job: Job, trace: Path, options: RunOptions, handled: bool) -> ScanRecorder:
         return recorder_for(

@@ -42,6 +42,13 @@ class Data:
         self.value = None if one is None else one[1].decode()
 
     @property
+    def shows_forces(self) -> bool:
+        """Whether forces are beside its values."""
+        if self._text is not None:
+            return b"ForceValue" in self._text
+        return self.form == "Decorated" and any("ForceValue" in each.attrib for each in self._element.iter("*"))
+
+    @property
     def element(self) -> Any:
         """The element; parsed anew each time if it was cut out."""
         if self._text is None or self._parse is None:

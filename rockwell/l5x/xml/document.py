@@ -305,6 +305,7 @@ class _L5xReader:
     def _tag(self, element: Any) -> TagRecord:
         get = element.get
         data: list[Data] = []
+        forced: list[Data] = []
         comment = ""
         comments: tuple[tuple[str, str], ...] = ()
         dims = get("Dimensions", get("Dimension", "")).strip()
@@ -312,6 +313,8 @@ class _L5xReader:
         for each in element:
             if each.tag == "Data" or each.tag == "DefaultData":
                 data.append(self._data(each))
+            elif each.tag == "ForceData":
+                forced.append(self._data(each))
             elif each.tag == "Description":
                 comment = _text(each)
             elif each.tag == "Comments":
@@ -333,6 +336,7 @@ class _L5xReader:
             _wrong_dims(dims),
             remote,
             rpi,
+            forced + [each for each in data if each.shows_forces],
         )
 
     # --- logic
@@ -460,13 +464,16 @@ class _L5xReader:
                     yield self._module_tag(tag, connection.get(name) or way, size)
 
     def _module_tag(self, element: Any, suffix: str, size: str) -> ModuleTagRecord:
+        data = list(map(self._data, element.iterchildren("Data")))
+        forced = list(map(self._data, element.iterchildren("ForceData")))
         return ModuleTagRecord(
             suffix,
             element.tag,
             _comments(element.find("Comments")),
-            list(map(self._data, element.iterchildren("Data"))),
+            data,
             _whole(size),
             element.sourceline,
+            forced + [each for each in data if each.shows_forces],
         )
 
 

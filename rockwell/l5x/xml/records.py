@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TypeAlias
 
 from lxml.etree import _Element
@@ -69,6 +69,7 @@ class TagRecord:
     wrong_dims: str = ""  # invalid dimensions as text, else ""
     remote: str = ""  # of a consumed tag: the producer's tag
     rpi: str = ""  # of a consumed tag: its interval, ms
+    forced: list[Data] = field(default_factory=list)  # elements with its forces, until `L5xDocument.release`
 
 
 @dataclass(frozen=True, slots=True)
@@ -177,6 +178,7 @@ class ModuleTagRecord:
     data: list[Data]  # elements with its values, until `L5xDocument.release`
     size: int  # bytes of its connection, 0 if unknown
     line: int
+    forced: list[Data] = field(default_factory=list)  # elements with its forces, until `L5xDocument.release`
 
 
 @dataclass(frozen=True, slots=True)
@@ -219,6 +221,7 @@ class L5xDocument:
         """Release the XML of values, ten times the memory of the rest."""
         for each in self._with_data():
             each.data.clear()
+            each.forced.clear()
 
     def _with_data(self) -> Iterator[TagRecord | ModuleTagRecord]:
         yield from self.tags

@@ -1,0 +1,172 @@
+"""Forces in a document: the addresses that are forced, with their values [1756-RM084, forced tag data].
+
+| form | example |
+|---|---|
+| beside a value | `ForceValue="1"` of a BOOL; `2#...._0..._...1`: a dot for a bit that is not forced |
+| bytes of the tag | `<ForceData>00 00 00 00 01 00 FF FF 01 00 B8 22</ForceData>` |
+| bytes as a list | `<ForceData Format="L5K"><![CDATA[[0,0,1,0,3,0]]]></ForceData>` |
+
+The bytes are as many as the tag's memory three times: zeros, the mask of forced bits, their values.
+
+They are read and listed; a run holds them if it is told to.
+"""
+
+from __future__ import annotations
+
+import re
+import struct
+from collections.abc import Iterator, Sequence
+
+from ....ladder.model.types import BOOL, REAL, DataType, Elementary, Structure, count_of, members_at, size_of
+from ..xml.data import Data
+from ..xml.records import Element
+from .datatypes import Types
+from .raw import bytes_in, fits, has_known_bytes
+from .value_texts import ValueTextError
+
+Force = tuple[str, bool | int | float]
+"""An address behind the tag's name, and its value."""
+
+_LIST = re.compile(r"\s*\[\s*(-?\d{1,3}(?:\s*,\s*-?\d{1,3})*)\s*\]\s*")
+_PATTERN = re.compile(r"2#([01.]{1,64})")
+_INDEX = re.compile(r"\[\d{1,9}(?:,\d{1,9})*\]")
+
+
+def forces_of(forced: Sequence[Data], kind: DataType, dims: tuple[int, ...], types: Types) -> Iterator[Force]:
+    """Yield the forces of a tag from its `ForceData`, and from `Data` that show some, which count first.
+
+    Raises:
+        ValueTextError: force data that can't be read.
+    """
+    elements = [each.element for each in forced]
+    data = [each for each in elements if each.tag != "ForceData"]
+    shown = [force for each in data for inner in each.iterchildren("*") for force in _shown(inner, "")]
+    if shown or len(data) == len(elements):
+        yield from shown
+        return
+    image = _bytes(next(each for each in elements if each.tag == "ForceData"))
+    count = len(image) // 3
+    mask, values = image[count : 2 * count], image[2 * count :]
+    if not any(image):
+        return
+    if len(image) != 3 * count or not fits(mask, kind, dims):
+        raise ValueTextError(f"its force data have {len(image)} bytes, which are not three times its memory")
+    known = types.has_known_bytes(kind) or has_known_bytes(kind, [kind.name.upper()], eights=True)
+    if any(mask) and not known:
+        raise ValueTextError(f"the order of the bytes of a {kind.name} is not known")
+    for text, type_, at, bit in _places(mask, kind, dims, 0):
+        size = max(1, type_.bits // 8)
+        place = slice(at, at + size)
+        if bit is not None:
+            if mask[at] >> bit & 1:
+                yield text, bool(values[at] >> bit & 1)
+        elif any(mask[place]):
+            bits = int.from_bytes(mask[place], "little"), int.from_bytes(values[place], "little")
+            yield from _of_bits(text, type_, *bits, size * 8)
+
+
+def _bytes(element: Element) -> bytes:
+    text = "".join(element.itertext())
+    found = _LIST.fullmatch(text)
+    if found:
+        return bytes(int(each) & 0xFF for each in found[1].split(","))
+    data = bytes_in(element)
+    if data is None:
+        raise ValueTextError(f"its force data {text.strip()[:20]!r} are no bytes")
+    return data
+
+
+def _of_bits(text: str, kind: DataType | None, mask: int, value: int, width: int) -> Iterator[Force]:
+    """Yield the force of a whole value, or of its bits."""
+    if mask == (1 << width) - 1:
+        yield text, _number(kind, value, width)
+        return
+    for bit in range(width):
+        if mask >> bit & 1:
+            yield f"{text}.{bit}", bool(value >> bit & 1)
+
+
+def _number(kind: DataType | None, pattern: int, width: int) -> int | float:
+    if isinstance(kind, Elementary) and (kind.is_real or kind.is_double):
+        value: float = struct.unpack(f"<{kind.code}", pattern.to_bytes(width // 8, "little"))[0]
+        return value
+    unsigned = isinstance(kind, Elementary) and not kind.is_signed
+    return pattern if unsigned or not pattern >> (width - 1) else pattern - (1 << width)
+
+
+# --- beside values
+
+
+def _shown(element: Element, path: str) -> Iterator[Force]:
+    """Yield the forces of a decorated value and of those in it."""
+    todo = [(element, path)]
+    while todo:
+        node, here = todo.pop()
+        forced = node.get("ForceValue")
+        if forced is not None:
+            yield from _beside(here, forced, node.get("DataType", ""))
+        inside = []
+        for each in node.iterchildren("*"):
+            index = each.get("Index", "")
+            if each.tag == "Structure":
+                inside.append((each, here))
+            elif each.tag == "Element" and _INDEX.fullmatch(index):
+                inside.append((each, here + index))
+            elif each.get("Name"):
+                inside.append((each, f"{here}.{each.get('Name')}"))
+        todo += reversed(inside)
+
+
+def _beside(path: str, text: str, name: str) -> Iterator[Force]:
+    if text in ("0", "1"):
+        yield path, text == "1"
+        return
+    found = _PATTERN.fullmatch(text.replace("_", ""))
+    if found is None:
+        raise ValueTextError(f"its force {text[:40]!r} is no pattern of bits")
+    bits = found[1]
+    mask = int(re.sub("[01]", "1", bits).replace(".", "0"), 2)
+    value = int(bits.replace(".", "0"), 2)
+    yield from _of_bits(path, REAL if name.upper() == "REAL" else None, mask, value, len(bits))
+
+
+# --- in bytes
+
+
+def _places(
+    mask: bytes, kind: DataType, dims: tuple[int, ...], at: int
+) -> Iterator[tuple[str, Elementary, int, int | None]]:
+    """Yield the values of a tag that have forced bits: address, type, byte, and the bit of a BOOL."""
+    if dims:
+        size = size_of(kind)
+        for number in range(count_of(dims)):
+            index = _index(number, dims)
+            if kind is BOOL:
+                yield index, BOOL, at + number // 8, number % 8
+            elif any(mask[at + number * size : at + (number + 1) * size]):
+                for text, *place in _places(mask, kind, (), at + number * size):
+                    yield index + text, *place  # type: ignore[misc]
+    elif isinstance(kind, Structure):
+        bits = {each.at.upper(): each.name for each in kind.members if each.at}
+        for member, offset, bit in members_at(kind):
+            if bit is not None:
+                yield f".{member.name}", BOOL, at + offset, bit
+            elif member.hidden and isinstance(member.type, Elementary):
+                for number in range(member.type.bits):
+                    name = bits.get(f"{member.name}.{number}".upper())
+                    if name is not None:
+                        yield f".{name}", BOOL, at + offset + number // 8, number % 8
+            else:
+                for text, *place in _places(mask, member.type, member.dims, at + offset):
+                    yield f".{member.name}{text}", *place  # type: ignore[misc]
+    else:
+        assert isinstance(kind, Elementary)
+        yield "", kind, at, 0 if kind is BOOL else None
+
+
+def _index(number: int, dims: tuple[int, ...]) -> str:
+    indices: list[int] = []
+    for length in reversed(dims):
+        number, index = divmod(number, length)
+        indices.insert(0, index)
+    return f"[{','.join(map(str, indices))}]"
