@@ -46,7 +46,9 @@ class Data:
         """Whether forces are beside its values."""
         if self._text is not None:
             return b"ForceValue" in self._text
-        return self.form == "Decorated" and any("ForceValue" in each.attrib for each in self._element.iter("*"))
+        return self.form == "Decorated" and any(
+            "ForceValue" in each.attrib for each in self._element.iter("*")
+        )
 
     @property
     def element(self) -> Any:
