@@ -21,7 +21,7 @@ from ..model.operands import Calculation, Constant, Place, Resolved
 from ..model.spec import InstructionKind, Use
 from ..model.tags import Leaf
 from ..state.lowered import Body, LoweredLine, LoweredStep
-from ..state.memory import InterpretedAddOnStore, Value, element_text
+from ..state.memory import InterpretedAddOnStore, Passed, Value, element_text
 from .watched import WatchedInterpreter, WatchedMemory
 from .watching import WatchedEngine
 
@@ -198,7 +198,7 @@ class TracedInterpreter(WatchedInterpreter):
         super().scan(now_ns)
 
     @override
-    def _line(self, line: LoweredLine, inputs: Sequence[Value], *, statement: bool = False) -> bool:
+    def _line(self, line: LoweredLine, inputs: Sequence[Passed], *, statement: bool = False) -> bool:
         execution = self.execution
         if execution is None:
             return super()._line(line, inputs, statement=statement)
@@ -215,7 +215,7 @@ class TracedInterpreter(WatchedInterpreter):
             self._runs.pop()
 
     @override
-    def _inside(self, head: LoweredLine, body: Body, inputs: Sequence[Value]) -> None:
+    def _inside(self, head: LoweredLine, body: Body, inputs: Sequence[Passed]) -> None:
         outer = self._heads
         execution = self.execution
         if execution is not None:
