@@ -5,13 +5,25 @@
 | `ruler`, `layout` | widths of elements; their places |
 | `marks`, `shapes`, `markup` | signs; lines, curves and letters; SVG elements |
 | `characters`, `svg`, `live` | a routine as text, as SVG, as SVG that a page lights |
+| `chart` | a sequential function chart |
 | `power` | elements by number, and the power on them |
 """
 
 from .characters import routine_text, rung_text
+from .chart import LiveChart, live_chart
 from .live import LiveRung, live_rung
 from .power import power
 from .ruler import captions_of
 from .svg import routines_svg
 
-__all__ = ["LiveRung", "captions_of", "live_rung", "power", "routine_text", "routines_svg", "rung_text"]
+__all__ = [
+    "LiveChart",
+    "LiveRung",
+    "captions_of",
+    "live_chart",
+    "live_rung",
+    "power",
+    "routine_text",
+    "routines_svg",
+    "rung_text",
+]

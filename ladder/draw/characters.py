@@ -13,6 +13,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from ..model.statements import numbered_lines
 from ..model.tree import NumberedLine, Routine, Rung
+from .chart import chart_lines
 from .layout import NO_CAPTIONS, lay_out
 from .marks import Box, BoxLine, Corner, Symbol, Wire
 from .ruler import caption_width
@@ -134,7 +135,7 @@ def routine_text(
         truths: power after each instruction, per rung; None for a rung that was not scanned.
         rungs: numbers of the drawn rungs; None for all.
     """
-    if routine.statements is not None:
+    if routine.statements is not None or routine.chart is not None:
         return _statements_text(routine, truths, rungs)
     wanted = range(len(routine.rungs)) if rungs is None else rungs
     margin = max(len(str(len(routine.rungs))), 2) + 1
@@ -162,7 +163,10 @@ def _statements_text(
 
 
 def lines_of(routine: Routine, wanted: Iterable[int] | None) -> Iterator[NumberedLine]:
-    """Yield lines of structured text by number; all lines by default."""
+    """Yield lines of structured text, or elements of a chart, by number; all by default."""
+    if routine.chart is not None:
+        yield from (each for each in chart_lines(routine.chart) if wanted is None or each[0] in set(wanted))
+        return
     chosen = set(routine.numbers if wanted is None else wanted)
     whole = chosen.issuperset(routine.numbers)
     yield from (line for line in numbered_lines(routine.statements or ()) if whole or line[0] in chosen)

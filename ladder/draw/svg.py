@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 
 from ..model.tree import Routine
 from .characters import WIDTH, comment_lines, lines_of, ran
+from .chart import live_chart
 from .layout import NO_CAPTIONS, lay_out
 from .marks import Picture
 from .markup import CELL, Pen, plain
@@ -32,6 +33,8 @@ text { font: 13px "DejaVu Sans Mono", Menlo, Consolas, monospace; fill: #1b1f24;
 .paper { fill: #ffffff }
 .wire, .sign { stroke: #57606a; stroke-width: 1.4; fill: none }
 .rail { stroke: #1b1f24; stroke-width: 2.5 }
+.middle { text-anchor: middle }
+.bar { stroke-width: 3 }
 .box { stroke: #57606a; stroke-width: 1.4; fill: #f6f8fa }
 .live { stroke: #1a7f37; stroke-width: 3 }
 text.live { stroke: none; fill: #1a7f37 }
@@ -77,6 +80,9 @@ class _Page:
         self._row += 1
         self._text(0, self._row, f"Routine {routine.name}", "heading")
         self._row += 1
+        if routine.chart is not None:
+            self._chart(routine)
+            return
         if routine.statements is not None:
             self._statements(routine, rungs, truths)
             return
@@ -87,6 +93,13 @@ class _Page:
                 self._row += 1
             truth = truths[number] if truths else None
             self._rung(lay_out(rung, self._columns, truth, self._captions), number, str(rung))
+
+    def _chart(self, routine: Routine) -> None:
+        assert routine.chart is not None
+        drawn = live_chart(routine.chart, routine.name)
+        self._parts.append(f'<g transform="translate(0 {round(self._row * ROW)})">{drawn.svg}</g>')
+        self._width = max(self._width, drawn.width // CELL + 1)
+        self._row += drawn.height / ROW + 1
 
     def _statements(
         self, routine: Routine, wanted: Sequence[int], truths: Sequence[Sequence[bool] | None] | None

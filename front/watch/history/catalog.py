@@ -14,7 +14,8 @@ from ...ladder.debug.crossref import CrossReference
 from ...ladder.debug.replay import Truths
 from ...ladder.debug.tag_values import TEXT, tag_values
 from ...ladder.debug.watching import WatchedEngine
-from ...ladder.draw import captions_of, live_rung, power
+from ...ladder.draw import captions_of, live_chart, live_rung, power
+from ...ladder.model.chart import Chart, element_of
 from ...ladder.model.errors import LadderError
 from ...ladder.model.operands import Group
 from ...ladder.model.resolver import Resolver
@@ -70,7 +71,7 @@ class Catalog:
         return [
             {
                 "name": each.name,
-                "kind": "ladder" if each.statements is None else "st",
+                "kind": "sfc" if each.chart else "ladder" if each.statements is None else "st",
                 "comment": each.comment,
                 "lines": len(each.numbers),
             }
@@ -109,7 +110,16 @@ class Catalog:
         if routine is None:
             names = ", ".join(each.name for each in self._program.routines)
             raise ValueError(f"there is no routine {name}: there are {names}")
+        if routine.chart is not None:
+            return self._chart(routine, routine.chart)
         return self._text(routine) if routine.statements is not None else self._rungs(routine, columns)
+
+    def _chart(self, routine: Routine, chart: Chart) -> tuple[PageRoutine, Json]:
+        program = program_of(routine.name)
+        resolver = Resolver(self._layout, program)
+        live = live_chart(chart, routine.name, lambda address: self._name_of(resolver, program, address))
+        answer = {"routine": routine.name, "chart": live.svg, "notes": list(chart.notes)}
+        return PageRoutine(routine.name, {}, (), live.names), answer
 
     def _rungs(self, routine: Routine, columns: int) -> tuple[PageRoutine, Json]:
         resolver = Resolver(self._layout, program_of(routine.name))
@@ -209,14 +219,14 @@ class Catalog:
         for routine in self._program.routines:
             for number in routine.numbers:
                 told = routine.numbered(number)
-                comment = routine.rungs[number].comment if routine.statements is None else ""
+                comment = routine.rungs[number].comment if routine.rungs else ""
                 if wanted in f"{told} {comment}".casefold():
                     hits.append({"text": told, "rung": f"{routine.name}.{number}", "tag": None})
         return hits[:MOST_HITS]
 
     def place_of_fault(self, fault: Fault) -> str | None:
         """Return the rung or line of a major fault, such as Main.3; None if unknown."""
-        routine, rung = fault.site.routine, fault.site.rung
+        routine, rung = element_of(self._program.routines, fault.site)
         known = any(each.name == routine for each in self._program.routines)
         return f"{routine}.{rung}" if known and rung is not None else None
 

@@ -3,6 +3,7 @@
 import { at, el, heading, setAttribute, setFlag, setText } from "./dom.js";
 import { buildRungs, moveTo, paintRungs } from "./ladder.js";
 import { link } from "./link.js";
+import { buildSteps } from "./steps.js";
 import * as orders from "./orders.js";
 import { onSelect, select, selected } from "./selection.js";
 import { ask } from "./socket.js";
@@ -68,7 +69,7 @@ async function open(name) {
   drawnAt = wish;
   const focused = sheet.contains(document.activeElement) ? document.activeElement.dataset.element : undefined;
   unplace(sheet);
-  sheet.replaceChildren(answer.rungs ? buildRungs(name, answer.rungs) : buildText(found, answer));
+  sheet.replaceChildren(answer.chart ? buildSteps(answer) : answer.rungs ? buildRungs(name, answer.rungs) : buildText(found, answer));
   sheet.dataset.kind = found.kind;
   paintRungs({ power: run.power, breakpoints: run.breakpoints });
   paintText({ power: run.power, tags: run.tags, lines: run.lines });

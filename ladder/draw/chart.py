@@ -1,0 +1,258 @@
+"""A sequential function chart as SVG that a page lights; see `model.chart_layout` for what stands where.
+
+    <g class="element step" data-at="Main.3" data-lit="Fill.X"> ... </g>
+
+The page that shows it sets `data-value` of the groups from the tag in `data-lit`: a step is active, an action
+is on, a transition is true. Units are pixels; widths follow the texts, a character being 8 wide.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+from ..model.chart import Action, Chart, ChartStep, Qualifier, Transition
+from ..model.chart_layout import ChartLayout, layout_of
+from ..model.statements import block_lines
+from ..model.tree import Address, MemberStep
+from .markup import CELL, attribute, plain
+
+TagName = Callable[[Address], str | None]
+"""Returns the full tag name for an address with one value, else None."""
+
+STEP_HIGH, LINE, GAP, PAD = (
+    44,
+    18,
+    26,
+    10,
+)  # pixels: of a step, of a line in a box, between rows, around texts
+LEAST = 104  # pixels of a step's box at least
+MOST_SHOWN = 6  # lines of an action's body
+MOST_WIDE = 44  # characters of a line
+EDGE = 14
+
+
+@dataclass(frozen=True, slots=True)
+class LiveChart:
+    """A chart for a page: its SVG, and the tags that it shows."""
+
+    svg: str
+    names: tuple[str, ...]
+    width: int
+    height: int
+
+
+def live_chart(chart: Chart, ident: str, name_of: TagName = str, top: int = 0) -> LiveChart:
+    """Draw a chart for a page.
+
+    Args:
+        ident: prefix of its element ids: `Main` for routine Main.
+        name_of: returns the tag of an address.
+        top: pixels above it, for a heading.
+    """
+    return _Picture(chart, ident, name_of, top).drawn()
+
+
+def _cut(text: str, most: int = MOST_WIDE) -> str:
+    return text if len(text) <= most else f"{text[: most - 1]}…"
+
+
+def action_lines(action: Action) -> list[str]:
+    """Return the shown lines of an action's box: its name, then its body."""
+    head = action.name if action.preset is None else f"{action.name}  PRE := {action.preset}"
+    if action.body is None:
+        return [_cut(head)]
+    body = [line for line in block_lines(action.body) if line]
+    more = [f"… {len(body) - MOST_SHOWN} more lines"] if len(body) > MOST_SHOWN else []
+    return [_cut(head), *map(_cut, body[:MOST_SHOWN]), *more]
+
+
+class _Picture:
+    def __init__(self, chart: Chart, ident: str, name_of: TagName, top: int) -> None:
+        self._chart, self._ident, self._name_of = chart, ident, name_of
+        self._cells: ChartLayout = layout_of(chart)
+        self._names: dict[str, None] = {}
+        self._lefts = self._columns()
+        self._tops = self._rows(top)
+        self._parts: list[str] = []
+
+    def drawn(self) -> LiveChart:
+        """Draw wires first, then the elements over them."""
+        for number, each in enumerate(self._chart.transitions):
+            self._wires(number, each)
+        for step in self._chart.steps:
+            self._step(step)
+        for number, each in enumerate(self._chart.transitions):
+            self._transition(number, each)
+        width, height = self._lefts[-1] + EDGE, self._tops[-1] + EDGE
+        size = f'viewBox="0 0 {width} {height}" width="{width}" height="{height}"'
+        said = f'role="group" aria-label={attribute(f"Chart {self._ident}")}'
+        head = f'<svg xmlns="http://www.w3.org/2000/svg" class="rung chart" {said} {size}>'
+        return LiveChart(f"{head}{''.join(self._parts)}</svg>", tuple(self._names), width, height)
+
+    # --- measures
+
+    def _box(self, step: ChartStep) -> int:
+        return max(LEAST, len(step.name) * CELL + 2 * PAD + 8)
+
+    def _wide(self, step: ChartStep) -> int:
+        """Return the width of a step with its actions."""
+        longest = max((len(line) for each in step.actions for line in action_lines(each)), default=0)
+        return self._box(step) + (longest * CELL + 4 * PAD + 40 if step.actions else 0)
+
+    def _high(self, step: ChartStep) -> int:
+        return max(STEP_HIGH, sum(len(action_lines(each)) * LINE + 8 for each in step.actions))
+
+    def _columns(self) -> list[int]:
+        wide = [LEAST] * self._cells.columns
+        for step in self._chart.steps:
+            column = self._cells.steps[step.name.upper()][0]
+            wide[column] = max(wide[column], self._wide(step))
+        for (column, _), each in zip(self._cells.transitions, self._chart.transitions, strict=True):
+            text = len(_cut(f"{each.name}  {each.condition}")) * CELL
+            wide[column] = max(wide[column], LEAST // 2 + 2 * PAD + text)
+        lefts = [EDGE]
+        for each in wide:
+            lefts.append(lefts[-1] + each + GAP)
+        return lefts
+
+    def _rows(self, top: int) -> list[int]:
+        high = [LINE + 4] * self._cells.rows
+        for step in self._chart.steps:
+            row = self._cells.steps[step.name.upper()][1]
+            high[row] = max(high[row], self._high(step))
+        for number, target in self._cells.jumps:
+            row = self._cells.transitions[number][1]
+            high[row] = max(high[row], LINE + 4 + (LINE if target else 0))
+        tops = [EDGE + top]
+        for each in high:
+            tops.append(tops[-1] + each + GAP)
+        return tops
+
+    def _middle(self, column: int) -> int:
+        return self._lefts[column] + LEAST // 2
+
+    # --- elements
+
+    def _tag(self, name: str, *members: str) -> str:
+        found = self._name_of(Address(name, tuple(map(MemberStep, members))))
+        if found is not None:
+            self._names[found] = None
+        return found or ""
+
+    def _group(self, kind: str, number: int, lit: str, title: str, inside: str) -> None:
+        at = f"data-at={attribute(f'{self._ident}.{number}')} data-lit={attribute(lit)}"
+        self._parts.append(f'<g class="element {kind}" {at}><title>{plain(title)}</title>{inside}</g>')
+
+    def _step(self, step: ChartStep) -> None:
+        column, row = self._cells.steps[step.name.upper()]
+        x, y, wide = self._lefts[column], self._tops[row], self._box(step)
+        kind = "stop" if step.stop else "step"
+        inside = f'<rect class="box" x="{x}" y="{y}" width="{wide}" height="{STEP_HIGH}" rx="4"/>'
+        if step.initial:
+            size = f'width="{wide - 8}" height="{STEP_HIGH - 8}"'
+            inside += f'<rect class="sign" x="{x + 4}" y="{y + 4}" {size} rx="2"/>'
+        if step.stop:
+            inside += f'<path class="sign" d="M{x} {y + STEP_HIGH - 5}h{wide}"/>'
+        inside += _text(x + wide // 2, y + 19, step.name, "name middle")
+        if not step.stop:
+            inside += self._value(step.name, "T", x + wide // 2, y + 35, "middle")
+        head = f"{step.head}: {', '.join(map(str, dict(step.presets)))}" if step.presets else step.head
+        self._group(kind, step.number, self._tag(step.name, "X"), head, inside)
+        self._actions(step, x + wide, y)
+
+    def _actions(self, step: ChartStep, x: int, y: int) -> None:
+        longest = max((len(line) for each in step.actions for line in action_lines(each)), default=0)
+        wide = longest * CELL + 2 * PAD
+        if step.actions:
+            self._wire(f"M{x} {y + STEP_HIGH // 2}h16")
+        for action in step.actions:
+            lines = action_lines(action)
+            high, left = len(lines) * LINE + 8, x + 16
+            inside = f'<rect class="box" x="{left}" y="{y}" width="{wide + 40}" height="{high}" rx="2"/>'
+            inside += f'<path class="sign" d="M{left + 36} {y}v{high}"/>'
+            inside += _text(left + 18, y + 17, action.qualifier.value, "heading middle")
+            for place, line in enumerate(lines):
+                kind = "caption" if place else "name"
+                inside += _text(left + 36 + PAD, y + 17 + place * LINE, line, kind)
+            title = f"step {step.name}: {action.head}"
+            resets = action.qualifier is Qualifier.R
+            lit = self._tag(step.name, "X") if resets else self._tag(action.name, "A")
+            self._group("action", action.number, lit, title, inside)
+            y += high
+
+    def _transition(self, number: int, each: Transition) -> None:
+        column, row = self._cells.transitions[number]
+        x, y = self._middle(column), self._tops[row] + 11
+        inside = f'<path class="sign bar" d="M{x - 18} {y}h36"/>'
+        inside += _text(x + 26, y + 5, each.name, "name")
+        cut = _cut(f"{each.name}  {each.condition}")[len(each.name) + 2 :]
+        inside += _text(x + 26 + (len(each.name) + 2) * CELL, y + 5, cut, "caption")
+        jumps = [name for name in each.targets if (number, name.upper()) in self._cells.jumps]
+        if jumps:
+            inside += f'<path class="sign" d="M{x} {y + 6}v14m-5 -6l5 7l5 -7"/>'
+            inside += _text(x + 12, y + 24, f"to {', '.join(jumps)}", "caption")
+        title = f"{each.head}: {each.condition}"
+        self._group("transition", each.number, self._tag(each.name), title, inside)
+
+    def _value(self, name: str, member: str, x: int, y: int, anchor: str) -> str:
+        tag = self._tag(name, member)
+        return (
+            f'<text class="value {anchor}" data-value-of={attribute(tag)} x="{x}" y="{y}"></text>'
+            if tag
+            else ""
+        )
+
+    # --- wires
+
+    def _wire(self, path: str) -> None:
+        self._parts.append(f'<path class="wire" d="{path}"/>')
+
+    def _wires(self, number: int, each: Transition) -> None:
+        """Draw the links of a transition; a double line joins simultaneous branches."""
+        column, row = self._cells.transitions[number]
+        x, y = self._middle(column), self._tops[row] + 11
+        above, below = self._tops[row] - GAP // 2, self._tops[row] + LINE + 4 + GAP // 2
+        sources = [self._cells.steps[name.upper()] for name in each.sources]
+        targets = [
+            self._cells.steps[name.upper()]
+            for name in each.targets
+            if (number, name.upper()) not in self._cells.jumps
+        ]
+        starts = [(self._middle(own), self._tops[at] + STEP_HIGH) for own, at in sources]
+        ends = [(self._middle(own), self._tops[at]) for own, at in targets]
+        self._joined(starts, (x, y), above)
+        if len(ends) == 1:  # down in its own column, then across just above the step
+            self._joined(ends, (x, y), ends[0][1] - GAP // 2)
+        elif ends:
+            self._joined(ends, (x, y), below)
+
+    def _joined(self, ends: list[tuple[int, int]], point: tuple[int, int], bar: int) -> None:
+        """Draw wires between the ends at steps and a transition, across at the height of a bar."""
+        x, y = point
+        if len(ends) == 1:
+            self._wire(f"M{x} {y}V{bar}H{ends[0][0]}V{ends[0][1]}")
+            return
+        self._wire("".join(f"M{at} {to}V{bar}" for at, to in [*ends, point]))
+        self._double([x, *(at for at, _ in ends)], bar)
+
+    def _double(self, middles: list[int], y: int) -> None:
+        left, right = min(middles) - 12, max(middles) + 12
+        self._parts.append(f'<path class="wire double" d="M{left} {y - 2}H{right}M{left} {y + 2}H{right}"/>')
+
+
+def _text(x: int, y: int, text: str, kind: str) -> str:
+    return f'<text class="{kind}" x="{x}" y="{y}">{plain(text)}</text>'
+
+
+def chart_lines(chart: Chart) -> Iterator[tuple[int, str]]:
+    """Yield a chart as lines with the numbers of their elements: each step, its actions, what leaves it."""
+    for step in chart.steps:
+        yield step.number, step.head
+        for action in step.actions:
+            yield action.number, f"    {action.head}"
+            yield from ((0, f"        {line}") for line in action_lines(action)[1:])
+        for each in chart.after(step.name):
+            joined = f" with {', '.join(name for name in each.sources if name.upper() != step.name.upper())}"
+            yield each.number, f"  + {each.name}{joined if len(each.sources) > 1 else ''}: {each.condition}"
+            yield 0, f"    -> {', '.join(each.targets)}"
