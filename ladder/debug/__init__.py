@@ -1,7 +1,21 @@
 """Debugging a running program: observe, stop, force, and ask for causes."""
 
+from .chains import Chains
 from .crossref import CrossReference, Mention, cross_reference
 from .debugger import BreakpointStop, Debugger
+from .links import Link, Operand, linked
 from .watched import Blocker, Change
 
-__all__ = ["Blocker", "BreakpointStop", "Change", "CrossReference", "Debugger", "Mention", "cross_reference"]
+__all__ = [
+    "Blocker",
+    "BreakpointStop",
+    "Chains",
+    "Change",
+    "CrossReference",
+    "Debugger",
+    "Link",
+    "Mention",
+    "Operand",
+    "cross_reference",
+    "linked",
+]

@@ -132,13 +132,36 @@ class Causes:
         write = origin.write
         if write is None or write.by is None:
             return []
-        groups = self._groups(write.by, origin.scan)
+        entry, scan = write.by, origin.scan
+        reads = list(self._used(entry, origin.cell))
+        groups = [*self._control(entry, scan), *([each] for each in self._data(entry, scan, reads))]
         if not any(groups):
-            groups = [[each] for each in self._latest(write.by, origin.scan)]
+            groups = [[each] for each in self._latest(entry, scan, reads)]
         return [group for group in groups if group]
 
-    def _groups(self, entry: StepRun, scan: int) -> list[list[Cause]]:
-        return [*self._control(entry, scan), *([each] for each in self._data(entry, scan))]
+    def _used(self, entry: StepRun, cell: Cell) -> Iterator[Read]:
+        """Yield what a cell was made of: of a copied one the same part of the source."""
+        copied = self._source(entry, cell)
+        for each in entry.reads:
+            if copied is not None and each.cell.leaf is copied.leaf and each.cell.index == copied.index:
+                yield Read(copied, copied.of(each.value), copied.name if copied.mask else each.text)
+            elif copied is None and entry.step.name == "MOV" and each.cell.leaf.type is cell.leaf.type:
+                same = Cell(each.cell.leaf, each.cell.index, each.cell.mask or cell.mask)
+                yield Read(same, same.of(each.value), same.name if same.mask else each.text)
+            elif copied is None or each.cell.leaf is not copied.leaf:
+                yield each
+
+    def _source(self, entry: StepRun, cell: Cell) -> Cell | None:
+        """Return the cell that was copied to a cell; None if that is not known."""
+        if entry.copied is None:
+            return None
+        source, destination = entry.copied
+        rest = cell.leaf.path.upper().removeprefix(destination.path.upper())
+        leaf = self._engine.lowered.layout.leaves.get(f"{source.path}{rest}".upper())
+        if leaf is None or leaf.type is not cell.leaf.type:
+            return None
+        index = cell.index - destination.first + source.first
+        return Cell(leaf, index, cell.mask) if 0 <= index < leaf.size else None
 
     def _before(self, entry: StepRun, scan: int) -> StepRun | None:
         """Return the run of an instruction in the scan before."""
@@ -148,16 +171,17 @@ class Causes:
     def _run_before(self, run: LineRun, scan: int) -> LineRun | None:
         return self.execution(scan - 1).runs.get(run.key) if scan else None
 
-    def _data(self, entry: StepRun, scan: int) -> Iterator[Cause]:
+    def _data(self, entry: StepRun, scan: int, reads: Sequence[Read] | None = None) -> Iterator[Cause]:
         """Yield the values that an instruction has read otherwise than before."""
         before = self._before(entry, scan)
         earlier = {} if before is None else {each.cell: each.value for each in before.reads}
-        for each in entry.reads:
-            if (
-                each.cell in earlier
-                and earlier[each.cell] != each.value
-                and not self._is_own(each, entry, scan)
-            ):
+        for each in entry.reads if reads is None else reads:
+            whole = Cell(each.cell.leaf, each.cell.index)
+            if each.cell in earlier:
+                differs = earlier[each.cell] != each.value
+            else:
+                differs = whole in earlier and each.cell.of(earlier[whole]) != each.value
+            if differs and not self._is_own(each, entry, scan):
                 yield Cause(each, entry)
 
     def _is_own(self, read: Read, entry: StepRun, scan: int) -> bool:
@@ -215,9 +239,9 @@ class Causes:
 
     # --- without a difference
 
-    def _latest(self, entry: StepRun, scan: int) -> list[Cause]:
-        """Return the latest change of all that an instruction depends on."""
-        reads = [pair for pair in self._reads(entry) if not self._is_own(pair[0], pair[1], scan)]
+    def _latest(self, entry: StepRun, scan: int, own: Sequence[Read]) -> list[Cause]:
+        """Return the latest change of all that an instruction depends on; `own` are its reads."""
+        reads = [pair for pair in self._reads(entry, own) if not self._is_own(pair[0], pair[1], scan)]
         found: list[tuple[Cause, Origin]] = []
         for read, by in reads:
             for origin in self._in_scan([read.cell], scan, by.order):
@@ -229,10 +253,10 @@ class Causes:
         last = max((_order(origin) for _, origin in found), default=0)
         return [cause for cause, origin in found if _order(origin) == last]
 
-    def _reads(self, entry: StepRun) -> Iterator[tuple[Read, StepRun]]:
+    def _reads(self, entry: StepRun, own: Sequence[Read]) -> Iterator[tuple[Read, StepRun]]:
         """Yield what an instruction depends on: its operands, the conditions before it and around it."""
         if entry.power or entry.step.kind is InstructionKind.BOTH:
-            yield from ((each, entry) for each in entry.reads)
+            yield from ((each, entry) for each in own)
         for contact in entry.ahead:
             yield from ((each, contact) for each in contact.reads)
         yield from self._reads_of_power(entry.parent or entry)

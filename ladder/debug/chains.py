@@ -98,6 +98,7 @@ class Chains:
             kind=kind,
             name=name,
             value=value,
+            before=_value(origin.cell, write.before),
             scan=scan,
             now_ns=now_ns,
             text=self._text(write.by, [cause for group in groups for cause in group]),
@@ -121,9 +122,11 @@ class Chains:
             value = self.causes.image(cell, origin.scan)
             found = self.outside(origin, name, value)
             return found or Link("input", name, value, origin.scan, now_ns, where(cell))
+        if inputs is not None and (leaf.ident, cell.index) in (inputs.forces or {}):
+            return Link("force", name, value, origin.scan, now_ns, "forced")
         if value is not None:
             return Link("operator", name, value, origin.scan, now_ns, "set from outside of the program")
-        return Link("force", name, None, origin.scan, now_ns, "forced, or a force removed")
+        return Link("force", name, None, origin.scan, now_ns, "its force was removed")
 
     def _is_set(self, origin: Origin) -> bool:
         """Whether a change was made between two scans."""

@@ -17,13 +17,16 @@ from dataclasses import dataclass, field
 from typing_extensions import override
 
 from ..model.errors import LadderFault
-from ..model.operands import Calculation, Constant, Place, Resolved
+from ..model.operands import Calculation, Constant, Group, Place, Resolved
 from ..model.spec import InstructionKind, Use
 from ..model.tags import Leaf
 from ..state.lowered import Body, LoweredLine, LoweredStep
 from ..state.memory import InterpretedAddOnStore, Passed, Value, element_text
 from .watched import WatchedInterpreter, WatchedMemory
 from .watching import WatchedEngine
+
+COPIES = ("COP", "CPS")
+"""Instructions that copy values byte by byte."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,6 +106,7 @@ class StepRun:
     ahead: tuple[StepRun, ...] = ()  # the contacts before it in such a copy
     truth: bool | None = None  # whether it conducts, without power whether it would; None if unknown
     reads: list[Read] = field(default_factory=list)
+    copied: tuple[InterpretedAddOnStore, InterpretedAddOnStore] | None = None  # of COP: source, destination
 
     @property
     def number(self) -> int:
@@ -237,6 +241,8 @@ class TracedInterpreter(WatchedInterpreter):
         outer, self.memory.noted = self.memory.noted, []
         heads, self._heads = self._heads, ()
         self._steps.append(entry)
+        if power and step.name in COPIES:
+            entry.copied = self._copied(step)
         try:
             behind = super()._step(step, power)
             entry.truth = behind if power or step.spec.decides else self._would_conduct(step)
@@ -246,6 +252,16 @@ class TracedInterpreter(WatchedInterpreter):
             self._steps.pop()
             self._ahead = (*entry.ahead, entry) if step.kind is InstructionKind.INPUT else ()
             self.memory.noted, self._heads = outer, heads
+
+    def _copied(self, step: LoweredStep) -> tuple[InterpretedAddOnStore, InterpretedAddOnStore] | None:
+        source, destination = step.operands[:2]
+        if not isinstance(source, (Place, Group)):
+            return None
+        try:
+            with self.memory.unnoted():
+                return self.handed(source), self.handed(destination)
+        except LadderFault:
+            return None
 
     @override
     def _values(self, step: LoweredStep) -> tuple[tuple[str, Value], ...]:

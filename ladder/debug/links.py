@@ -19,6 +19,10 @@ ROOTS = ("input", "module", "operator", "force", "incident", "power-up", "fault"
 """Kinds of links with nothing of the program behind them."""
 
 
+NESTED = 8
+"""Most spaces of indentation of a chain as text; what is behind is left out, but for its end."""
+
+
 @dataclass(frozen=True, slots=True)
 class Operand:
     """A value that was read."""
@@ -40,6 +44,7 @@ class Link:
     text: str = ""  # what it was, after the place
     site: Site | None = None  # the place in the user's program; None for what is not of it
     operands: tuple[Operand, ...] = ()
+    before: Value | str | None = None  # the value before it; None if that is not known
     causes: tuple[tuple[Link, ...], ...] = ()
 
     depth: int = 1  # links from here to its end, on the shortest way
@@ -58,6 +63,12 @@ class Link:
     def first(self) -> Link:
         """The end of the shortest way."""
         return self.causes[0][0].first if self.causes else self
+
+    @property
+    def since(self) -> dict[str, Any]:
+        """Since when it has its value, and when it was last different, as JSON values."""
+        last = None if self.before is None or not self.scan else {"scan": self.scan - 1, "value": self.before}
+        return {"scan": self.scan, "now_ns": self.now_ns, "value": self.value, "last_different": last}
 
     def as_json(self) -> list[dict[str, Any]]:
         """Return its links in the order of `walk` as JSON values; causes are numbers of that list."""
@@ -83,6 +94,7 @@ def _as_json(link: Link, numbers: Mapping[Link, int]) -> dict[str, Any]:
         "kind": link.kind,
         "name": link.name,
         "value": link.value,
+        "before": link.before,
         "scan": link.scan,
         "now_ns": link.now_ns,
         "site": {name: each for name, each in place.items() if each not in ("", None)},
@@ -134,6 +146,9 @@ def _lines(link: Link, routine: str, indent: str, seen: set[Link]) -> Iterator[s
         routine = link.site.routine if link.site else routine
         (link,) = link.causes[0]
         line += f" <- {said(link, routine)}"
+    if len(indent) > NESTED and link.causes:
+        yield f"{line} <- ... <- {said(link.first)}"
+        return
     if link in seen and link.causes:
         yield f"{line} <- as above"
         return

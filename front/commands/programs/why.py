@@ -16,7 +16,7 @@ from ...jobs.bench.opening import open_bench
 from ...jobs.load.loading import RACK_FORMS
 from ...jobs.load.program import split_address
 from ...ladder import LadderError
-from ...ladder.debug import cross_reference
+from ...ladder.debug import Link, cross_reference
 from ...ladder.debug.crossref import Mention
 from ...ladder.model.resolver import AddressError
 from ...runtime.loop.faults import CpuFault
@@ -62,10 +62,16 @@ def _why_command(
     until: Annotated[
         str | None, typer.Option("--until", metavar="BIT", help="Ask when this tag or bit of an image is on.")
     ] = None,
+    deep: Annotated[
+        bool, typer.Option("--deep", help="Show the rungs inside of add-on instructions in the chain, too.")
+    ] = False,
     trust: Annotated[bool, typer.Option("--trust", help="Run Python that came with the trace.")] = False,
     as_json: JsonOption = False,
 ) -> None:
     """Say why something is as it is: since which scan, by which rung or line, and what that had read.
+
+    A chain of causes follows, back to the first input, operator, incident or power-up: `A <- B` means that B
+    made A, `and` that all were needed, `or` that each would have done.
 
     A rack runs from power-up to the scan asked for, or for as long as its file says. The program of a
     trace runs on the recorded inputs; Python that came with the trace is run only if it is the same as in
@@ -80,9 +86,9 @@ def _why_command(
     try:
         moment = ScanChoice(at, scans, until)
         if Path(split_address(file)[0]).suffix in RACK_FORMS:
-            asked = _ask_bench(open_bench(file, watched=True), what, moment)
+            asked = _ask_bench(open_bench(file, watched=True), what, moment, deep)
         else:
-            asked = _ask_trace(Path(file), what, moment, trust=trust)
+            asked = _ask_trace(Path(file), what, moment, trust=trust, deep=deep)
     except NotReachedError as error:
         raise typer.Exit(complain(str(error), NO)) from error
     except (LadderError, ValueError) as error:
@@ -90,10 +96,14 @@ def _why_command(
     except OSError as error:
         raise typer.Exit(complain(f"{file}: {reason(error)}", BAD_INPUT)) from error
     if as_json:
-        say_json({"what": what, **asked._asdict()})
+        chain = asked.chain and {"since": asked.chain.since, "chain": asked.chain.as_json()}
+        fields = {name: each for name, each in asked._asdict().items() if name != "chain"}
+        say_json({"what": what, **fields, **(chain or {})})
     else:
         gap = "\n" if what is None else " "  # about the whole rack, its scan has a line of its own
         say(f"{asked.when}{gap}{asked.text}")
+        if asked.chain is not None:
+            say(f"chain: {asked.chain}")
 
 
 class _Answer(NamedTuple):
@@ -105,9 +115,10 @@ class _Answer(NamedTuple):
     notes: Sequence[str]  # omissions, a sentence each
     when: str  # the scan and its time, in words
     text: str
+    chain: Link | None = None  # of causes
 
 
-def _ask_bench(bench: Bench, what: str | None, moment: ScanChoice) -> _Answer:
+def _ask_bench(bench: Bench, what: str | None, moment: ScanChoice, deep: bool) -> _Answer:
     bench.check(*(each for each in (what, moment.until) if each is not None))
     fault = None
     try:
@@ -116,17 +127,18 @@ def _ask_bench(bench: Bench, what: str | None, moment: ScanChoice) -> _Answer:
         fault = str(error)
         say(f"the CPU has faulted in {error}", err=True)
     when = f"after {bench.scans:,} scans, {short_seconds(bench.now_ns)} s:"
-    return _Answer(bench.scans - 1, bench.now_ns, fault, (), when, bench.why(what))
+    chain = None if what is None else bench.chain(what, deep=deep)
+    return _Answer(bench.scans - 1, bench.now_ns, fault, (), when, bench.why(what), chain)
 
 
-def _ask_trace(path: Path, what: str | None, moment: ScanChoice, *, trust: bool) -> _Answer:
+def _ask_trace(path: Path, what: str | None, moment: ScanChoice, *, trust: bool, deep: bool) -> _Answer:
     with open_trace(path) as trace, tempfile.TemporaryDirectory() as folder:
         tell_notes(trace)
-        asked = why_of_trace(trace, Path(folder), what, moment, trust=trust)
+        asked = why_of_trace(trace, Path(folder), what, moment, trust=trust, deep=deep)
     for note in asked.notes:
         say(f"note: {note}", err=True)
     when = f"scan {asked.scan:,}, {short_seconds(asked.now_ns)} s:"
-    return _Answer(asked.scan, asked.now_ns, None, asked.notes, when, asked.text)
+    return _Answer(asked.scan, asked.now_ns, None, asked.notes, when, asked.text, asked.chain)
 
 
 def _xref_command(

@@ -8,6 +8,7 @@ from types import TracebackType
 from typing import Any, Protocol, Self, runtime_checkable
 
 from ...io_images.addresses import parse_address
+from ...ladder.debug import Link
 from ...ladder.python.sequences import Sequence
 from ...runtime.config.quantities import parse_duration
 from ...runtime.config.rackspec import RackSpec
@@ -255,10 +256,25 @@ class Bench:
         """
         if tag is not None and self._observed and (tag in self.program.tags or not self._is_image(tag)):
             return str(self.program.why(tag))
-        recording = self._journal.recording()
-        by_rung = self.logic.cause if self._observed else None
-        asked = Why(recording, len(recording.scans) - 1, self.spec, self._load, by_rung)
+        asked = self._asked()
         return asked.rack() if tag is None else asked.of(tag)
+
+    def chain(self, tag: str, *, deep: bool = False) -> Link:
+        """Return the chain of causes of a value, back to the first input, operator, incident or power-up.
+
+        Args:
+            tag: see `why`.
+            deep: whether rungs of add-on instructions are links, too.
+
+        Raises:
+            ValueError: an unknown name, or no scan has run.
+        """
+        return self._asked().chain(tag, deep=deep)
+
+    def _asked(self) -> Why:
+        recording = self._journal.recording()
+        debugger = self.logic if self._observed else None
+        return Why(recording, len(recording.scans) - 1, self.spec, self._load, debugger)
 
     def force(self, address: str, value: int) -> None:
         """Hold a bit or word of an image, or a tag, at a value; forces of images are recorded.

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ...ladder import LadderLogic
-from ...ladder.debug import Debugger
+from ...ladder.debug import Debugger, Link
 from ...runtime.config.rackspec import RackSpec
 from ...traces.read.columns import Columns
 from ...traces.read.reader import Trace
@@ -33,6 +33,7 @@ class TraceAnswer:
     text: str
     notes: tuple[str, ...] = ()
     lines: tuple[Line, ...] = ()
+    chain: Link | None = None  # of causes; None if nothing was asked about
 
 
 def why_of_trace(
@@ -43,6 +44,7 @@ def why_of_trace(
     *,
     trust: bool,
     more: Columns | None = None,
+    deep: bool = False,
 ) -> TraceAnswer:
     """Answer a question about a trace.
 
@@ -51,6 +53,7 @@ def why_of_trace(
         what: see `Bench.why`.
         trust: run Python that came with the trace; otherwise only files that equal those of the current
             folder.
+        deep: whether rungs of add-on instructions are links of the chain, too.
         more: scans of a growing trace that are not written yet.
 
     Raises:
@@ -60,28 +63,31 @@ def why_of_trace(
     """
     recording = Recording.of(trace, more)
     if not {"rack_file", "program_file"} <= set(trace.head.metadata):
-        return _of_images(recording, what, moment)
+        return _of_images(recording, what, moment, deep)
     job = job_of(trace, folder, trust=trust)
     if isinstance(job.logic, LadderLogic):
-        return _of_ladder(recording, job, what, moment)
+        return _of_ladder(recording, job, what, moment, deep)
     load = Load(job.program, lambda: job_of(trace, folder, trust=trust).logic)
-    return _of_images(recording, what, moment, job.spec, load)
+    return _of_images(recording, what, moment, deep, job.spec, load)
 
 
 def _of_images(
     recording: Recording,
     what: str | None,
     moment: ScanChoice,
+    deep: bool,
     spec: RackSpec | None = None,
     load: Load | None = None,
 ) -> TraceAnswer:
     asked = Why(recording, 0, spec, load)
     row = moment.row(recording) if moment.until is None else _reached(moment, asked.first_on(moment.until))
     why = Why(recording, row, spec, load)
-    return _asked(why, why.rack() if what is None else why.of(what))
+    return _asked(why, why.rack() if what is None else why.of(what), (), what, deep)
 
 
-def _of_ladder(recording: Recording, job: Job, what: str | None, moment: ScanChoice) -> TraceAnswer:
+def _of_ladder(
+    recording: Recording, job: Job, what: str | None, moment: ScanChoice, deep: bool
+) -> TraceAnswer:
     assert isinstance(job.logic, LadderLogic)
     debugger = Debugger(job.logic)
     images = Why(recording, 0, job.spec, None)
@@ -98,7 +104,7 @@ def _of_ladder(recording: Recording, job: Job, what: str | None, moment: ScanCho
     orders = TagOrders(score_of(recording), recording.events)
     refused = following.play(debugger, orders)
     row = _reached(moment, following.row - 1 if following.met or until is None else None)
-    why = Why(recording, row, job.spec, None, debugger.cause)
+    why = Why(recording, row, job.spec, None, debugger)
     notes = [
         *edit_notes(recording.events),
         *orders.notes,
@@ -108,7 +114,7 @@ def _of_ladder(recording: Recording, job: Job, what: str | None, moment: ScanCho
     if what is None:
         return _asked(why, why.rack(), notes)
     own = what in debugger.tags or not why.means_image(what)
-    return _asked(why, debugger.why(what) if own else why.of(what), notes)
+    return _asked(why, debugger.why(what) if own else why.of(what), notes, what, deep)
 
 
 def _departed(why: Why, following: InputReplay) -> list[str]:
@@ -125,8 +131,10 @@ def _reached(moment: ScanChoice, row: int | None) -> int:
     return row
 
 
-def _asked(why: Why, text: str, notes: Sequence[str] = ()) -> TraceAnswer:
+def _asked(
+    why: Why, text: str, notes: Sequence[str] = (), what: str | None = None, deep: bool = False
+) -> TraceAnswer:
     scans, row = why.recording, why.row
-    return TraceAnswer(
-        scans.numbers[row], scans.times[row], text, tuple(notes), tuple(dict.fromkeys(why.lines))
-    )
+    lines = tuple(dict.fromkeys(why.lines))
+    chain = None if what is None else why.chain(what, deep=deep)
+    return TraceAnswer(scans.numbers[row], scans.times[row], text, tuple(notes), lines, chain)

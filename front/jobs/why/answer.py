@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -10,6 +10,7 @@ from typing import Any
 from ...io_images.addresses import Address, parse_address
 from ...io_images.image import IMAGE_BYTES, WORDS
 from ...io_images.module_words import ModuleWords
+from ...ladder.debug import Debugger, Link
 from ...runtime.config.rackspec import RackSpec
 from ...runtime.loop.scan import ScanFlag, ScanLogic
 from ...traces.format.layout import SlotInfo
@@ -17,7 +18,9 @@ from ...traces.read.event_text import describe
 from ...traces.read.image_text import module_text
 from ...traces.replay import Recording
 from ..record.tag_names import named_values, namespace_of
+from .chain import Bits, RackChain
 from .past import ALL_BITS, Past, SlotPast
+from .program_chain import ProgramChain
 from .sentences import told, told_sender
 from .source.class_names import Names
 from .source.conditions import source_line
@@ -35,7 +38,7 @@ class Why:
     Args:
         spec: the rack; None if a trace lacks it.
         load: how the Python program is loaded again; None for one that has no lines.
-        by_rung: of a ladder program at that scan: the last change of a tag, see `Debugger.cause`.
+        debugger: of a ladder program at that scan.
         lines: the lines of the program that answers have named.
     """
 
@@ -43,7 +46,7 @@ class Why:
     row: int
     spec: RackSpec | None
     load: Load | None
-    by_rung: Callable[[str], tuple[int, str] | None] | None = None
+    debugger: Debugger | None = None
     lines: list[Line] = field(default_factory=list)
 
     @cached_property
@@ -102,6 +105,52 @@ class Why:
         if own in names.axes:
             return "\n".join(self._of_axis(own, names))
         return "\n".join(self._of_value(text))
+
+    def chain(self, text: str, *, deep: bool = False) -> Link:
+        """Return the chain of causes of a value, see `Bench.chain`.
+
+        Raises:
+            ValueError: an unknown name.
+        """
+        row, debugger = self.row, self.debugger
+        if debugger is not None and (text in debugger.tags or not self.means_image(text)):
+            found = RackChain(self.recording, debugger, deep).of_tag(text, row)
+            return found or self._since_power_up(text, debugger.tags[text])
+        if self.means_image(text):
+            place = self.place(text)
+            found = self._chains(deep).of_bits(Bits.at(place), text, row)
+            return found or self._since_power_up(text, self._value(place))
+        if self.load is None:
+            self.place(text)  # refuses it
+        return self._chain_of_name(text, deep)
+
+    def _chains(self, deep: bool) -> RackChain:
+        if self.load is None or self.spec is None:
+            return RackChain(self.recording, self.debugger, deep)
+        with fresh(self.load) as logic:
+            names = Names(logic, self.words)
+        return ProgramChain(self.recording, None, deep, spec=self.spec, load=self.load, names=names)
+
+    def _chain_of_name(self, text: str, deep: bool) -> Link:
+        chains = self._chains(deep)
+        assert isinstance(chains, ProgramChain)
+        names = chains.names
+        own = names.own(text)
+        found: Link | None = None
+        if own in names.addresses:
+            found = chains.of_bits(Bits.at(self.place(names.addresses[own])), own, self.row)
+        elif own in names.sequences:
+            found = chains.of_sequence(own, self.row)
+        elif own in names.axes:
+            found = chains.of_bits(Bits(names.axes[own], "out", 0, ALL_BITS), own, self.row)
+        else:
+            found = chains.of_value(text, self.row)
+        return found or self._since_power_up(text, None)
+
+    def _since_power_up(self, text: str, value: object) -> Link:
+        plain = value if isinstance(value, (bool, int, float, str)) else None
+        first = self.recording.numbers[0], self.recording.times[0]
+        return Link("power-up", text, plain, *first, "not changed since then")
 
     def rack(self) -> str:
         """Return the waits of every module, and the lines that last changed its output words."""
@@ -162,9 +211,9 @@ class Why:
 
     def _rung(self, at: int, row: int) -> str:
         """Return the rung that last changed a word, after a colon; a full stop if it is unknown."""
-        if self.by_rung is None:
+        if self.debugger is None:
             return "."
-        change = self.by_rung(f"Local:{self._slot_at(at)}:O.Data[{at % IMAGE_BYTES // 2}]")
+        change = self.debugger.cause(f"Local:{self._slot_at(at)}:O.Data[{at % IMAGE_BYTES // 2}]")
         known = change is not None and change[0] == self.recording.numbers[row]
         return f": {change[1]}" if change is not None and known else "."
 

@@ -66,6 +66,13 @@ class Past:
             before = int(values[-1])
         return found
 
+    def last_change_between(self, slot: int, image: str, word: int, first: int, last: int) -> int | None:
+        """Return the last row from `first` on, before `last`, that changed a word, or None."""
+        for row in range(last - 1, max(first, 1) - 1, -1):
+            if self.words(slot, image, row)[word] != self.words(slot, image, row - 1)[word]:
+                return row
+        return 0 if first == 0 < last and self.words(slot, image, 0)[word] else None
+
     def first_on(self, slot: int, image: str, word: int, mask: int) -> int | None:
         """Return the first row in which a bit of a mask is on; None if there is none."""
         column = self._column(slot, image, word)

@@ -240,11 +240,8 @@ def after(rungs, done):
 
 
 def text_of(link):
-    value = (
-        ""
-        if link.value is None
-        else f" {'off' if link.value is False else 'on' if link.value is True else f'= {link.value}'}"
-    )
+    names = {None: "", False: " off", True: " on"}
+    value = names[link.value] if link.value is None or isinstance(link.value, bool) else f" = {link.value}"
     kind = f" {link.kind}" if link.kind in ("operator", "force", "input") else ""
     causes = " & ".join(" | ".join(map(text_of, group)) for group in link.causes)
     return f"{link.name}{value} @{link.scan}{kind}{' < ' if causes else ''}{causes}"

@@ -25,7 +25,7 @@ class Names:
         self.addresses: dict[str, str] = {}
         self.axes: dict[str, int] = {}
         self.sequences: tuple[str, ...] = ()
-        self._prefix = f"{type(logic).__name__.lower()}."
+        self.prefix = f"{type(logic).__name__.lower()}."
         if isinstance(logic, Logic):
             new = fresh(logic)
             new.__attach_logic__(bare_slots(words))
@@ -36,7 +36,7 @@ class Names:
 
     def own(self, text: str) -> str:
         """Return a name without that of the class: `cycle` of `line.cycle`."""
-        return text.removeprefix(self._prefix)
+        return text.removeprefix(self.prefix)
 
     def declares(self, text: str) -> bool:
         """Return whether a text is the name of an input, an output, an axis or a sequence."""

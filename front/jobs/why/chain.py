@@ -1,0 +1,272 @@
+"""The chain of causes through a rack: images, modules and their rules, and the program behind them."""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+
+from ...io_images.addresses import Address
+from ...io_images.amci3601 import COMPLETION_BITS, MOTIONS, StatusMsw
+from ...ladder.debug import Chains, Debugger, Link, linked
+from ...ladder.debug.causes import Origin
+from ...ladder.debug.executed import Cell
+from ...ladder.state.memory import Value
+from ...runtime.loop.scan import ScanFlag
+from ...traces.format.layout import SlotInfo
+from ...traces.read.event_text import describe
+from ...traces.read.reader import TraceEvent
+from ...traces.replay import Recording
+from ..record.link_losses import link_changes
+from .past import ALL_BITS, Past
+
+ANSWER = 2
+"""Scans from a change of an output image to the answer in the input image, at the most."""
+
+_SWITCHED = {"rule", "home", "registration"}
+"""Events of a module that a terminal may have made: rules, and moves that end at an input."""
+
+_BY_MOTION = COMPLETION_BITS | StatusMsw.MOVING_CW | StatusMsw.MOVING_CCW
+_RATES = StatusMsw.ACCELERATING | StatusMsw.DECELERATING | StatusMsw.HOLD_STATE
+
+
+@dataclass(frozen=True, slots=True)
+class Bits:
+    """Bits of a word of an image."""
+
+    slot: int
+    image: str  # "in" or "out"
+    word: int
+    mask: int
+
+    @classmethod
+    def at(cls, place: Address) -> Bits:
+        """Return the bits at an address."""
+        mask = ALL_BITS if place.bit is None else 1 << place.bit
+        return cls(place.slot, "in" if place.image == "I" else "out", place.word, mask)
+
+    @property
+    def address(self) -> Address:
+        """The address of its one bit, or of its word."""
+        bit = self.mask.bit_length() - 1 if self.mask & self.mask - 1 == 0 else None
+        return Address(self.slot, "I" if self.image == "in" else "O", self.word, bit)
+
+
+@dataclass(slots=True)
+class RackChain:
+    """Makes chains through a recording.
+
+    Args:
+        debugger: of a ladder program, after the last scan; None for any other.
+        deep: see `Chains`.
+    """
+
+    recording: Recording
+    debugger: Debugger | None = None
+    deep: bool = False
+    _known: dict[tuple[Bits, int], Link] = field(default_factory=dict)
+    _chains: Chains | None = None
+    _told: dict[int, list[TraceEvent]] | None = None
+
+    # --- questions
+
+    def of_tag(self, tag: str, row: int) -> Link | None:
+        """Return the chain of a tag of a ladder program after a scan; None if it has not changed."""
+        return self.chains.of_tag(tag, self.recording.numbers[row])
+
+    def of_bits(self, bits: Bits, name: str, row: int) -> Link | None:
+        """Return the chain of bits of an image after a scan; None if they have not changed."""
+        changed = Past(self.recording, row).last_change(bits.slot, bits.image, bits.word, bits.mask)
+        return None if changed is None else self._of_change(bits, name, changed)
+
+    @property
+    def chains(self) -> Chains:
+        """What makes chains through the ladder program."""
+        if self._chains is None:
+            assert self.debugger is not None
+            self._chains = self.debugger.chains(deep=self.deep, outside=self._of_input)
+        return self._chains
+
+    def _of_input(self, origin: Origin, name: str, _value: Value) -> Link | None:
+        """Explain an input of a ladder program."""
+        cell = origin.cell
+        assert cell.leaf.slot is not None
+        bits = Bits(cell.leaf.slot, "in", cell.index, ALL_BITS if cell.mask is None else cell.mask)
+        row = bisect_left(self.recording.numbers, origin.scan)
+        return self._of_change(bits, self._better(bits, name), row)
+
+    def _better(self, bits: Bits, name: str) -> str:
+        """Return the name of a module's bit instead of an address."""
+        if not name.startswith(("Local:", "I:", "O:")):
+            return name
+        words = next(slot.words for slot in self.recording.slots if slot.number == bits.slot)
+        image = bits.address.image
+        for group, named in words.groups.items():
+            for each, at in named.items():
+                if at == (image, bits.word, bits.address.bit):
+                    return f"slot{bits.slot}.{group}.{each}"
+        return name
+
+    def _of_change(self, bits: Bits, name: str, row: int) -> Link:
+        known = self._known.get((bits, row))
+        if known is None:
+            known = (
+                self._of_output(bits, name, row) if bits.image == "out" else self._of_module(bits, name, row)
+            )
+            self._known[bits, row] = known
+        return known
+
+    def link(self, kind: str, bits: Bits, name: str, row: int, text: str = "", *causes: Link) -> Link:
+        """Return a link of a change of an image."""
+        return linked(
+            [(each,) for each in causes],
+            kind=kind,
+            name=name,
+            value=self.value(bits, row),
+            before=self.value(bits, row - 1) if row else None,
+            scan=self.recording.numbers[row],
+            now_ns=self.recording.times[row],
+            text=text,
+        )
+
+    def value(self, bits: Bits, row: int) -> Value:
+        """Return bits in a scan: a bool of one bit, else the word."""
+        word = Past(self.recording, row).words(bits.slot, bits.image, row)[bits.word]
+        return word if bits.address.bit is None else bool(word & bits.mask)
+
+    # --- outputs
+
+    def _of_output(self, bits: Bits, name: str, row: int) -> Link:
+        past = Past(self.recording, row)
+        if past.is_forced(bits.address):
+            return self.link("force", bits, name, row, "forced")
+        if self.recording.flags[row] & ScanFlag.FAULT:
+            told = [each for each in self._events(row) if each.topic == "/faults"]
+            text = describe(told[0].topic, told[0].scan, told[0].fields) if told else "the CPU faulted"
+            return self.link("fault", bits, name, row, text)
+        return self._of_program(bits, name, row)
+
+    def _of_program(self, bits: Bits, name: str, row: int) -> Link:
+        """Explain an output by the program; here by a ladder program."""
+        found = None
+        if self.debugger is not None:
+            cell = self._cell(bits)
+            found = cell and self.chains.of_cell(cell, name, self.recording.numbers[row])
+        return found or self.link("unknown", bits, name, row, "no program is known that wrote it")
+
+    def _cell(self, bits: Bits) -> Cell | None:
+        images = self.chains.lowered.layout.images
+        leaf = next((leaf for leaf in images if leaf.slot == bits.slot and leaf.output), None)
+        mask = None if bits.address.bit is None else bits.mask
+        return None if leaf is None else Cell(leaf, bits.word, mask)
+
+    # --- modules
+
+    def _events(self, row: int, slot: int | None = None) -> list[TraceEvent]:
+        scan = self.recording.numbers[row]
+        told = self._events_by_scan.get(scan, [])
+        return [each for each in told if slot is None or each.fields.get("slot", 0) == slot]
+
+    def _of_module(self, bits: Bits, name: str, row: int) -> Link:
+        slot = next(each for each in self.recording.slots if each.number == bits.slot)
+        done = list(self._done(slot, bits, row))
+        if done:
+            kind, text = done[0]
+            return self.link(kind, bits, name, row, text)
+        if not slot.is_stepper or (bits.word == 1 and bits.address.bit is not None):
+            return self.link("input", bits, name, row, self._terminal(slot, bits))
+        rules = [each for each in self._events(row, bits.slot) if each.topic == "/events"]
+        own = [each for each in rules if set(self._names(slot, bits)) & set(_named(each))] or rules
+        text = "; ".join(describe(each.topic, each.scan, each.fields) for each in own[:1])
+        switched = any(
+            each.fields.get("kind") == "rule" or each.fields.get("name") in _SWITCHED for each in own
+        )
+        behind = list(self._terminals(slot, row)) if switched else []
+        behind = behind or list(self._command(slot, bits, row))
+        return self.link("module", bits, name, row, text or "the module answers", *behind)
+
+    def _terminals(self, slot: SlotInfo, row: int) -> Iterator[Link]:
+        """Yield the terminals of a 3601 that changed in a scan, by the switches of the machine or by hand."""
+        past = Past(self.recording, row)
+        before = past.words(slot.number, "in", row - 1)[1] if row else 0
+        differs = (past.words(slot.number, "in", row)[1] ^ before) & ALL_BITS
+        status = past.words(slot.number, "in", max(row - 1, 0))[0] | past.words(slot.number, "in", row)[0]
+        if status & StatusMsw.MODE_CONFIG:
+            return  # the words of a configuration are no terminals
+        for name, bit in slot.words.bits("I", 1):
+            if differs >> bit & 1 and name.startswith("IN_"):
+                yield self._of_change(
+                    Bits(slot.number, "in", 1, 1 << bit), f"slot{slot.number}.status.{name}", row
+                )
+
+    def _done(self, slot: SlotInfo, bits: Bits, row: int) -> Iterator[tuple[str, str]]:
+        """Yield what was done to a module in a scan from outside: its kind, and a sentence."""
+        at = self._terminal(slot, bits)
+        for each in self._events_by_scan.get(self.recording.numbers[row], []):
+            text = str(each.fields.get("text", ""))
+            if each.topic == "/orders" and text.startswith(f"Slot {slot.number}:"):
+                yield "operator", f"{at}: {text}"
+            elif each.topic == "/stimuli" and each.fields.get("slot", 0) == slot.number:
+                if "begins" in each.fields or "late_words" in each.fields:
+                    yield "incident", f"slot {slot.number}: {text}"
+                elif _is_of(str(each.fields.get("name")), slot, bits):
+                    yield "input", f"{at}: {text}"
+        for change in link_changes(self.recording.events, slot.number):
+            if change.scan == self.recording.numbers[row] and not change.good:
+                yield "incident", f"slot {slot.number}: the link to it is lost"
+
+    def _terminal(self, slot: SlotInfo, bits: Bits) -> str:
+        if bits.address.bit is None:
+            return f"slot {slot.number} {slot.words.inputs[bits.word]}"
+        number = bits.address.bit if slot.is_stepper else 16 * bits.word + bits.address.bit
+        named = "".join(f" {name}" for name in self._names(slot, bits)) if slot.is_stepper else f" {number}"
+        return f"slot {slot.number} input{named}"
+
+    def _names(self, slot: SlotInfo, bits: Bits) -> list[str]:
+        return [name for name, bit in slot.words.bits("I", bits.word) if bits.mask >> bit & 1]
+
+    def _command(self, slot: SlotInfo, bits: Bits, row: int) -> Iterator[Link]:
+        """Yield what a module answers to: its outputs just before, or the last start of a motion."""
+        past = Past(self.recording, row)
+        first = max(0, row - ANSWER)
+        for word in range(8):
+            changed = past.last_change_between(slot.number, "out", word, first, row)
+            if changed is not None:
+                before = past.words(slot.number, "out", changed - 1)[word] if changed else 0
+                now = past.words(slot.number, "out", changed)[word]
+                mask = (now & ~before or now ^ before) & ALL_BITS
+                yield self._output(Bits(slot.number, "out", word, mask), slot, changed)
+                return
+        if bits.word or bits.mask & (_BY_MOTION | _RATES):
+            for changed in reversed(past.changes(slot.number, "out", 0, MOTIONS.value)):
+                before = past.words(slot.number, "out", changed - 1)[0] if changed else 0
+                begun = past.words(slot.number, "out", changed)[0] & ~before & MOTIONS.value
+                if begun:
+                    yield self._output(Bits(slot.number, "out", 0, begun), slot, changed)
+                    return
+
+    def _output(self, bits: Bits, slot: SlotInfo, row: int) -> Link:
+        names = [name for name, bit in slot.words.bits("O", bits.word) if bits.mask >> bit & 1]
+        if not names or bits.address.bit is None:
+            bits = replace(bits, mask=ALL_BITS) if len(names) != 1 else bits
+            return self._of_change(bits, f"slot{slot.number} {slot.words.outputs[bits.word]}", row)
+        return self._of_change(bits, f"slot{slot.number}.command.{names[0]}", row)
+
+    @property
+    def _events_by_scan(self) -> dict[int, list[TraceEvent]]:
+        if self._told is None:
+            self._told = {}
+            for each in self.recording.events:
+                self._told.setdefault(each.scan, []).append(each)
+        return self._told
+
+
+def _named(event: TraceEvent) -> list[str]:
+    bits = event.fields.get("bits")
+    return [str(each) for each in bits] if isinstance(bits, list) else []
+
+
+def _is_of(name: str, slot: SlotInfo, bits: Bits) -> bool:
+    """Whether a stimulus has the name of the bits of an input image."""
+    names = [each.lower() for each, bit in slot.words.bits("I", bits.word) if bits.mask >> bit & 1]
+    return any(each in (name.lower(), f"in_{name.lower()}") for each in names) or not slot.is_stepper

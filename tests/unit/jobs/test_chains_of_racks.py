@@ -1,0 +1,239 @@
+"""Chains of causes through racks: cards, the 3601 and its rules, incidents, Python lines and sequences.
+
+Expected by hand: from the timeline, the program and the manual's rules. A chain is written as in
+`tests/unit/ladder/test_chains.py`, with the kinds of its links that are not rungs, lines or waits.
+"""
+
+import json
+
+import pytest
+from scanrack import open_bench
+from scanrack.commands import build
+from scanrack.ladder.debug import Link
+from typer.testing import CliRunner
+
+CARDS = """
+[[slot]]
+number = 2
+module = "1769-IQ16"
+[slot.options]
+inputs = { start = 0, stop = 1, guard = 5, reset = 3 }
+timeline = [
+    { at_ms = 10, input = "start", for_ms = 10 },
+    { at_ms = 20, input = "guard" },
+    { at_ms = 40, input = "stop" },
+]
+[[slot]]
+number = 3
+module = "1769-OB16"
+"""
+MOTOR = """[[slot]]
+number = 1
+module = "amci3601"
+[slot.machine]
+switches = [{ input = "home", first = 100 }]
+"""
+RUNGS = """PROGRAM line
+TAG Run : BOOL
+TAG T : TIMER
+TAG Late : BOOL
+SLOT axis : 1
+ALIAS Start : Local:2:I.Data.0
+ALIAS Stop : Local:2:I.Data.1
+ALIAS Guard : Local:2:I.Data.5
+ALIAS Lamp : Local:3:O.Data.4
+ROUTINE Main
+[XIC(Start),XIC(Run)]XIO(Stop)OTE(Run);
+XIC(Run)XIC(Guard)OTE(Lamp);
+XIC(Run)TON(T,10,0);
+XIC(T.DN)OTE(Late);
+END
+"""
+LINES = """from scanrack import Configuration, Direction, Idle, InputBit, Manual
+
+CONFIGURE = Configuration(inputs_used=InputBit.HOME | InputBit.CW_LIMIT, starting_speed=1000).to_image()
+JOG = Manual(Direction.CW, 5000, 20, 10).to_image()
+
+
+class State:
+    run = False
+    count = 0
+
+
+state = State()
+
+
+def logic(scan):
+    inputs, out = scan.slot[2].inputs, scan.slot[3].outputs
+    axis = scan.slot[1].outputs
+    if scan.number == 0:
+        axis.load(CONFIGURE)
+    elif scan.number == 2:
+        axis.load(Idle().to_image())
+    if inputs.bit(0, 0):
+        state.run = True
+    if inputs.bit(0, 1):
+        state.run = False
+        axis.load(Idle().to_image())
+    if state.run and scan.number > 3:
+        axis.load(JOG)
+    out[0] = 16 if state.run else 0
+"""
+SEQUENCES = """from scanrack import Axis3601, Configuration, Input, InputBit, Logic, Output, dwell, sequence
+
+USED = InputBit.HOME | InputBit.CW_LIMIT
+RATES = {"speed": 5000, "acceleration": 100, "deceleration": 100}
+
+
+class Line(Logic):
+    axis = Axis3601(1, Configuration(inputs_used=USED, starting_speed=500))
+    start = Input("slot2.input.start")
+    lamp = Output("Local:3:O.Data.4")
+
+    @sequence
+    async def cycle(self) -> None:
+        await self.axis.configure()
+        await self.axis.set_position(0)
+        await self.axis.move_to(100, **RATES)
+        self.lamp = True
+        await dwell("20 ms")
+        self.lamp = False
+        await dwell("1 h")
+
+    @sequence
+    async def sign(self) -> None:
+        await self.start.rises
+        await dwell("10 ms")
+        self.axis.name
+"""
+
+
+def text_of(link: Link) -> str:
+    names = {None: "", False: " off", True: " on"}
+    value = names[link.value] if link.value is None or isinstance(link.value, bool) else f" = {link.value}"
+    kind = "" if link.kind in ("rung", "line", "wait") else f" {link.kind}"
+    causes = " & ".join(" | ".join(map(text_of, group)) for group in link.causes)
+    return f"{link.name}{value} @{link.scan}{kind}{' < ' if causes else ''}{causes}"
+
+
+@pytest.fixture
+def made(tmp_path):
+    def make(name, program, scans, more=""):
+        (tmp_path / name).write_text(program, encoding="utf-8")
+        file = tmp_path / "rack.toml"
+        file.write_text(f'program = "{name}"\n{MOTOR}{CARDS}{more}', encoding="utf-8")
+        bench = open_bench(file)
+        bench.scan(scans)
+        return bench
+
+    return make
+
+
+# scans of 2 ms: start is on from 5 to 9, guard from 10, stop from 20
+LADDER = [
+    (16, "Lamp", "Lamp on @10 < Guard on @10 input"),
+    (16, "Local:3:O.Data.4", "Local:3:O.Data.4 on @10 < Guard on @10 input"),
+    (16, "Run", "Run on @5 < Start on @5 input"),
+    (16, "Late", "Late on @10 < T.DN on @10 < Run on @5 < Start on @5 input"),
+    (30, "Lamp", "Lamp off @20 < Run off @20 < Stop on @20 input"),
+    (30, "Late", "Late off @20 < T.DN off @20 < Run off @20 < Stop on @20 input"),
+    (30, "Stop", "Stop on @20 input"),
+    (30, "slot2.input.stop", "slot2.input.stop on @20 input"),
+    (3, "Late", "Late off @0 power-up"),
+]
+
+
+@pytest.mark.parametrize(("scans", "what", "expected"), LADDER)
+def test_a_card_is_the_end_of_a_chain(made, scans, what, expected):
+    assert text_of(made("line.rung", RUNGS, scans).chain(what)) == expected
+
+
+# the command of scan n is answered in scan n + 1
+PYTHON = [
+    (8, "Local:3:O.Data.4", "Local:3:O.Data.4 on @5 < start on @5 input"),
+    (8, "state.run", "state.run on @5 < start on @5 input"),
+    (8, "slot1.command.MANUAL_CW", "slot1.command.MANUAL_CW on @5 < start on @5 input"),
+    (
+        8,
+        "slot1.status.MOVING_CW",
+        "slot1.status.MOVING_CW on @6 module < slot1.command.MANUAL_CW on @5 < start on @5 input",
+    ),
+    (30, "state.run", "state.run off @20 < stop on @20 input"),
+    (30, "slot1.command.MANUAL_CW", "slot1.command.MANUAL_CW off @20 < stop on @20 input"),
+    (30, "state.count", "state.count @0 power-up"),
+]
+
+
+@pytest.mark.parametrize(("scans", "what", "expected"), PYTHON)
+def test_lines_of_python_and_their_inputs(made, scans, what, expected):
+    said = text_of(made("line.py", LINES, scans).chain(what))
+    assert said.replace("slot2.input.", "") == expected
+
+
+def test_a_sequence_leads_back_through_its_waits_and_the_axis(made):
+    bench = made("line.py", SEQUENCES, 100)
+    links = list(bench.chain("lamp").walk())
+    names = [(each.kind, each.name) for each in links]
+    assert names[:3] == [("line", "lamp"), ("wait", "cycle"), ("wait", "cycle")]
+    assert "dwell 20 ms is over" in links[1].text
+    assert ("module", "slot1.status.MOVE_COMPLETE") in names
+    assert ("line", "slot1.command.ABSOLUTE_MOVE") in names
+
+
+def test_a_sequence_that_waited_for_an_input(made):
+    bench = made("line.py", SEQUENCES, 100)
+    assert text_of(bench.chain("sign")) == "sign @10 < sign @10 < sign @5 < start on @5 input"
+
+
+MOVE = "MOVE = Move(MoveKind.RELATIVE, 50, 5000, 20, 10).to_image()\n\n\n"
+POWER = """
+[[incident]]
+at_s = 0.030
+slot = 1
+what = "power-cycle"
+"""
+
+
+def test_a_power_cycle_of_the_module_is_the_end(made):
+    link = made("line.py", LINES, 40, POWER).chain("slot1.status.CONFIG_ERROR")
+    assert (link.kind, link.scan) == ("incident", 15)
+
+
+def test_a_rule_of_the_module_names_its_command(made):
+    """CMD-03: a move was started before the previous one was complete."""
+    program = LINES.replace("        axis.load(JOG)", "        axis.load(JOG if scan.number < 12 else MOVE)")
+    program = program.replace("class State", f"{MOVE}class State")
+    bench = made("line.py", program.replace("Manual\n", "Manual, Move, MoveKind\n", 1), 15)
+    link = bench.chain("slot1.status.COMMAND_ERROR")
+    assert (link.kind, link.scan) == ("module", 13)
+    assert "CMD-03" in link.text
+    assert [each.name for each in link.walk()][1] == "slot1.command.RELATIVE_MOVE"
+
+
+def test_the_command_prints_the_chain_and_its_data(made, tmp_path):
+    made("line.rung", RUNGS, 1)
+    words = ["why", str(tmp_path / "rack.toml"), "Lamp", "--scans", "30"]
+    said = CliRunner().invoke(build(), words).output
+    assert said.splitlines()[-1] == (
+        "chain: Lamp off (0.04 s, Main rung 1: XIC(Run)) <- Run off (0.04 s, rung 0: XIO(Stop)) <- "
+        "Stop on (0.04 s, slot 2 input 1: The stop input is energised.)"
+    )
+    asked = json.loads(CliRunner().invoke(build(), [*words, "--json"]).output)
+    assert asked["since"] == {
+        "scan": 20, "now_ns": 40_000_000, "value": False, "last_different": {"scan": 19, "value": True},
+    }  # fmt: skip
+    assert [(each["kind"], each["causes"]) for each in asked["chain"]] == [
+        ("rung", [[1]]), ("rung", [[2]]), ("input", []),
+    ]  # fmt: skip
+    operands = {each["name"]: (each["value"], each["changed"]) for each in asked["chain"][0]["operands"]}
+    assert operands == {"Run": (False, True), "Guard": (True, False)}
+
+
+def test_a_recording_has_the_same_chain(made, tmp_path):
+    made("line.rung", RUNGS, 1)
+    file = tmp_path / "line.mcap"
+    words = ["run", str(tmp_path / "rack.toml"), "--for", "60 ms", "--record", str(file), "-q"]
+    run = CliRunner().invoke(build(), words)
+    assert run.exit_code == 0, run.output
+    said = CliRunner().invoke(build(), ["why", str(file), "Lamp", "--deep"]).output
+    assert "Run off (0.04 s, rung 0: XIO(Stop)) <- Stop on (0.04 s, slot 2 input 1" in said
