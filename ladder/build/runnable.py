@@ -79,6 +79,7 @@ class LadderLogic(ABC):
         self.declares_missing = False  # whether undeclared tags are declared by their use
         self.declared_missing: list[Tag] = []  # those tags, once it is built
         self.refused: Sequence[str] = ()  # parts of an export that are left out, as texts
+        self.left_out: Mapping[str, str] = {}  # stubbed routines of an export, and what they do
         self._names: set[str] = set()
         self._lowered: LoweredProgram | None = None
         self._scanner: Scanner | None = None
@@ -185,6 +186,7 @@ class LadderLogic(ABC):
             used["ideal axes"] = shortened(ideal)
         if self.declared_missing:
             used["missing_tags"] = f"declare: {', '.join(map(declared, self.declared_missing))}"
+        used.update(self.left_out)
         if self.refused:
             used["refused"] = f"empty: {shortened(self.refused)}"
         return used

@@ -38,7 +38,7 @@ from ..model.tree import (
 )
 
 _WORDS = re.compile(r"(?:[A-Za-z_]\w*|%)(?:[ -]+[\w%]+)+(?=\s*[,)])|%\w+(?=\s*[,)])")
-"""A keyword that is not a name, such as `Units per sec` and `% of Maximum`."""
+"""A keyword that is not a name, such as `Units per sec`, `% of Maximum` and `Download Input Parameters`."""
 
 _PLAIN = re.compile(r"[A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*\s*(?=[,)])")
 _MODE = re.compile(r"REVERSE|WORD|HIGH/?LOW|[012]", re.IGNORECASE)
@@ -153,7 +153,7 @@ class RungParser(ExpressionParser):
     def _operand(self, use: Use | None) -> Operand:
         if use in (Use.LABEL, Use.ANYTHING) and self.text.startswith((",", ")"), self.at):
             return Address("")  # as in GSV(WallClockTime,,DateTime,Now)
-        if use in (Use.KEYWORD, Use.ANYTHING) and (words := _WORDS.match(self.text, self.at)):
+        if use in (Use.KEYWORD, Use.LABEL, Use.ANYTHING) and (words := _WORDS.match(self.text, self.at)):
             self._move_to(words.end())
             return Address(words.group())
         plain = _PLAIN.match(self.text, self.at)

@@ -31,6 +31,10 @@ from .xml.document import read_document
 from .xml.limits import check_limits
 from .xml.records import L5xDocument, ProgramRecord
 
+_PHASE = "it is an equipment phase, which stays idle: its prestate routine runs, those of its states do not"
+IDLE = "scanrack_idle"
+"""Name of a generated main routine of an equipment phase without a prestate routine."""
+
 TRIAL_STUB = "done after 20 ms"
 """Result of messages in a trial."""
 
@@ -206,6 +210,11 @@ class Importer:
                 part.functions[encoded.name.upper()] = does_nothing(encoded.name)
         known = {*part.routines, *part.functions}
         part.main = record.main if record.main.upper() in known else None
+        if record.is_phase:
+            self.report.note(record.name, _PHASE, record.line)
+            if part.main is None:
+                part.functions[IDLE.upper()] = does_nothing(IDLE)
+                part.main = IDLE
         part.fault = record.fault if record.fault.upper() in known else None
 
     # --- declaring

@@ -26,7 +26,9 @@ from .xml.records import EncodedRecord, L5xDocument, L5xRungRecord, RoutineRecor
 DIAGRAMS = {"FBD": "a function block diagram"}
 """Kinds of routines that can't run here."""
 
-_ANOTHER_LANGUAGE = "write the routine as ladder or structured text, or stub it"
+_ANOTHER_LANGUAGE = (
+    'write the routine as ladder or structured text, or let it do nothing: {} = "false" below [stubs]'
+)
 UNKNOWN = "stub the instruction, or take it out"
 """Remedy for an unknown instruction."""
 
@@ -251,7 +253,9 @@ class RoutineReader:
             self._report.stubs[routine] = "the routine does nothing"
             return
         self._report.objects.append(
-            Refusal(self._report.file, line, owner, routine, None, 1, "", reason, remedy)
+            Refusal(
+                self._report.file, line, owner, routine, None, 1, "", reason, remedy.replace("{}", routine)
+            )
         )
 
     def refuse_statement(self, owner: str, routine: str, number: int, reason: str, remedy: str) -> None:

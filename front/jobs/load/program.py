@@ -331,6 +331,7 @@ def _whole(
         more = len(refused) - REFUSALS_SHOWN
         shown += [f"and {more} more: scanrack l5x {path} lists all"] * (more > 0)
         raise ProgramError("\n".join(shown), *(Site(file=each.file, line=each.line) for each in refused))
+    program.left_out = dict(report.stubs)
     program.refused = [each.place for each in sorted(refused, key=lambda each: each.line)]
     return LoadedProgram(path, program.name, program, data, report.warnings, modules, report.forces)
 

@@ -85,6 +85,17 @@ OBJECTS: Mapping[str, Mapping[str, StoredValue]] = {
         "MINOREVENTS": StoredValue(INT, set=True),
         "MINORFAULTBITS": StoredValue(DINT, set=True),
     },
+    "HARDWARESTATUS": {  # no fans, no sensors, no UPS: the first SINT of each array is their number
+        "FANSPEEDS": StoredValue(SINT),
+        "FANSTATUS": StoredValue(SINT),
+        "TEMPERATUREFAULTLEVELS": StoredValue(SINT),
+        "TEMPERATURES": StoredValue(SINT),
+        "UPSBATTERYFAILURE": StoredValue(SINT),
+        "UPSBUFFERING": StoredValue(SINT),
+        "UPSINHIBITED": StoredValue(SINT),
+        "UPSREADY": StoredValue(SINT),
+        "UPSSUPPORTED": StoredValue(SINT),
+    },
     "MESSAGE": {
         "CONNECTIONPATH": StoredValue(130, set=True),
         **_settings(SINT, "MESSAGETYPE", "PORT", "TIMEOUTMULTIPLIER"),
@@ -186,3 +197,11 @@ OBJECTS: Mapping[str, Mapping[str, StoredValue]] = {
     },
 }
 """Attributes by class, both in capitals."""
+
+ANY_NAME: Mapping[str, StoredValue] = {"DATALOG": StoredValue(DINT, set=True)}
+"""Classes whose list of attributes was not at hand: each name is one of this value."""
+
+
+def stored_value(kind: str, name: str) -> StoredValue | None:
+    """Return a stored attribute by class and name in capitals, None if it is not one."""
+    return OBJECTS.get(kind, {}).get(name) or ANY_NAME.get(kind)

@@ -12,7 +12,7 @@ import datetime
 import struct
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import partial
+from functools import lru_cache, partial
 
 from ...interpreter import Interpreter
 from ...model.arithmetic import wrap
@@ -27,7 +27,7 @@ from ...model.tree import Address, MemberStep, Operand
 from ...model.types import HIDDEN
 from ...state.lowered import OperandResolver
 from ...state.regions import End, put, take
-from .objects import OBJECTS, StoredValue
+from .objects import OBJECTS, StoredValue, stored_value
 
 THIS = "THIS"
 """Instance name of the instruction's program."""
@@ -215,18 +215,17 @@ def _kept(kind: str, name: str, kept: StoredValue) -> Attribute:
     return Attribute(read, write if kept.set else None)
 
 
-_KEPT = {
-    (kind, name): _kept(kind, name, kept) for kind, names in OBJECTS.items() for name, kept in names.items()
-}
-
-
+@lru_cache(maxsize=256)
 def _attribute(kind: str, name: str) -> Attribute | None:
-    return ATTRIBUTES.get((kind, name)) or _KEPT.get((kind, name))
+    kept = stored_value(kind, name)
+    return ATTRIBUTES.get((kind, name)) or (None if kept is None else _kept(kind, name, kept))
 
 
 def _known(kind: str, *, written: bool) -> str:
     """List the classes, or the attributes of one: those that SSV sets if no tag is `written`."""
-    rows = [each for each, row in {**ATTRIBUTES, **_KEPT}.items() if written or row.write]
+    rows = [each for each, row in ATTRIBUTES.items() if written or row.write]
+    for each, stored in OBJECTS.items():
+        rows += [(each, name) for name, row in stored.items() if written or row.set]
     names = [name for each, name in rows if each == kind] or list(dict.fromkeys(each for each, _ in rows))
     return ", ".join(names)
 
@@ -245,8 +244,9 @@ def _resolve(
         raise OperandError(f"there is no attribute {name} of {kind} here", f"there are {known}")
     if instance == THIS:
         instance = program_of(resolver.named(""))
-    if (kind, name) in _KEPT:
-        resolver.kept(_path(kind, instance, name), OBJECTS[kind][name].initial)
+    stored = None if (kind, name) in ATTRIBUTES else stored_value(kind, name)
+    if stored is not None:
+        resolver.kept(_path(kind, instance, name), stored.initial)
     elif kind == CLOCK:
         resolver.kept(_path(CLOCK, "", "OFFSET"), 0)
     if not isinstance(given[3], Address):

@@ -359,9 +359,10 @@ class _L5xReader:
         tested = _is_true(get("TestEdits", ""))
         return ProgramRecord(
             get("Name", ""),
-            get("MainRoutineName", ""),
+            get("MainRoutineName") or get("PreStateRoutineName", ""),
             get("FaultRoutineName", ""),
             _is_true(get("Disabled", "")),
+            get("Type") == "EquipmentPhase",
             tuple(map(self._tag, _defined(element, "Tags", "Tag"))),
             tuple(self._routine(each, tested=tested) for each in _defined(element, "Routines", "Routine")),
             tuple(map(_encoded, _children(element, "Routines", "EncodedData"))),

@@ -147,6 +147,7 @@ class ProgramRecord:
     main: str
     fault: str
     disabled: bool
+    is_phase: bool  # whether it is an equipment phase, whose `main` is the prestate routine
     tags: tuple[TagRecord, ...]
     routines: tuple[RoutineRecord, ...]
     encoded: tuple[EncodedRecord, ...]

@@ -181,6 +181,29 @@ END PROGRAM
         assert tags["Late"] == 0
 
 
+def test_a_data_log_is_memory_and_the_hardware_has_no_fans():
+    """HardwareStatus: the first SINT of an array is the number of fans; DataLog: any name is a DINT."""
+    text = """CONTROLLER plant
+TAG Fans : SINT[9] := [7, 7]
+TAG Ups : SINT := 5
+TAG Enabled : DINT := 3
+TAG Read : DINT
+PROGRAM Main
+ROUTINE Main
+GSV(HardwareStatus,,FanSpeeds,Fans[0])GSV(HardwareStatus,,UPSSupported,Ups);
+SSV(DataLog,Batch,Enable,Enabled)GSV(DataLog,Batch,Enable,Read);
+END
+END PROGRAM
+"""
+    for engine in both(text):
+        engine.step()
+        tags = engine.tags
+        assert (tags["Fans[0]"], tags["Fans[1]"], tags["Ups"], tags["Read"]) == (0, 7, 0, 3)
+    wrong = text.replace("FanSpeeds", "Fans")
+    with pytest.raises(BuildError, match="no attribute FANS of HARDWARESTATUS here; there are FANSPEEDS"):
+        parse_program(wrong).build()
+
+
 def test_attributes_that_are_memory_and_a_clock_that_is_set():
     text = """CONTROLLER plant
 TAG Entry : INT

@@ -430,3 +430,28 @@ def test_a_scan_mode_of_an_add_on_runs_unless_the_definition_switches_it_off(imp
     definition = read.parts.add_ons["BLOCK"]
     assert [each.name for each in definition.routines] == ["Logic", "Postscan"]
     assert (read.report.rungs, read.report.refused) == (3, [])
+
+
+@pytest.mark.parametrize(("main", "count"), [('PreStateRoutineName="Prestate" ', 100), ("", 0)])
+def test_an_equipment_phase_is_idle_and_runs_its_prestate_routine_alone(imported, main, count):
+    routines = ladder("Running", "ADD(Ran,1,Ran);"), ladder("Prestate", "ADD(Before,1,Before);")
+    phase = program("Fill", *routines, tags=[tag("Ran", "DINT"), tag("Before", "DINT")], main="")
+    text = document(programs=[phase.replace("<Program ", f'<Program Type="EquipmentPhase" {main}', 1)])
+    found = imported(text)
+    engine = found.controller.compile()
+    for _ in range(100):
+        engine.step()
+    assert (engine.tags[r"\Fill.Ran"], engine.tags[r"\Fill.Before"]) == (0, count)
+    assert found.report.notes[0].text.startswith("it is an equipment phase, which stays idle")
+
+
+def test_requests_of_a_phase_are_words_with_spaces(imported):
+    found = imported(
+        document(
+            target="Routine",
+            programs=[
+                program("Main", ladder("Main", "PXRQ(Ask,Download Input Parameters,Values);"), main="")
+            ],
+        )
+    )
+    assert (found.report.refused, found.report.ran) == ([], 1)

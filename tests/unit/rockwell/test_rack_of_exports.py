@@ -4,9 +4,10 @@ import tomllib
 from typing import Any
 
 import pytest
-from l5x_files import document, ladder, module, program, tag, task
+from l5x_files import diagram, document, ladder, module, program, tag, task
 from scanrack.commands import build
 from scanrack.jobs.imports.export_slots import ExportSlot, differences, slot_tables
+from scanrack.jobs.load.loading import load_job
 from scanrack.rockwell.l5x import import_l5x
 from slc_files import export, slot
 from slc_files import ladder as slc_ladder
@@ -159,3 +160,30 @@ def test_what_a_generic_profile_is_the_rack_says():
 
 def test_a_rack_without_modules_has_a_3601():
     assert "\n".join(slot_tables([])).strip().startswith("# The export has no module")
+
+
+@pytest.mark.parametrize(
+    ("stubs", "status", "says"),
+    [
+        ("", 2, 'let it do nothing: Blocks = "false" below [stubs]'),
+        ('[stubs]\nrefused = "empty"\n', 0, "refused = empty: Main.Blocks"),
+        ('[stubs]\nBlocks = "false"\n', 0, "Blocks = the routine does nothing"),
+    ],
+)
+def test_a_controller_with_a_block_diagram_runs_if_its_user_accepts_that_it_does_nothing(
+    tmp_path, stubs, status, says
+):
+    """A JSR to it, with or without parameters, goes on behind it: N counts, Back stays."""
+    rungs = ladder("Main", "ADD(N,1,N);", "JSR(Blocks,1,N,Back);", "JSR(Blocks);")
+    tags = [tag("N", "DINT"), tag("Back", "DINT")]
+    text = document(tags=tags, programs=[program("Main", rungs, diagram("Blocks", "FBD"))])
+    (tmp_path / "machine.L5X").write_text(text, encoding="utf-8")
+    rack = tmp_path / "rack.toml"
+    rack.write_text(f'program = "machine.L5X"\n{stubs}[[slot]]\nnumber = 1\nmodule = "amci3601"\n')
+    found, output = run("run", rack, "--scans", 3, "--no-record")
+    assert (found, says in output) == (status, True), output
+    if status == 0:
+        logic = load_job(str(rack)).logic
+        logic.step()
+        logic.step()
+        assert (logic.tags.N, logic.tags.Back) == (2, 0)
