@@ -452,7 +452,7 @@ class Lowering:
 
     def kept(self, path: str, initial: int) -> None:
         """See `OperandResolver`."""
-        if path.upper() not in self.lowered.layout.leaves:
+        if self.lowered.layout.find(path) is None:
             self.lowered.layout.hidden(path, LINT)
             if initial:
                 self.lowered.presets[path, 0] = initial

@@ -43,6 +43,8 @@ def choose_bytes(lowered: LoweredProgram) -> None:
         for line in routine.lines:
             for step in steps_of(line.nodes):
                 uses.step(step)
+    layout = lowered.layout
+    layout.make_bytes([each.name.upper() for each in layout.unused if _is_large(each)])
     if not uses.gain:
         return
     chosen: dict[str, list[str]] = defaultdict(list)
@@ -51,6 +53,11 @@ def choose_bytes(lowered: LoweredProgram) -> None:
     for owner, names in chosen.items():
         _layout(lowered, owner).make_bytes(names)
     _pass_bits(lowered, uses.calls)
+
+
+def _is_large(tag: Tag) -> bool:
+    """Whether a tag is a structure: as bytes it has one variable, though the program never uses it."""
+    return isinstance(tag.type, Structure) and fits_bytes(tag.type)
 
 
 def _pass_bits(lowered: LoweredProgram, calls: Iterable[AddOnCall]) -> None:

@@ -265,8 +265,7 @@ class WatchedInterpreter(Interpreter):
     def _beside(self, place: Place) -> tuple[Place, ...]:
         """Return ACC and PRE of a timer or counter whose DN is read."""
         path, dot, name = place.leaf.path.upper().rpartition(".")
-        leaves = self.lowered.layout.leaves
-        parts = [leaves.get(f"{path}.{part}") for part in ("ACC", "PRE")]
+        parts = [self.lowered.layout.find(f"{path}.{part}") for part in ("ACC", "PRE")]
         if not dot or name != "DN" or None in parts:
             return ()
         text = place.text[: -len(name)]

@@ -12,6 +12,7 @@ import keyword
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from types import MappingProxyType
 from typing import Any
 
@@ -170,7 +171,9 @@ class Layout:
     ) -> None:
         self.files, self.cards = files, cards
         self.declarations: dict[str, Declaration] = {}  # by full name in capitals, see `scoped`
-        self.leaves: dict[str, Leaf] = {}  # by path in capitals
+        self._leaves: dict[str, Leaf] = {}  # by path in capitals, without those of `_folded`
+        self._ordered = False
+        self._folded: dict[str, Tag] = {}  # tags without leaves until one is asked for, in capitals
         self.boxed: dict[str, str] = {}  # identifiers of lists and bytes, by tag in capitals
         self.in_bytes: set[str] = (
             set()
@@ -184,8 +187,47 @@ class Layout:
         for declaration in declarations:
             self.declarations[declaration.name.upper()] = declaration
             if isinstance(declaration, Tag):
-                for path, kind, dims in leaves_of(declaration.type, declaration.dims):
-                    self._add(f"{declaration.name}.{path}" if path else declaration.name, kind, dims)
+                self._folded[declaration.name.upper()] = declaration
+
+    @property
+    def leaves(self) -> Mapping[str, Leaf]:
+        """All leaves by path in capitals: status flags, those of the tags in their order, then the others."""
+        if not self._ordered:
+            self._ordered = True
+            self._unfold(*list(self._folded))
+            flags = {name: self._leaves[name] for name in (*STATUS_FLAGS, OVERRIDE.upper())}
+            tags = {path.upper(): self._leaves[path.upper()] for path in self._paths()}
+            self._leaves = flags | tags | self._leaves
+        return self._leaves
+
+    def _paths(self) -> Iterator[str]:
+        for tag in self.tags().values():
+            for path, _, _ in leaves_of(tag.type, tag.dims):
+                yield f"{tag.name}.{path}" if path else tag.name
+
+    def _unfold(self, *names: str) -> None:
+        """Make the leaves of tags, in capitals."""
+        for name in names:
+            tag = self._folded.pop(name, None)
+            if tag is not None:
+                self._add_tag(tag)
+
+    def _add_tag(self, tag: Tag) -> None:
+        if isinstance(tag.type, Elementary):
+            self._add(tag.name, tag.type, tag.dims)
+            return
+        head, before = _identifier(tag.name), tag.name.upper()
+        for path, name, end, kind, dims in _rows(tag.type):
+            ident = f"{head}_{end}"
+            if not end or ident in RESERVED or ident in self._idents:
+                ident = self._ident(f"{tag.name}.{path}")
+            self._idents.add(ident)
+            self._leaves[f"{before}.{name}"] = Leaf(f"{tag.name}.{path}", kind, tag.dims + dims, ident)
+
+    @property
+    def unused(self) -> Iterator[Tag]:
+        """The tags without a leaf that was asked for."""
+        return iter(self._folded.values())
 
     def declaration(self, name: str, program: str = "") -> Declaration | None:
         """Return a declaration by name in capitals: the program's, else the controller's, else None."""
@@ -212,12 +254,24 @@ class Layout:
 
     def leaf(self, path: str) -> Leaf:
         """Return a leaf by path, in any case."""
-        return self.leaves[path.upper()]
+        found = self.find(path)
+        if found is None:
+            raise KeyError(path)
+        return found
+
+    def find(self, path: str) -> Leaf | None:
+        """Return a leaf by path, in any case; None if there is none."""
+        name = path.upper()
+        found = self._leaves.get(name)
+        if found is None and self._folded:
+            self._unfold(tag_in(name))
+            found = self._leaves.get(name)
+        return found
 
     def image(self, slot: int, *, output: bool) -> Leaf:
         """Return the leaf of a slot's image."""
         path = f"Local:{slot}:{'O' if output else 'I'}.Data"
-        known = self.leaves.get(path.upper())
+        known = self.find(path)
         if known is None:
             known = self._add(path, INT, (8,), slot=slot, output=output)
         return known
@@ -225,7 +279,7 @@ class Layout:
     def fault(self, slot: int) -> Leaf:
         """Return the leaf of a slot's connection fault, a DINT."""
         path = f"Local:{slot}:I.Fault"
-        return self.leaves.get(path.upper()) or self._add(path, DINT, (), slot=slot)
+        return self.find(path) or self._add(path, DINT, (), slot=slot)
 
     def held(self) -> Leaf:
         """Return a new leaf that stores a subscript during a call."""
@@ -287,13 +341,14 @@ class Layout:
     def single(self) -> list[Leaf]:
         """The leaves with a variable of their own."""
         boxed = self.boxed
+        self._unfold(*[name for name in self._folded if name not in boxed])
         if not boxed:
             return list(self.leaves.values())
-        if self._single[0] != (len(boxed), len(self.leaves)):
+        if self._single[0] != (len(boxed), len(self._leaves)):
             found = [
-                each for name, each in self.leaves.items() if not (name in boxed or tag_in(name) in boxed)
+                each for name, each in self._leaves.items() if not (name in boxed or tag_in(name) in boxed)
             ]
-            self._single = (len(boxed), len(self.leaves)), found
+            self._single = (len(boxed), len(self._leaves)), found
         return self._single[1]
 
     @property
@@ -306,7 +361,7 @@ class Layout:
             if isinstance(tag, Tag):
                 yield ident, stretch_of(tag.type).zeros * count_of(tag.dims)
             else:
-                yield ident, [self.leaves[name].type.zero]
+                yield ident, [self.leaf(name).type.zero]
 
     @property
     def byte_tags(self) -> Iterator[tuple[str, Structure, int]]:
@@ -324,12 +379,12 @@ class Layout:
     @property
     def images(self) -> tuple[Leaf, ...]:
         """The images in use."""
-        return tuple(leaf for leaf in self.leaves.values() if leaf.is_image)
+        return tuple(leaf for leaf in self._leaves.values() if leaf.is_image)
 
     @property
     def faults(self) -> tuple[Leaf, ...]:
         """The connection faults in use."""
-        return tuple(leaf for leaf in self.leaves.values() if leaf.slot is not None and not leaf.is_image)
+        return tuple(leaf for leaf in self._leaves.values() if leaf.slot is not None and not leaf.is_image)
 
     def tags(self) -> Mapping[str, Tag]:
         """The tags by name in capitals."""
@@ -345,7 +400,7 @@ class Layout:
         output: bool = False,
     ) -> Leaf:
         leaf = self._leaf(path, kind, dims, slot, output)
-        self.leaves[path.upper()] = leaf
+        self._leaves[path.upper()] = leaf
         return leaf
 
     def _leaf(
@@ -354,19 +409,36 @@ class Layout:
         return Leaf(path, kind, dims, self._ident(path), slot, output)
 
     def _ident(self, path: str) -> str:
-        wanted = path.replace(".", "_")
-        if not wanted.isidentifier() or wanted[0] == "_" or wanted[-1] == "_" or not wanted.isascii():
-            wanted = re.sub(r"\W", "_", path, flags=re.ASCII).strip("_") or "tag"
-        if keyword.iskeyword(wanted) or wanted in RESERVED:
-            wanted += "_"
-        if wanted[0].isdigit() or wanted.startswith(("addon_", "jsr_", "string_")):
-            wanted = f"tag_{wanted}"  # functions of the compiled program have such names
+        wanted = _identifier(path)
         ident, number = wanted, 1
         while ident in self._idents:
             number += 1
             ident = f"{wanted}_{number}"
         self._idents.add(ident)
         return ident
+
+
+def _identifier(path: str) -> str:
+    """Return a variable's name for a path."""
+    wanted = path.replace(".", "_")
+    if not wanted.isidentifier() or wanted[0] == "_" or wanted[-1] == "_" or not wanted.isascii():
+        wanted = re.sub(r"\W", "_", path, flags=re.ASCII).strip("_") or "tag"
+    if keyword.iskeyword(wanted) or wanted in RESERVED or wanted[:1].isdigit():
+        wanted += "_"
+    # functions of the compiled program have such names
+    return f"tag_{wanted}" if wanted.startswith(("addon_", "jsr_")) else wanted
+
+
+@lru_cache(maxsize=1024)
+def _rows(kind: Structure) -> tuple[tuple[str, str, str, Elementary, tuple[int, ...]], ...]:
+    """Return the leaves of a type: path, path in capitals, end of an identifier or "", type, dimensions."""
+    return tuple(
+        (path, path.upper(), path.replace(".", "_") if _ENDING.fullmatch(path) else "", leaf, dims)
+        for path, leaf, dims in leaves_of(kind)
+    )
+
+
+_ENDING = re.compile(r"[\w.]*[A-Za-z0-9]", re.ASCII)
 
 
 class FrameLayout(Layout):
@@ -391,10 +463,11 @@ class FrameLayout(Layout):
 
     def leaf(self, path: str) -> Leaf:
         """Return a leaf by path, in any case; status flags and held subscripts are the program's."""
-        name = path.upper()
-        if name.startswith(("S:", HIDDEN)):
-            return self._program.leaf(name)
-        return self.leaves[name]
+        return self._program.leaf(path) if path.upper().startswith(("S:", HIDDEN)) else super().leaf(path)
+
+    def _add_tag(self, tag: Tag) -> None:
+        for path, kind, dims in leaves_of(tag.type, tag.dims):
+            self._add(f"{tag.name}.{path}" if path else tag.name, kind, dims)
 
     def held(self) -> Leaf:
         """Return a new leaf that stores a subscript during a call."""

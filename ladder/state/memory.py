@@ -16,11 +16,11 @@ from ...io_images.image import Image
 from ...io_images.site import Site
 from ..model.arithmetic import real
 from ..model.errors import LadderError
-from ..model.expressions import parse_address
 from ..model.stretches import Spot
-from ..model.tags import Layout, Leaf, Presets
-from ..model.tree import BitStep, MemberStep, Number, Operand, Step, SubscriptStep
+from ..model.tags import Layout, Leaf, Presets, Tag
 from ..model.types import BOOL, DataType, Elementary, Member, Structure, count_of
+from .initials import load_bytes
+from .named_parts import meant_by
 from .tag_bytes import TagBytes, chars, set_chars
 
 Value = bool | int | float
@@ -66,12 +66,18 @@ class Memory:
         for tag in layout.tags().values():
             try:
                 self._load_defaults(tag.name, tag.type, count_of(tag.dims))
-                if tag.initial is not None:
+                if tag.initial is not None and not self._load_bytes(tag):
                     self.load(tag.name, tag.type, tag.dims, 0, tag.initial)
             except ValueError as error:
                 raise LadderError(str(error), Site(tag=tag.name)) from None
         for (path, index), value in presets.items():
             self.write(layout.leaf(path), index, value)
+
+    def _load_bytes(self, tag: Tag) -> bool:
+        """Set the initial value of a tag of bytes at once; False if that is impossible."""
+        ident = self.layout.boxed.get(tag.name.upper(), "")
+        values = self._lists.get(ident)
+        return isinstance(values, TagBytes) and load_bytes(values, tag.type, tag.dims, tag.initial)
 
     def _load_defaults(self, path: str, kind: DataType, count: int) -> None:
         """Set the initial values of a structure's members in all elements."""
@@ -422,70 +428,6 @@ class InterpretedAddOnStore:
     def bytes_at(self, leaf: Leaf, index: int) -> BytesAt | None:
         """See `Store`."""
         return self._memory.bytes_at(*self._where(leaf, index))
-
-
-@dataclass(frozen=True, slots=True)
-class AliasTarget:
-    """The part of a structure that a member with `at` names."""
-
-    path: str
-    type: DataType
-    dims: tuple[int, ...]
-    index: int  # flat index in the path
-    bit: int | None  # a bit of the part, None for the whole
-
-
-def meant_by(path: str, kind: Structure, member: Member, index: int) -> AliasTarget:
-    """Return the part that a member with `at` names in structure number `index` of a path."""
-    here: DataType = kind
-    dims: tuple[int, ...] = ()
-    bit = None
-    steps = _steps_of(member)
-    for _ in range(_DEEPEST):
-        if not steps:
-            return AliasTarget(path, here, dims, index, bit)
-        step, *steps = steps
-        where = f"{member.name} of {kind.name} is at {member.at}"
-        if isinstance(step, MemberStep):
-            found = here.member(step.name) if isinstance(here, Structure) and not dims else None
-            if found is None:
-                raise ValueError(f"{where}: there is no {step.name}")
-            if found.at:
-                steps = [*_steps_of(found), *steps]
-                continue
-            path, here, dims = f"{path}.{found.name}", found.type, found.dims
-        elif isinstance(step, SubscriptStep):
-            index, dims = _element_at(index, dims, step, where), ()
-        elif isinstance(step, BitStep):
-            bit = _number_of(step.index, where)
-            if not isinstance(here, Elementary) or dims or bit >= here.bits:
-                raise ValueError(f"{where}: there is no bit {bit}")
-    raise ValueError(f"{member.name} of {kind.name} leads to more than {_DEEPEST} others")
-
-
-_DEEPEST = 64  # maximum steps in a member's `at`
-
-
-def _steps_of(member: Member) -> list[Step]:
-    address = parse_address(member.at)
-    return [MemberStep(address.name), *address.steps]
-
-
-def _element_at(index: int, dims: tuple[int, ...], step: SubscriptStep, where: str) -> int:
-    if len(step.indices) != len(dims):
-        raise ValueError(f"{where}: {len(step.indices)} subscripts are given, it has {len(dims)} dimensions")
-    for given, length in zip(step.indices, dims, strict=True):
-        at = _number_of(given, where)
-        if at >= length:
-            raise ValueError(f"{where}: there is no element {at}, it has {length}")
-        index = index * length + at
-    return index
-
-
-def _number_of(operand: Operand, where: str) -> int:
-    if not isinstance(operand, Number) or not isinstance(operand.value, int):
-        raise ValueError(f"{where}: {operand} is no number")
-    return operand.value
 
 
 def element_text(path: str, dims: tuple[int, ...], index: int) -> str:

@@ -35,7 +35,7 @@ _POWER_UP = datetime.datetime(1970, 1, 1)
 
 def has_status(engine: Any) -> bool:
     """Whether a program has a status file."""
-    return STATUS in engine.lowered.layout.leaves
+    return engine.lowered.layout.find(STATUS) is not None
 
 
 def before_scan(engine: Any, first: bool) -> None:

@@ -115,14 +115,14 @@ _LATEST_US = 8_000 * 365 * 86_400 * 1_000_000  # maximum setting of the clock, Â
 
 
 def _wall_us(machine: Interpreter) -> int:
-    leaf = machine.lowered.layout.leaves.get(_path(CLOCK, "", "OFFSET").upper())
+    leaf = machine.lowered.layout.find(_path(CLOCK, "", "OFFSET"))
     offset = int(machine.memory.read(leaf)) if leaf is not None else 0
     return machine.now_ns // 1_000 + offset
 
 
 def _set_wall(machine: Interpreter, now_us: int) -> None:
     """Set the clock; a time out of range is ignored."""
-    leaf = machine.lowered.layout.leaves.get(_path(CLOCK, "", "OFFSET").upper())
+    leaf = machine.lowered.layout.find(_path(CLOCK, "", "OFFSET"))
     if leaf is not None and 0 <= now_us < _LATEST_US:
         machine.memory.write(leaf, 0, now_us - machine.now_ns // 1_000)
 

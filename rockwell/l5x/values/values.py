@@ -25,7 +25,7 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 from ....ladder.model.types import BOOL, DataType, Elementary, Member, Structure, count_of
-from ....ladder.state.memory import meant_by
+from ....ladder.state.named_parts import meant_by
 from ..xml.data import Data
 from ..xml.records import Element
 from .datatypes import Types

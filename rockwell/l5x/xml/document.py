@@ -13,6 +13,7 @@ from __future__ import annotations
 import codecs
 import re
 from collections.abc import Iterator, Sequence
+from functools import cache
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -109,17 +110,17 @@ def _checked(data: bytes, file: str) -> bytes:
     return data
 
 
+@cache
+def _parser() -> Any:
+    return etree.XMLParser(
+        encoding="utf-8", resolve_entities=False, load_dtd=False, no_network=True, huge_tree=False
+    )
+
+
 def _parsed(data: bytes, file: str, line: int = 1) -> Any:
     """Return the root of a document, or of a part that begins on a line."""
-    parser = etree.XMLParser(
-        encoding="utf-8",
-        resolve_entities=False,
-        load_dtd=False,
-        no_network=True,
-        huge_tree=False,
-    )
     try:
-        return etree.fromstring(data, parser)
+        return etree.fromstring(data, _parser())
     except etree.XMLSyntaxError as error:
         raise L5xError(file, line - 1 + (error.lineno or 1), f"it is not XML: {error.msg}") from None
     except ValueError as error:

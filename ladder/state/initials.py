@@ -1,0 +1,81 @@
+"""Initial values of tags of bytes, set by a table of each type instead of path by path."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+from ..model.arithmetic import real
+from ..model.stretches import BITS, byte_parts
+from ..model.types import BOOL, DataType, Elementary, Structure, count_of, members_at, size_of
+from .named_parts import meant_by
+from .tag_bytes import TagBytes, set_chars
+
+
+@dataclass(frozen=True, slots=True)
+class _Place:
+    """A member in the bytes of its structure."""
+
+    type: DataType
+    dims: tuple[int, ...]
+    bit: int  # its first bit
+
+
+def load_bytes(tag: TagBytes, kind: Structure, dims: tuple[int, ...], value: Any) -> bool:
+    """Set the values of a tag in the form of `Memory.load`; False if one is unusual or does not fit."""
+    try:
+        _load(tag, kind, dims, 0, value)
+    except (ValueError, LookupError, TypeError, AttributeError):
+        return False
+    return True
+
+
+def _load(tag: TagBytes, kind: DataType, dims: tuple[int, ...], at: int, value: Any) -> None:
+    """Set what begins at a bit."""
+    if dims:
+        if not isinstance(value, Sequence) or isinstance(value, str) or len(value) > dims[0]:
+            raise ValueError
+        step = count_of(dims[1:]) * (1 if kind is BOOL else 8 * size_of(kind))
+        for number, each in enumerate(value):
+            _load(tag, kind, dims[1:], at + number * step, each)
+    elif isinstance(kind, Elementary):
+        view, bits = (BITS, 1) if kind is BOOL else (kind.code, kind.bits)
+        tag.put(view, at // bits, _fitting(kind, value))
+    elif isinstance(value, str):
+        room, codes = kind.members[1].dims[-1], value.encode("latin-1", errors="replace")
+        if len(codes) > room or not kind.is_string:
+            raise ValueError
+        set_chars(tag, at // 8, room, codes)
+    else:
+        places = _places(kind)
+        for name, each in value.items():
+            place = places[name]
+            _load(tag, place.type, place.dims, at + place.bit, each)
+
+
+def _fitting(kind: Elementary, value: Any) -> Any:
+    """Return a value as its type stores it; see `memory.checked`."""
+    if kind.is_real or kind.is_double:
+        return real(value) if kind.is_real else float(value)
+    if not isinstance(value, int) or not kind.lowest <= value <= kind.highest:
+        raise ValueError
+    return value
+
+
+@lru_cache(maxsize=1024)
+def _places(kind: Structure) -> Mapping[str, _Place]:
+    """Return the members of a structure by name; without those at an element."""
+    own = members_at(kind)
+    found = {each.name: _Place(each.type, each.dims, 8 * byte + (bit or 0)) for each, byte, bit in own}
+    parts = byte_parts(kind)
+    for member in kind.members:
+        there = meant_by("", kind, member, 0) if member.at else None
+        if there is not None and there.index == 0:
+            bit = parts[there.path[1:].upper()].offset
+            if there.bit is None:
+                found[member.name] = _Place(there.type, there.dims, bit)
+            else:
+                found[member.name] = _Place(BOOL, (), bit + there.bit)
+    return found

@@ -1,0 +1,73 @@
+"""What a member with `at` names: another member, an element or a bit of the same structure."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..model.expressions import parse_address
+from ..model.tree import BitStep, MemberStep, Number, Operand, Step, SubscriptStep
+from ..model.types import DataType, Elementary, Member, Structure
+
+
+@dataclass(frozen=True, slots=True)
+class AliasTarget:
+    """The part of a structure that a member with `at` names."""
+
+    path: str
+    type: DataType
+    dims: tuple[int, ...]
+    index: int  # flat index in the path
+    bit: int | None  # a bit of the part, None for the whole
+
+
+def meant_by(path: str, kind: Structure, member: Member, index: int) -> AliasTarget:
+    """Return the part that a member with `at` names in structure number `index` of a path."""
+    here: DataType = kind
+    dims: tuple[int, ...] = ()
+    bit = None
+    steps = _steps_of(member)
+    for _ in range(_DEEPEST):
+        if not steps:
+            return AliasTarget(path, here, dims, index, bit)
+        step, *steps = steps
+        where = f"{member.name} of {kind.name} is at {member.at}"
+        if isinstance(step, MemberStep):
+            found = here.member(step.name) if isinstance(here, Structure) and not dims else None
+            if found is None:
+                raise ValueError(f"{where}: there is no {step.name}")
+            if found.at:
+                steps = [*_steps_of(found), *steps]
+                continue
+            path, here, dims = f"{path}.{found.name}", found.type, found.dims
+        elif isinstance(step, SubscriptStep):
+            index, dims = _element_at(index, dims, step, where), ()
+        elif isinstance(step, BitStep):
+            bit = _number_of(step.index, where)
+            if not isinstance(here, Elementary) or dims or bit >= here.bits:
+                raise ValueError(f"{where}: there is no bit {bit}")
+    raise ValueError(f"{member.name} of {kind.name} leads to more than {_DEEPEST} others")
+
+
+_DEEPEST = 64  # maximum steps in a member's `at`
+
+
+def _steps_of(member: Member) -> list[Step]:
+    address = parse_address(member.at)
+    return [MemberStep(address.name), *address.steps]
+
+
+def _element_at(index: int, dims: tuple[int, ...], step: SubscriptStep, where: str) -> int:
+    if len(step.indices) != len(dims):
+        raise ValueError(f"{where}: {len(step.indices)} subscripts are given, it has {len(dims)} dimensions")
+    for given, length in zip(step.indices, dims, strict=True):
+        at = _number_of(given, where)
+        if at >= length:
+            raise ValueError(f"{where}: there is no element {at}, it has {length}")
+        index = index * length + at
+    return index
+
+
+def _number_of(operand: Operand, where: str) -> int:
+    if not isinstance(operand, Number) or not isinstance(operand.value, int):
+        raise ValueError(f"{where}: {operand} is no number")
+    return operand.value
