@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import Enum, auto
+from functools import cached_property
 from typing import Any
 
 from .errors import LadderError
@@ -102,7 +103,7 @@ def stays(*_parts: Any) -> None:
     """Do nothing: `Spec.postscan` of an instruction that postscan leaves as it is."""
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, repr=False)
 class Spec:
     """An instruction.
 
@@ -163,7 +164,12 @@ class Spec:
     captions: tuple[str, ...] = field(default=(), kw_only=True)
     instead: str = field(default="", kw_only=True)
 
-    @property
+    @cached_property
+    def uses(self) -> tuple[Use, ...]:
+        """The use of each operand, presets apart."""
+        return tuple(use for use in self.operands if use is not Use.PRESET)
+
+    @cached_property
     def variadic(self) -> bool:
         """Whether it takes any number of further operands."""
         return Use.PARAMETERS in self.operands or Use.ANYTHING in self.operands

@@ -17,7 +17,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 from .errors import LadderError
 
@@ -25,7 +25,7 @@ MAX_DIMENSIONS = 3
 """Maximum dimensions of an array."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Elementary:
     """A type of one value; `code` is its letter in the `struct` module."""
 
@@ -33,47 +33,47 @@ class Elementary:
     bits: int
     code: str
 
-    @property
+    @cached_property
     def is_bool(self) -> bool:
         """Whether it is one bit."""
         return self.bits == 1
 
-    @property
+    @cached_property
     def is_real(self) -> bool:
         """Whether it is floating point in single precision."""
         return self.code == "f"
 
-    @property
+    @cached_property
     def is_double(self) -> bool:
         """Whether it is floating point in double precision."""
         return self.code == "d"
 
-    @property
+    @cached_property
     def is_integer(self) -> bool:
         """Whether it is an integer type, signed or unsigned."""
         return not (self.is_bool or self.is_real or self.is_double)
 
-    @property
+    @cached_property
     def is_signed(self) -> bool:
         """Whether an integer type has negative values."""
         return self.code.islower()
 
-    @property
+    @cached_property
     def wraps(self) -> int:
         """Its bits for `arithmetic.wrap`, negative if unsigned."""
         return self.bits if self.is_signed else -self.bits
 
-    @property
+    @cached_property
     def lowest(self) -> int:
         """Lowest value of an integer type."""
         return -1 << self.bits - 1 if self.is_signed else 0
 
-    @property
+    @cached_property
     def highest(self) -> int:
         """Highest value of an integer type."""
         return (1 << self.bits - self.is_signed) - 1
 
-    @property
+    @cached_property
     def zero(self) -> bool | int | float:
         """Default initial value."""
         return False if self.is_bool else 0 if self.is_integer else 0.0
@@ -105,7 +105,7 @@ class Member:
     hidden: bool = False  # whether views omit it, like the host of packed bits
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Structure:
     """A type with members; `hidden` ones have no address and hold an instruction's state."""
 
@@ -113,7 +113,7 @@ class Structure:
     members: tuple[Member, ...]
     hidden: tuple[Member, ...] = field(default=())
 
-    @property
+    @cached_property
     def is_string(self) -> bool:
         """Whether it is a STRING of any length: LEN and characters."""
         if len(self.members) != 2:
@@ -136,20 +136,18 @@ class Structure:
                     f"{each.name} of {self.name} is at {each.at}, which is not a member of its own"
                 )
 
-    @property
+    @cached_property
     def own(self) -> tuple[Member, ...]:
         """The members with memory of their own."""
         return tuple(each for each in self.members if not each.at)
 
     def member(self, name: str) -> Member | None:
         """Return a member by name, in any case; None without one."""
-        place = _places(self).get(name.upper())
-        return None if place is None else self.members[place]
+        return self._by_name.get(name.upper())
 
-
-@lru_cache(maxsize=4096)
-def _places(kind: Structure) -> Mapping[str, int]:
-    return {each.name.upper(): place for place, each in reversed(tuple(enumerate(kind.members)))}
+    @cached_property
+    def _by_name(self) -> Mapping[str, Member]:
+        return {each.name.upper(): each for each in reversed(self.members)}
 
 
 DataType = Elementary | Structure
@@ -345,13 +343,13 @@ def size_of(kind: DataType) -> int:
     >>> size_of(INT), size_of(TIMER), size_of(STRING)
     (2, 12, 88)
     """
-    return _Layout(kind).size
+    return _laid_out(kind).size
 
 
 @lru_cache(maxsize=1024)
 def fields_of(kind: DataType) -> tuple[Field, ...]:
     """Elementary values in one element of a type."""
-    return tuple(_Layout(kind).fields)
+    return tuple(_laid_out(kind).fields)
 
 
 @lru_cache(maxsize=1024)
@@ -361,7 +359,12 @@ def members_at(kind: Structure) -> tuple[tuple[Member, int, int | None], ...]:
     >>> [(each.name, at, bit) for each, at, bit in members_at(COUNTER)][-3:]
     [('UN', 3, 3), ('PRE', 4, None), ('ACC', 8, None)]
     """
-    return tuple(_Layout(kind).places)
+    return tuple(_laid_out(kind).places)
+
+
+@lru_cache(maxsize=1024)
+def _laid_out(kind: DataType) -> _Layout:
+    return _Layout(kind)
 
 
 class _Layout:
@@ -406,7 +409,7 @@ class _Layout:
         alignment = _alignment(member.type)
         self.size = -(-self.size // alignment) * alignment
         self.places.append((member, self.size, None))
-        inner = _Layout(member.type)
+        inner = _laid_out(member.type)
         repeats: dict[str, int] = {}
         for item in range(count_of(member.dims)):
             for part in inner.fields:
@@ -423,6 +426,7 @@ class _Layout:
             self.size += -(-count_of(member.dims) // 32) * 4
 
 
+@lru_cache(maxsize=1024)
 def _alignment(kind: DataType) -> int:
     if isinstance(kind, Elementary):
         return 4 if kind.is_bool else kind.bits // 8

@@ -23,7 +23,7 @@ class _Place:
     bit: int  # its first bit
 
 
-def load_bytes(tag: TagBytes, kind: Structure, dims: tuple[int, ...], value: Any) -> bool:
+def load_bytes(tag: TagBytes, kind: DataType, dims: tuple[int, ...], value: Any) -> bool:
     """Set the values of a tag in the form of `Memory.load`; False if one is unusual or does not fit."""
     try:
         _load(tag, kind, dims, 0, value)

@@ -107,7 +107,7 @@ class LoweredStep:
     @property
     def uses(self) -> tuple[Use, ...]:
         """The use of each operand."""
-        return tuple(use for use in self.spec.operands if use is not Use.PRESET)
+        return self.spec.uses
 
     @property
     def name(self) -> str:
