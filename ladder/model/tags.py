@@ -217,6 +217,8 @@ class Layout:
             self._add(tag.name, tag.type, tag.dims)
             return
         head, before = _identifier(tag.name), tag.name.upper()
+        if f"{head}_".startswith(_FUNCTIONS):
+            head = f"tag_{head}"
         for path, name, end, kind, dims in _rows(tag.type):
             ident = f"{head}_{end}"
             if not end or ident in RESERVED or ident in self._idents:
@@ -423,10 +425,13 @@ def _identifier(path: str) -> str:
     wanted = path.replace(".", "_")
     if not wanted.isidentifier() or wanted[0] == "_" or wanted[-1] == "_" or not wanted.isascii():
         wanted = re.sub(r"\W", "_", path, flags=re.ASCII).strip("_") or "tag"
-    if keyword.iskeyword(wanted) or wanted in RESERVED or wanted[:1].isdigit():
+    if keyword.iskeyword(wanted) or wanted in RESERVED:
         wanted += "_"
-    # functions of the compiled program have such names
-    return f"tag_{wanted}" if wanted.startswith(("addon_", "jsr_")) else wanted
+    return f"tag_{wanted}" if wanted[0].isdigit() or wanted.startswith(_FUNCTIONS) else wanted
+
+
+_FUNCTIONS = ("addon_", "jsr_", "string_")
+"""Beginnings of names of functions of the compiled program."""
 
 
 @lru_cache(maxsize=1024)
