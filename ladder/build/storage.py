@@ -27,8 +27,13 @@ _WHOLE = frozenset(
 )
 """Uses of a structure as a whole; those of a timer and the like are uses of its members."""
 
-_VALUE_NS, _COPIED_NS, _FIELD_NS = 20, 12, 200
-"""What bytes cost more at a single use of a value; a value in a copy of variables, singly and in a region."""
+_COPY = (Use.SOURCE, Use.DESTINATION)
+
+_VALUE_NS, _COPIED_NS, _CONVERTED_NS, _FIELD_NS = 20, 12, 20, 200
+"""What bytes cost more at a single use of a value, and what a value in a copy costs that is not of bytes.
+
+Singly from variable to variable; from or to an array of another type; in a region.
+"""
 
 _MEMBERS = 4  # single values in a use of a timer and the like
 
@@ -94,19 +99,30 @@ class _Uses:
             for each in operand.operands:
                 self._operand(each, step, whole=True)
         elif isinstance(operand, Place):
-            self.loss[_root_of(operand)] += _VALUE_NS
+            self._array(operand, step)
             self._subscripts(
                 operand.indices if operand.bit is None else (*operand.indices, operand.bit), step
             )
         elif isinstance(operand, Group):
             root = _root_of(operand)
-            if not isinstance(operand.type, Structure) or not whole:
+            if not isinstance(operand.type, Structure):
+                self._array(operand, step)
+            elif not whole:
                 self.loss[root] += _MEMBERS * _VALUE_NS
             elif copied_singly(step.operands):
                 self.gain[root] += _COPIED_NS * len(fields_of(operand.type))
             else:
                 self.gain[root] += _FIELD_NS * len(fields_of(operand.type)) * _count(operand, step)
             self._subscripts(operand.indices, step)
+
+    def _array(self, operand: Place | Group, step: LoweredStep) -> None:
+        """Count the use of a number, or of an array in a copy from or to another type."""
+        root = _root_of(operand)
+        others = step.operands[: len(_COPY)] if step.uses[: len(_COPY)] == _COPY else ()
+        if any(operand is each for each in others) and others[0].type != others[1].type:
+            self.gain[root] += _CONVERTED_NS * _count(operand, step)
+        else:
+            self.loss[root] += _VALUE_NS
 
     def _subscripts(self, indices: Iterable[Resolved], step: LoweredStep) -> None:
         for each in indices:
@@ -159,7 +175,9 @@ def _fits(lowered: LoweredProgram, root: _Root) -> bool:
     if isinstance(layout, FrameLayout) and name == OWN:
         return fits_bytes(layout.own)
     tag = layout.declarations.get(name)
-    return isinstance(tag, Tag) and fits_bytes(tag.type)
+    if not isinstance(tag, Tag) or not fits_bytes(tag.type):
+        return False  # numbers are passed as a list or a view, which are used alike
+    return isinstance(tag.type, Structure) or (not owner and bool(tag.dims))
 
 
 def _root_of(operand: Place | Group) -> _Root:
@@ -167,9 +185,9 @@ def _root_of(operand: Place | Group) -> _Root:
     return (leaf.frame, leaf.root) if leaf.frame else ("", tag_in(leaf.path).upper())
 
 
-def _count(operand: Group, step: LoweredStep) -> int:
+def _count(operand: Place | Group, step: LoweredStep) -> int:
     """Return the number of elements of a copy, as far as it is known."""
-    most = count_of(operand.dims or operand.array)
+    most = count_of((operand.dims if isinstance(operand, Group) else ()) or operand.array)
     length = step.operands[-1]
     if isinstance(length, Constant) and isinstance(length.value, int):
         return max(1, min(length.value, most))

@@ -21,6 +21,14 @@ if TYPE_CHECKING:
     from ..run.engine import Engine
 
 
+_RANGES = {
+    name: (kind.lowest, kind.highest)
+    for name, kind in TYPES.items()
+    if isinstance(kind, Elementary) and kind.is_integer
+}
+_NO_RANGE = 1, 0
+
+
 class Services:
     """Functions of one engine, by their names in the compiled program."""
 
@@ -120,7 +128,7 @@ class Services:
     def real_result(self, site: int, value: float, *operands: float) -> float:
         """Round a REAL result; record a fault if it is not finite but its operands are."""
         result = arithmetic.real(value)
-        if not arithmetic.finite(result) and all(map(arithmetic.finite, operands)):
+        if result - result != 0.0 and all(map(arithmetic.finite, operands)):  # quicker than a call
             self._fault_log.overflow(site)
         return result
 
@@ -214,6 +222,10 @@ class Services:
 
     def answer(self, site: int, value: Value, kind: str) -> Value:
         """Convert a parameter or a returned value to its tag's type."""
+        if value.__class__ is int:
+            low, high = _RANGES.get(kind, _NO_RANGE)
+            if low <= value <= high:
+                return value
         if kind == "BOOL":
             return bool(value)
         if kind == "REAL":

@@ -5,15 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
+from math import inf
 
 from ..compiler.rungs import RungWriter
 from ..interpreter import Interpreter
-from ..model.operands import Constant, Group, Place, Resolved, first_leaf, width_moved
+from ..model.arithmetic import real
+from ..model.operands import SINGLE, Constant, Group, Place, Resolved, first_leaf, width_moved
 from ..model.spec import Use, action
 from ..model.stretches import row_strides
 from ..model.tags import Leaf
 from ..model.types import DINT, LINT, Structure
-from ..state.regions import ArrayRegion, FieldSlice, copied_singly, copy, fill, plain, region_of
+from ..state.regions import ArrayRegion, FieldSlice, converted, copied_singly, copy, fill, plain, region_of
 
 # --- COP, CPS: bytes from one place to another
 
@@ -156,12 +158,17 @@ def _write_slices(rungs: RungWriter, source: ArrayRegion, target: ArrayRegion, l
         return True
     origin, goal = source.parts[0].leaf, target.parts[0].leaf
     text = _write_slice(rungs, origin, first, count)
-    if rungs.writer.is_live(origin):
+    if _is_view(rungs, origin) and not _is_view(rungs, goal):
         text += ".tolist()"
-    if rungs.writer.is_live(goal):
-        text = f'array("h", {text})'
+    if _is_view(rungs, goal) and not _is_view(rungs, origin):
+        text = f'array("{goal.type.code}", {text})'
     rungs.writer.line(f"{_write_slice(rungs, goal, at, count)} = {text}")
     return True
+
+
+def _is_view(rungs: RungWriter, leaf: Leaf) -> bool:
+    spot = rungs.writer.layout.spot(leaf)
+    return rungs.writer.is_live(leaf) or (spot is not None and bool(spot.view))
 
 
 def _write_row(
@@ -204,12 +211,31 @@ def _write_fll(rungs: RungWriter, source: Resolved, target: Resolved, length: Re
         with _if_any(rungs, size):
             rungs.writer.line(f"{end.tag}.B[{end.at}:{_plus(end.at, size)}] = bytes({size})")
         return
+    if _write_list_filled(rungs, source, region, length):
+        return
     first = _write_first(rungs, region)
     count = rungs.values.term(length, LINT.bits).text
     value = rungs.values.term(source, _width_filled(source, region)).text
     store = rungs.values.store_of(region.parts[0].leaf)
     goal = f", {store}" if store != "None" else ""
     rungs.writer.line(f"fill(region[{rungs.values.site}, 1], {first}, {count}, {value}{goal})")
+
+
+def _write_list_filled(rungs: RungWriter, source: Resolved, region: ArrayRegion, length: Resolved) -> bool:
+    """Write a constant to elements of a list; return whether that is possible."""
+    kind, first, leaf = plain(region), region.fixed_first, region.parts[0].leaf
+    if kind is None or first is None or region.whole or rungs.writer.is_live(leaf):
+        return False
+    if not isinstance(source, Constant) or not isinstance(length, Constant):
+        return False
+    count = min(int(length.value), region.fixed_left(first))
+    single = isinstance(source.value, float) and _width_filled(source, region) == SINGLE
+    value = converted(kind, real(source.value) if single else source.value)
+    if count > 0 and value == value and abs(value) != inf:
+        many = f"[{value!r}] * {count}"
+        row = f'array("{kind.code}", {many})' if _is_view(rungs, leaf) else many
+        rungs.writer.line(f"{_write_slice(rungs, leaf, first, count)} = {row}")
+    return count < 1 or (value == value and abs(value) != inf)
 
 
 def _width_filled(source: Resolved, region: ArrayRegion) -> int:

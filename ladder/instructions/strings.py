@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import nullcontext
 from typing import Any
 
 from ..compiler.rungs import RungWriter
 from ..interpreter import Interpreter
 from ..model.errors import SHORT_STRING_CODE, STRING_CODE
 from ..model.operand_checks import is_string
-from ..model.operands import Group, Place, Resolved, StringConstant, width_of
+from ..model.operands import Group, Place, Resolved, StringConstant, is_integer, width_of
 from ..model.spec import Spec, Use, action
 from ..model.types import DINT
 from ..state.characters import FUNCTIONS, fits, too_long
@@ -78,7 +79,11 @@ def _row(
         read = [f"{text} is not None" for text, each in zip(given, sources, strict=True) if is_string(each)]
         if typed and isinstance(target, Place):
             given += [f"types[{target.type.name!r}]", repr(target.text)]
-        with rungs.writer.block(f"if {' and '.join(read) or 'True'}:"):
+        inline = _INLINE.get(name) if name != "DTOS" or is_integer(sources[0]) else None
+        with rungs.writer.block(f"if {' and '.join(read)}:") if read else nullcontext():
+            if inline:
+                _write_result(rungs, target, inline.format(*given), code)
+                return
             text = f"string_{name}(faults, {', '.join([str(rungs.values.site), *given])})"
             result = rungs.values.keep(text)
             with rungs.writer.block(f"if {result} is not None:"):
@@ -104,6 +109,10 @@ def _write_result(rungs: RungWriter, target: Resolved, result: str, code: int) -
     elif isinstance(target, Place):
         narrow = target.type.is_integer and target.type.bits < DINT.bits
         values.assign(target, f"wrap({result}, {target.type.wraps})" if narrow else result)
+
+
+_INLINE = {"CONCAT": "{} + {}", "DTOS": 'b"%d" % {}'}
+"""Text of what is one expression, DTOS for integers."""
 
 
 def _in_bytes(rungs: RungWriter, operand: Group) -> bool:

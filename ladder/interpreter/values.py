@@ -24,7 +24,10 @@ from ..model.types import DINT
 from ..state.fault_log import FaultLog
 from ..state.lowered import LoweredProgram
 from ..state.memory import Memory, Store, Value, set_text_in, text_in
-from ..state.regions import End, region_of
+from ..state.regions import ArrayRegion, End, region_of
+
+MOST_REGIONS = 1 << 16
+"""Maximum regions of operands that are remembered."""
 
 
 class PlaceValues:
@@ -35,6 +38,7 @@ class PlaceValues:
         self.site = 0
         self.now_ns = 0
         self.frame: Mapping[str, Store] = {}
+        self._regions: dict[int, tuple[Resolved, ArrayRegion]] = {}
 
     def store_of(self, root: str) -> Store:
         """Return the store of an operand by `Leaf.root`: the memory or an argument."""
@@ -200,12 +204,22 @@ class PlaceValues:
 
     def end(self, operand: Resolved) -> End:
         """Return store, region and current first element of an operand."""
-        region = region_of(operand)
+        region = self._region(operand)
+        if region.fixed_first is not None and not region.root:
+            return self.memory, region, region.fixed_first
         store = self.store_of(region.root)
         dims = region.dims
         if dims and region.parts[0].leaf.outer == 1:
             dims = (store.left, *dims[1:])
         return store, region, region.first(lambda i, n: self.subscript(i, n, region.text), dims)
+
+    def _region(self, operand: Resolved) -> ArrayRegion:
+        known = self._regions.get(id(operand))  # an operand of an instruction lives as long as the program
+        if known is None or known[0] is not operand:
+            if len(self._regions) >= MOST_REGIONS:
+                self._regions.clear()  # of operands that someone asked for once
+            known = self._regions[id(operand)] = operand, region_of(operand)
+        return known[1]
 
     def condition(self, condition: Resolved) -> bool:
         """Return the value of a condition; all parts are computed."""

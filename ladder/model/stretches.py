@@ -103,8 +103,8 @@ class BytePart:
 
 
 @lru_cache(maxsize=1024)
-def byte_parts(kind: Structure) -> dict[str, BytePart]:
-    """Return the parts of a structure by path in capitals, "" for itself.
+def byte_parts(kind: DataType) -> dict[str, BytePart]:
+    """Return the parts of a structure by path in capitals, "" for itself; or those of a number.
 
     >>> from .types import DINT, STRING, Member
     >>> found = byte_parts(Structure("Note", (Member("New", BOOL), Member("Text", STRING, (4,)))))
@@ -113,6 +113,8 @@ def byte_parts(kind: Structure) -> dict[str, BytePart]:
     >>> found["TEXT.LEN"].counted
     StretchPart(offset=1, dims=(4,), strides=(22,))
     """
+    if isinstance(kind, Elementary):
+        return {"": BytePart(kind.code, 0)}
     parts = {"": BytePart(STRUCTURES, 0)}
     for member, byte, bit in members_at(kind):
         name, dims, offset = member.name.upper(), member.dims, 8 * byte + (bit or 0)
@@ -132,9 +134,12 @@ def byte_parts(kind: Structure) -> dict[str, BytePart]:
 def fits_bytes(kind: DataType) -> bool:
     """Whether a type may be bytes: hidden members are numbered by their structure's first byte.
 
-    So none may have more of them than bytes, or begin with another structure that has some.
+    So none may have more of them than bytes, or begin with another structure that has some. A BOOL of its own
+    is a byte to COP, but a bit in memory.
     """
-    if not isinstance(kind, Structure) or not kind.own:
+    if isinstance(kind, Elementary):
+        return not kind.is_bool
+    if not kind.own:
         return False
     inner = [each.type for each in kind.own if isinstance(each.type, Structure)]
     if kind.hidden and (inner or len(kind.hidden) > size_of(kind)):
@@ -142,7 +147,7 @@ def fits_bytes(kind: DataType) -> bool:
     return all(map(fits_bytes, inner))
 
 
-def hidden_places(kind: Structure, count: int) -> Iterator[int]:
+def hidden_places(kind: DataType, count: int) -> Iterator[int]:
     """Yield the numbers of all hidden members in `count` elements of a type."""
     for path, part in byte_parts(kind).items():
         if part.view == HIDDEN_VALUES:
@@ -201,7 +206,6 @@ def spot_of(
 ) -> Spot:
     """Return the place of members `rest` of a tag, in list or bytes `ident` from the variable `base` on."""
     if in_bytes:
-        assert isinstance(kind, Structure)
         bits = byte_parts(kind)[rest.upper()]
         size = size_of(kind) * 8 // _UNITS.get(bits.view, 8)
         counted = bits.counted

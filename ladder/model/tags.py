@@ -366,11 +366,11 @@ class Layout:
                 yield ident, [self.leaf(name).type.zero]
 
     @property
-    def byte_tags(self) -> Iterator[tuple[str, Structure, int]]:
+    def byte_tags(self) -> Iterator[tuple[str, DataType, int]]:
         """The tags of bytes: identifier, type, number of elements."""
         for name, ident in self.boxed.items():
             tag = self.declarations.get(name)
-            if name in self.in_bytes and isinstance(tag, Tag) and isinstance(tag.type, Structure):
+            if name in self.in_bytes and isinstance(tag, Tag):
                 yield ident, tag.type, count_of(tag.dims)
 
     @property

@@ -20,7 +20,6 @@ from ..model.errors import SHORT_STRING_CODE, STRING_CODE, STRING_NUMBER_CODE, S
 from ..model.types import Elementary
 from .fault_log import FaultLog
 from .regions import converted
-from .tag_bytes import chars, set_chars
 
 _WHOLE = re.compile(rb"-?\d+")
 _DECIMAL = re.compile(rb"-?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
@@ -33,18 +32,24 @@ def too_long(faults: FaultLog, site: int, tag: str, length: int, room: int) -> N
 
 def read_string(faults: FaultLog, site: int, tag: Any, at: int, room: int, name: str) -> bytes | None:
     """Return the characters of a STRING in bytes; fault and return None if LEN exceeds the size of DATA."""
-    if tag.i[at >> 2] > room:
-        too_long(faults, site, name, tag.i[at >> 2], room)
+    length = tag.i[at >> 2]
+    if length > room:
+        too_long(faults, site, name, length, room)
         return None
-    return chars(tag, at, room)
+    return tag.B[at + 4 : at + 4 + length].tobytes() if length > 0 else b""
 
 
 def store_string(
     faults: FaultLog, site: int, tag: Any, at: int, room: int, name: str, value: bytes, code: int
 ) -> None:
     """Set a STRING in bytes to a result."""
-    if len(value) <= room or fits(faults, site, name, value, room, code):
-        set_chars(tag, at, room, value)
+    length = len(value)
+    if length > room:
+        if not fits(faults, site, name, value, room, code):
+            return
+        value, length = value[:room], room
+    tag.i[at >> 2] = length
+    tag.B[at + 4 : at + 4 + room] = value.ljust(room, b"\0")
 
 
 def fits(faults: FaultLog, site: int, name: str, value: bytes, room: int, code: int) -> bool:
@@ -169,11 +174,16 @@ def _number(
     if not text:
         return None
     found = pattern.search(text)
-    value = Decimal(found.group().decode()) if found else Decimal(0)
-    exact = int(value) if kind.is_integer else float(value)
-    stored = converted(kind, exact)
-    if not (stored == exact if kind.is_integer else arithmetic.finite(stored)):
-        faults.record(site, f"{value} does not fit {name}", STRING_NUMBER_CODE)
+    digits = found.group() if found else b"0"
+    if kind.is_integer:
+        exact = int(digits) if pattern is _WHOLE else int(Decimal(digits.decode()))
+        stored: int | float = converted(kind, exact)
+        fit = stored == exact
+    else:
+        stored = converted(kind, float(digits))
+        fit = arithmetic.finite(stored)
+    if not fit:
+        faults.record(site, f"{Decimal(digits.decode())} does not fit {name}", STRING_NUMBER_CODE)
     return stored
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 from ..model.arithmetic import real, whole, wrap
@@ -41,6 +41,7 @@ class ArrayRegion:
     text: str
     root: str = ""  # in an add-on instruction its `Leaf.root`; "" in a program
     whole: bool = False  # whether it is a whole InOut, whose length the store knows
+    fixed_first: int | None = None  # the flat index of the first element, None if it is computed
 
     def first(self, index_of: Callable[[Resolved, int], int], dims: tuple[int, ...] = ()) -> int:
         """Return the flat index of the first element; `index_of` evaluates a subscript below a length."""
@@ -48,13 +49,6 @@ class ArrayRegion:
         for index, length in zip(self.indices, dims or self.dims, strict=True):
             flat = flat * length + index_of(index, length)
         return flat * self.rest
-
-    @property
-    def fixed_first(self) -> int | None:
-        """The flat index of the first element, None if it is computed."""
-        if not all(isinstance(index, Constant) for index in self.indices):
-            return None
-        return self.first(lambda index, _: int(index.value) if isinstance(index, Constant) else 0)
 
     def left(self, first: int, store: Store) -> int:
         """Return the number of elements from `first` to the end of the array in the store."""
@@ -84,7 +78,7 @@ def region_of(resolved: Resolved) -> ArrayRegion:
     array = count_of(rest) if rest else count_of(resolved.array)
     root = leaves[0].root
     whole = root not in ("", OWN) and path.upper() == root
-    return ArrayRegion(
+    region = ArrayRegion(
         kind,
         size_of(kind),
         parts,
@@ -96,6 +90,9 @@ def region_of(resolved: Resolved) -> ArrayRegion:
         root,
         whole,
     )
+    if not all(isinstance(each, Constant) for each in resolved.indices):
+        return region
+    return replace(region, fixed_first=region.first(lambda each, _: int(each.value)))  # type: ignore[union-attr]
 
 
 End = tuple[Store, ArrayRegion, int]

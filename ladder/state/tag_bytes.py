@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from ..model.stretches import BITS, HIDDEN_VALUES, STRUCTURES, Spot, byte_parts, hidden_places
-from ..model.types import Structure, count_of, size_of
+from ..model.types import DataType, count_of, size_of
 
 _ALIGNED = 8  # bytes of the largest value: a view needs a buffer of a multiple of them
 
@@ -14,7 +14,7 @@ Saved = tuple[bytes, dict[int, Any]]
 
 
 class TagBytes:
-    """The values of a structure, or of an array of structures.
+    """The values of a structure, or of an array.
 
     Attributes:
         bits: all bytes, singly: BOOLs are their bits.
@@ -24,7 +24,7 @@ class TagBytes:
 
     __slots__ = ("B", "H", "I", "Q", "b", "bits", "d", "f", "h", "hidden", "i", "q")
 
-    def __init__(self, kind: Structure, count: int) -> None:
+    def __init__(self, kind: DataType, count: int) -> None:
         size = size_of(kind) * count
         self.bits: Any = bytearray(-(-size // _ALIGNED) * _ALIGNED)
         self.hidden: Any = dict.fromkeys(hidden_places(kind, count), 0)

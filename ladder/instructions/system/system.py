@@ -146,7 +146,8 @@ def _write_microseconds(machine: Interpreter, _name: str, data: bytes) -> None:
 
 def _date(machine: Interpreter, _name: str) -> bytes:
     now = POWER_UP + datetime.timedelta(microseconds=_wall_us(machine))
-    return struct.pack("<7i", *now.timetuple()[:6], now.microsecond)
+    day = now.year, now.month, now.day
+    return struct.pack("<7i", *day, now.hour, now.minute, now.second, now.microsecond)
 
 
 def _write_date(machine: Interpreter, _name: str, data: bytes) -> None:
