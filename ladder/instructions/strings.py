@@ -14,6 +14,7 @@ from ..model.operands import Group, Place, Resolved, StringConstant, is_integer,
 from ..model.spec import Spec, Use, action
 from ..model.types import DINT
 from ..state.characters import FUNCTIONS, fits, too_long
+from ..state.memory import set_text_in
 from ..state.regions import converted
 
 
@@ -64,10 +65,10 @@ def _row(
         if isinstance(target, Place):
             assert found is not None
             found(machine, target, result)
-        elif isinstance(target, Group) and fits(
-            machine.fault_log, machine.site, target.text, result, _room(target), code
-        ):
-            machine.set_text(target, result)
+        elif isinstance(target, Group):
+            place = machine.string(target)
+            if fits(machine.fault_log, machine.site, target.text, result, _room(target), code):
+                set_text_in(*place, result)
 
     def write(rungs: RungWriter, *operands: Resolved) -> None:
         in_bytes = all(_in_bytes(rungs, each) for each in operands if isinstance(each, Group))

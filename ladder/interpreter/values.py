@@ -191,13 +191,13 @@ class PlaceValues:
         if isinstance(operand, StringConstant):
             return operand.value.encode("latin-1", errors="replace")
         assert isinstance(operand, Group)
-        return text_in(*self._string(operand))
+        return text_in(*self.string(operand))
 
     def set_text(self, target: Group, value: bytes) -> None:
         """Set a string to characters, truncated to its size."""
-        set_text_in(*self._string(target), value)
+        set_text_in(*self.string(target), value)
 
-    def _string(self, operand: Group) -> tuple[Store, Layout, str, int]:
+    def string(self, operand: Group) -> tuple[Store, Layout, str, int]:
         """Return where a string is."""
         length = operand.length
         return self.store_of(length.leaf.root), operand.layout, operand.path, self._index(length)
