@@ -16,9 +16,10 @@ HEAD = """PROGRAM bytes
 ALLOW repeated coils
 TYPE Part (Size : INT, Good : BOOL, Bad : BOOL, Weight : REAL, Marks : SINT[3], Flags : BOOL[40], Long : LINT)
 TYPE Name (LEN : DINT, DATA : SINT[7])
-TYPE Tray (Number : USINT, Parts : Part[3], Word : UINT, Label : Name, Delay : TIMER, Fine : LREAL, Sum : UDINT)
+TYPE Tray (Number : USINT, Parts : Part[3], Word : UINT, Label : Name, Delay : TIMER, Fine : LREAL, \
+Sum : UDINT)
 TAG Tray0 : Tray
-TAG Trays : Tray[4] := [{"Number": 200, "Label": "abc", "Delay": {"PRE": 25}}, {"Word": 65535, "Sum": 4294967295}]
+TAG Trays : Tray[4] := [{"Number": 200, "Label": "abc", "Delay": {"PRE": 25}}, {"Sum": 4294967295}]
 TAG Part0 : Part := {"Size": -2, "Bad": true, "Weight": -0.0}
 TAG Names : Name[3] := ["xyz", "1234567", "-7.5"]
 TAG Text : STRING := "Station 4"
@@ -180,7 +181,7 @@ def test_forces_breakpoints_and_scans_again_with_everything_in_bytes(lines, scan
 @SETTINGS
 @given(st.lists(st.sampled_from(LINES), min_size=1, max_size=6), scans)
 def test_bytes_and_variables_hold_the_same(lines, scans):
-    """The same program with its tags in bytes, and in variables and lists; only bytes keep what is in a gap."""
+    """A program with its tags in bytes, and in variables and lists; only bytes keep what is in a gap."""
     lines = [
         each for each in lines if "Raw" not in each and "Shorts" not in each and "Codes[1],20" not in each
     ]
@@ -273,7 +274,7 @@ def test_ends_of_copies(line, after):
 
 
 def test_len_out_of_range_of_a_string():
-    """RM003, ASCII string instructions: a LEN above the size of DATA is fault 4/51; what is below 0 is empty."""
+    """RM003, ASCII string instructions: a LEN above the size of DATA is fault 4/51; below 0 it is empty."""
     program = parse_program(text_of(["MOV(Len,Names[0].LEN);", "CONCAT(Names[0],'x',Names[1]);"]))
     for engine in (program.compile(), program.interpret()):
         engine.tags["Len"] = 8
