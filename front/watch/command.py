@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from ..jobs.load.loading import RACK_FORMS, forces_to_hold, load_job, scans_to_run
+from ..jobs.load.loading import forces_to_hold, load_job, runs, scans_to_run
 from ..jobs.run.build import check_ports
 from ..jobs.trust.owned import check_recording
 from ..runtime.live.orders import MAX, SPEED_LEAST, SPEED_MOST
@@ -40,8 +40,8 @@ def _watch_command(
     rack: Annotated[
         str,
         typer.Argument(
-            metavar="RACK|TRACE",
-            help="Rack file: TOML, or Python with rack(). Or a trace.",
+            metavar="RACK|EXPORT|TRACE",
+            help="Rack file: TOML, or Python with rack(). Or an export, or a trace.",
             show_default=False,
         ),
     ],
@@ -77,7 +77,7 @@ def _watch_command(
     forces: ForcesOption = False,
     trust: Annotated[bool, typer.Option("--trust", help="Run Python that came with a trace.")] = False,
 ) -> None:
-    if Path(rack.partition("#")[0].partition(":")[0]).suffix not in RACK_FORMS:
+    if not runs(rack.partition("#")[0]):
         of_racks = {"--speed": speed != "1", "--paused": paused, "--record": record, "--for": duration}
         of_racks |= {"--scans": scans is not None, "--live": live, "--control": control, "--text": text}
         of_racks["--forces"] = forces
@@ -116,6 +116,9 @@ _HELP = """Run a rack and show it in the browser: rungs with power, words, machi
 The first word printed is the link; the page comes from this machine, and works without a network. Scans keep
 step with the wall clock, or at --speed. What is ordered on the page is recorded, so that the session can run
 again: see scanrack rerun.
+
+An .L5X or .SLC export opens as it is: a rack for it is made in a temporary folder, with memory for what is
+not simulated.
 
 A trace opens in the same page, at TRACE#scan=12345&rung=Main.6 if you like. Python that came with it is run
 only if it is the same as in the current folder, or you say --trust; without, its words are shown.

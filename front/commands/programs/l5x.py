@@ -6,7 +6,7 @@ An L5X of Studio 5000, or the text of RSLogix 500 (`SOR ... EOR`), under any suf
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -28,6 +28,9 @@ from ...rockwell.slc.trial import run_trial as run_slc_trial
 from ...terminal.as_json import JsonOption, say_json
 from ...terminal.status import BAD_INPUT, DONE, NO, complain, reason
 from ...terminal.terminal import say
+
+if TYPE_CHECKING:
+    from ...jobs.first.first_run import FirstRun
 
 
 def reported(path: Path, scans: int = SCANS) -> Report:
@@ -79,14 +82,24 @@ def _l5x_command(
         list[str] | None,
         typer.Option(metavar="MODULE", help="With --rack: this module, by name or slot, is a 3601."),
     ] = None,
-    scans: Annotated[int, typer.Option("--scans", min=1, help="Scans of the trial.")] = SCANS,
+    run: Annotated[
+        bool, typer.Option("--run", help="Run it on a rack of its own, and say what it waits for.")
+    ] = False,
+    scans: Annotated[
+        int | None,
+        typer.Option("--scans", min=1, help=f"Scans of the trial, {SCANS}, or with --run of the run, 1000."),
+    ] = None,
 ) -> None:
     """Report what is in an L5X or SLC export: what is imported, what is refused and why, what runs.
 
     Rungs that are imported run for a trial in the interpreter and compiled; "ran" counts those in programs
     in which both agreed after every scan.
 
+    With --run it also runs on a rack in a temporary folder, with memory for what is not simulated. The report
+    then says for which conditions the program waits, which inputs never changed, and which modules it wants.
+
     Example: scanrack l5x machine.L5X
+    Example: scanrack l5x machine.L5X --run
     Example: scanrack l5x machine.L5X --rack > machine.toml
     Example: scanrack l5x machine.L5X --rack --stepper Feed > machine.toml
 
@@ -103,15 +116,30 @@ def _l5x_command(
     if export is not None:
         raise typer.Exit(_print_export(file, export))
     try:
-        report = reported(file, scans)
+        report = reported(file, (not run and scans) or SCANS)
     except LadderError as error:
         raise typer.Exit(complain(str(error), BAD_INPUT)) from None
+    first = _first_run(file, scans) if run else None
     if as_json:
-        say_json(report.as_json())
+        say_json(report.as_json() | ({"run": first.as_json()} if first else {}))
     else:
-        for line in report.lines():
+        for line in (*report.lines(), *(first.lines() if first else ())):
             say(line)
-    raise typer.Exit(DONE if report.complete else NO)
+    raise typer.Exit(DONE if report.complete and not (first and (first.fault or first.problem)) else NO)
+
+
+def _first_run(file: Path, scans: int | None) -> FirstRun:
+    """Run an export on a rack of its own."""
+    from ...jobs.first import first_run  # racks take time to import, and a report needs none
+    from ...jobs.imports.l5x_rack import all_modules
+    from ...jobs.imports.slc_rack import slots_of_slc
+
+    slc = is_slc(file)
+    if slc:
+        modules = slots_of_slc(import_slc(file).document.slots.values())
+    else:
+        modules = all_modules(read_document(file).modules)
+    return first_run.first_run(file, modules, slc=slc, scans=scans or first_run.SCANS)
 
 
 def _print_differences(file: Path, older: Path, *, as_json: bool) -> int:

@@ -117,7 +117,9 @@ def _run_command(
     rack: Annotated[
         str,
         typer.Argument(
-            metavar="RACK", help="Rack file: TOML, or Python that defines rack().", show_default=False
+            metavar="RACK",
+            help="Rack file: TOML, or Python that defines rack(). Or an .L5X or .SLC export.",
+            show_default=False,
         ),
     ],
     duration: Annotated[

@@ -13,8 +13,7 @@ from ...jobs.bench import Bench, NotReachedError
 from ...jobs.bench.moment import ScanChoice
 from ...jobs.bench.of_trace import why_of_trace
 from ...jobs.bench.opening import open_bench
-from ...jobs.load.loading import RACK_FORMS
-from ...jobs.load.program import split_address
+from ...jobs.load.loading import runs
 from ...ladder import LadderError
 from ...ladder.debug import Link, cross_reference
 from ...ladder.debug.crossref import Mention
@@ -85,7 +84,7 @@ def _why_command(
     """
     try:
         moment = ScanChoice(at, scans, until)
-        if Path(split_address(file)[0]).suffix in RACK_FORMS:
+        if runs(file):
             asked = _ask_bench(open_bench(file, watched=True), what, moment, deep)
         else:
             asked = _ask_trace(Path(file), what, moment, trust=trust, deep=deep)

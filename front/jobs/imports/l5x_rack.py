@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 from ...ladder.instructions import BY_NAME
@@ -26,18 +27,22 @@ _CALL = re.compile(r"\b([A-Z_][A-Z0-9_]*)\(", re.IGNORECASE)
 _US_PER_MS = 1000
 
 
-def rack_of(imported: L5xImport, program: Path, steppers: Collection[str] = ()) -> str:
+def rack_of(
+    imported: L5xImport, program: Path, steppers: Collection[str] = (), *, recorded: bool = True
+) -> str:
     """Return a rack file as text; ValueError if the export has no such module.
 
     Args:
         imported: the export, imported for a trial.
         steppers: modules that are 3601s, by name or slot.
+        recorded: whether it names a recording.
     """
     slots = with_steppers(slots_of(imported.document.modules), steppers)
-    return "\n".join([*_head(imported, program), *_stubs(imported), *slot_tables(slots)]) + "\n"
+    head = _head(imported, program, recorded=recorded)
+    return "\n".join([*head, *_stubs(imported), *slot_tables(slots)]) + "\n"
 
 
-def _head(imported: L5xImport, program: Path) -> Iterator[str]:
+def _head(imported: L5xImport, program: Path, *, recorded: bool) -> Iterator[str]:
     report = imported.report
     name = report.controller or program.stem
     yield comment(f"{name}: {report.rungs} rungs, {len(report.refused)} refused.")
@@ -50,7 +55,8 @@ def _head(imported: L5xImport, program: Path) -> Iterator[str]:
         yield f"rpi_ms = {min(rpis) / _US_PER_MS:g}"
     yield "scan_ms = 2           # a scan of the continuous task"
     yield "run_for_s = 10"
-    yield f"trace = {text(program.stem + '.mcap')}"
+    if recorded:
+        yield f"trace = {text(program.stem + '.mcap')}"
     yield '# tags = ["*"]        # variables to record, by name or pattern'
 
 
@@ -83,6 +89,16 @@ def _instruction(refused: Refusal) -> str:
     """Return the instruction at the refused column of a rung, "" without one."""
     found = _CALL.search(refused.text, refused.column - 1)
     return found[1].upper() if found else ""
+
+
+def all_modules(modules: Iterable[ModuleRecord]) -> list[ExportSlot]:
+    """Return all modules of an export, those on networks without a slot; not the controller itself."""
+    found = []
+    for each in modules:
+        slot = _slot(slot_of(each) or 0, each)
+        if each.tags or slot.number:
+            found.append(slot if slot.number else replace(slot, module=None))
+    return found
 
 
 def slots_of(modules: Iterable[ModuleRecord]) -> list[ExportSlot]:

@@ -2,27 +2,42 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Iterator
 from pathlib import Path
 
+from ...ladder.model.stubs import ALL_MESSAGES
+from ...rockwell.l5x.report import Report
 from ...rockwell.slc import SlcImport
 from ...rockwell.slc.records import SlotRecord
+from ...runtime.config.rackspec import EMPTY, REFUSED
 from .export_slots import STEPPER, ExportSlot, simulated, slot_tables, with_steppers
 from .toml_text import comment, text
+
+MESSAGES = "done after 20 ms"
+"""Result of messages."""
 
 
 def rack_of_slc(imported: SlcImport, path: Path, steppers: Collection[str] = ()) -> str:
     """Return the text of a rack file; ValueError if the export has no such slot.
 
     Args:
-        path: its file, which the rack file names.
+        path: the program that the rack file names.
         steppers: slots of modules that are 3601s.
     """
     slots = with_steppers(slots_of_slc(imported.document.slots.values()), steppers)
-    lines = [f"program = {text(path.name)}", 'controller = "micrologix"', *slot_tables(slots)]
+    lines = [f"program = {text(path.as_posix())}", 'controller = "micrologix"', *_stubs(imported.report)]
+    lines += slot_tables(slots)
     for refused in sorted({each.reason for each in imported.report.refused}):
         lines += [comment(refused)] * ("there is no instruction" in refused)
     return "\n".join(lines) + "\n"
+
+
+def _stubs(report: Report) -> Iterator[str]:
+    """Yield the stubs of messages and of what is refused."""
+    messages = [f"{ALL_MESSAGES} = {text(MESSAGES)}"] if ALL_MESSAGES in report.stubs else []
+    refused = [f"{REFUSED} = {text(EMPTY)}    # what is refused does nothing"] * (not report.complete)
+    if messages or refused:
+        yield from ("", "[stubs]", *messages, *refused)
 
 
 def slots_of_slc(slots: Iterable[SlotRecord]) -> list[ExportSlot]:

@@ -24,6 +24,7 @@ from ...runtime.config.rackspec import MISSING_TAGS, REFUSED, STUB_SETTINGS, Rac
 from ...runtime.live.orders import Force
 from ...runtime.loop.scan import ScanLogic
 from .beside import World, stub_of_table
+from .exports import rack_of_export
 from .program import (
     EXPORT_SUFFIXES,
     L5X_SUFFIXES,
@@ -86,13 +87,16 @@ def load_job(rack: str, program: str | None = None, world: World | None = None) 
     """Load a rack and its program.
 
     Args:
-        rack: path of a TOML file, or of a Python file (`path[:function]`).
+        rack: path of a TOML file, of a Python file (`path[:function]`), or of an export, which gets a rack
+            file in a temporary folder.
         program: another program in place of the rack's, `path[:function]` from the current folder.
         world: the racks that run beside it; None for a new one, which it leads.
 
     Raises:
         ValueError: an unusable file; with file, line, key and the allowed values.
     """
+    if is_export(rack):
+        rack = str(rack_of_export(Path(rack)))
     path = _rack_path(rack)
     file = load_rack_file(path) if rack_form(path) is Form.DATA else None
     spec = load_spec(rack)[0] if file is None else file.spec
@@ -192,10 +196,24 @@ RACK_FORMS = {".toml": Form.DATA, ".py": Form.PYTHON}
 """By the suffix of a rack file; `load_spec` refuses any other."""
 
 
+def is_export(rack: str) -> bool:
+    """Whether the path of a rack is that of an export.
+
+    >>> is_export("line.L5X"), is_export("line.toml")
+    (True, False)
+    """
+    return PurePath(rack).suffix in EXPORT_SUFFIXES
+
+
+def runs(address: str) -> bool:
+    """Whether an address is that of a rack file or of an export, and not of a recording."""
+    return Path(split_address(address)[0]).suffix in RACK_FORMS or is_export(address)
+
+
 def rack_form(path: PurePath) -> Form:
     """Return how `load_spec` reads a rack file; RackFileError if this is not a rack file."""
     if path.suffix not in RACK_FORMS:
-        raise RackFileError(f"{path}: a rack is a .toml or a .py file")
+        raise RackFileError(f"{path}: a rack is a .toml or a .py file, or an .L5X or .SLC export")
     return RACK_FORMS[path.suffix]
 
 
