@@ -25,7 +25,7 @@ from collections.abc import Iterable
 from functools import reduce
 from typing import Any
 
-from ..instructions.charts import ACT, BEGIN, CALL, CLOCK, DONE, FIRE, STEP
+from ..instructions.charts import ACT, BEGIN, CALL, CLOCK, DONE, STEP, fire_of
 from ..instructions.statements import CONDITION, assignment
 from ..instructions.system.sfc import EOT_STATE
 from ..model.chart import (
@@ -277,6 +277,7 @@ class ChartLowering:
         after = _or(*(each.bits["A"] for each in lasting), *stored)
         if self._loops:
             after = _and(chart.first, after)
+        self._at(tree.number, tree.origin)
         head = self._line(f"step {node.name}: actions after it", CONDITION, after)
         return ((head, self._actions(chart, lasting, tree)),)
 
@@ -305,8 +306,16 @@ class ChartLowering:
         )
         decided = self._decided(each, tree)
         true = self._line(f"{text} is true", CONDITION, each.place)
-        fire = Act(self._line(f"{text} to {targets}", FIRE, chart, each))
+        each.condition, each.text = self._condition_of(decided), str(tree.condition)
+        tags = [node.tag for node in (*each.sources, *each.targets)]
+        fire = Act(self._line(f"{text} to {targets}", fire_of(each), chart, each, each.condition, *tags))
         return Arms(((head, (*decided, Arms(((true, (fire,)),), ()))),), ())
+
+    @staticmethod
+    def _condition_of(decided: Body) -> Resolved:
+        """Return what the assignment to a transition's tag reads."""
+        (step,) = decided[-1].line.nodes if isinstance(decided[-1], Act) else (None,)
+        return step.operands[1] if isinstance(step, LoweredStep) and len(step.operands) > 1 else constant(0)
 
     def _decided(self, each: ChartTransition, tree: Transition) -> Body:
         """Lower the condition of a transition: statements that set its tag."""

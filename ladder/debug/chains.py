@@ -170,7 +170,7 @@ class Chains:
         """Return what decided: the contacts that changed; the instruction if it waited, or has none."""
         outer = self._outermost(entry)
         sites = self.lowered.sites
-        if outer is not entry or sites[entry.number].unit == "line":
+        if outer is not entry or sites[entry.number].unit != "rung":
             return sites[outer.number].instruction
         texts = dict.fromkeys(
             sites[each.by.number].instruction for each in causes if each.by.run is entry.run

@@ -11,7 +11,8 @@ from ..model.operand_checks import WRITTEN
 from ..model.operands import Calculation, Constant, Group, Place, Resolved, constant, first_leaf
 from ..model.resolver import Resolver
 from ..model.spec import Use
-from ..model.tags import HELD, OWN
+from ..model.tags import OWN
+from ..model.types import HIDDEN
 from ..state.lowered import ADD_ON, AddOnCall, Call, LoweredProgram, LoweredRoutine, LoweredStep, steps_of
 
 BOTH_WAYS = frozenset(
@@ -194,7 +195,7 @@ def _of_step(site: Site, step: LoweredStep) -> Iterator[Mention]:
         reads = not uses & TARGETS or bool(uses & BOTH_WAYS)
         writes = bool(uses & TARGETS)
         for place, inner in _places(operand):
-            if isinstance(place, Place) and place.leaf.path.startswith(HELD):
+            if isinstance(place, Place) and HIDDEN in place.leaf.path:
                 continue
             stretch = not STRETCHES.isdisjoint(step.spec.operands)
             yield Mention(site, place, place.text, reads or inner, writes and not inner, stretch)

@@ -6,6 +6,7 @@ from collections.abc import Container
 
 from ..model.operands import Place
 from ..model.resolver import Resolver
+from .chart_waits import waits_of
 from .crossref import CrossReference
 from .replay import Replayer
 from .watched import Change, shown
@@ -46,7 +47,14 @@ class Inquiry:
         return None if change is None else (change.scan, cause(self._engine.lowered, change))
 
     def why(self, tag: str) -> str:
-        """Explain a tag's value: scan and rung of its last change, and the false conditions there."""
+        """Explain a tag's value: scan and rung of its last change, and the false conditions there.
+
+        Of a step of a chart also say what would begin or end it.
+        """
+        waits = waits_of(self._engine.lowered, self._engine.tags, self._resolver.named(tag))
+        return "\n".join([self._why(tag), *waits])
+
+    def _why(self, tag: str) -> str:
         value = self._engine.tags[tag]
         where = self._resolver.named(tag)
         if self._resolver.full_name(tag) in self._forced:

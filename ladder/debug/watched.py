@@ -15,6 +15,7 @@ from ..model.errors import LadderFault
 from ..model.operands import Calculation, Place
 from ..model.spec import InstructionKind
 from ..model.tags import OWN, Leaf
+from ..model.types import HIDDEN
 from ..state.lowered import Body, LoweredLine, LoweredRoutine, LoweredStep, Node, Parallel
 from ..state.memory import NOTHING, InterpretedAddOnStore, Memory, Passed, Value, same
 from ..state.tag_bytes import TagBytes
@@ -203,8 +204,11 @@ class WatchedInterpreter(Interpreter):
         """Record the condition of a body with the values that it read."""
         (step,) = head.nodes
         assert isinstance(step, LoweredStep)
-        text = f"{head.text} in line {head.number}"
-        self.heads.append(Blocker(text, self._values(step)))
+        site = self.lowered.sites[step.site]
+        if site.rung is not None and site.rung < 0:  # of a chart as a whole
+            super()._inside(head, body, inputs)
+            return
+        self.heads.append(Blocker(f"{head.text} in {site.unit} {head.number}", self._values(step)))
         try:
             super()._inside(head, body, inputs)
         finally:
@@ -215,7 +219,7 @@ class WatchedInterpreter(Interpreter):
             return super()._step(step, power)
         self.power = power
         running = self.running[-1]
-        self.read = self._values(step) if self.lowered.sites[step.site].unit == "line" else ()
+        self.read = self._values(step) if self.lowered.sites[step.site].unit != "rung" else ()
         behind = super()._step(step, power)
         running.truth.append(behind)
         if power and not behind and step.kind is InstructionKind.INPUT:
@@ -256,7 +260,7 @@ class WatchedInterpreter(Interpreter):
         site = self.site
         self.site = step.site
         try:
-            return tuple({each.text: self.get(each) for each in told}.items())
+            return tuple({each.text: self.get(each) for each in told if HIDDEN not in each.leaf.path}.items())
         except LadderFault:
             return ()  # a subscript is out of range: the step itself stops the scan
         finally:

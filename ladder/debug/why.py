@@ -99,7 +99,7 @@ def cause(lowered: LoweredProgram, change: Change) -> str:
     by = f"{site.instruction} in routine {site.routine}{of}, {site.place}"
     if change.mode:
         return f"{change.mode} of {by}."
-    if site.unit == "line":
+    if site.unit != "rung":
         return "\n".join(_by_statement(change, by))
     rung = lowered.routines[site.routine.upper()].lines[site.rung or 0].text
     lines = [f"{by}, whose rung was {str(change.power).lower()}:", f"    {rung}"]

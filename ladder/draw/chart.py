@@ -108,12 +108,12 @@ class _Picture:
         for step in self._chart.steps:
             column = self._cells.steps[step.name.upper()][0]
             wide[column] = max(wide[column], self._wide(step))
-        for (column, _), each in zip(self._cells.transitions, self._chart.transitions, strict=True):
-            text = len(_cut(f"{each.name}  {each.condition}")) * CELL
+        for (column, _), leaving in zip(self._cells.transitions, self._chart.transitions, strict=True):
+            text = len(_cut(f"{leaving.name}  {leaving.condition}")) * CELL
             wide[column] = max(wide[column], LEAST // 2 + 2 * PAD + text)
         lefts = [EDGE]
-        for each in wide:
-            lefts.append(lefts[-1] + each + GAP)
+        for width in wide:
+            lefts.append(lefts[-1] + width + GAP)
         return lefts
 
     def _rows(self, top: int) -> list[int]:

@@ -20,7 +20,7 @@ from ..interpreter import Interpreter
 from ..model.arithmetic import wrap
 from ..model.chart import LastScan, Qualifier, RestartPosition
 from ..model.operands import Group, Place
-from ..model.spec import Use, action, condition, stays
+from ..model.spec import Spec, Use, action, condition, stays
 from ..model.types import DINT
 from ..state.lowered import ChartAction, ChartNode, ChartTransition, LoweredChart
 from .control import JSR
@@ -216,7 +216,7 @@ JUMPS = 100
 """Backward jumps that a transition counts as: 10,000 of them in a scan are too many for the watchdog."""
 
 
-def _fire(machine: Interpreter, chart: LoweredChart, transition: ChartTransition) -> None:
+def _fire(machine: Interpreter, chart: LoweredChart, transition: ChartTransition, *_read: object) -> None:
     machine.fault_log.jumped_back(machine.site, JUMPS)
     for node in transition.sources:
         _leave(machine, chart, node)
@@ -358,6 +358,14 @@ ACT = condition(
     partly=True,
     postscan=stays,
 )
-FIRE = action("TRANSITION", Use.IGNORED, Use.IGNORED, run=_fire, postscan=stays)
+FIRE = action("TRANSITION", Use.IGNORED, Use.IGNORED, Use.TRUTH, run=_fire, postscan=stays)
+
+
+def fire_of(transition: ChartTransition) -> Spec:
+    """Return the row of a transition: after its condition, its operands are the tags of its steps."""
+    steps = len(transition.sources) + len(transition.targets)
+    return replace(FIRE, operands=(*FIRE.operands, *[Use.BLOCK] * steps))
+
+
 CALL = replace(JSR, postscan=stays)
 """Call of a body: its postscan comes with the last scan of its action."""

@@ -235,6 +235,8 @@ class ChartTransition:
     sources: tuple[ChartNode, ...]
     targets: tuple[ChartNode, ...]
     place: Place
+    condition: Resolved | None = None  # what its tag is set to
+    text: str = ""  # its condition as written
 
 
 @dataclass(eq=False, slots=True)

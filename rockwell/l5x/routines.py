@@ -11,6 +11,7 @@ from collections.abc import Collection, Iterator, Mapping
 from ...io_images.site import NOWHERE, Site
 from ...ladder.build.text import parse_rung
 from ...ladder.instructions import BY_NAME
+from ...ladder.model.chart_checks import unreached
 from ...ladder.model.errors import LadderError, RungTextError
 from ...ladder.model.spec import Spec
 from ...ladder.model.statements import Empty, Region, statements_in
@@ -206,6 +207,8 @@ class RoutineReader:
             reason = error.reason if isinstance(error, RungTextError) else str(error)
             self.refuse_object(owner, record.name, reason, site.line or record.line, _CORRECT_CHART)
             return None
+        for each in unreached(chart):
+            self._report.note(f"{owner}.{record.name}", f"{each.text}; only SFR can reach it", record.line)
         routine = Routine(record.name, (), record.comment, chart=chart)
         self._count_text(owner, record, routine.block)
         return routine

@@ -81,6 +81,38 @@ def marks(listed: list[object]) -> str:
     return "".join(str(int(bool(each))) for each in listed)
 
 
+BATCH = """
+NOTE Makes <one> batch
+INITIAL_STEP Idle
+END_STEP
+STEP Fill
+    ACTION Open N
+        Valve := Full & Open.Q;
+    END_ACTION
+    ACTION Stir S;
+END_STEP
+STEP Heat
+END_STEP
+STEP Drain
+    ACTION Stir R;
+END_STEP
+STOP Done
+TRANSITION T0 FROM Idle TO Fill, Heat
+    Full
+END_TRANSITION
+TRANSITION T1 FROM Fill, Heat TO Drain
+    Fill.DN
+END_TRANSITION
+TRANSITION T2 FROM Drain TO Idle
+    Full
+END_TRANSITION
+TRANSITION T3 FROM Drain TO Done
+    1
+END_TRANSITION
+"""
+"""Steps, a simultaneous branch, a selection, actions of three kinds, and a stop."""
+
+
 # --- random charts
 
 OPTIONS = ("CURRENT UNTIL_FALSE", "MOST_RECENT INITIAL", "DONT_SCAN PROGRAMMATIC AUTOMATIC")

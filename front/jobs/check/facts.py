@@ -46,6 +46,7 @@ class Facts:
         out_of_range: constants that a 3601 refuses.
         misplaced: inputs, outputs and axes missing in the rack or claimed twice.
         endless: loops of sequences that never wait.
+        unreached: steps of charts that no path leads to.
         misused: calls that fail when they are reached.
         uses_bit: tests whether it uses a bit of a card; None if that is unknown.
         not_seen: sentences about facts that the reader can't determine.
@@ -59,6 +60,7 @@ class Facts:
     out_of_range: list[Remark] = field(default_factory=list)
     misplaced: list[Remark] = field(default_factory=list)
     endless: list[Remark] = field(default_factory=list)
+    unreached: list[Remark] = field(default_factory=list)
     misused: list[Remark] = field(default_factory=list)
     uses_bit: UsesBit | None = None
     not_seen: list[str] = field(default_factory=list)

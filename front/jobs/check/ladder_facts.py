@@ -16,6 +16,7 @@ from ...io_images.thousands import PARAMETER_MAX, PARAMETER_MIN
 from ...ladder import LadderLogic
 from ...ladder.debug import cross_reference
 from ...ladder.debug.crossref import Mention
+from ...ladder.model.chart_checks import unreached
 from ...ladder.model.operands import Constant, Group, Place, first_leaf
 from ...ladder.model.tags import tag_in
 from ...ladder.state.lowered import AddOnCall, LoweredLine, LoweredProgram, LoweredStep, steps_of
@@ -92,6 +93,7 @@ class _Reader:
                 for each in self.program.warnings
             ],
             held=list(held(writes)),
+            unreached=list(self._unreached()),
             misplaced=list(self._misplaced()),
             out_of_range=[*self._copies_out_of_range(copies), *self._parameters_out_of_range()],
         )
@@ -105,6 +107,14 @@ class _Reader:
         facts.not_seen += computed(writes)
         self._tags(facts)
         return facts
+
+    def _unreached(self) -> Iterator[Remark]:
+        for routine in self.program.routines:
+            origins = {each.number: each.origin for each in routine.chart.steps} if routine.chart else {}
+            for each in unreached(routine.chart) if routine.chart else ():
+                origin = origins[each.number]
+                text = f"{each.text}, in chart {routine.name}; only SFR can reach it"
+                yield Remark(FileLine(origin.file or str(self.path), origin.line or 1), text)
 
     # --- tags and terminals
 

@@ -181,6 +181,7 @@ RULES = (
         "an input, output or axis that the rack lacks, or that two own",
         _remarks("misplaced"),
     ),
+    Rule("unreached-step", "a step of a chart that no path leads to", _remarks("unreached")),
     Rule("never-waits", "a loop of a sequence without an await", _remarks("endless")),
     Rule("bad-call", "a command or wait that fails when it is reached", _remarks("misused")),
 )

@@ -68,7 +68,7 @@ class _Message:
 
 def _msg(machine: Interpreter, power: bool, group: Group) -> None:
     message = _Message(machine, group)
-    if machine.lowered.sites[machine.site].unit == "line":
+    if machine.lowered.sites[machine.site].unit != "rung":
         if not message["EN"]:
             message.start(waiting=True)
         return

@@ -1,0 +1,54 @@
+"""What a step of a sequential function chart waits for: the transitions around it, with what they read."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from ..model.operands import Calculation, Constant, Group, Place
+from ..run.view import Tags
+from ..state.lowered import ChartNode, ChartTransition, LoweredChart, LoweredProgram
+from .watched import shown
+
+
+def waits_of(lowered: LoweredProgram, tags: Tags, where: Place | Group) -> Iterator[str]:
+    """Yield the lines for a step or its X: what ends an active one, what would begin an inactive one."""
+    for chart in lowered.charts.values():
+        for node in chart.nodes:
+            if _is_of(where, node):
+                yield from _told(chart, node, tags)
+
+
+def _is_of(where: Place | Group, node: ChartNode) -> bool:
+    if isinstance(where, Group):
+        return where.path.upper() == node.tag.path.upper() and not where.dims
+    x = node.bits["X"]
+    return where.leaf is x.leaf and where.bit == x.bit
+
+
+def _told(chart: LoweredChart, node: ChartNode, tags: Tags) -> Iterator[str]:
+    active = bool(tags[node.bits["X"].text])
+    if active and not node.stop:
+        yield f"  step {node.name} is active; what ends it:"
+    elif not active:
+        yield f"  step {node.name} is not active; what begins it:"
+    for each in chart.transitions:
+        if node in (each.sources if active else each.targets):
+            yield f"    {_transition(each, tags)}"
+
+
+def _transition(each: ChartTransition, tags: Tags) -> str:
+    sources = [
+        f"{node.name} {'is' if tags[node.bits['X'].text] else 'is not'} active" for node in each.sources
+    ]
+    values = [f"{place.text} = {shown(tags[place.text])}" for place in dict.fromkeys(_read(each.condition))]
+    read = f" [{', '.join(values)}]" if values else ""
+    return f"transition {each.name}, {' and '.join(sources)}: {each.text}{read}"
+
+
+def _read(condition: object) -> Iterator[Place]:
+    """Yield the single values that a condition reads, without computed subscripts."""
+    if isinstance(condition, Calculation):
+        for each in condition.operands:
+            yield from _read(each)
+    elif isinstance(condition, Place) and all(isinstance(each, Constant) for each in condition.indices):
+        yield condition
