@@ -51,6 +51,8 @@ TWICE = add_on(
     [parameter("X", "DINT", "Input", default="5"), parameter("Y", "DINT", "Output")],
     ['<LocalTag Name="K" DataType="DINT"><DefaultData Format="L5K">2</DefaultData></LocalTag>'],
     ladder("Logic", "MUL(X,K,Y);"),
+    ladder("Postscan", "CLR(Y);"),
+    runs='ExecutePrescan="false" ExecutePostscan="true"',
 )
 RUNGS = (
     rung("XIC(Start)[XIO(Stop) ,XIC(R[1].On) ]OTE(Run);", comment="Starts it."),
@@ -59,6 +61,12 @@ RUNGS = (
     "GSV(WallClockTime,,DateTime,Now[0])MSG(M)XIC(Run)JMP(Here);",
     "LBL(Here)NOP();",
 )
+MORE = (
+    rung("JSR(Taking,1,R[0],R[1])FOR(Blocks,N,0,1);", kind="IR"),
+    rung("NOP();", number=1, kind="er"),
+    "FFL(R[0],Kept[0],Ctl,3,0)PXRQ(Ask,Download Input Parameters,N)SSV(DataLog,L,On,N);",
+)
+TAKING = "SBR(Old);", "XIC(&4DA5D0F8:I.Data.3)OTE(Run);", "RET(Old);"
 TEXT = "IF N > 3 THEN\n    N := 0;  // again\nEND_IF;\nFOR N := 0 TO 2 DO R[0].Steps[N] := N; END_FOR;"
 
 
@@ -88,6 +96,14 @@ TAGS = (
     untyped("Names", "STRING", "2", bytes_of("01 00 00 00 " * 44), said("String", "'a'")),
     untyped("Old", "Recipe", "", said("L5K", "[1,[1,2,3],[0,5,0]]")),
     tag("Nested", "Outer"),
+    untyped("Kept", "Recipe", "3", "<ForceData>00 00 00 00 01 00 FF FF 01 00 B8 22</ForceData>"),
+    untyped(
+        "Held",
+        "DINT",
+        "",
+        '<Data Format="Decorated"><DataValue DataType="DINT" Value="0" ForceValue="2#...._.0.1"/></Data>',
+    ),
+    *(tag("Ctl", "CONTROL"), tag("Ask", "DINT")),
 )
 OUTER = add_on(
     "Outer",
@@ -106,7 +122,12 @@ WHOLE = document(
     modules=[module("DI", 2, INPUTS)],
     add_ons=[TWICE, OUTER, INNER],
     tags=TAGS,
-    programs=[program("P", ladder("Main", *RUNGS), structured("Text", TEXT), diagram("Blocks", "FBD"))],
+    programs=[
+        program(
+            *("P", ladder("Main", *RUNGS), structured("Text", TEXT), diagram("Blocks", "FBD")),
+            *(ladder("More", *MORE), ladder("Taking", *TAKING)),
+        ).replace("<Program ", '<Program TestEdits="true" ')
+    ],
     tasks=[task("Cycle", "P"), task("Fast", kind="PERIODIC", rate=20)],
 )
 PARTIAL = document(target="Routine", types=[RECIPE], programs=[program("P", ladder("Main", *RUNGS), main="")])
@@ -171,7 +192,7 @@ def test_mutated_exports(text):
 
 def test_what_is_mutated_is_imported():
     absent = "Twice: there is no instruction Twice, and no add-on in the export"
-    for text, declared, refused in ((WHOLE, 0, []), (PARTIAL, 10, [absent])):
+    for text, declared, refused in ((WHOLE, 1, []), (PARTIAL, 10, [absent])):
         imported = Importer(parse_document(text.encode(), "machine.L5X")).run(trial=True)
         run_trial(imported, scans=2)
         assert [each.reason for each in imported.report.refused] == refused
