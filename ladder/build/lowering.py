@@ -138,10 +138,10 @@ class Lowering:
             for step in steps_of(line.nodes):
                 if step.name == "LBL" and step.operands:
                     self._label(labels, step.operands[0], number, first=line.nodes[0] is step)
-                elif step.name == "SBR":
+                elif step.name == "SBR" and number == 0 and line.nodes[0] is step:
                     parameters = step.operands
-                    if number != 0 or line.nodes[0] is not step:
-                        self.report("SBR is not first", "make it the first of the routine's first rung")
+                elif step.name == "SBR":
+                    self.report("SBR is not first", "make it the first of the routine's first rung")
         self.lowered.routines[routine.name.upper()] = LoweredRoutine(
             routine.name, tuple(lines), labels, parameters
         )

@@ -147,3 +147,12 @@ def test_names_of_calls_are_found_in_linear_time(text):
     part = SimpleNamespace(routines=[routine])
     read: Any = SimpleNamespace(programs=[part], add_ons=[])
     assert instruction_names(read) == []  # quadratic, it takes hours
+
+
+def test_a_routine_that_takes_structures_is_called_with_its_own(imported):
+    """What its SBR takes is not in the export; one that is not first is refused, and no other rung is."""
+    rungs = "SBR(Hart,Channels[0],Local:3:I);", "XIC(Hart.Ok)XIC(Local:3:I.Ch0Fault)OTE(L);", "SBR(Late);"
+    found = imported(document(target="Routine", programs=[program("Main", ladder("Take", *rungs), main="")]))
+    assert [each.reason for each in found.report.refused] == ["SBR is not first"]
+    assert found.report.ran == 2
+    assert found.report.declared["Hart"] == "Hart_type"
