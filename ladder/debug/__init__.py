@@ -4,6 +4,7 @@ from .chains import Chains
 from .crossref import CrossReference, Mention, cross_reference
 from .debugger import BreakpointStop, Debugger
 from .links import Link, Operand, linked
+from .remedies import Remedies
 from .watched import Blocker, Change
 
 __all__ = [
@@ -16,6 +17,7 @@ __all__ = [
     "Link",
     "Mention",
     "Operand",
+    "Remedies",
     "cross_reference",
     "linked",
 ]

@@ -18,13 +18,14 @@ from ..run.engine import STEP_MS
 from ..run.view import Tags
 from ..state.memory import Value, checked
 from .causes import Causes
-from .chains import Chains, Outside, outside_unknown
+from .chains import Chains, Outside, cell_of, outside_unknown
 from .crossref import CrossReference
 from .executed import TracedEngine
 from .forces import Forces
 from .inquiry import Inquiry
 from .journal import MOST, Journal
 from .links import Link
+from .remedies import Name, Remedies, Trials, terminal
 from .replay import Replayer, ScanInputs, Truths, Write, input_leaves
 from .values import with_values
 from .watched import Change, shown
@@ -451,6 +452,27 @@ class Debugger:
     def chain(self, tag: str, *, deep: bool = False) -> Link | None:
         """Return the chain of causes of a tag's value, None if it has not changed; see `Chains.of_tag`."""
         return self.chains(deep=deep).of_tag(tag, self._journal.latest)
+
+    def what_would(
+        self, tag: str, wanted: object = None, *, scans: int = 10, name: Name = terminal
+    ) -> Remedies:
+        """Return the smallest sets of inputs that would give a tag a value within some scans, see `remedies`.
+
+        Args:
+            wanted: of the tag's type; of a bit the other value by default.
+            name: names the terminals of input images.
+
+        Raises:
+            ValueError: an unknown tag, not a single value, or a value that does not fit.
+        """
+        where = self._resolver.named(tag)
+        if not isinstance(where, Place):
+            raise ValueError(f"{tag} is not a single value: ask about one of its members or elements")
+        if wanted is None and not where.type.is_bool:
+            raise ValueError(f"{tag} is of type {where.type.name}: give the value that it should have")
+        value = not self.tags[tag] if wanted is None else checked(tag, where.type, wanted)
+        trials = Trials(self._engine, self._past, self.cross_reference, name, scans)
+        return trials.of(tag, cell_of(where), value)
 
     def cause(self, tag: str) -> tuple[int, str] | None:
         """Return what last changed a tag, see `Inquiry.cause`."""

@@ -15,7 +15,7 @@ from ...jobs.bench.of_trace import why_of_trace
 from ...jobs.bench.opening import open_bench
 from ...jobs.load.loading import runs
 from ...ladder import LadderError
-from ...ladder.debug import Link, cross_reference
+from ...ladder.debug import Link, Remedies, cross_reference
 from ...ladder.debug.crossref import Mention
 from ...ladder.model.resolver import AddressError
 from ...runtime.loop.faults import CpuFault
@@ -64,6 +64,14 @@ def _why_command(
     deep: Annotated[
         bool, typer.Option("--deep", help="Show the rungs inside of add-on instructions in the chain, too.")
     ] = False,
+    want: Annotated[
+        str | None,
+        typer.Option(
+            "--want",
+            metavar="VALUE",
+            help="Say which inputs would give the tag this value (on, off or a number) within ten scans.",
+        ),
+    ] = None,
     trust: Annotated[bool, typer.Option("--trust", help="Run Python that came with the trace.")] = False,
     as_json: JsonOption = False,
 ) -> None:
@@ -78,6 +86,7 @@ def _why_command(
     change was made is traced line by line.
 
     Examples: scanrack why examples/feeder/feeder.toml Feeding --at "8.2 s";
+    scanrack why examples/feeder/feeder.toml Feeding --at "8.2 s" --want on;
     scanrack why examples/three_stations/line.toml --at 3400
 
     Exit status: 0 answered, 1 --until has not become true, 2 a file or an option can't be used.
@@ -85,9 +94,9 @@ def _why_command(
     try:
         moment = ScanChoice(at, scans, until)
         if runs(file):
-            asked = _ask_bench(open_bench(file, watched=True), what, moment, deep)
+            asked = _ask_bench(open_bench(file, watched=True), what, moment, deep, want)
         else:
-            asked = _ask_trace(Path(file), what, moment, trust=trust, deep=deep)
+            asked = _ask_trace(Path(file), what, moment, trust=trust, deep=deep, want=want)
     except NotReachedError as error:
         raise typer.Exit(complain(str(error), NO)) from error
     except (LadderError, ValueError) as error:
@@ -95,14 +104,14 @@ def _why_command(
     except OSError as error:
         raise typer.Exit(complain(f"{file}: {reason(error)}", BAD_INPUT)) from error
     if as_json:
-        chain = asked.chain and {"since": asked.chain.since, "chain": asked.chain.as_json()}
-        fields = {name: each for name, each in asked._asdict().items() if name != "chain"}
-        say_json({"what": what, **fields, **(chain or {})})
+        say_json({"what": what, **_as_json(asked)})
     else:
         gap = "\n" if what is None else " "  # about the whole rack, its scan has a line of its own
         say(f"{asked.when}{gap}{asked.text}")
         if asked.chain is not None:
             say(f"chain: {asked.chain}")
+        if asked.remedies is not None:
+            say(str(asked.remedies))
 
 
 class _Answer(NamedTuple):
@@ -115,9 +124,19 @@ class _Answer(NamedTuple):
     when: str  # the scan and its time, in words
     text: str
     chain: Link | None = None  # of causes
+    remedies: Remedies | None = None  # what it would take
 
 
-def _ask_bench(bench: Bench, what: str | None, moment: ScanChoice, deep: bool) -> _Answer:
+def _as_json(asked: _Answer) -> dict[str, object]:
+    fields = {name: each for name, each in asked._asdict().items() if name not in ("chain", "remedies")}
+    if asked.chain is not None:
+        fields |= {"since": asked.chain.since, "chain": asked.chain.as_json()}
+    if asked.remedies is not None:
+        fields["takes"] = asked.remedies.as_json()
+    return fields
+
+
+def _ask_bench(bench: Bench, what: str | None, moment: ScanChoice, deep: bool, want: str | None) -> _Answer:
     bench.check(*(each for each in (what, moment.until) if each is not None))
     fault = None
     try:
@@ -127,17 +146,20 @@ def _ask_bench(bench: Bench, what: str | None, moment: ScanChoice, deep: bool) -
         say(f"the CPU has faulted in {error}", err=True)
     when = f"after {bench.scans:,} scans, {short_seconds(bench.now_ns)} s:"
     chain = None if what is None else bench.chain(what, deep=deep)
-    return _Answer(bench.scans - 1, bench.now_ns, fault, (), when, bench.why(what), chain)
+    remedies = None if what is None or want is None else bench.what_would(what, want)
+    return _Answer(bench.scans - 1, bench.now_ns, fault, (), when, bench.why(what), chain, remedies)
 
 
-def _ask_trace(path: Path, what: str | None, moment: ScanChoice, *, trust: bool, deep: bool) -> _Answer:
+def _ask_trace(
+    path: Path, what: str | None, moment: ScanChoice, *, trust: bool, deep: bool, want: str | None
+) -> _Answer:
     with open_trace(path) as trace, tempfile.TemporaryDirectory() as folder:
         tell_notes(trace)
-        asked = why_of_trace(trace, Path(folder), what, moment, trust=trust, deep=deep)
+        asked = why_of_trace(trace, Path(folder), what, moment, trust=trust, deep=deep, want=want)
     for note in asked.notes:
         say(f"note: {note}", err=True)
     when = f"scan {asked.scan:,}, {short_seconds(asked.now_ns)} s:"
-    return _Answer(asked.scan, asked.now_ns, None, asked.notes, when, asked.text, asked.chain)
+    return _Answer(asked.scan, asked.now_ns, None, asked.notes, when, asked.text, asked.chain, asked.remedies)
 
 
 def _xref_command(

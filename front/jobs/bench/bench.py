@@ -8,7 +8,7 @@ from types import TracebackType
 from typing import Any, Protocol, Self, runtime_checkable
 
 from ...io_images.addresses import parse_address
-from ...ladder.debug import Link
+from ...ladder.debug import Link, Remedies
 from ...ladder.python.sequences import Sequence
 from ...runtime.config.quantities import parse_duration
 from ...runtime.config.rackspec import RackSpec
@@ -270,6 +270,13 @@ class Bench:
             ValueError: an unknown name, or no scan has run.
         """
         return self._asked().chain(tag, deep=deep)
+
+    def what_would(self, tag: str, wanted: str | None = None, scans: int = 10) -> Remedies:
+        """Return the smallest sets of inputs that would give a tag of a ladder program a value.
+
+        Each set is found by running the program with it, on a copy, from the latest scan on.
+        """
+        return self._asked().what_would(tag, wanted, scans)
 
     def _asked(self) -> Why:
         recording = self._journal.recording()

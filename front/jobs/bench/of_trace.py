@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ...ladder import LadderLogic
-from ...ladder.debug import Debugger, Link
+from ...ladder.debug import Debugger, Link, Remedies
 from ...runtime.config.rackspec import RackSpec
 from ...traces.read.columns import Columns
 from ...traces.read.reader import Trace
@@ -34,6 +34,7 @@ class TraceAnswer:
     notes: tuple[str, ...] = ()
     lines: tuple[Line, ...] = ()
     chain: Link | None = None  # of causes; None if nothing was asked about
+    remedies: Remedies | None = None  # what it would take; None if no value was wanted
 
 
 def why_of_trace(
@@ -45,6 +46,7 @@ def why_of_trace(
     trust: bool,
     more: Columns | None = None,
     deep: bool = False,
+    want: str | None = None,
 ) -> TraceAnswer:
     """Answer a question about a trace.
 
@@ -54,6 +56,7 @@ def why_of_trace(
         trust: run Python that came with the trace; otherwise only files that equal those of the current
             folder.
         deep: whether rungs of add-on instructions are links of the chain, too.
+        want: the value that it should have: what it would take is answered, too.
         more: scans of a growing trace that are not written yet.
 
     Raises:
@@ -63,12 +66,12 @@ def why_of_trace(
     """
     recording = Recording.of(trace, more)
     if not {"rack_file", "program_file"} <= set(trace.head.metadata):
-        return _of_images(recording, what, moment, deep)
+        return _of_images(recording, what, moment, deep, want)
     job = job_of(trace, folder, trust=trust)
     if isinstance(job.logic, LadderLogic):
-        return _of_ladder(recording, job, what, moment, deep)
+        return _of_ladder(recording, job, what, moment, deep, want)
     load = Load(job.program, lambda: job_of(trace, folder, trust=trust).logic)
-    return _of_images(recording, what, moment, deep, job.spec, load)
+    return _of_images(recording, what, moment, deep, want, job.spec, load)
 
 
 def _of_images(
@@ -76,17 +79,18 @@ def _of_images(
     what: str | None,
     moment: ScanChoice,
     deep: bool,
+    want: str | None,
     spec: RackSpec | None = None,
     load: Load | None = None,
 ) -> TraceAnswer:
     asked = Why(recording, 0, spec, load)
     row = moment.row(recording) if moment.until is None else _reached(moment, asked.first_on(moment.until))
     why = Why(recording, row, spec, load)
-    return _asked(why, why.rack() if what is None else why.of(what), (), what, deep)
+    return _asked(why, why.rack() if what is None else why.of(what), (), what, deep, want)
 
 
 def _of_ladder(
-    recording: Recording, job: Job, what: str | None, moment: ScanChoice, deep: bool
+    recording: Recording, job: Job, what: str | None, moment: ScanChoice, deep: bool, want: str | None
 ) -> TraceAnswer:
     assert isinstance(job.logic, LadderLogic)
     debugger = Debugger(job.logic)
@@ -114,7 +118,7 @@ def _of_ladder(
     if what is None:
         return _asked(why, why.rack(), notes)
     own = what in debugger.tags or not why.means_image(what)
-    return _asked(why, debugger.why(what) if own else why.of(what), notes, what, deep)
+    return _asked(why, debugger.why(what) if own else why.of(what), notes, what, deep, want)
 
 
 def _departed(why: Why, following: InputReplay) -> list[str]:
@@ -132,9 +136,15 @@ def _reached(moment: ScanChoice, row: int | None) -> int:
 
 
 def _asked(
-    why: Why, text: str, notes: Sequence[str] = (), what: str | None = None, deep: bool = False
+    why: Why,
+    text: str,
+    notes: Sequence[str] = (),
+    what: str | None = None,
+    deep: bool = False,
+    want: str | None = None,
 ) -> TraceAnswer:
     scans, row = why.recording, why.row
     lines = tuple(dict.fromkeys(why.lines))
     chain = None if what is None else why.chain(what, deep=deep)
-    return TraceAnswer(scans.numbers[row], scans.times[row], text, tuple(notes), lines, chain)
+    remedies = None if what is None or want is None else why.what_would(what, want)
+    return TraceAnswer(scans.numbers[row], scans.times[row], text, tuple(notes), lines, chain, remedies)

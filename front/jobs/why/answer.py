@@ -10,7 +10,7 @@ from typing import Any
 from ...io_images.addresses import Address, parse_address
 from ...io_images.image import IMAGE_BYTES, WORDS
 from ...io_images.module_words import ModuleWords
-from ...ladder.debug import Debugger, Link
+from ...ladder.debug import Debugger, Link, Remedies
 from ...runtime.config.rackspec import RackSpec
 from ...runtime.loop.scan import ScanFlag, ScanLogic
 from ...traces.format.layout import SlotInfo
@@ -123,6 +123,33 @@ class Why:
         if self.load is None:
             self.place(text)  # refuses it
         return self._chain_of_name(text, deep)
+
+    def what_would(self, text: str, wanted: str | None = None, scans: int = 10) -> Remedies:
+        """Return the smallest sets of inputs that would give a value of a ladder program, see `remedies`.
+
+        Args:
+            wanted: the value as text; of a bit the other value by default.
+            scans: within how many scans.
+
+        Raises:
+            ValueError: an unknown name, a value that does not fit, or a Python program.
+        """
+        if self.debugger is None:
+            raise ValueError(
+                "what it would take is known of ladder programs only: a Python program has no tags"
+            )
+        own = text in self.debugger.tags or not self.means_image(text)
+        tag = text if own else str(self.place(text))
+        value = None if wanted is None else _value_of(wanted)
+        return self.debugger.what_would(tag, value, scans=scans, name=self._terminal)
+
+    def _terminal(self, slot: int, word: int, bit: int) -> str | None:
+        """Return the place of a terminal; None for a status bit of a module."""
+        found = next(each for each in self.recording.slots if each.number == slot)
+        if not found.is_stepper:
+            return f"slot {slot} input {16 * word + bit}"
+        named = [name for name, at in found.words.bits("I", word) if at == bit and name.startswith("IN_")]
+        return f"slot {slot} input {named[0]}" if word == 1 and named else None
 
     def _chains(self, deep: bool) -> RackChain:
         if self.load is None or self.spec is None:
@@ -323,6 +350,17 @@ class Why:
             again = self._again(frozenset({row}), row, watched) or TracedRun()
             made = [each for each in again.changes.get(row, ()) if each.before[1] != each.after[1]]
             yield from self._told(f"{said} since {self.past.when(row)}", made, row)
+
+
+def _value_of(text: str) -> object:
+    """Return a value as people write it: on, off, true, false or a number."""
+    known = {"on": True, "true": True, "off": False, "false": False}.get(text.lower())
+    if known is not None:
+        return known
+    try:
+        return int(text, 0)
+    except ValueError:
+        return float(text)
 
 
 def _side(place: Address) -> str:

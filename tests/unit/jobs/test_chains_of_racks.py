@@ -237,3 +237,24 @@ def test_a_recording_has_the_same_chain(made, tmp_path):
     assert run.exit_code == 0, run.output
     said = CliRunner().invoke(build(), ["why", str(file), "Lamp", "--deep"]).output
     assert "Run off (0.04 s, rung 0: XIO(Stop)) <- Stop on (0.04 s, slot 2 input 1" in said
+
+
+def test_what_it_would_take_names_terminals_and_is_confirmed_by_a_run(made, tmp_path):
+    bench = made("line.rung", RUNGS, 30)
+    remedies = bench.what_would("Lamp")
+    assert (
+        str(remedies) == "Lamp comes on if Start (slot 2 input 0) goes on and Stop (slot 2 input 1) goes off"
+    )
+    bench.force("slot2.input.start", 1)
+    bench.force("slot2.input.stop", 0)
+    bench.scan(remedies.found[0].scans)
+    assert bench["Lamp"]
+    words = ["why", str(tmp_path / "rack.toml"), "Lamp", "--scans", "30", "--want", "on"]
+    assert CliRunner().invoke(build(), words).output.splitlines()[-1] == str(remedies)
+    asked = json.loads(CliRunner().invoke(build(), [*words, "--json"]).output)
+    assert [each["name"] for each in asked["takes"]["sets"][0]["inputs"]] == ["Start", "Stop"]
+
+
+def test_what_it_would_take_is_not_known_of_python(made):
+    with pytest.raises(ValueError, match="of ladder programs only"):
+        made("line.py", LINES, 3).what_would("state.run")

@@ -251,3 +251,84 @@ def text_of(link):
 def test_chain(name):
     rungs, done, tag, expected = ROWS[name]
     assert text_of(after(rungs, done).chain(tag)) == expected
+
+
+TAKES = {
+    "a contact": ("XIC(Start)OTE(Lamp);", "2", "Lamp", None, ["Start on"]),
+    "two in series": ("XIC(Start)XIO(Stop)OTE(Lamp);", "2 Stop 2", "Lamp", None, ["Start on & Stop off"]),
+    "either": ("[XIC(Start),XIC(Guard)]OTE(Lamp);", "2", "Lamp", None, ["Start on", "Guard on"]),
+    "seal-in": (SEAL, "2 Start 1 -Start 2", "Run", None, ["Stop on"]),
+    "three": (
+        "XIC(Start)XIC(Guard)XIC(Other)OTE(Lamp);", "2", "Lamp", None, ["Start on & Guard on & Other on"],
+    ),
+    "through rungs": (
+        "XIC(Start)OTE(Run);XIC(Run)XIC(Guard)OTE(Lamp);", "2 Start 2", "Lamp", None, ["Guard on"],
+    ),
+    "a timer": ("XIC(Start)TON(T,50,0);XIC(T.DN)OTE(Lamp);", "2", "Lamp", None, ["Start on after 6"]),
+    "by itself": ("XIC(Start)TON(T,50,0);XIC(T.DN)OTE(Lamp);", "2 Start 3", "Lamp", None, [" after 3"]),
+    "a value": ("XIC(Start)MOV(5,N);XIC(Guard)MOV(6,N);", "2", "N", 5, ["Start on"]),
+    "an add-on instruction": ("Motor(M,Start,Stop,Run);", "2 Stop 2", "Run", None, ["Start on & Stop off"]),
+    "a one-shot that must fall first": ("XIC(Start)ONS(Seen)OTE(Lamp);", "2 Start 3", "Lamp", None, []),
+    "nothing": ("XIC(Start)XIO(Start)OTE(Lamp);", "2", "Lamp", None, []),
+    "an assignment": ("ST Lamp := Start AND NOT Stop;", "2 Stop 1", "Lamp", None, ["Start on & Stop off"]),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", TAKES)
+def test_what_it_would_take(name):
+    """The sets are expected by hand; each is confirmed by a run of its own."""
+    rungs, done, tag, wanted, expected = TAKES[name]
+    remedies = after(rungs, done).what_would(tag, wanted)
+    sets = [
+        " & ".join(f"{each.name} {'on' if each.value else 'off'}" for each in one.changes)
+        + (f" after {one.scans}" if one.scans > 1 else "")
+        for one in remedies.found
+    ]
+    assert sets == expected
+    for one in remedies.found:
+        debugger = after(rungs, done)
+        for each in one.changes:
+            debugger.tags[each.name] = each.value
+        debugger.scan(one.scans)
+        assert debugger.tags[tag] == remedies.wanted
+
+
+def test_what_it_would_take_is_asked_of_single_values():
+    debugger = after("XIC(Start)TON(T,50,0);MOV(K,N);", "2")
+    with pytest.raises(ValueError, match="T is not a single value: ask about one of its members"):
+        debugger.what_would("T")
+    with pytest.raises(ValueError, match="N is of type DINT: give the value that it should have"):
+        debugger.what_would("N")
+    assert str(debugger.what_would("N", 4)) == "N depends on no input"
+
+
+def test_a_question_does_not_touch_the_program():
+    debugger = after(SEAL, "2 Start 2")
+    before = debugger.engine.memory.snapshot()
+    debugger.chain("Run")
+    debugger.what_would("Run")
+    assert (debugger.engine.memory.snapshot(), debugger.scans) == (before, 4)
+
+
+def test_the_links_of_an_add_on_instruction_when_asked_deeply():
+    links = list(after("Motor(M,Start,Stop,Run);", "2 Start 2").chain("Run", deep=True).walk())
+    assert [(each.name, each.site and each.site.routine) for each in links] == [
+        ("Run", "Main"), ("M.Runs", "Motor.Logic"), ("M.Hold", "Motor.Logic"), ("M.On", "Main"),
+        ("Start", None),
+    ]  # fmt: skip
+
+
+def test_since_when_and_what_it_was_before():
+    link = after("MOV(K,N);", "2 K=5 2 K=9 3").chain("N")
+    assert link.since == {
+        "scan": 4, "now_ns": 40_000_000, "value": 9, "last_different": {"scan": 3, "value": 5},
+    }  # fmt: skip
+
+
+def test_a_chain_as_text_has_branches():
+    said = str(after("XIC(Start)XIC(Guard)OTE(Lamp);", "2 Start Guard 2").chain("Lamp"))
+    assert said.splitlines() == [
+        "Lamp on (0.02 s, Main rung 0: XIC(Start) XIC(Guard))",
+        "  <- Start on (0.02 s, set from outside of the program)",
+        "  <- and Guard on (0.02 s, set from outside of the program)",
+    ]
