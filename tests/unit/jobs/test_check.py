@@ -99,6 +99,15 @@ HOME = '    {{ input = "home", first = 10, last = 20 }},\n'
 LOOP = "        while True:\n", "        while True:\n            self.lamp = True\n        while True:\n"
 """What is replaced in the program with sequences by a loop that never waits."""
 
+TWO_STEPS = """
+ROUTINE Seq SFC
+INITIAL_STEP A
+END_STEP
+STEP B
+END_STEP
+END
+"""
+
 PLANTED = {
     "not-configured": (".rung", RUNGS.replace("16#8414", "16#8424"), RACK, "line.toml:10"),
     "search-without-switch": (
@@ -131,6 +140,12 @@ PLANTED = {
     ),
     "out-of-range": (".rung", RUNGS.replace("5, 0, 1, 1]", "5, 0, 2001, 1]"), RACK, "line.rung:10"),
     "no-place": (".py", SEQUENCES.replace('"Local:2', '"Local:4'), RACK, "line.py:7"),
+    "unreached-step": (
+        ".rung",
+        RUNGS.replace("TAG Pulse", "TAG A : SFC_STEP\nTAG B : SFC_STEP\nTAG Pulse") + TWO_STEPS,
+        RACK,
+        f"line.rung:{len(RUNGS.splitlines()) + 7}",
+    ),
     "never-waits": (".py", SEQUENCES.replace(*LOOP), RACK, "line.py:13"),
     "bad-call": (".py", SEQUENCES.replace("move_to", "moveto"), RACK, "line.py:16"),
 }
