@@ -57,12 +57,6 @@ class Services:
         interpreter.frame, interpreter.site = NOTHING, site
         interpreter.take(parameters_of(self._interpreted[site])[1][number : number + 1], (value,))
 
-    def postscan(self, routine: str) -> None:
-        """Postscan a routine, in capitals, see `Interpreter.postscan`."""
-        interpreter = self._engine.interpreter
-        interpreter.now_ns, interpreter.frame = self._engine.now_ns, NOTHING
-        interpreter.postscan(routine)
-
     def subscript(self, index: int, length: int, site: int, tag: str) -> int:
         """Return an index in range, or fault."""
         if not 0 <= index < length:

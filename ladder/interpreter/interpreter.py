@@ -11,10 +11,10 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import NoReturn
 
-from ..model.errors import LadderError, LadderFault, OutOfLinesError
+from ..model.errors import SUBSCRIPT_CODE, LadderError, LadderFault, OutOfLinesError
 from ..model.operands import Constant, Group, Place, Resolved, first_leaf, place_of
 from ..model.spec import InstructionKind
-from ..model.tags import OVERRIDE, OWN
+from ..model.tags import IGNORES_ARRAY_FAULTS, OVERRIDE, OWN
 from ..model.types import count_of, size_of
 from ..state.fault_log import FaultLog
 from ..state.lowered import (
@@ -353,14 +353,25 @@ class Interpreter(PlaceValues):
             name: the routine, in capitals; one in Python is left alone.
 
         Raises:
-            LadderFault: a subscript is out of range, as in a scan.
+            LadderFault: a subscript is out of range, unless the controller ignores that.
         """
         routine = self.lowered.routines.get(name)
         site = self.site
         for step in self._each(routine):
             self.site = step.site
-            if step.spec.postscan is not None:
-                step.spec.postscan(self, *step.operands)
-            elif routine is not None and routine.body is None:
-                self.execute(step, False)
+            try:
+                if step.spec.postscan is not None:
+                    step.spec.postscan(self, *step.operands)
+                elif routine is not None and routine.body is None:
+                    self.execute(step, False)
+            except LadderFault as fault:
+                own = fault.site is self.lowered.sites[step.site] and fault.code == SUBSCRIPT_CODE
+                if not own or not self._ignores_array_faults:
+                    raise
         self.site = site
+
+    @property
+    def _ignores_array_faults(self) -> bool:
+        """Whether postscan leaves an instruction alone whose subscript is out of range [1756-RM003N]."""
+        leaf = self.lowered.layout.leaves.get(IGNORES_ARRAY_FAULTS)
+        return leaf is not None and self.memory.read(leaf) == 1

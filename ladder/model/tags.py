@@ -110,6 +110,9 @@ Presets = Mapping[tuple[str, int], int | float]
 OVERRIDE = "~mcr"
 """Leaf of the MCR zone's state."""
 
+IGNORES_ARRAY_FAULTS = "~GSV.CONTROLLER..IGNOREARRAYFAULTSDURINGPOSTSCAN"
+"""Leaf, in capitals, of the attribute that SSV sets to 1."""
+
 HELD = "~held"
 """Prefix of leaves that store a subscript during a call."""
 
@@ -577,7 +580,6 @@ RESERVED = frozenset(
         "interpret",
         "passed",
         "received",
-        "postscan",
         "broken",
         *CALLED,
         "program",

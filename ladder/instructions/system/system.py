@@ -243,6 +243,8 @@ def _resolve(
     if attribute is None or not (written or attribute.write):
         known = _known(kind, written=written)
         raise OperandError(f"there is no attribute {name} of {kind} here", f"there are {known}")
+    if kind == "CONTROLLER":
+        instance = ""  # there is one
     if instance == THIS:
         instance = program_of(resolver.named(""))
     stored = None if (kind, name) in ATTRIBUTES else stored_value(kind, name)

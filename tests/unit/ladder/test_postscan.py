@@ -116,12 +116,19 @@ def test_an_add_on_passes_inputs_postscans_logic_runs_postscan_and_passes_output
 
 
 def test_a_subscript_out_of_range_faults_as_in_a_scan():
-    """IgnoreArrayFaultsDuringPostScan is 0 unless the program sets it."""
-    for engine in engines("\nXIC(Go)OTE(Bit[At]);"):
+    """IgnoreArrayFaultsDuringPostScan is 0 unless the program sets it: then the instruction is left alone."""
+    rungs = (
+        "\nXIC(Go)OTE(Bit[At])OTE(Bit[0]);\nXIC(N[1].0)SSV(Controller,,IgnoreArrayFaultsDuringPostScan,F[0]);"
+    )
+    for engine in engines(rungs, tags=f"{TAGS}TAG F : SINT[2] := [1]\n"):
         engine.step()
         engine.tags.At = 8
         with pytest.raises(LadderFault, match="At"):
             ran(engine, scans=0)
+        engine.tags.At, engine.tags["N[1]"] = 0, 1
+        engine.step()
+        engine.tags.At = 8
+        assert ran(engine, scans=0)["Bit[0]"] == 0
 
 
 def test_a_change_in_postscan_tells_its_mode_and_its_instruction():
