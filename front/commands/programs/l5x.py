@@ -31,20 +31,22 @@ from ...terminal.terminal import say
 
 if TYPE_CHECKING:
     from ...jobs.first.first_run import FirstRun
+    from ...rockwell.l5x import L5xImport
+    from ...rockwell.slc import SlcImport
 
 
-def reported(path: Path, scans: int = SCANS) -> Report:
-    """Import an export, run a trial, and return the report; LadderError if the file can't be used."""
+def tried(path: Path, scans: int = SCANS) -> L5xImport | SlcImport:
+    """Import an export and run a trial; LadderError if the file can't be used."""
     if is_slc(path):
         program = import_slc(path, trial=True)
         run_slc_trial(program, scans)
-        return program.report
+        return program
     imported = import_l5x(path, trial=True)
     run_trial(imported, scans)
     if imported.controller is not None:
         for axis, names in ideal_motion_of(imported.controller.build()).items():
             _note_axis(imported.report, axis, names)
-    return imported.report
+    return imported
 
 
 def _note_axis(report: Report, axis: str, names: list[str]) -> None:
@@ -116,10 +118,11 @@ def _l5x_command(
     if export is not None:
         raise typer.Exit(_print_export(file, export))
     try:
-        report = reported(file, (not run and scans) or SCANS)
+        imported = tried(file, (not run and scans) or SCANS)
     except LadderError as error:
         raise typer.Exit(complain(str(error), BAD_INPUT)) from None
-    first = _first_run(file, scans) if run else None
+    report = imported.report
+    first = _first_run(file, imported, scans) if run else None
     if as_json:
         say_json(report.as_json() | ({"run": first.as_json()} if first else {}))
     else:
@@ -128,18 +131,11 @@ def _l5x_command(
     raise typer.Exit(DONE if report.complete and not (first and (first.fault or first.problem)) else NO)
 
 
-def _first_run(file: Path, scans: int | None) -> FirstRun:
+def _first_run(file: Path, imported: L5xImport | SlcImport, scans: int | None) -> FirstRun:
     """Run an export on a rack of its own."""
     from ...jobs.first import first_run  # racks take time to import, and a report needs none
-    from ...jobs.imports.l5x_rack import all_modules
-    from ...jobs.imports.slc_rack import slots_of_slc
 
-    slc = is_slc(file)
-    if slc:
-        modules = slots_of_slc(import_slc(file).document.slots.values())
-    else:
-        modules = all_modules(read_document(file).modules)
-    return first_run.first_run(file, modules, slc=slc, scans=scans or first_run.SCANS)
+    return first_run.first_run(file, imported, scans or first_run.SCANS)
 
 
 def _print_differences(file: Path, older: Path, *, as_json: bool) -> int:

@@ -13,11 +13,16 @@ from typing import Any
 
 from ...ladder.debug import Debugger
 from ...ladder.model.errors import LadderError
-from ...ladder.model.operands import Place
+from ...ladder.model.operands import Constant, Place
+from ...ladder.state.memory import Value
+from ...rockwell.l5x import L5xImport
+from ...rockwell.slc import SlcImport
 from ...runtime.loop.faults import CpuFault
 from ..bench.bench import Bench
 from ..bench.opening import bench_of
 from ..imports.export_slots import ExportSlot
+from ..imports.l5x_rack import all_modules
+from ..imports.slc_rack import slots_of_slc
 from ..load.exports import rack_of_export
 from ..load.loading import load_job
 from .waiting import Condition, conditions
@@ -78,33 +83,34 @@ class FirstRun:
             yield from (f"{title}:", *shown) if shown else ()
 
 
-def first_run(export: Path, modules: Iterable[ExportSlot], *, slc: bool, scans: int = SCANS) -> FirstRun:
+def first_run(export: Path, imported: L5xImport | SlcImport, scans: int = SCANS) -> FirstRun:
     """Run an export on a rack of its own, and report.
 
     Args:
-        modules: the modules of the export.
-        slc: whether it is a text of RSLogix 500.
+        imported: the export, imported for a trial.
     """
-    found = FirstRun(modules=[_wanted(each) for each in modules if each.module is None])
+    wanted = (each for each in _modules(imported) if each.module is None)
+    found = FirstRun(modules=[_wanted(each) for each in wanted])
     try:
-        job = load_job(str(rack_of_export(export, slc=slc)))
+        job = load_job(str(rack_of_export(export, imported)))
     except (LadderError, ValueError, OSError) as error:
         found.problem = str(error)
         return found
     with bench_of(job, watched=True) as bench:
         debugger: Debugger = bench.program
-        reads = list(_read_only(debugger))
-        before = _values(debugger, [text for text, _ in reads])
-        modules_own = {text for text, is_module in reads if is_module}
-        changed: set[str] = set()
-        _scan(bench, found, scans, lambda: changed.update(_changed(debugger, before)))
+        inputs = _Inputs(debugger)
+        _scan(bench, found, scans, inputs.look)
         found.stubs = job.stubs
-        for each in before:
-            if each not in changed:
-                (found.inputs if each in modules_own else found.others).append(each)
+        found.inputs, found.others = inputs.unchanged(module=True), inputs.unchanged(module=False)
         if bench.scans and not found.fault:
             found.waits = conditions(debugger)
     return found
+
+
+def _modules(imported: L5xImport | SlcImport) -> list[ExportSlot]:
+    if isinstance(imported, SlcImport):
+        return slots_of_slc(imported.document.slots.values())
+    return all_modules(imported.document.modules)
 
 
 STRIDE = 20
@@ -121,40 +127,54 @@ def _scan(bench: Bench, found: FirstRun, scans: int, look: Any) -> None:
     found.scans, found.time_ns = bench.scans, bench.now_ns
 
 
-def _read_only(debugger: Debugger) -> Iterator[tuple[str, bool]]:
-    """Yield the tags that instructions read and none writes, as in rungs, and whether a module has them."""
+class _Inputs:
+    """The tags that instructions read and none writes, with their values at the begin."""
+
+    def __init__(self, debugger: Debugger) -> None:
+        self._engine = debugger.engine
+        self._places = dict(_read_only(debugger))
+        self._before = {name: self._value(place) for name, place in self._places.items()}
+        self._changed: set[str] = set()
+
+    def _value(self, place: Place) -> Value:
+        return self._engine.interpreter.get(place)
+
+    def look(self) -> None:
+        """Note the ones that have changed."""
+        for name, value in self._before.items():
+            if name not in self._changed and self._value(self._places[name]) != value:
+                self._changed.add(name)
+
+    def unchanged(self, *, module: bool) -> list[str]:
+        """Return those that never changed: of modules, or the others."""
+        left = (name for name in self._places if name not in self._changed)
+        return [name for name in left if (":" in self._places[name].leaf.path) is module]
+
+
+def _read_only(debugger: Debugger) -> Iterator[tuple[str, Place]]:
+    """Yield tags that instructions read and none writes, as in rungs; none with a computed subscript."""
     written: set[str] = set()
-    read: dict[str, str] = {}
+    read: dict[str, Place] = {}
     for each in debugger.cross_reference.mentions:
         where = each.where
         path = (where.leaf.path if isinstance(where, Place) else where.path).upper()
         if each.writes:
             written.add(path)
-        elif isinstance(where, Place) and not where.leaf.frame:
-            read.setdefault(each.text, path)  # an alias has its own text, and the path of its target
-    for text, path in read.items():
-        parts = path.split(".")
+        elif isinstance(where, Place) and not where.leaf.frame and _is_fixed(where):
+            read.setdefault(each.text, where)
+    for text, where in read.items():
+        parts = where.leaf.path.upper().split(".")
         above = {".".join(parts[:count]) for count in range(1, len(parts) + 1)}
-        if not above & written and not path.startswith("S:"):
-            yield text, ":" in path
+        if not above & written and not parts[0].startswith("S:"):
+            yield text, where
+
+
+def _is_fixed(place: Place) -> bool:
+    return all(isinstance(each, Constant) for each in (*place.indices, *filter(None, [place.bit])))
 
 
 def _first(names: list[str]) -> list[str]:
     return [*names[:SHOWN], *([f"and {len(names) - SHOWN:,} more"] * (len(names) > SHOWN))]
-
-
-def _values(debugger: Debugger, names: Iterable[str]) -> dict[str, Any]:
-    found = {}
-    for each in names:
-        try:
-            found[each] = debugger.tags[each]
-        except (LadderError, ValueError):
-            continue  # a computed subscript, or a constant of an instruction
-    return found
-
-
-def _changed(debugger: Debugger, before: dict[str, Any]) -> list[str]:
-    return [name for name, value in before.items() if debugger.tags[name] != value]
 
 
 def _wanted(slot: ExportSlot) -> dict[str, object]:

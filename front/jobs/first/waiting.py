@@ -16,6 +16,7 @@ from ...ladder.model.errors import LadderError
 from ...ladder.model.operands import Calculation, Group, Place
 from ...ladder.model.spec import InstructionKind
 from ...ladder.state.lowered import LoweredLine, LoweredRoutine, LoweredStep, steps_of
+from ...ladder.state.memory import Value
 
 SHOWN = 3
 """Conditions that are shown."""
@@ -89,11 +90,19 @@ def _condition(
         return None
     tag = tags[0]
     try:
-        value, why = debugger.tags[tag], str(debugger.why(tag))
+        value = debugger.tags[tag]
+        why = _why(debugger, tag, value)
     except (LadderError, ValueError):
         return None
     written = f"{step.name}({','.join(map(_text, step.operands))})"
     return Condition(routine.name, line.number, routine.unit, written, tag, value, why)
+
+
+def _why(debugger: Debugger, tag: str, value: Value) -> str:
+    """Return why a tag has its value; of one that nothing writes without a search of the past."""
+    if ":" in tag or any(each.writes for each in debugger.cross_reference.of(tag)):
+        return str(debugger.why(tag))
+    return f"{tag} is {int(value) if isinstance(value, bool) else value}: no rung writes it."
 
 
 def _tags(operand: object) -> Iterator[str]:

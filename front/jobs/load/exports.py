@@ -6,33 +6,40 @@ import atexit
 import shutil
 import tempfile
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from ...io_images.text_limits import TextLimitError
 from ...ladder.model.errors import LadderError
 from .program import EXPORT_SUFFIXES, SLC_SUFFIXES, ProgramError
 
+if TYPE_CHECKING:
+    from ...rockwell.l5x import L5xImport
+    from ...rockwell.slc import SlcImport
 
-def rack_of_export(export: Path, *, slc: bool | None = None) -> Path:
+
+def rack_of_export(export: Path, imported: L5xImport | SlcImport | None = None) -> Path:
     """Write a rack file for an export into a temporary folder, which stays as long as the process.
 
     Modules that are not simulated are memory, messages end after 20 ms, and refused parts do nothing.
 
     Args:
-        slc: whether it is a text of RSLogix 500; None to tell by the suffix.
+        imported: the export, imported for a trial; None to tell by its suffix what it is, and to import it.
 
     Raises:
         ProgramError: the export can't be used.
     """
+    from ...rockwell.slc import SlcImport  # most racks are no exports
+
     holder = tempfile.TemporaryDirectory(prefix="scanrack-")
     atexit.register(holder.cleanup)
     folder = Path(holder.name)
-    slc = export.suffix in SLC_SUFFIXES if slc is None else slc
+    slc = export.suffix in SLC_SUFFIXES if imported is None else isinstance(imported, SlcImport)
     program = export.resolve()
     if export.suffix not in EXPORT_SUFFIXES:  # its suffix says how a program is read
         program = folder / f"{export.stem}{'.SLC' if slc else '.L5X'}"
         shutil.copyfile(export, program)
     try:
-        text = _slc_text(program) if slc else _l5x_text(program)
+        text = _slc_text(program, imported) if slc else _l5x_text(program, imported)
     except (LadderError, TextLimitError) as error:
         raise ProgramError(str(error)) from error
     path = folder / f"{export.stem}.toml"
@@ -40,15 +47,15 @@ def rack_of_export(export: Path, *, slc: bool | None = None) -> Path:
     return path
 
 
-def _l5x_text(program: Path) -> str:
-    from ...rockwell.l5x import import_l5x  # lxml takes time to import, and most racks are no exports
+def _l5x_text(program: Path, imported: Any) -> str:
+    from ...rockwell.l5x import import_l5x  # lxml takes time to import
     from ..imports.l5x_rack import rack_of
 
-    return rack_of(import_l5x(program, trial=True), program, recorded=False)
+    return rack_of(imported or import_l5x(program, trial=True), program, recorded=False)
 
 
-def _slc_text(program: Path) -> str:
+def _slc_text(program: Path, imported: Any) -> str:
     from ...rockwell.slc import import_slc
     from ..imports.slc_rack import rack_of_slc
 
-    return rack_of_slc(import_slc(program, trial=True), program)
+    return rack_of_slc(imported or import_slc(program, trial=True), program)
