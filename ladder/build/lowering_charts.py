@@ -24,6 +24,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from functools import reduce
 from typing import Any
+from zlib import crc32
 
 from ..instructions.charts import ACT, BEGIN, CALL, CLOCK, DONE, STEP, fire_of
 from ..instructions.statements import CONDITION, assignment
@@ -113,10 +114,11 @@ class ChartLowering:
     def _resolved(self) -> LoweredChart:
         nodes: dict[str, ChartNode] = {}
         actions: list[ChartAction] = []
-        for index, step in enumerate(self._tree.steps, start=1):
+        for step in self._tree.steps:
             self._lowering.at(step.number, step.origin, step.head)
             tag = self._tag(step.name, STOP_TYPE if step.stop else STEP_TYPE)
-            node = ChartNode(index, step.number, step.name, self._bits(tag), tag, step.stop)
+            index, bits = lasting_number(step.name), self._bits(tag)
+            node = ChartNode(index, step.number, step.name, bits, tag, step.stop)
             nodes[step.name.upper()] = node
             node.actions = tuple(self._action(step, each, node, actions) for each in step.actions)
         for each in actions:
@@ -164,19 +166,10 @@ class ChartLowering:
         self._lowering.at(action.number, action.origin, action.head)
         tag = self._tag(action.name, ACTION_TYPE)
         body = None if action.body is None else body_name(self._name, step, action).upper()
-        actions.append(
-            ChartAction(
-                len(actions) + 1,
-                action.number,
-                action.name,
-                action.qualifier,
-                self._bits(tag),
-                tag,
-                body,
-                node,
-            )
-        )
-        return actions[-1]
+        index, bits = lasting_number(f"{step.name}.{action.name}"), self._bits(tag)
+        made = ChartAction(index, action.number, action.name, action.qualifier, bits, tag, body, node)
+        actions.append(made)
+        return made
 
     def _transition(self, transition: Transition, nodes: dict[str, ChartNode]) -> ChartTransition:
         self._lowering.at(transition.number, transition.origin, transition.head)
@@ -326,6 +319,11 @@ class ChartLowering:
         clear = self._set(state, constant(0), "no EOT yet")
         called = self._block((tree.statement,))
         return (clear, *called, self._set(each.place, _is_not_0(state), f"{each.name} := EOT"))
+
+
+def lasting_number(name: str) -> int:
+    """Return a number for a name, not 0, which an online edit of the chart leaves as it is."""
+    return crc32(name.upper().encode()) + 1
 
 
 def _is_not_0(place: Place) -> Resolved:

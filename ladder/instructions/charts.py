@@ -5,7 +5,7 @@ the scan that activates them [1756-PM006: step tags, action tags, choose a quali
 rows are not in `FAMILIES`: no rung names them.
 
     state     0 new, 1 executing, 2 paused, 3 executing after program mode
-    reset     number of the step that SFR names, 0 for none
+    reset     index of the step that SFR names, 0 for none
     last      instant of the last execution, ns; `delta` the time since then
     seen      the same, pauses included; `rest` the time since then, for PauseTimer
 """
@@ -72,8 +72,9 @@ def _begin(machine: Interpreter, chart: LoweredChart) -> bool:
         _clear(machine, chart)
         _activate(machine, chart.initial)
     target = _number(machine, chart.reset)
-    if target:
-        _reset(machine, chart, chart.nodes[target - 1])
+    for node in chart.nodes if target else ():
+        if node.index == target:
+            _reset(machine, chart, node)
     return True
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
-from .chart import Chart, Transition
+from .chart import Chart, ChartStep, Qualifier, Transition
 
 MOST_ELEMENTS = 2_000
 """Maximum steps, actions and transitions of a chart."""
@@ -57,25 +57,41 @@ def _names(chart: Chart) -> Iterator[ChartProblem]:
     initial = [each for each in chart.steps if each.initial]
     if len(initial) != 1:
         names = ", ".join(each.name for each in initial) or "none"
-        yield ChartProblem(
-            0, "chart", f"it needs one initial step; there are: {names}", "mark the first step"
-        )
+        text = f"it needs one initial step; there are: {names}"
+        yield ChartProblem(0, "chart", text, "mark the first step")
+    yield from _twice(chart)
+    named = chart.named
+    for each in chart.transitions:
+        yield from _ends(named, each)
+
+
+def _twice(chart: Chart) -> Iterator[ChartProblem]:
+    """Yield steps, and actions of a step, that have the tag of another one."""
     seen: set[str] = set()
     for step in chart.steps:
         if step.name.upper() in seen:
             text = f"there are two steps {step.name}"
             yield ChartProblem(step.number, f"step {step.name}", text, "give each a tag of its own")
         seen.add(step.name.upper())
-    for each in chart.transitions:
-        for name in (*each.sources, *each.targets):
-            if name.upper() not in seen:
-                text = f"there is no step {name}"
-                yield _of(each, text, f"steps are {', '.join(step.name for step in chart.steps)}")
-        for name in each.sources:
-            if name.upper() in seen and chart.named[name.upper()].stop:
-                yield _of(each, f"it leaves the stop {name}", "end the path there, or use a step")
-        if not (each.sources and each.targets):
-            yield _of(each, "it needs a step before it and one after it", "link it to both")
+        own = [each for each in step.actions if each.qualifier is not Qualifier.R]
+        names = [each.name.upper() for each in own]
+        for each in own:
+            if names.count(each.name.upper()) > 1:
+                text = f"step {step.name} has the action {each.name} twice"
+                yield ChartProblem(each.number, f"action {each.name}", text, "give each a tag of its own")
+
+
+def _ends(named: Mapping[str, ChartStep], each: Transition) -> Iterator[ChartProblem]:
+    """Yield what is wrong with the steps before and after a transition."""
+    for name in (*each.sources, *each.targets):
+        if name.upper() not in named:
+            steps = ", ".join(step.name for step in named.values())
+            yield _of(each, f"there is no step {name}", f"steps are {steps}")
+    for name in each.sources:
+        if name.upper() in named and named[name.upper()].stop:
+            yield _of(each, f"it leaves the stop {name}", "end the path there, or use a step")
+    if not (each.sources and each.targets):
+        yield _of(each, "it needs a step before it and one after it", "link it to both")
 
 
 def _of(transition: Transition, text: str, remedy: str) -> ChartProblem:

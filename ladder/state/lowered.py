@@ -197,7 +197,7 @@ Body = tuple[Act | Arms | Selection | Loop, ...]
 class ChartNode:
     """A step or stop of a chart; `bits` are the members of its tag, hidden ones included."""
 
-    index: int  # in the chart, from 1
+    index: int  # a number for its name, not 0
     number: int  # of the element
     name: str
     bits: Mapping[str, Place]
@@ -210,7 +210,7 @@ class ChartNode:
 class ChartAction:
     """An action of a step, with the members of its tag."""
 
-    index: int  # in the chart, from 1
+    index: int  # a number for the names of step and action, not 0
     number: int  # of the element
     name: str
     qualifier: Qualifier

@@ -3,6 +3,7 @@
 import pytest
 from charts import BothEngines, marks, program_of, told
 from scanrack.ladder import BuildError, LadderFault
+from scanrack.ladder.files.rungfile import parse_program, program_text
 
 BRANCHES = """
 INITIAL_STEP A
@@ -273,6 +274,10 @@ WRONG = {
         "transition T: there is no step B",
     ),
     "step twice": ("INITIAL_STEP A\nEND_STEP\nSTEP A\nEND_STEP", "there are two steps A"),
+    "action twice": (
+        "INITIAL_STEP A\nACTION X N;\nACTION X S;\nEND_STEP",
+        "step A has the action X twice",
+    ),
     "from a stop": (
         "INITIAL_STEP A\nEND_STEP\nSTOP B\nTRANSITION T FROM B TO A\n1\nEND_TRANSITION",
         "it leaves the stop B",
@@ -324,3 +329,19 @@ def test_a_chart_that_can_not_be_is_refused_by_its_element(name):
     problem = refused.value.problems[0]
     assert says in str(refused.value)
     assert (problem.site.routine, problem.site.unit) == ("Seq", "element")
+
+
+def test_an_online_edit_goes_on_where_the_chart_is():
+    """A step and an action before the active one: what is on stays on, and ends with its step."""
+    program = called()
+    text = program_text(program).replace("INITIAL_STEP A\n", "INITIAL_STEP A\n    ACTION Extra N;\n")
+    text = text.replace("TAG A : SFC_STEP", "TAG A : SFC_STEP\nTAG Extra : SFC_ACTION\nTAG New : SFC_STEP")
+    edited = parse_program(text.replace("STEP B\n", "STEP New\nEND_STEP\nSTEP B\n"))
+    program.tags["Go"] = True
+    for _ in range(3):
+        program.step()
+    edited.take_over(program)
+    edited.tags["Go"] = False
+    edited.tags["Reset"] = True
+    edited.step()
+    assert (edited.tags["A.X"], edited.tags["B.X"], edited.tags["Keep.A"]) == (True, False, False)
