@@ -118,7 +118,7 @@ def _not_ideal(lowered: LoweredProgram) -> Iterator[Problem]:
         if step.name in IDEAL or not isinstance(first, Group) or first.path.upper() in lowered.axes:
             continue
         text = f"an ideal axis can't do {step.name}: it ends with ER, and ERR 25, illegal instruction"
-        yield _problem(routine, line, text, "stub the instruction")
+        yield _problem(routine, line, text, "stub the instruction", "no-place")
 
 
 def _repeated(lowered: LoweredProgram, allowed: frozenset[str]) -> Iterator[Problem]:
@@ -133,7 +133,7 @@ def _repeated(lowered: LoweredProgram, allowed: frozenset[str]) -> Iterator[Prob
             if place in seen:
                 _, what, remedy = _EXCLUSIVE[use]
                 text = f"{operand.text} {what} in {seen[place].where} already"
-                yield _problem(routine, line, text, remedy)
+                yield _problem(routine, line, text, remedy, "repeated-coil")
             else:
                 seen[place] = _site(routine, line)
 
@@ -168,9 +168,9 @@ def _site(routine: LoweredRoutine, line: LoweredLine) -> Site:
     return Site("", routine.name, line.number, unit=routine.unit, file=origin.file, line=origin.line)
 
 
-def _problem(routine: LoweredRoutine, line: LoweredLine, text: str, remedy: str) -> Problem:
+def _problem(routine: LoweredRoutine, line: LoweredLine, text: str, remedy: str, rule: str = "") -> Problem:
     site = _site(routine, line)
-    return Problem(site.where, line.text, text, remedy, site)
+    return Problem(site.where, line.text, text, remedy, site, rule)
 
 
 def _jumps(lowered: LoweredProgram, routine: LoweredRoutine) -> Iterator[Problem]:

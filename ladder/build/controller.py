@@ -186,4 +186,6 @@ class Controller(LadderLogic):
         run = {name.upper() for task in tasks for name in task.programs}
         for name in self._names_of_programs():
             if name.upper() not in run:
-                yield Problem(f"program {name}", "", "no task runs it", "name it in a task")
+                yield Problem(
+                    f"program {name}", "", "no task runs it", "name it in a task", rule="unreachable"
+                )

@@ -348,7 +348,8 @@ class Lowering:
         """Warn of a written input: the value lasts until the module's next update."""
         self.lowered.written_inputs.update(leaf.ident for leaf in leaves_in(resolved))
         remedy = "write a tag of your own"
-        self.warnings.append(Problem(site.where, rung, f"{text}: its module writes over it", remedy, site))
+        text = f"{text}: its module writes over it"
+        self.warnings.append(Problem(site.where, rung, text, remedy, site, "input-written"))
 
     def note_flags(self, operand: Operand) -> None:
         """Enable the status flags if an operand names one."""

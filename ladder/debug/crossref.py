@@ -124,7 +124,7 @@ def _in_routine(
     """Yield the mentions of a routine and of the add-on instructions that it calls."""
     for line in routine.lines:
         for step in steps_of(line.nodes):
-            for each in _of_step(lowered.sites[step.site], step):
+            for each in mentions_of(lowered.sites[step.site], step):
                 where = placed(each.where)
                 yield replace(each, where=where, text=where.text)
             for call in step.operands:
@@ -190,7 +190,8 @@ def _once(mentions: Iterable[Mention]) -> Iterator[Mention]:
             yield each
 
 
-def _of_step(site: Site, step: LoweredStep) -> Iterator[Mention]:
+def mentions_of(site: Site, step: LoweredStep) -> Iterator[Mention]:
+    """Yield the operands of an instruction, and the places that their subscripts read."""
     for operand, uses in _operands(step):
         reads = not uses & TARGETS or bool(uses & BOTH_WAYS)
         writes = bool(uses & TARGETS)

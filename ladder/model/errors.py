@@ -32,6 +32,7 @@ class Problem:
     text: str  # the error, with the value and what is allowed
     remedy: str
     site: Site = NOWHERE  # without `rung` for other places
+    rule: str = ""  # of a warning, the rule of `scanrack check`
 
     def __str__(self) -> str:
         shown = f"\n    {self.rung}" if self.rung else ""

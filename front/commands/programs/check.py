@@ -1,52 +1,74 @@
-"""`scanrack check RACK`: finds mistakes in a rack without running it."""
+"""`scanrack check FILE`: finds mistakes in a rack and its program without running them."""
 
 from __future__ import annotations
 
+from enum import StrEnum
+from importlib.metadata import version
 from typing import Annotated
 
 import typer
 
-from ...jobs.check import CheckReport, check_rack
-from ...jobs.load.loading import load_job
+from ...jobs.check import CheckReport, check_rack, load_any
+from ...jobs.check.formats import as_json as json_of
+from ...jobs.check.formats import as_junit, as_sarif
 from ...ladder import LadderError
 from ...terminal.as_json import JsonOption, say_json
 from ...terminal.status import BAD_INPUT, NO, complain
 from ...terminal.terminal import say
 
 
-def _as_json(report: CheckReport) -> dict[str, object]:
-    findings = [
-        {"rule": each.rule, "file": each.place.file, "line": each.place.line, "text": each.text}
-        for each in report.findings
-    ]
-    return {"findings": findings, "not_seen": report.not_seen}
+class ReportFormat(StrEnum):
+    """Format of the report."""
+
+    TEXT = "text"
+    JSON = "json"
+    SARIF = "sarif"
+    JUNIT = "junit"
 
 
 def _check_command(
-    rack: Annotated[str, typer.Argument(metavar="RACK", help="Rack file, TOML or Python.")],
+    rack: Annotated[
+        str, typer.Argument(metavar="FILE", help="Rack file, TOML or Python; or a ladder program or export.")
+    ],
     as_json: JsonOption = False,
+    form: Annotated[
+        ReportFormat, typer.Option("--format", help="Of the report: text, json, sarif or junit.")
+    ] = ReportFormat.TEXT,
 ) -> None:
-    """Check a rack without running it: wiring, tags, coils, command bits, ranges.
+    """Check a rack and its program without running them: conditions, readers and writers, commands to axes.
+
+    An L5X, SLC, .rung or .st file is checked without a rack, too.
 
     Example: scanrack check examples/feeder/feeder.toml
+    Example: scanrack check machine.L5X --format sarif > machine.sarif
 
     Exit status: 0 nothing found, 1 something found, 2 a file can't be used.
     """
     try:
-        report = check_rack(load_job(rack))
+        job, alone = load_any(rack)
+        report = check_rack(job, alone=alone)
     except (LadderError, ValueError) as error:
         raise typer.Exit(complain(str(error), BAD_INPUT)) from error
-    if as_json:
-        say_json(_as_json(report))
+    if as_json or form is ReportFormat.JSON:
+        say_json(json_of(report))
+    elif form is ReportFormat.SARIF:
+        say_json(as_sarif(report, version("scanrack")))
+    elif form is ReportFormat.JUNIT:
+        say(as_junit(report, rack), whole=True)
     else:
-        for finding in report.findings:
-            say(str(finding))
-        number = len(report.findings)
-        say(f"{number or 'no'} finding{'' if number == 1 else 's'}")
-        for sentence in report.not_seen:
-            say(f"not seen: {sentence}")
+        _print(report)
     if report.findings:
         raise typer.Exit(NO)
+
+
+def _print(report: CheckReport) -> None:
+    for finding in report.findings:
+        say(str(finding))
+    number = len(report.findings)
+    ignored = f", {report.ignored} ignored" if report.ignored else ""
+    say(f"{number or 'no'} finding{'' if number == 1 else 's'}{ignored}")
+    for sentence in report.not_seen:
+        say(f"not seen: {sentence}")
 
 
 def register(app: typer.Typer) -> None:

@@ -1,18 +1,21 @@
-"""Checks of a rack without running it: rules about the machine, the wiring and the program.
+"""Checks of a program without running it: a table of facts, and rules about the machine and the program.
 
-facts.py            facts of a program in any language
-ladder_facts.py     facts of rungs
-output_writes.py    writes of rungs to the output words of 3601s
-python_facts.py     facts of a Python program's text
-sequence_facts.py   facts of a program with sequences: its class, and its text
-sequence_calls.py   calls in it whose constants an axis refuses
-loops.py            loops in it that never wait
-rules.py            the rules, one row each; they read the facts and the rack
+facts.py           the table of facts; a collector of each language fills it
+rungs, python      the collectors
+logic.py           conditions: whether one can hold
+ranges.py          ranges of numbers
+subject.py         what rules read: facts, rack, places in the rack file
+rules              the rules, one row each
+suppressions.py    findings that a comment suppresses
+alone.py           a ladder program without a rack
+check.py           a whole check
 """
 
 from __future__ import annotations
 
+from .alone import load_any
+from .check import CheckReport, Finding, check_rack
 from .facts import FileLine
-from .rules import RULES, CheckReport, Finding, check_rack
+from .rules import BY_ID, RULES, Rule
 
-__all__ = ["RULES", "CheckReport", "FileLine", "Finding", "check_rack"]
+__all__ = ["BY_ID", "RULES", "CheckReport", "FileLine", "Finding", "Rule", "check_rack", "load_any"]

@@ -1,10 +1,26 @@
-"""Facts that a reader finds in a program's text, in any language."""
+"""The table of facts about a program, which a collector of each language fills and the rules read.
+
+| fact | rungs | structured text | Python |
+|---|---|---|---|
+| `Variable` | a tag, a bit of an image | the same | a field, an output, an input |
+| `Access` | an operand | a side of an assignment | `self.name`, read or assigned |
+| `Command` | a motion block | the same | a method of an axis |
+| `Configured` | eight constant words | the same | `Configuration(...)` |
+
+A mistake that shows in one place is a `Remark` at once: `facts.remark("recursion", place, text)`.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from enum import Enum, auto
 from typing import NamedTuple
+
+from ...io_images.site import Site
+from .logic import Bit
+from .ranges import ANY, Range
 
 
 class FileLine(NamedTuple):
@@ -14,8 +30,7 @@ class FileLine(NamedTuple):
     line: int
 
 
-@dataclass(frozen=True, slots=True)
-class Remark:
+class Remark(NamedTuple):
     """A part of the program that breaks a rule by itself."""
 
     place: FileLine
@@ -29,6 +44,133 @@ class SentCommand:
     place: FileLine
     slot: int | None  # None if it is unknown
     words: tuple[int, ...] = ()  # the eight output words; empty without effect on the rules
+    speed: int | None = None  # the speed in them, steps/s; None if it is unknown
+
+
+class Role(Enum):
+    """What a variable is."""
+
+    PLAIN = auto()  # memory of the program
+    INPUT = auto()  # the module writes it
+    OUTPUT = auto()  # the module reads it
+    BLOCK = auto()  # an instance of a block, a timer, a counter
+
+
+@dataclass(frozen=True, slots=True)
+class Variable:
+    """A tag, a field, or a terminal.
+
+    Attributes:
+        name: as the user writes it.
+        place: its declaration.
+        type: such as "BOOL", "DINT", "TIMER".
+        set: whether its declaration gives it a value.
+        shown: whether people read or write it: it is recorded, or its name says so.
+    """
+
+    name: str
+    place: FileLine
+    role: Role
+    type: str
+    set: bool = False
+    shown: bool = False
+
+
+class Use(Enum):
+    """What an instruction or a statement does with a variable."""
+
+    READ = auto()
+    COIL = auto()  # writes a bit whatever its condition is
+    LATCH = auto()  # sets a bit if its condition holds
+    UNLATCH = auto()  # clears a bit if its condition holds
+    WRITE = auto()  # writes another value, or several words
+    BOTH = auto()  # reads and writes: a timer, a block, an argument by reference
+
+
+@dataclass(frozen=True, slots=True)
+class Access:
+    """A use of a variable.
+
+    Attributes:
+        variable: its key in `Facts.variables`.
+        part: what of the variable: "" all of it, such as ".DN", "[3].5"; "[?]" is any element.
+        unit: the routine, or the function.
+        needs: bits that hold whenever it acts.
+        owner: the task of the program, or the sequence; "" for a single task, and for `every_scan`.
+        once: whether it acts at start-up only.
+        default: whether it is a statement that every scan executes, and that a later one may override.
+        steady: whether its condition holds from the second scan on.
+        parameter: whether it takes an argument of a routine.
+    """
+
+    variable: str
+    part: str
+    use: Use
+    place: FileLine
+    unit: str = ""
+    needs: frozenset[Bit] = frozenset()
+    owner: str = ""
+    once: bool = False
+    default: bool = False
+    steady: bool = False
+    parameter: bool = False
+
+    @property
+    def task(self) -> bool:
+        """Whether the owner is a task of a ladder program, not a sequence."""
+        return self.unit.startswith("\\")
+
+    @property
+    def reads(self) -> bool:
+        """Whether the value is read."""
+        return self.use in (Use.READ, Use.BOTH)
+
+    @property
+    def writes(self) -> bool:
+        """Whether the value is written."""
+        return self.use is not Use.READ
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """A command to an axis: the call of a block, or of a method.
+
+    Attributes:
+        kind: name of the method of `Axis3601`: "move_to", "run", "home".
+        axis: the axis, as the user calls it.
+        slot: its slot; None if it is unknown.
+        values: ranges of its arguments by their names in `Axis3601`.
+        choices: the values that an argument gets one after the other.
+        text: the call in words, such as "MC_Home(Home)" or "home".
+        order: place in the scan, or in its sequence.
+        unit: the routine, or the function.
+        owner: the task, or the sequence.
+        sure: whether its sequence always reaches it.
+        locks: what the program holds there.
+        words: whether it is given as words.
+        execute: the bit that starts it, in capitals; "1" if it is always on, "" if there is none.
+        segments: of a blend: length, speed and rate of each, as far as they are known.
+    """
+
+    kind: str
+    axis: str
+    slot: int | None
+    place: FileLine
+    text: str
+    values: Mapping[str, Range] = field(default_factory=dict)
+    choices: Mapping[str, tuple[Range, ...]] = field(default_factory=dict)
+    order: int = 0
+    unit: str = ""
+    owner: str = ""
+    sure: bool = False
+    locks: frozenset[str] = frozenset()
+    words: bool = False
+    execute: str = ""
+    segments: tuple[tuple[Range, Range, Range], ...] | None = None
+
+    def value(self, name: str) -> Range:
+        """Return the range of an argument."""
+        return self.values.get(name, ANY)
 
 
 UsesBit = Callable[[int, str, str, int, int], bool]
@@ -40,27 +182,50 @@ class Facts:
     """Facts of a program.
 
     Attributes:
-        repeated: bits with several coils.
-        unused: tags that no instruction names.
-        held: command bits that it sets and never clears.
-        out_of_range: constants that a 3601 refuses.
-        misplaced: inputs, outputs and axes missing in the rack or claimed twice.
-        endless: loops of sequences that never wait.
-        unreached: steps of charts that no path leads to.
-        misused: calls that fail when they are reached.
+        remarks: mistakes that show in one place, by rule.
+        variables: by key.
+        computed: slots whose output words the program computes.
+        at_once: commands that are sent together with their parameters.
         uses_bit: tests whether it uses a bit of a card; None if that is unknown.
+        reads_all: whether parts that are not read here may use any variable.
         not_seen: sentences about facts that the reader can't determine.
+        sites: routines and rungs, by their line in the file.
     """
 
+    remarks: defaultdict[str, list[Remark]] = field(default_factory=lambda: defaultdict(list))
+    variables: dict[str, Variable] = field(default_factory=dict)
+    accesses: list[Access] = field(default_factory=list)
+    commands: list[Command] = field(default_factory=list)
     configurations: list[SentCommand] = field(default_factory=list)
     searches: list[SentCommand] = field(default_factory=list)
-    repeated: list[Remark] = field(default_factory=list)
-    unused: list[Remark] = field(default_factory=list)
-    held: list[Remark] = field(default_factory=list)
-    out_of_range: list[Remark] = field(default_factory=list)
-    misplaced: list[Remark] = field(default_factory=list)
-    endless: list[Remark] = field(default_factory=list)
-    unreached: list[Remark] = field(default_factory=list)
-    misused: list[Remark] = field(default_factory=list)
+    computed: set[int] = field(default_factory=set)
+    at_once: list[Remark] = field(default_factory=list)
     uses_bit: UsesBit | None = None
+    reads_all: bool = False
     not_seen: list[str] = field(default_factory=list)
+    sites: dict[FileLine, Site] = field(default_factory=dict)
+
+    def remark(self, rule: str, place: FileLine, text: str) -> None:
+        """Add a mistake that shows in one place."""
+        self.remarks[rule].append(Remark(place, text))
+
+    def by_variable(self) -> Iterator[tuple[Variable, list[Access]]]:
+        """Yield each variable with its accesses."""
+        found: dict[str, list[Access]] = {key: [] for key in self.variables}
+        for each in self.accesses:
+            if each.variable in found:
+                found[each.variable].append(each)
+        for key, accesses in found.items():
+            yield self.variables[key], accesses
+
+
+def overlap(one: str, other: str) -> bool:
+    """Whether two parts of a variable share memory.
+
+    >>> overlap("", ".DN"), overlap("[3].5", "[3].6"), overlap("[?]", "[3].5"), overlap(".A", ".AB")
+    (True, False, True, False)
+    """
+    if "?" in one + other:
+        return True
+    short, long = sorted((one, other), key=len)
+    return long.startswith(short) and long[len(short) : len(short) + 1] in ("", ".", "[")

@@ -114,4 +114,5 @@ def test_words_behind_an_offset(program, expected, tmp_path):
     (tmp_path / "line.rung").write_text(program)
     done = CliRunner().invoke(build(), ["check", str(tmp_path / "rack.toml"), "--json"])
     findings = json.loads(done.stdout)["findings"]
-    assert [(each["rule"], each["line"]) for each in findings] == expected
+    found = [(each["rule"], each["line"]) for each in findings]
+    assert [each for each in found if each[0] in ("command-held", "out-of-range")] == expected

@@ -1,4 +1,4 @@
-"""Facts of a Python program, read from its text without a call of it.
+"""The text of a Python program, read without a call of it.
 
 A command is a call of a class of `io_images.amci3601` by its name:
 
@@ -15,13 +15,12 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence, Set
 from contextlib import suppress
 from inspect import signature
-from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from ...io_images import amci3601
-from ...io_images.amci3601 import Acceleration, Configuration, Direction, FindHome, Move, MoveKind
-from .facts import Facts, FileLine, Remark, SentCommand, UsesBit
+from ....io_images import amci3601
+from ....io_images.amci3601 import Acceleration, Direction, MoveKind
+from ..facts import FileLine, Remark, UsesBit
 
 NEUTRAL: Mapping[str, object] = {
     "kind": MoveKind.ABSOLUTE,
@@ -50,47 +49,6 @@ _VALUES = (ast.Constant, ast.Name, ast.Attribute, ast.UnaryOp, ast.BinOp, ast.un
 
 class UnknownError(Exception):
     """An argument whose value the text does not determine."""
-
-
-def python_facts(path: Path, names: Mapping[str, Any], terminals: Set[str]) -> Facts:
-    """Read the facts of a Python program.
-
-    Args:
-        names: the names of its module, with their values.
-    """
-    tree = ast.parse(path.read_text("utf-8"))
-    reader = Reader(str(path), tree, names)
-    facts = Facts(not_seen=["values that the program computes", "words written without a command's class"])
-    moves: list[tuple[FileLine, str, int]] = []
-    least: list[int] = []
-    for kind, call in reader.calls():
-        place = FileLine(str(path), call.lineno)
-        if kind == "FindHome":
-            facts.searches.append(SentCommand(place, None))
-        try:
-            made = reader.make(kind, call)
-        except ValueError as error:
-            facts.out_of_range.append(Remark(place, f"{kind}: {error}"))
-            continue
-        if isinstance(made, Configuration):
-            facts.configurations.append(SentCommand(place, None, tuple(made.to_image().words.tolist())))
-            least.append(made.starting_speed)
-        elif isinstance(made, Move | FindHome) and "speed" in reader.known(kind, call):
-            moves.append((place, kind, made.speed))
-    facts.out_of_range.extend(_too_slow(moves, least))
-    facts.held.extend(reader.held())
-    facts.uses_bit = reader.uses_bit(terminals)
-    if terminals and facts.uses_bit is None:
-        facts.not_seen.append("which terminals of the cards the program uses: it names none of them")
-    return facts
-
-
-def _too_slow(moves: Sequence[tuple[FileLine, str, int]], starting_speeds: Sequence[int]) -> Iterator[Remark]:
-    """Yield the moves and home searches that are slower than the starting speed of every configuration."""
-    least = min(starting_speeds, default=0)
-    for place, kind, speed in moves:
-        if speed < least:
-            yield Remark(place, f"{kind}: speed {speed} is below the starting speed, {least}")
 
 
 class Reader:

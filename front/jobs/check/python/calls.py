@@ -11,14 +11,16 @@ from __future__ import annotations
 import ast
 import difflib
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import suppress
 from inspect import Signature, signature
 from typing import Any
 
-from ...io_images.amci3601 import Acceleration, Direction
-from ...ladder.python.axis3601 import Axis3601, Command, ErrorId
-from ...ladder.python.sequences import dwell, steady
-from .facts import FileLine, Remark
-from .python_facts import Reader, UnknownError, variants
+from ....io_images.amci3601 import Acceleration, Direction
+from ....ladder.python.axis3601 import Axis3601, Command, ErrorId
+from ....ladder.python.sequences import dwell, steady, within
+from ....ladder.python.sequences.durations import duration_ns
+from ..facts import FileLine, Remark
+from .reader import Reader, UnknownError, variants
 
 NEUTRAL: Mapping[str, object] = {
     "direction": Direction.CW,
@@ -79,6 +81,16 @@ class Calls:
             text = self._no_time(kind, call) if kind in (dwell, steady) else ""
             if text:
                 yield Remark(self._place(call), text)
+
+    def without_time(self) -> Iterator[Remark]:
+        """Yield the waits whose time is 0."""
+        for call in self._calls:
+            kind = self._reader.names.get(getattr(call.func, "id", ""))
+            if kind in (dwell, steady, within) and not _unpacks(call):
+                with suppress(UnknownError, TypeError, ValueError):
+                    node = _bound(signature(kind), call).get("time")
+                    if node is not None and duration_ns(str(self._reader.value(node))) == 0:
+                        yield Remark(self._place(call), f"{ast.unparse(call)} waits for no time")
 
     def _place(self, call: ast.Call) -> FileLine:
         return FileLine(self._reader.file, call.lineno)

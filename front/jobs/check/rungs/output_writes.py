@@ -24,14 +24,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from ...io_images.amci3601 import CommandMsw, StatusMsw
-from ...io_images.amci3601.parameters import RATE_MAX
-from ...io_images.image import WORDS
-from ...ladder.debug.crossref import TARGETS, Mention
-from ...ladder.model.operands import Constant, Group, Place, first_leaf
-from ...ladder.model.types import count_of
-from ...ladder.state.lowered import AddOnCall, LoweredLine, LoweredProgram, LoweredStep, steps_of
-from .facts import FileLine, Remark
+from ....io_images.amci3601 import CommandMsw, StatusMsw
+from ....io_images.amci3601.parameters import RATE_MAX
+from ....io_images.image import WORDS
+from ....ladder.debug.crossref import TARGETS, Mention
+from ....ladder.model.operands import Constant, Group, Place, first_leaf
+from ....ladder.model.types import count_of
+from ....ladder.state.lowered import AddOnCall, LoweredLine, LoweredProgram, LoweredStep, steps_of
+from ..facts import FileLine, Remark
 
 MODE_CONFIG = CommandMsw.MODE_CONFIG.value
 """The bit of output word 0 that requests configuration mode."""
@@ -95,6 +95,11 @@ class WriteReader:
         self._constants = _constants(lowered, mentions)
         self._slots, self._place = slots, place_of
         self._staged = dict(self._stages(lowered))
+
+    @property
+    def staged(self) -> set[int]:
+        """Slots whose words the program stages in a tag, whose initial values may be sent, too."""
+        return {slot for slot, _ in self._staged.values()}
 
     def _stages(self, lowered: LoweredProgram) -> Iterator[tuple[str, tuple[int, int]]]:
         """Yield the paths of tags that are copied to all output words: slot, and first word."""

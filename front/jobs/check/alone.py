@@ -1,0 +1,24 @@
+"""A ladder program without a rack."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from ...ladder.files.rungfile import STRUCTURED_SUFFIX, SUFFIX
+from ...runtime.config.rackspec import RackSpec
+from ..load.loading import Job, is_export, load_job
+from ..load.program import load_program
+
+
+def load_any(file: str) -> tuple[Job, bool]:
+    """Load a rack with its program, or a ladder program alone; ValueError if it can't be used.
+
+    Returns:
+        the job, and whether it is without a rack. Slots and stubs of an export come from the export.
+    """
+    path = Path(file)
+    if path.suffix not in (SUFFIX, STRUCTURED_SUFFIX):
+        return load_job(file), is_export(file)
+    loaded = load_program(file)
+    spec = RackSpec.model_construct(program=file, slot=())
+    return Job(spec, loaded.function, path.name, path, path, path.name, notices=loaded.notices), True

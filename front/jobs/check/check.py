@@ -1,0 +1,101 @@
+"""Checks a rack and its program: facts, rules, and what the user has said to ignore."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from ...io_images.site import Site
+from ...ladder import LadderLogic
+from ...ladder.python.sequences import Logic
+from ...runtime.config.rackfile import load_rack_file
+from ..load.loading import Job, rack_form
+from ..load.program import Form
+from .facts import Facts, FileLine
+from .python.functions import python_facts
+from .python.sequences import sequence_facts
+from .rules import BY_ID, RULES, Rule
+from .rules.rack import terminals
+from .rungs.program import ladder_facts
+from .subject import Subject
+from .suppressions import Suppressions
+
+_STEPS_NOT_SEEN = "a list of steps is not read: only the rack file is checked"
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """A rule that a rack breaks."""
+
+    rule: str
+    place: FileLine
+    text: str
+    site: Site
+
+    @property
+    def row(self) -> Rule:
+        """The row of its rule."""
+        return BY_ID[self.rule]
+
+    def __str__(self) -> str:
+        rung = "" if self.site.rung is None else f" ({self.site.routine}, {self.site.place})"
+        return f"{self.place.file}:{self.place.line}: {self.rule}: {self.text}{rung}; {self.row.remedy}"
+
+
+@dataclass(frozen=True, slots=True)
+class CheckReport:
+    """The result of a check."""
+
+    findings: tuple[Finding, ...]
+    not_seen: tuple[str, ...]  # sentences about unknown facts
+    ignored: int = 0  # findings that comments suppress
+
+
+def check_rack(job: Job, *, alone: bool = False) -> CheckReport:
+    """Check a rack and its program without running it; LadderError if the ladder program can't be built.
+
+    Args:
+        alone: whether the program is checked without a rack: no rule about wiring applies.
+    """
+    facts = facts_of(job)
+    is_toml = not alone and rack_form(job.rack_file) is Form.DATA
+    lines = load_rack_file(job.rack_file).lines if is_toml else None
+    subject = Subject(job, facts, lines, alone)
+    found = list(_findings(subject))
+    suppressions = Suppressions(job)
+    kept = tuple(each for each in found if not suppressions.ignores(each.rule, each.place))
+    stubs = (f"behind {each}" for each in job.stubs)
+    not_seen = (*facts.not_seen, *_unseen_configurations(subject), *stubs)
+    return CheckReport(kept, not_seen, len(found) - len(kept))
+
+
+def _findings(subject: Subject) -> Iterator[Finding]:
+    """Yield the findings, one per rule, place and text, in the order of the rules."""
+    facts = subject.facts
+    for rule in RULES:
+        seen: set[tuple[FileLine, str]] = set()
+        for place, text in (*facts.remarks.get(rule.id, ()), *rule.check(subject)):
+            if (place, text) not in seen and not (
+                rule.id == "out-of-range" and place in {at for at, _ in seen}
+            ):
+                seen.add((place, text))
+                site = facts.sites.get(place) or Site(file=place.file, line=place.line)
+                yield Finding(rule.id, place, text, site)
+
+
+def facts_of(job: Job) -> Facts:
+    """Return the facts of a rack's program."""
+    if isinstance(job.logic, LadderLogic):
+        return ladder_facts(job.logic, job.program, job.spec)
+    if job.program.suffix == ".py":
+        if isinstance(job.logic, Logic):
+            return sequence_facts(job.program, job.logic, job.spec)
+        names = {name for slot in job.spec.slot for _, _, name, _ in terminals(slot)}
+        return python_facts(job.program, getattr(job.logic, "__globals__", {}), names, job.spec)
+    return Facts(not_seen=[_STEPS_NOT_SEEN])
+
+
+def _unseen_configurations(subject: Subject) -> Iterator[str]:
+    for _, slot in subject.steppers:
+        if not subject.sent_to(slot.number, subject.facts.configurations):
+            yield f"slot {slot.number}: no configuration in constants, so its inputs are not checked"

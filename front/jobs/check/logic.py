@@ -1,0 +1,189 @@
+"""Conditions of a program in any language: whether one can hold, and whether one always holds.
+
+    XIC(A)XIO(A)                  never: A is on, and off
+    GRT(Level,10)LES(Level,5)     never: Level is above 10, and below 5
+    GRT(Count,40000)              never, if Count is an INT
+    [XIC(A),XIO(A)]               always
+
+A condition is brought into alternatives of parts that hold together; beyond `MOST` alternatives nothing is
+said. A bit has one value in a condition: readers give a bit another name once the program has written it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+MOST = 128
+"""Alternatives that are looked at."""
+
+OPPOSITE = {"=": "<>", "<>": "=", "<": ">=", ">=": "<", ">": "<=", "<=": ">"}
+"""The relation that holds where the other one does not."""
+
+MIRRORED = {"=": "=", "<>": "<>", "<": ">", ">": "<", "<=": ">=", ">=": "<="}
+"""The same relation with its sides exchanged."""
+
+
+@dataclass(frozen=True, slots=True)
+class Known:
+    """A constant."""
+
+    holds: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Unknown:
+    """A condition that the text does not determine."""
+
+
+@dataclass(frozen=True, slots=True)
+class Bit:
+    """A bit that is on, or off."""
+
+    name: str
+    on: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Compare:
+    """A number compared with a constant."""
+
+    name: str
+    relation: str
+    number: float
+    least: float = -math.inf  # lowest value of the number
+    most: float = math.inf
+    whole: bool = True  # whether it is an integer
+
+
+@dataclass(frozen=True, slots=True)
+class AllOf:
+    """Parts that hold together."""
+
+    parts: tuple[Condition, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class AnyOf:
+    """Parts of which one holds."""
+
+    parts: tuple[Condition, ...]
+
+
+Condition = Known | Unknown | Bit | Compare | AllOf | AnyOf
+TRUE, FALSE, UNKNOWN = Known(True), Known(False), Unknown()
+Term = tuple[Condition, ...]
+
+
+def negated(condition: Condition) -> Condition:
+    """Return the opposite condition."""
+    match condition:
+        case Known(holds):
+            return Known(not holds)
+        case Bit(name, on):
+            return Bit(name, not on)
+        case Compare(name, relation, number, least, most, whole):
+            return Compare(name, OPPOSITE[relation], number, least, most, whole)
+        case AllOf(parts):
+            return AnyOf(tuple(map(negated, parts)))
+        case AnyOf(parts):
+            return AllOf(tuple(map(negated, parts)))
+    return condition
+
+
+def never(condition: Condition) -> bool:
+    """Whether a condition can't hold."""
+    terms = _alternatives(condition)
+    return terms is not None and all(map(_is_impossible, terms))
+
+
+def always(condition: Condition) -> bool:
+    """Whether a condition can't fail."""
+    return never(negated(condition))
+
+
+def leaves(condition: Condition) -> Iterator[Condition]:
+    """Yield the parts that have no parts."""
+    if isinstance(condition, AllOf | AnyOf):
+        for each in condition.parts:
+            yield from leaves(each)
+    else:
+        yield condition
+
+
+def needed(condition: Condition) -> frozenset[Bit]:
+    """Return the bits that hold whenever the condition does."""
+    if isinstance(condition, Bit):
+        return frozenset({condition})
+    if isinstance(condition, AllOf):
+        return frozenset().union(*map(needed, condition.parts))
+    if isinstance(condition, AnyOf) and condition.parts:
+        first, *others = map(needed, condition.parts)
+        return first.intersection(*others)
+    return frozenset()
+
+
+def _alternatives(condition: Condition) -> list[Term] | None:
+    """Return the alternatives of a condition, None if there are too many."""
+    if isinstance(condition, AnyOf):
+        found: list[Term] = []
+        for part in condition.parts:
+            terms = _alternatives(part)
+            if terms is None or len(found) + len(terms) > MOST:
+                return None
+            found += terms
+        return found
+    if isinstance(condition, AllOf):
+        return _joined(condition.parts)
+    return [(condition,)]
+
+
+def _joined(parts: Iterable[Condition]) -> list[Term] | None:
+    """Return the alternatives of parts that hold together, without those that can't."""
+    joined: list[Term] = [()]
+    for part in parts:
+        terms = _alternatives(part)
+        if terms is None or len(joined) * len(terms) > MOST * 4:
+            return None
+        joined = [both for one in joined for other in terms if not _is_impossible(both := one + other)]
+        if len(joined) > MOST:
+            return None
+    return joined
+
+
+def _is_impossible(term: Term) -> bool:
+    on: dict[str, bool] = {}
+    compared: dict[str, list[Compare]] = {}
+    for each in term:
+        if isinstance(each, Known) and not each.holds:
+            return True
+        if isinstance(each, Bit) and on.setdefault(each.name, each.on) != each.on:
+            return True
+        if isinstance(each, Compare):
+            compared.setdefault(each.name, []).append(each)
+    return any(map(_is_empty, compared.values()))
+
+
+def _is_empty(compared: list[Compare]) -> bool:
+    """Whether no number meets all comparisons."""
+    least, most = compared[0].least, compared[0].most
+    whole = compared[0].whole
+    excluded = set()
+    for each in compared:
+        number = each.number
+        if each.relation == "<>":
+            excluded.add(number)
+        if each.relation in ("=", ">="):
+            least = max(least, number)
+        if each.relation in ("=", "<="):
+            most = min(most, number)
+        if each.relation == ">":
+            least = max(least, math.floor(number) + 1 if whole else math.nextafter(number, math.inf))
+        if each.relation == "<":
+            most = min(most, math.ceil(number) - 1 if whole else math.nextafter(number, -math.inf))
+        if whole and each.relation == "=" and number != int(number):
+            return True
+    if whole and math.isfinite(least) and math.isfinite(most) and most - least < len(excluded):
+        return all(value in excluded for value in range(math.ceil(least), math.floor(most) + 1))
+    return least > most or (least == most and least in excluded)

@@ -1,0 +1,111 @@
+"""Conditions in the text of a Python program.
+
+A name has one value from one wait or assignment to the next: `Names.forget` gives every name another one.
+"""
+
+from __future__ import annotations
+
+import ast
+
+from ..logic import MIRRORED, UNKNOWN, AllOf, AnyOf, Bit, Compare, Condition, Known, negated
+
+RELATIONS: dict[type[ast.cmpop], str] = {
+    ast.Eq: "=",
+    ast.NotEq: "<>",
+    ast.Lt: "<",
+    ast.LtE: "<=",
+    ast.Gt: ">",
+    ast.GtE: ">=",
+    ast.Is: "=",
+    ast.IsNot: "<>",
+}
+
+
+class Names:
+    """Names of values, and numbers for texts."""
+
+    def __init__(self) -> None:
+        self.turn = self._last = 0  # values of one turn are the same
+        self._texts: dict[object, int] = {}
+
+    def forget(self) -> None:
+        """Note that any value may be another one from here on."""
+        self._last += 1
+        self.turn = self._last
+
+    def of(self, node: ast.expr) -> str:
+        """Return the name of a value."""
+        return f"{ast.unparse(node)}#{self.turn}"
+
+    def number(self, value: object) -> float | None:
+        """Return a number that is equal for equal constants; None for None."""
+        if isinstance(value, int | float):
+            return value
+        return None if value is None else self._texts.setdefault(value, len(self._texts))
+
+
+def is_plain(node: ast.expr) -> bool:
+    """Whether an expression is a name, or attributes of a name: reading it runs nothing."""
+    while isinstance(node, ast.Attribute):
+        node = node.value
+    return isinstance(node, ast.Name)
+
+
+def condition(node: ast.expr, names: Names) -> Condition:
+    """Return the condition that an expression is."""
+    match node:
+        case ast.Constant(value):
+            return Known(bool(value))
+        case ast.UnaryOp(ast.Not(), operand):
+            return negated(condition(operand, names))
+        case ast.BoolOp(op, values):
+            parts = tuple(condition(each, names) for each in values)
+            return AllOf(parts) if isinstance(op, ast.And) else AnyOf(parts)
+        case ast.Compare(left, ops, comparators):
+            sides = [left, *comparators]
+            parts = tuple(_compared(sides[at], op, sides[at + 1], names) for at, op in enumerate(ops))
+            return parts[0] if len(parts) == 1 else AllOf(parts)
+    return Bit(names.of(node)) if is_plain(node) else UNKNOWN
+
+
+def _compared(one: ast.expr, op: ast.cmpop, other: ast.expr, names: Names) -> Condition:
+    relation = RELATIONS.get(type(op))
+    left, right = _constant(one), _constant(other)
+    if relation is None:
+        return UNKNOWN
+    if left is not None and right is not None:
+        return _of_constants(left, relation, right)
+    if left is not None:
+        one, other, right, relation = other, one, left, MIRRORED[relation]
+    if is_plain(one) and right is not None:
+        if isinstance(right.value, bool) and relation in ("=", "<>"):
+            return Bit(names.of(one), bool(right.value) == (relation == "="))
+        number = names.number(right.value)
+        if number is not None and (isinstance(right.value, int | float) or relation in ("=", "<>")):
+            kind = "" if isinstance(right.value, int | float) else " as text"
+            return Compare(names.of(one) + kind, relation, number, whole=False)
+    if is_plain(one) and is_plain(other) and ast.unparse(one) == ast.unparse(other):
+        return Known(relation in ("=", "<=", ">="))
+    return UNKNOWN
+
+
+def _of_constants(one: ast.Constant, relation: str, other: ast.Constant) -> Condition:
+    if type(one.value) is not type(other.value) or not isinstance(one.value, int | float | str):
+        return UNKNOWN
+    a, b = one.value, other.value
+    results = {"=": a == b, "<>": a != b, "<": a < b, "<=": a <= b, ">": a > b, ">=": a >= b}  # type: ignore[operator]
+    return Known(results[relation])
+
+
+def _constant(node: ast.expr) -> ast.Constant | None:
+    """Return a constant, a negative number included."""
+    if isinstance(node, ast.Constant):
+        return node
+    if (
+        isinstance(node, ast.UnaryOp)
+        and isinstance(node.op, ast.USub)
+        and isinstance(node.operand, ast.Constant)
+    ):
+        value = node.operand.value
+        return ast.Constant(-value) if isinstance(value, int | float) else None
+    return None

@@ -1,0 +1,58 @@
+"""Facts of a Python program that is a function of the scan."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator, Mapping, Sequence, Set
+from pathlib import Path
+from typing import Any
+
+from ....io_images.amci3601 import Configuration, FindHome, Move
+from ....runtime.config.rackspec import RackSpec
+from ..facts import Facts, FileLine, Remark, SentCommand
+from .flow import Flow
+from .reader import Reader
+from .scans import Scans
+
+
+def python_facts(path: Path, names: Mapping[str, Any], terminals: Set[str], spec: RackSpec) -> Facts:
+    """Read the facts of a Python program.
+
+    Args:
+        names: the names of its module, with their values.
+    """
+    tree = ast.parse(path.read_text("utf-8"))
+    reader = Reader(str(path), tree, names)
+    facts = Facts(not_seen=["values that the program computes", "words written without a command's class"])
+    moves: list[tuple[FileLine, str, int]] = []
+    least: list[int] = []
+    for kind, call in reader.calls():
+        place = FileLine(str(path), call.lineno)
+        if kind == "FindHome":
+            facts.searches.append(SentCommand(place, None))
+        try:
+            made = reader.make(kind, call)
+        except ValueError as error:
+            facts.remark("out-of-range", place, f"{kind}: {error}")
+            continue
+        if isinstance(made, Configuration):
+            facts.configurations.append(SentCommand(place, None, tuple(made.to_image().words.tolist())))
+            least.append(made.starting_speed)
+        elif isinstance(made, Move | FindHome) and "speed" in reader.known(kind, call):
+            moves.append((place, kind, made.speed))
+    facts.remarks["out-of-range"] += _too_slow(moves, least)
+    facts.remarks["command-held"] += reader.held()
+    facts.uses_bit = reader.uses_bit(terminals)
+    Flow(reader, facts).note()
+    Scans(reader, spec, facts).note()
+    if terminals and facts.uses_bit is None:
+        facts.not_seen.append("which terminals of the cards the program uses: it names none of them")
+    return facts
+
+
+def _too_slow(moves: Sequence[tuple[FileLine, str, int]], starting_speeds: Sequence[int]) -> Iterator[Remark]:
+    """Yield the moves and home searches that are slower than the starting speed of every configuration."""
+    least = min(starting_speeds, default=0)
+    for place, kind, speed in moves:
+        if speed < least:
+            yield Remark(place, f"{kind}: speed {speed} is below the starting speed, {least}")

@@ -1,0 +1,175 @@
+"""Fields, inputs and outputs of a class of `Logic`, and what reads and writes them."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+
+from ....ladder.python.sequences import Input, InputWord, Logic, Output, OutputWord, parts_of
+from ....ladder.python.sequences.blocks import Block
+from ....ladder.python.sequences.logic import fields_of
+from ..facts import Access, Facts, FileLine, Role, Use, Variable
+from ..logic import TRUE, AllOf, Bit, Condition, needed, negated
+from .conditions import Names, condition
+from .flow import Function
+
+ROLES = ((Output, Role.OUTPUT), (OutputWord, Role.OUTPUT), (Input, Role.INPUT), (InputWord, Role.INPUT))
+
+
+def variables_of(
+    logic: Logic, place: FileLine, is_recorded: Callable[[str], bool], lines: Callable[[str], int]
+) -> Iterator[Variable]:
+    """Yield the fields and terminals of an instance."""
+    for each in parts_of(logic):
+        role = next((role for kind, role in ROLES if isinstance(each, kind)), None)
+        if role is not None:
+            at = FileLine(each.declared.file or place.file, each.declared.line or place.line)
+            yield Variable(each.name, at, role, "bool", set=True)
+    for name, value in fields_of(logic).items():
+        is_set = not isinstance(value, bool) or value
+        is_number = not isinstance(value, bool)
+        where = FileLine(place.file, lines(name))
+        yield Variable(name, where, Role.PLAIN, type(value).__name__, is_set, is_recorded(name) or is_number)
+
+
+class Accesses:
+    """Collects the accesses of a class.
+
+    Args:
+        owners: sequences that reach a method, by name; "" among them for `every_scan`.
+    """
+
+    def __init__(self, facts: Facts, owners: Mapping[str, set[str]], sequences: Sequence[str]) -> None:
+        self._facts, self._owners, self._sequences = facts, owners, sequences
+        self._names = Names()
+        self._file, self._function = "", ""
+
+    def note(self, file: str, function: Function) -> None:
+        """Note what a method does with fields and terminals."""
+        self._file, self._function = file, function.name
+        self._names.forget()
+        once = function.name == "__init__"
+        self._body(function.body, TRUE, once=once or function.name in self._sequences, top=True)
+
+    def _body(self, body: Sequence[ast.stmt], reached: Condition, *, once: bool, top: bool) -> None:
+        for each in body:
+            self._statement(each, reached, once=once, top=top)
+            if isinstance(each, ast.If) and not each.orelse and isinstance(each.body[-1], ast.Return):
+                top = False
+
+    def _statement(self, node: ast.stmt, reached: Condition, *, once: bool, top: bool) -> None:
+        inner: list[tuple[Sequence[ast.stmt], Condition, bool]] = []
+        match node:
+            case ast.If():
+                self._reads(node.test)
+                own = condition(node.test, self._names)
+                inner = [
+                    (node.body, AllOf((reached, own)), once),
+                    (node.orelse, AllOf((reached, negated(own))), once),
+                ]
+            case ast.While():
+                self._reads(node.test)
+                inner = [(node.body, TRUE, False), (node.orelse, TRUE, False)]
+            case ast.For() | ast.AsyncFor():
+                self._reads(node.iter)
+                inner = [(node.body, reached, False), (node.orelse, reached, False)]
+            case ast.With() | ast.AsyncWith():
+                for item in node.items:
+                    self._reads(item.context_expr)
+                inner = [(node.body, reached, once)]
+            case ast.Try():
+                blocks = (node.body, *(each.body for each in node.handlers), node.orelse, node.finalbody)
+                inner = [(block, reached, once) for block in blocks]
+            case ast.Match():
+                self._reads(node.subject)
+                inner = [(each.body, reached, once) for each in node.cases]
+            case _:
+                self._simple(node, reached, once=once, top=top)
+                return
+        for body, condition_there, once_there in inner:
+            self._body(body, condition_there, once=once_there, top=False)
+
+    def _simple(self, node: ast.stmt, reached: Condition, *, once: bool, top: bool) -> None:
+        self._reads(node)
+        if isinstance(node, ast.AugAssign):
+            self._write(node.target, Use.BOTH, reached, once=once, top=False)
+        value = node.value if isinstance(node, ast.Assign | ast.AnnAssign) else None
+        targets = (
+            node.targets
+            if isinstance(node, ast.Assign)
+            else [node.target]
+            if isinstance(node, ast.AnnAssign)
+            else []
+        )
+        for target in targets:
+            for each in target.elts if isinstance(target, ast.Tuple | ast.List) else [target]:
+                use = Use.WRITE if each is not target else _use(value)
+                self._write(each, use, reached, once=once, top=top)
+        self._names.forget()
+
+    def _reads(self, node: ast.AST) -> None:
+        for each in ast.walk(node):
+            name = _field(each)
+            if (
+                name in self._facts.variables
+                and isinstance(each, ast.Attribute)
+                and isinstance(each.ctx, ast.Load)
+            ):
+                self._add(Access(name, "", Use.READ, FileLine(self._file, each.lineno)))
+
+    def _write(self, target: ast.expr, use: Use, reached: Condition, *, once: bool, top: bool) -> None:
+        name = _field(target)
+        if name not in self._facts.variables:
+            return
+        needs = frozenset(Bit(each.name.replace("self.", "", 1), each.on) for each in needed(reached))
+        is_default = top and self._function == "every_scan" and use is not Use.BOTH
+        use = Use.COIL if is_default else use
+        place = FileLine(self._file, target.lineno)
+        self._add(Access(name, "", use, place, needs=needs, once=once, default=is_default))
+
+    def _add(self, access: Access) -> None:
+        for owner in sorted(self._owners.get(self._function, {""})):
+            self._facts.accesses.append(replace(access, unit=self._function, owner=owner))
+
+
+def _field(node: ast.AST) -> str:
+    is_own = isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "self"
+    return node.attr if is_own and isinstance(node, ast.Attribute) else ""
+
+
+def _use(value: ast.expr | None) -> Use:
+    if isinstance(value, ast.Constant) and isinstance(value.value, bool):
+        return Use.LATCH if value.value else Use.UNLATCH
+    return Use.WRITE
+
+
+def called_twice(function: Function, blocks: Mapping[str, Block]) -> Iterator[tuple[ast.Call, str]]:
+    """Yield the second call of a block in a method that every scan executes."""
+    calls = list(_paths(function.body, ()))
+    for at, (call, arms) in enumerate(calls):
+        name = _field(call.func)
+        before = (
+            other for other, others in calls[:at] if _field(other.func) == name and not _exclude(arms, others)
+        )
+        if name in blocks and next(before, None) is not None:
+            yield call, name
+
+
+Arms = tuple[tuple[int, int], ...]
+"""The arms of statements around a call: statement and number of the arm."""
+
+
+def _paths(body: Sequence[ast.stmt], arms: Arms) -> Iterator[tuple[ast.Call, Arms]]:
+    for node in body:
+        if isinstance(node, ast.If):
+            yield from ((each, arms) for each in ast.walk(node.test) if isinstance(each, ast.Call))
+            yield from _paths(node.body, (*arms, (id(node), 0)))
+            yield from _paths(node.orelse, (*arms, (id(node), 1)))
+        else:
+            yield from ((each, arms) for each in ast.walk(node) if isinstance(each, ast.Call))
+
+
+def _exclude(one: Arms, other: Arms) -> bool:
+    """Whether two calls are in different arms of a statement."""
+    return any(a == b and m != n for a, m in one for b, n in other)

@@ -1,0 +1,103 @@
+"""Ranges of numbers: what an expression of constants and of numbers in known ranges can be."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import NamedTuple
+
+
+class Range(NamedTuple):
+    """The lowest and the highest value of a number; infinite where it is unknown."""
+
+    least: float
+    most: float
+    whole: bool = True  # whether it is an integer
+
+    @property
+    def is_known(self) -> bool:
+        """Whether both ends are known."""
+        return math.isfinite(self.least) and math.isfinite(self.most)
+
+    @property
+    def is_constant(self) -> bool:
+        """Whether it is one number."""
+        return self.least == self.most
+
+    def within(self, least: float, most: float) -> bool:
+        """Whether every value is in these bounds."""
+        return least <= self.least and self.most <= most
+
+    def outside(self, least: float, most: float) -> bool:
+        """Whether no value is in these bounds."""
+        return self.most < least or self.least > most
+
+    def __str__(self) -> str:
+        if self.is_constant:
+            return _text(self.least)
+        return f"{_text(self.least)} to {_text(self.most)}"
+
+
+ANY = Range(-math.inf, math.inf, False)
+"""A number of which nothing is known."""
+
+
+def exactly(number: float) -> Range:
+    """Return the range of a constant."""
+    return Range(number, number, isinstance(number, int) or float(number).is_integer())
+
+
+def joined(*ranges: Range) -> Range:
+    """Return the range of a number that is in one of these."""
+    if not ranges:
+        return ANY
+    return Range(
+        min(each.least for each in ranges),
+        max(each.most for each in ranges),
+        all(each.whole for each in ranges),
+    )
+
+
+def _corners(one: Range, other: Range, of: Callable[[float, float], float]) -> Range:
+    if not (one.is_known and other.is_known):
+        return ANY
+    found = [of(a, b) for a in (one.least, one.most) for b in (other.least, other.most)]
+    return Range(min(found), max(found), one.whole and other.whole)
+
+
+def _divided(one: Range, other: Range) -> Range:
+    """A quotient, before a cut to an integer."""
+    if not (one.is_known and other.is_known) or other.least <= 0 <= other.most:
+        return ANY
+    return _corners(one, other, lambda a, b: a / b)._replace(whole=False)
+
+
+def _rest(one: Range, other: Range) -> Range:
+    """The rest of a division; it has the sign of the dividend."""
+    if not other.is_known:
+        return ANY
+    most = max(abs(other.least), abs(other.most)) - 1
+    if one.is_known and max(abs(one.least), abs(one.most)) <= most:
+        return one
+    return Range(0 if one.least >= 0 else -most, 0 if one.most <= 0 else most, one.whole and other.whole)
+
+
+OPERATIONS: Mapping[str, Callable[..., Range]] = {
+    "+": lambda a, b: _corners(a, b, lambda x, y: x + y),
+    "-": lambda a, b: _corners(a, b, lambda x, y: x - y),
+    "*": lambda a, b: _corners(a, b, lambda x, y: x * y),
+    "/": _divided,
+    "MOD": _rest,
+    "NEG": lambda a: Range(-a.most, -a.least, a.whole),
+    "ABS": lambda a: Range(
+        0 if a.least <= 0 <= a.most else min(abs(a.least), abs(a.most)), max(-a.least, a.most), a.whole
+    ),
+    "TRN": lambda a: Range(math.trunc(a.least), math.trunc(a.most)) if a.is_known else ANY,
+}
+"""Operators and functions by their names in ladder programs."""
+
+
+def _text(number: float) -> str:
+    if not math.isfinite(number):
+        return "any number"
+    return f"{number:,.0f}".replace(",", "") if float(number).is_integer() else f"{number:g}"

@@ -1,0 +1,266 @@
+"""The rules of `scanrack check`, one row each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import NamedTuple
+
+from ..subject import Subject, Violation
+from . import data, motion, rack
+
+Check = Callable[[Subject], Iterator[Violation]]
+
+
+def _nothing(_subject: Subject) -> Iterator[Violation]:
+    """A rule whose findings are all remarks of the collectors."""
+    yield from ()
+
+
+class Rule(NamedTuple):
+    """A rule.
+
+    Attributes:
+        id: its name on the command line, in JSON and in suppressions; it never changes.
+        words: what it finds.
+        remedy: what to do.
+        level: "error": it can't work; "warning": it is likely a mistake; "note": somebody may rely on it.
+        check: finds it in the table of facts, beside the remarks of the collectors.
+    """
+
+    id: str
+    words: str
+    remedy: str
+    level: str = "warning"
+    check: Check = _nothing
+
+
+RULES = (
+    # the rack
+    Rule(
+        "not-configured",
+        "an input is wired that no configuration uses",
+        "add the input to the configuration, or take it out of the machine",
+        check=rack.wired_but_not_configured,
+    ),
+    Rule(
+        "search-without-switch",
+        "a home search on a machine without a home switch",
+        "wire a home switch, or set the position instead",
+        "error",
+        rack.search_without_switch,
+    ),
+    Rule(
+        "unused-terminal",
+        "a card's wired input or output that no program uses",
+        "use it, or take it out of the rack file",
+        "note",
+        rack.unused_terminals,
+    ),
+    Rule(
+        "no-place",
+        "an input, output or axis that the rack lacks, or that two own; a module that is no 3601",
+        "correct the slot or the terminal",
+        "error",
+    ),
+    Rule(
+        "unknown-tag",
+        "a pattern of recorded tags that matches none",
+        "correct the pattern",
+        check=rack.unknown_tags,
+    ),
+    # bits and tags
+    Rule(
+        "repeated-coil",
+        "a bit with two coils, a timer with two rungs, or a value that is written over in each scan",
+        "write it in one place: join the conditions",
+        check=data.overwritten,
+    ),
+    Rule(
+        "coil-and-latch",
+        "a bit that a coil writes, and that OTL or OTU writes, too",
+        "use OTL and OTU only, or OTE only",
+        check=data.coil_and_latch,
+    ),
+    Rule(
+        "move-over-coil",
+        "a word that is written as a whole, and bit by bit",
+        "write the word, or its bits",
+        check=data.move_over_coil,
+    ),
+    Rule(
+        "never-written",
+        "a tag or field that is read, and that nothing writes",
+        "write it, or give it an initial value",
+        check=data.never_written,
+    ),
+    Rule(
+        "never-read",
+        "a tag or field that is written, and that nothing reads",
+        "read it, record it with `tags` of the rack file, or take it out",
+        "note",
+        data.never_read,
+    ),
+    Rule("unused-tag", "a tag that no instruction names", "use it, or take it out", "note"),
+    Rule(
+        "latch-never-cleared",
+        "a bit that is set, and that nothing clears",
+        "clear it where it is over",
+        check=data.latch_never_cleared,
+    ),
+    Rule("input-written", "an assignment to an input", "write a tag of your own", "error"),
+    Rule(
+        "several-tasks",
+        "a tag that several tasks write",
+        "write it in one task, and let it read what the others wish",
+        check=data.several_tasks,
+    ),
+    # conditions
+    Rule(
+        "shorted-branch",
+        "a branch with an empty leg, which decides nothing",
+        "take the branch out, or fill the empty leg",
+    ),
+    Rule(
+        "contradiction",
+        "conditions that exclude each other, such as XIC A XIO A",
+        "correct one of them",
+        "error",
+    ),
+    Rule(
+        "constant-condition",
+        "a condition that always holds, or never does",
+        "correct the comparison, or take it out",
+    ),
+    Rule("unreachable", "a rung, a statement or a routine that is never reached", "call it, or take it out"),
+    Rule(
+        "unreached-step", "a step of a chart that no path leads to", "add a transition to it, or take it out"
+    ),
+    Rule("recursion", "a routine or function that calls itself", "use a loop"),
+    Rule("preset-zero", "a timer or counter that is done at once, since its preset is 0", "give it a preset"),
+    # numbers and names
+    Rule("division-by-zero", "a division by a constant 0", "divide by another number", "error"),
+    Rule(
+        "lossy-conversion",
+        "a number that its target can't hold, or only a part of it",
+        "use a wider type, or round and limit it before",
+    ),
+    Rule(
+        "unused-parameter",
+        "a parameter that nothing uses",
+        "use it, or take it out",
+        "note",
+        data.parameters_never_read,
+    ),
+    Rule("shadowed-name", "a name that hides another one", "give it another name"),
+    Rule(
+        "unknown-attribute",
+        "an attribute that an object does not have",
+        "correct the name, or declare it",
+        "error",
+    ),
+    Rule(
+        "not-deterministic",
+        "random numbers, the clock, files or threads in the logic",
+        "use dwell, OnDelay or scan.now_ns: two runs must be the same",
+        "error",
+    ),
+    # blocks and commands
+    Rule(
+        "block-twice",
+        "an instance of a block that is called twice in a scan",
+        "give each call an instance of its own",
+    ),
+    Rule(
+        "block-order",
+        "the block that owns an axis is not the last one, or is missing",
+        "call Amci3601 once, as the last rung",
+    ),
+    Rule(
+        "execute-never-falls",
+        "a block whose Execute never falls",
+        "clear Execute when the block is done",
+        check=motion.execute_stays,
+    ),
+    Rule(
+        "command-held",
+        "a command bit that is set and never taken back",
+        "zero the command word after the command",
+    ),
+    Rule(
+        "torn-command",
+        "a command together with its parameters, where an update can be torn",
+        "send the parameters first: parameters_first=True, CPS, or the command bit in a later scan",
+        check=motion.torn,
+    ),
+    Rule(
+        "out-of-range",
+        "a value that the module refuses: ranges, the starting speed, a configuration",
+        "correct the value",
+        "error",
+        motion.out_of_range,
+    ),
+    Rule(
+        "refused-command",
+        "a command that the module refuses with this configuration",
+        "change the configuration or the command",
+        "error",
+        motion.refused,
+    ),
+    Rule(
+        "blend-profile",
+        "a blend profile that the module refuses",
+        "correct its segments",
+        "error",
+        motion.blends,
+    ),
+    Rule(
+        "no-blend",
+        "a blend that runs, and that nothing programs",
+        "program the blend before",
+        "error",
+        motion.without_blend,
+    ),
+    Rule(
+        "motion-unconfigured",
+        "a motion before the configuration",
+        "configure the axis first",
+        "error",
+        motion.without_configuration,
+    ),
+    Rule(
+        "no-position",
+        "an absolute move of an axis whose position nothing makes valid",
+        "search for home or set the position first",
+        "error",
+        motion.without_position,
+    ),
+    Rule(
+        "move-interrupted",
+        "a motion that begins before the one before it is complete",
+        "wait for its end",
+        check=motion.interrupted,
+    ),
+    # sequences
+    Rule(
+        "two-sequences",
+        "two sequences that write one output or move one axis",
+        "let one own it, or hold a lock",
+        check=lambda subject: _each(subject, data.several_writers, motion.two_movers),
+    ),
+    Rule(
+        "lock-order",
+        "locks that can block each other for good",
+        "take locks in one order everywhere",
+        "error",
+    ),
+    Rule("never-waits", "a loop of a sequence without an await", "await something in it", "error"),
+    Rule("bad-call", "a command or wait that fails when it is reached", "correct the call", "error"),
+)
+"""The rules, in the order of the report."""
+
+BY_ID = {each.id: each for each in RULES}
+
+
+def _each(subject: Subject, *checks: Check) -> Iterator[Violation]:
+    for check in checks:
+        yield from check(subject)

@@ -1,0 +1,308 @@
+"""Rules about commands to axes: what a 3601 refuses whatever its state, in any language.
+
+The limits are those of `io_images.amci3601`, the sentences those of its rule table.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+
+from ....io_images.amci3601 import Configuration, InputBit
+from ....io_images.amci3601.blend import SEGMENTS_MAX, SEGMENTS_MIN
+from ....io_images.amci3601.parameters import DISTANCE_MAX, RATE_MAX, SPEED_MAX
+from ....io_images.amci3601.rules import RULES
+from ....io_images.thousands import PARAMETER_MAX, PARAMETER_MIN
+from ....runtime.kinematics import MILLI, PICO
+from ....runtime.kinematics.shape import Shape, ramp_distance, stopping_distance
+from ..facts import Command, Role, Use
+from ..ranges import Range
+from ..subject import Subject, Violation
+
+FROM_STARTING_SPEED = ("home", "move_to", "move_by")
+"""Commands whose speed must reach the starting speed [3601 manual, chapter 6, Invalid Profile 1]."""
+
+MOTIONS = ("home", "move_to", "move_by", "run", "register", "run_blend", "gear")
+"""Commands that move an axis."""
+
+ENDING = ("home", "move_to", "move_by", "register", "run_blend")
+"""Motions that end by themselves."""
+
+AT_START = ("configure", "home", "set_position", "program_blend", "store_minimum", "gear", "captured")
+"""Commands that a program may give once and for all."""
+
+LIMITS = {
+    "position": (PARAMETER_MIN, PARAMETER_MAX),
+    "distance": (PARAMETER_MIN, PARAMETER_MAX),
+    "register": (1, PARAMETER_MAX),
+    "speed": (1, SPEED_MAX),
+    "acceleration": (1, RATE_MAX),
+    "deceleration": (1, RATE_MAX),
+    "final_deceleration": (1, RATE_MAX),
+}
+"""Allowed values of arguments [chapter 5, notes 4 to 8]."""
+
+OF_RUNNING = {"speed": (-SPEED_MAX, SPEED_MAX), "acceleration": (0, RATE_MAX), "deceleration": (0, RATE_MAX)}
+"""Those of manual moves, registration moves and the follower: the sign is the direction."""
+
+BY_KIND = {
+    **dict.fromkeys(("run", "register", "gear"), OF_RUNNING),
+    "store_minimum": {"distance": (0, PARAMETER_MAX)},
+    "gear": {**OF_RUNNING, "numerator": (-32767, 32767), "denominator": (1, 32767)},
+}
+"""Limits that differ from `LIMITS`, by command."""
+
+
+def out_of_range(subject: Subject) -> Iterator[Violation]:
+    """Find arguments that no module accepts, and speeds below the starting speed."""
+    for each in subject.facts.commands:
+        limits = {**LIMITS, **BY_KIND.get(each.kind, {})}
+        wrong = (
+            f"{name} is {found}: allowed are {limits[name][0]} to {limits[name][1]}"
+            for name in each.values
+            for found in _possible(each, name)
+            if name in limits and found.outside(*limits[name])
+        )
+        text = next(wrong, "") or _too_slow(subject, each)
+        if text:
+            yield Violation(each.place, f"{each.text}: {text}")
+
+
+def _possible(command: Command, name: str) -> list[Range]:
+    """Return the values that an argument gets; 0 among others is not meant for the command."""
+    several = [each for each in command.choices.get(name, ()) if each.least or each.most]
+    return several if len(several) > 1 else [command.value(name)]
+
+
+def _too_slow(subject: Subject, command: Command) -> str:
+    least = min((each.starting_speed for each in subject.configurations(command.slot)), default=0)
+    for speed in _possible(command, "speed") if command.kind in FROM_STARTING_SPEED else ():
+        if speed.most < least:
+            return f"speed {speed} is below the starting speed, {least}"
+    return ""
+
+
+def refused(subject: Subject) -> Iterator[Violation]:
+    """Find commands that the module refuses with every configuration of the program."""
+    for each in subject.facts.commands:
+        configurations = subject.configurations(each.slot)
+        rules = [_refusal(each, configuration) for configuration in configurations]
+        if rules and all(rules):
+            yield Violation(each.place, f"{each.text}: {RULES[rules[0]].text}")
+
+
+def _refusal(command: Command, configuration: Configuration) -> str:
+    """Return the rule of the manual that a command breaks; "" if it is none of these."""
+    if command.kind == "home":
+        way = command.value("direction")
+        limit = InputBit.CW_LIMIT if way.least > 0 else InputBit.CCW_LIMIT
+        if way.is_constant and not configuration.inputs_used & limit:
+            return "HOM-03"
+    if command.kind == "gear" and not configuration.quadrature_encoder:
+        return "CMD-29"
+    if command.kind == "register" and _stops_too_late(command, configuration.starting_speed):
+        return "PRF-13"
+    return ""
+
+
+def _stops_too_late(command: Command, starting_speed: int) -> bool:
+    """Whether the longest registration distance is shorter than the shortest stop."""
+    distance, speed, rate = (command.value(name) for name in ("register", "speed", "deceleration"))
+    if not (distance.is_known and speed.is_constant and rate.is_known and rate.most >= 1):
+        return False
+    stop = stopping_distance(MILLI * int(abs(speed.least)), starting_speed, int(rate.most), Shape.CONSTANT)
+    return distance.most * PICO < stop
+
+
+def blends(subject: Subject) -> Iterator[Violation]:
+    """Find blend profiles that the module refuses."""
+    for each in subject.facts.commands:
+        if each.kind != "program_blend":
+            continue
+        count = each.value("segments")
+        if count.outside(SEGMENTS_MIN, SEGMENTS_MAX):
+            text = f"{each.text}: {count} segments: allowed are {SEGMENTS_MIN} to {SEGMENTS_MAX}"
+            yield Violation(each.place, text)
+        elif each.segments:
+            rule = _wrong_segment(each.segments, subject.configurations(each.slot))
+            if rule:
+                yield Violation(each.place, f"{each.text}: {rule}")
+
+
+def _wrong_segment(
+    segments: Sequence[tuple[Range, Range, Range]], configurations: Sequence[Configuration]
+) -> str:
+    """Return what is wrong with a segment; "" if nothing is, or if it is unknown."""
+    least = min((each.starting_speed for each in configurations), default=0)
+    for number, (length, speed, rate) in enumerate(segments, 1):
+        for name, found, most in (
+            ("length", length, DISTANCE_MAX),
+            ("speed", speed, SPEED_MAX),
+            ("rate", rate, RATE_MAX),
+        ):
+            if found.outside(1, most):
+                return f"{name} {found} of segment {number}: allowed are 1 to {most}"
+        if speed.most < least:
+            return f"speed {speed} of segment {number} is below the starting speed, {least}"
+    known = [each for each in segments if all(part.is_constant for part in each)]
+    if len(known) < len(segments):
+        return ""
+    for number, (one, other) in enumerate(pairwise(segments), 1):
+        if one[1] == other[1]:
+            return f"segments {number} and {number + 1}: {RULES['PRF-06'].text}"
+    before = least
+    for number, (length, speed, rate) in enumerate(segments if configurations else (), 1):
+        ramp = ramp_distance(MILLI * before, MILLI * int(speed.least), int(rate.least), Shape.CONSTANT)
+        if length.least * PICO < ramp:
+            return f"segment {number}: {RULES['PRF-05'].text}"
+        before = int(speed.least)
+    return ""
+
+
+def without_blend(subject: Subject) -> Iterator[Violation]:
+    """Find blends that run and that nothing programs."""
+    for commands in subject.by_axis():
+        runs = [each for each in commands if each.kind == "run_blend"]
+        if (
+            runs
+            and not any(each.kind == "program_blend" for each in commands)
+            and not _is_open(subject, runs[0])
+        ):
+            yield Violation(runs[0].place, f"{runs[0].text}: {RULES['CMD-16'].text}")
+
+
+def without_configuration(subject: Subject) -> Iterator[Violation]:
+    """Find axes that move, and that nothing configures before."""
+    for commands in subject.by_axis():
+        motions = [each for each in commands if each.kind in MOTIONS]
+        if not motions or _is_open(subject, motions[0]):
+            continue
+        first = motions[0]
+        if not any(each.kind == "configure" for each in commands) and not _is_sent(subject, first):
+            yield Violation(
+                first.place, f"{first.text}: nothing configures {first.axis}, and {RULES['CER-01'].text}"
+            )
+            continue
+        yield from _before_configuration(commands)
+
+
+def _before_configuration(commands: Sequence[Command]) -> Iterator[Violation]:
+    """Find a motion that comes before the configuration in the same sequence."""
+    configuring = [each for each in commands if each.kind == "configure" and each.order]
+    if not configuring or len({each.owner for each in configuring}) > 1:
+        return
+    first = min(configuring, key=lambda each: each.order)
+    for each in sorted(commands, key=lambda each: each.order):
+        if each.owner == first.owner and each.kind in MOTIONS and each.sure and 0 < each.order < first.order:
+            yield Violation(
+                each.place, f"{each.text} comes before the configuration in line {first.place.line}"
+            )
+            return
+
+
+def _is_sent(subject: Subject, command: Command) -> bool:
+    """Whether words configure the module of a command."""
+    sent = subject.facts.configurations
+    return command.words and any(each.slot == command.slot for each in sent)
+
+
+def _is_open(subject: Subject, command: Command) -> bool:
+    """Whether commands that are not read here may reach the axis."""
+    facts = subject.facts
+    return facts.reads_all or not command.axis or (command.words and command.slot in facts.computed)
+
+
+def without_position(subject: Subject) -> Iterator[Violation]:
+    """Find absolute moves of axes that never search for home, and whose position nothing sets."""
+    for commands in subject.by_axis():
+        first = next((each for each in commands if each.kind == "move_to"), None)
+        knows = any(each.kind in ("home", "set_position") for each in commands)
+        if first is not None and not knows and not _is_open(subject, first):
+            yield Violation(
+                first.place,
+                f"{first.text} needs a valid position, and nothing searches for home or sets the position",
+            )
+
+
+def interrupted(subject: Subject) -> Iterator[Violation]:
+    """Find motions that begin before the one before them is complete."""
+    for commands in subject.by_axis():
+        motions = [each for each in commands if each.kind in MOTIONS and each.execute]
+        for at, each in enumerate(motions):
+            for other in motions[:at]:
+                if other.execute == each.execute != "1":
+                    text = (
+                        f"{each.text} aborts {other.text} of line {other.place.line}: both start in one scan"
+                    )
+                    yield Violation(each.place, text)
+        for each in motions:
+            busy = _while_busy(subject, each, motions)
+            if busy is not None:
+                text = f"{each.text} aborts {busy.text} of line {busy.place.line}, which is under way then"
+                yield Violation(each.place, text)
+
+
+def _while_busy(subject: Subject, command: Command, motions: Sequence[Command]) -> Command | None:
+    """Return the motion whose Busy or Active starts another one."""
+    needed = {command.execute.upper()}
+    for each in subject.facts.accesses:
+        if each.use in (Use.COIL, Use.LATCH) and f"{each.variable}{each.part}" == command.execute:
+            needed |= {bit.name.partition("#")[0] for bit in each.needs if bit.on}
+    for other in motions:
+        name = other.text.partition(" ")[2].upper()
+        if other is not command and other.kind in ENDING and needed & {f"{name}.BUSY", f"{name}.ACTIVE"}:
+            return other
+    return None
+
+
+def two_movers(subject: Subject) -> Iterator[Violation]:
+    """Find axes that two sequences move without a lock."""
+    for commands in subject.by_axis():
+        moving = [each for each in commands if each.kind in MOTIONS and each.owner and each.axis]
+        for each in moving:
+            others = (other for other in moving if other.owner != each.owner and not other.locks & each.locks)
+            first = next(others, None)
+            if first is not None and first.order < each.order:
+                where = f"sequence {first.owner} moves in line {first.place.line}"
+                text = f"sequence {each.owner} moves {each.axis}, which {where}"
+                yield Violation(each.place, text)
+                break
+
+
+def execute_stays(subject: Subject) -> Iterator[Violation]:
+    """Find blocks whose Execute rises once and never falls."""
+    for each in subject.facts.commands:
+        if each.execute and each.kind not in AT_START and _never_falls(subject, each.execute):
+            yield Violation(
+                each.place, f"{each.text}: its Execute never falls, so the block starts once at most"
+            )
+
+
+def _never_falls(subject: Subject, execute: str) -> bool:
+    if execute == "1":
+        return True
+    name = next(
+        (
+            key
+            for key in subject.facts.variables
+            if execute == key or execute.startswith((f"{key}.", f"{key}["))
+        ),
+        "",
+    )
+    variable = subject.facts.variables.get(name)
+    if variable is None or variable.role is not Role.PLAIN or variable.shown:
+        return False
+    written = [each for each in subject.facts.accesses if each.variable == name and each.writes]
+    if not written:
+        return variable.set
+    return all(each.use is Use.LATCH or (each.use is Use.COIL and each.steady) for each in written)
+
+
+def torn(subject: Subject) -> Iterator[Violation]:
+    """Find commands whose parameters come with them, in a rack where an update may arrive in two parts."""
+    if subject.job.spec.controller != "compactlogix":
+        return
+    for place, text in subject.facts.at_once:
+        yield Violation(
+            place, f"{text}: a CompactLogix may send the words in two parts, and half a command starts"
+        )

@@ -1,0 +1,91 @@
+"""Rules about the machine and its wiring: a rack file beside its program."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from ....io_images.amci3601 import ALL_INPUTS, InputBit
+from ....io_images.module_words import BitPlace
+from ....runtime.config.rackspec import SlotSpec
+from ....runtime.loop.rack import SLOT_BYTES
+from ...record.tag_source import tags_of
+from ...run.hints import not_configured, wired_inputs
+from ..facts import FileLine
+from ..subject import Subject, Violation
+
+SIGN_BIT = 15
+
+
+def wired_but_not_configured(subject: Subject) -> Iterator[Violation]:
+    """Find inputs that are wired, and that no configuration uses."""
+    for index, slot in subject.steppers:
+        sent = subject.sent_to(slot.number, subject.facts.configurations)
+        used = 0
+        for each in sent:
+            used |= each.words[0] & ALL_INPUTS
+        for bit in InputBit if sent else ():
+            if bit.value & wired_inputs(slot.machine) & ~used:
+                yield Violation(_wiring(subject, index, slot, bit), not_configured(slot.number, bit))
+
+
+def _wiring(subject: Subject, index: int, slot: SlotSpec, bit: InputBit) -> FileLine:
+    """Return the line of the first part of the machine that acts on an input."""
+    machine = slot.machine
+    for key in ("switches", "stations", "timeline"):
+        for at, part in enumerate(getattr(machine, key)):
+            if part.input == bit:
+                return subject.place("slot", index, "machine", key, at)
+    return subject.place("slot", index, "machine")
+
+
+def search_without_switch(subject: Subject) -> Iterator[Violation]:
+    """Find home searches of a machine without a home switch."""
+    without = [
+        slot.number
+        for _, slot in subject.steppers
+        if not wired_inputs(slot.machine) & InputBit.HOME.value and slot.machine.encoder is None
+    ]
+    numbers = [slot.number for _, slot in subject.steppers]
+    for search in subject.facts.searches:
+        if search.slot in without or (search.slot is None and without and without == numbers):
+            where = f"slot {search.slot}" if search.slot is not None else "the machine"
+            yield Violation(
+                search.place, f"a home search starts here, but {where} has neither home switch nor encoder"
+            )
+
+
+def unused_terminals(subject: Subject) -> Iterator[Violation]:
+    """Find wired terminals that the program does not use."""
+    uses = subject.facts.uses_bit
+    for index, slot in enumerate(subject.job.spec.slot if uses is not None and not subject.alone else ()):
+        for group, verb, name, at in terminals(slot):
+            if uses is not None and not uses(slot.number, at.image, name, at.word, at.bit):
+                place = subject.place("slot", index, "options", f"{group}s", name)
+                yield Violation(place, f"slot {slot.number}: the program never {verb} {group} {name}")
+
+
+def terminals(slot: SlotSpec) -> Iterator[tuple[str, str, str, BitPlace]]:
+    """Yield the wired terminals of a card: group, use by a program, name and bit.
+
+    The bit of an analog channel is one of its word: using the word uses the bit.
+    """
+    words = slot.words
+    for group, verb, image, names in (
+        ("input", "reads", "I", words.inputs),
+        ("output", "writes", "O", words.outputs),
+    ):
+        for name, at in words.groups.get(group, {}).items():
+            yield group, verb, name, at
+        channels = [word for of, word in words.profile_words.values() if of == image]
+        for word in channels:
+            if names[word] != f"ch{word}_data":  # the rack file names it
+                yield group, verb, names[word], BitPlace(image, word, SIGN_BIT)
+
+
+def unknown_tags(subject: Subject) -> Iterator[Violation]:
+    """Find patterns of recorded tags that match none."""
+    for index, pattern in enumerate(subject.job.spec.tags):
+        try:
+            tags_of(subject.job.logic, [pattern], bytearray(SLOT_BYTES))
+        except ValueError as error:
+            yield Violation(subject.place("tags", index), str(error))

@@ -1,0 +1,143 @@
+"""Variables of a ladder program, and the instructions that read and write them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+
+from ....io_images.site import Site
+from ....ladder.debug.crossref import Mention, mentions_of
+from ....ladder.model.operands import Constant, Place, first_leaf
+from ....ladder.model.spec import Use as OperandUse
+from ....ladder.model.tags import Tag, program_of, tag_in
+from ....ladder.model.types import Elementary
+from ....ladder.state.lowered import ADD_ON, AddOnCall, LoweredProgram
+from ..facts import Access, FileLine, Role, Use, Variable
+from ..logic import TRUE, Bit, Condition, leaves, needed
+from .walk import Point, part_of
+
+FIRST_SCAN = "S:FS"
+
+BY_PEOPLE = re.compile(r"HMI|SCADA|PANEL|OPERATOR|RECIPE|SETPOINT", re.IGNORECASE)
+"""In names of tags that people read and write from outside of the program."""
+
+COILS = ("OTE",)
+LATCHES = {"OTL": Use.LATCH, "OTU": Use.UNLATCH}
+ASSIGNMENTS = (":=", "[:=]")
+
+
+class Variables:
+    """The variables of a program.
+
+    Args:
+        is_recorded: whether the rack file records a tag.
+    """
+
+    def __init__(self, lowered: LoweredProgram, path: Path, is_recorded: Callable[[str], bool]) -> None:
+        self._lowered, self._path = lowered, path
+        self._is_recorded = is_recorded
+        self._lines = declaration_lines(path)
+        self.found: dict[str, Variable] = {
+            name: self._tag(tag) for name, tag in lowered.layout.tags().items()
+        }
+
+    def _tag(self, tag: Tag) -> Variable:
+        role = Role.PLAIN if isinstance(tag.type, Elementary) else Role.BLOCK
+        in_python = self._path.suffix == ".py"  # which reads and writes tags, too
+        shown = in_python or self._is_recorded(tag.name) or BY_PEOPLE.search(tag.name) is not None
+        place = FileLine(str(self._path), self._lines(tag.name))
+        return Variable(tag.name, place, role, tag.type.name, tag.initial is not None, shown)
+
+    def key(self, mention: Mention) -> str:
+        """Return the key of an operand's variable; "" for a part of an add-on instruction."""
+        leaf = first_leaf(mention.where)
+        if leaf.frame:
+            return ""
+        if leaf.slot is None:
+            return tag_in(leaf.path).upper()
+        key = leaf.path.upper()
+        if key not in self.found:
+            role = Role.OUTPUT if leaf.output else Role.INPUT
+            place = FileLine(str(self._path), 1)
+            self.found[key] = Variable(leaf.path, place, role, leaf.type.name, set=True)
+        return key
+
+
+def declaration_lines(path: Path) -> Callable[[str], int]:
+    """Return a function that finds the first line of a file that names a tag, 1 if none does."""
+    lines: dict[str, int] = {}
+    for number, line in enumerate(path.read_text("utf-8", errors="replace").splitlines(), 1):
+        for word in re.findall(r"\w+", line.partition("//")[0]):
+            lines.setdefault(word.upper(), number)
+    return lambda name: lines.get(name.rpartition(".")[2].upper(), 1)
+
+
+def accesses_of(
+    point: Point,
+    lowered: LoweredProgram,
+    variables: Variables,
+    place: FileLine,
+    owners: Mapping[str, str],
+) -> Iterator[Access]:
+    """Yield what an instruction does with variables.
+
+    Args:
+        owners: the task of each program, in capitals.
+    """
+    step = point.step
+    needs = needed(point.condition)
+    once = any(each.name.startswith(FIRST_SCAN) and each.on for each in needs)
+    steady = all(map(_is_steady, leaves(point.condition)))
+    unit = point.routine.name
+    owner = owners.get(program_of(unit).upper(), "")
+    mentions = list(mentions_of(lowered.sites[step.site], step))
+    if step.name == ADD_ON:
+        mentions += list(_handed(lowered, step.operands[0], mentions[0].site))
+    for each in mentions:
+        key = variables.key(each)
+        if key:
+            use = _use(point, each)
+            default = not point.is_rung and use is Use.COIL
+            takes = step.name == "SBR"
+            part = part_of(each.where, _start(key, each))
+            yield Access(key, part, use, place, unit, needs, owner, once, default, steady, takes)
+
+
+def _start(key: str, mention: Mention) -> str:
+    return key if first_leaf(mention.where).slot is None else first_leaf(mention.where).path
+
+
+def _is_steady(part: Condition) -> bool:
+    """Whether a part of a condition holds in every scan but the first one."""
+    return part == TRUE or (isinstance(part, Bit) and not part.on and part.name.startswith(FIRST_SCAN))
+
+
+def _handed(lowered: LoweredProgram, call: AddOnCall, site: Site) -> Iterator[Mention]:
+    """Yield the arguments by reference, which an add-on instruction may read, and write if it does so."""
+    frame = lowered.frames.get(call.name)
+    for name, operand in call.handed.items():
+        writes = frame is None or name in frame.written
+        yield Mention(site, operand, operand.text, True, writes, stretch=True)
+
+
+def _use(point: Point, mention: Mention) -> Use:
+    step = point.step
+    if not mention.writes:
+        return Use.READ
+    if mention.reads:
+        return Use.BOTH
+    if step.name in COILS:
+        return Use.COIL
+    if step.name in LATCHES:
+        return LATCHES[step.name]
+    if step.name in ASSIGNMENTS and isinstance(mention.where, Place) and mention.where.type.is_bool:
+        value = step.operands[1]
+        if point.condition == TRUE:
+            return Use.COIL
+        if isinstance(value, Constant):
+            return Use.LATCH if value.value else Use.UNLATCH
+    for use, operand in zip(step.uses, step.operands, strict=False):
+        if operand is mention.where and use is OperandUse.COIL:
+            return Use.COIL
+    return Use.WRITE

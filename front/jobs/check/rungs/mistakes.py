@@ -1,0 +1,214 @@
+"""Mistakes that show in one rung or statement: conditions, divisions, conversions, presets."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from ....ladder.model.operands import Calculation, Constant, Group, Place, Resolved, is_integer
+from ....ladder.model.spec import InstructionKind
+from ....ladder.state.lowered import ADD_ON, LoweredLine, LoweredProgram, LoweredStep, Node, Parallel
+from ..facts import Facts, FileLine
+from ..logic import TRUE, UNKNOWN, AllOf, AnyOf, Condition, Known, always, leaves, never
+from ..ranges import Range
+from .values import COPIES, Values, target_of, type_range, written_value
+from .walk import Point, Walker
+
+TIMERS = ("TON", "TOF", "RTO")
+COUNTERS = ("CTU", "CTD")
+FBD_TIMERS = ("TONR", "TOFR", "RTOR")
+
+LOOPS = ("WHILE", "UNTIL", "FOR")
+"""Statements whose condition may be constant: EXIT ends the loop."""
+
+
+class Mistakes:
+    """Notes the mistakes of instructions.
+
+    Args:
+        read: paths in capitals that the program reads, such as COUNT.DN.
+    """
+
+    def __init__(self, lowered: LoweredProgram, values: Values, facts: Facts, read: frozenset[str]) -> None:
+        self._lowered, self._values, self._facts, self._read = lowered, values, facts, read
+        self._presets = {path.upper(): value for (path, _), value in lowered.presets.items()}
+        self._dead: FileLine | None = None
+
+    def note(self, point: Point, place: FileLine) -> None:
+        """Note the mistakes of an instruction."""
+        self._condition(point, place)
+        self._divisions(point.step, place)
+        self._conversion(point.step, place)
+        self._preset(point.step, place)
+
+    # --- conditions
+
+    def _condition(self, point: Point, place: FileLine) -> None:
+        own, text = point.own, self._text(point.step)
+        if point.step.name == "AFI":
+            self._facts.remark("unreachable", place, "AFI: the rung never acts")
+            self._dead = place
+        elif own not in (TRUE, UNKNOWN) and self._dead != place:
+            is_loop = isinstance(own, Known) and text.upper().startswith(LOOPS)
+            if not is_loop:
+                self._decided(point, own, text, place)
+        elif not point.is_rung and own == TRUE and never(point.condition):
+            if self._dead is None:
+                self._facts.remark("unreachable", place, f"{text} is never reached")
+            self._dead = self._dead or place
+            return
+        if own == TRUE and not point.is_rung and not never(point.condition):
+            self._dead = None
+
+    def _decided(self, point: Point, own: Condition, text: str, place: FileLine) -> None:
+        """Note a condition that never holds, or always does."""
+        if never(own):
+            rule = "contradiction" if len(list(leaves(own))) > 1 else "constant-condition"
+            self._facts.remark(rule, place, f"{text} never holds")
+        elif always(own):
+            self._facts.remark("constant-condition", place, f"{text} always holds")
+        elif _meet(point.condition, own) and never(AllOf((point.condition, own))):
+            if never(point.condition):
+                return
+            self._facts.remark(
+                "contradiction", place, f"{text} never holds here: the conditions before it exclude it"
+            )
+        else:
+            return
+        self._dead = place
+
+    def branches(self, line: LoweredLine, walker: Walker, place: FileLine) -> None:
+        """Note the branches of a rung that are shorted, or of which a leg always has power."""
+        for node in _parallels(line.nodes):
+            if not all(_decides(leg) for leg in node.legs):
+                continue
+            if any(not leg for leg in node.legs):
+                other = next((leg for leg in node.legs if leg), ())
+                if other:
+                    text = f"an empty leg shorts the branch of {self._first(other)}, which decides nothing"
+                    self._facts.remark("shorted-branch", place, text)
+                continue
+            legs = tuple(AllOf(tuple(walker.decided(each) for each in _steps(leg))) for leg in node.legs)
+            plain = all(isinstance(each, LoweredStep) for leg in node.legs for each in leg)
+            if plain and not any(map(always, legs)) and always(AnyOf(legs)):
+                text = (
+                    f"the branch of {self._first(node.legs[0])} always has power: one leg or the other holds"
+                )
+                self._facts.remark("constant-condition", place, text)
+
+    def _first(self, leg: tuple[Node, ...]) -> str:
+        steps = _steps(leg)
+        return self._text(steps[0]) if steps else "nothing"
+
+    def _text(self, step: LoweredStep) -> str:
+        return self._lowered.sites[step.site].instruction
+
+    # --- numbers
+
+    def _divisions(self, step: LoweredStep, place: FileLine) -> None:
+        if (step.name in ("DIV", "MOD") and self._is_zero(step.operands[1])) or any(
+            self._is_zero(each) for operand in step.operands for each in _divisors(operand)
+        ):
+            self._facts.remark("division-by-zero", place, f"{self._text(step)} divides by 0")
+
+    def _is_zero(self, operand: Resolved) -> bool:
+        found = self._values.of(operand)
+        return found.is_constant and found.least == 0
+
+    def _conversion(self, step: LoweredStep, place: FileLine) -> None:
+        """Note a number that its target can't hold."""
+        target, source = target_of(step), written_value(step)
+        if target is None or source is None or not target.type.is_integer or target.type.is_bool:
+            return
+        found, limits = self._values.of(source), type_range(target.type)
+        text = ""
+        if found.is_constant and isinstance(source, Constant):
+            text = _constant_lost(source, limits)
+        elif found.is_known and found.outside(limits.least, limits.most):
+            text = f"it is {found}"
+        elif _is_copy(step) and isinstance(source, Place):
+            text = self._copy_lost(source, target, found, limits)
+        if text:
+            kind = target.type.name
+            self._facts.remark(
+                "lossy-conversion", place, f"{self._text(step)}: {target.text} is of type {kind}, and {text}"
+            )
+
+    def _copy_lost(self, source: Place, target: Place, found: Range, limits: Range) -> str:
+        """Return what a copy to a smaller type may lose."""
+        if not is_integer(source):
+            return f"{source.text} is a {source.type.name}: its fraction is lost"
+        if source.type.bits <= target.type.bits or found.within(limits.least, limits.most):
+            return ""
+        return f"{source.text} is a {source.type.name}: its high bits are lost"
+
+    # --- presets
+
+    def _preset(self, step: LoweredStep, place: FileLine) -> None:
+        first = step.operands[0] if step.operands else None
+        if not isinstance(first, Group) or first.frame or step.name not in (*TIMERS, *COUNTERS, *FBD_TIMERS):
+            return
+        path = first.path.upper()
+        if self._values.is_written(f"{path}.PRE") or any(
+            not isinstance(each, Constant) for each in first.indices
+        ):
+            return
+        found = self._values.initial(first.member("PRE"))
+        if found is None or found.most != 0:
+            return
+        if step.name in COUNTERS and f"{path}.DN" not in self._read:
+            return  # it counts for people
+        self._facts.remark(
+            "preset-zero",
+            place,
+            f"{self._text(step)}: the preset of {first.text} is 0, so it is done at once",
+        )
+
+
+def _is_copy(step: LoweredStep) -> bool:
+    return (step.name in COPIES and step.name != "TRN") or step.name in (":=", "[:=]")
+
+
+def _constant_lost(source: Constant, limits: Range) -> str:
+    """Return what is lost of a constant; a bit pattern such as 16#8000 is not."""
+    value = source.value
+    if value != int(value):
+        return f"{value:g} loses its fraction"
+    width = limits.most - limits.least
+    return "" if limits.least <= value <= width else f"{value:g} is out of its range, {limits}"
+
+
+def _divisors(operand: object) -> Iterator[Resolved]:
+    if isinstance(operand, Calculation):
+        if operand.name in ("/", "MOD"):
+            yield operand.operands[1]
+        for each in operand.operands:
+            yield from _divisors(each)
+
+
+def _meet(before: Condition, own: Condition) -> bool:
+    """Whether two conditions are of the same values."""
+    names = {getattr(each, "name", None) for each in leaves(before)} - {None}
+    return any(getattr(each, "name", None) in names for each in leaves(own))
+
+
+def _parallels(nodes: tuple[Node, ...]) -> Iterator[Parallel]:
+    for node in nodes:
+        if isinstance(node, Parallel):
+            yield node
+            for leg in node.legs:
+                yield from _parallels(leg)
+
+
+def _steps(leg: tuple[Node, ...]) -> list[LoweredStep]:
+    found: list[LoweredStep] = []
+    for node in leg:
+        if isinstance(node, LoweredStep):
+            found.append(node)
+        else:
+            found += [step for each in node.legs for step in _steps(each)]
+    return found
+
+
+def _decides(leg: tuple[Node, ...]) -> bool:
+    """Whether a leg has conditions only."""
+    return all(each.kind is InstructionKind.INPUT and each.name != ADD_ON for each in _steps(leg))

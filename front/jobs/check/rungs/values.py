@@ -1,0 +1,227 @@
+"""Ranges of the numbers of a ladder program.
+
+A tag's range is that of all that the program writes to it, and of its initial value; where one of these
+depends on the tag itself, or is not known, it is the range of the tag's type.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from ....ladder.debug.crossref import Mention
+from ....ladder.model.operands import Calculation, Constant, Group, Place, Resolved
+from ....ladder.model.tags import Tag, tag_in
+from ....ladder.model.types import COUNTER, FBD_COUNTER, FBD_TIMER, TIMER, Elementary
+from ....ladder.state.lowered import LoweredStep
+from ..ranges import ANY, OPERATIONS, Range, exactly, joined
+
+RESULTS = {"ADD": "+", "SUB": "-", "MUL": "*", "DIV": "/", "MOD": "MOD", "NEG": "NEG", "ABS": "ABS"}
+"""Instructions that write the result of an operator to their last operand."""
+
+COPIES = ("MOV", "TRN")
+"""Instructions that write their first operand to the second one."""
+
+ASSIGNMENTS = (":=", "[:=]", "CPT")
+"""Instructions that write their second operand to the first one."""
+
+DEPTH = 8
+"""Levels of tags behind a tag."""
+
+
+def type_range(kind: Elementary) -> Range:
+    """Return the range of a type."""
+    if kind.is_bool:
+        return Range(0, 1)
+    if not kind.is_integer:
+        return ANY
+    return Range(kind.lowest, kind.highest)
+
+
+def written_value(step: LoweredStep) -> Resolved | None:
+    """Return the expression that an instruction writes to its one target; None for another instruction."""
+    operands: Sequence[Any] = step.operands
+    if step.name in RESULTS:
+        return Calculation(RESULTS[step.name], tuple(operands[:-1]))
+    if step.name == "TRN":
+        return Calculation("TRN", (operands[0],))
+    found: Resolved | None = None
+    if step.name in (*COPIES, *ASSIGNMENTS):
+        found = operands[step.name in ASSIGNMENTS]
+    return Constant(0, step.operands[0].type) if step.name == "CLR" else found
+
+
+def target_of(step: LoweredStep) -> Place | None:
+    """Return the one number that an instruction writes; None for another instruction."""
+    if step.name in RESULTS or step.name in COPIES:
+        found = step.operands[-1]
+    elif step.name in ASSIGNMENTS or step.name == "CLR":
+        found = step.operands[0]
+    else:
+        return None
+    return found if isinstance(found, Place) else None
+
+
+class Values:
+    """The ranges of a program.
+
+    Args:
+        steps: all instructions of the program.
+        mentions: all operands of the program.
+        tags: by name in capitals.
+        presets: values of PRE and ACC in rungs, by path in capitals and index.
+    """
+
+    def __init__(
+        self,
+        steps: Iterable[LoweredStep],
+        mentions: Iterable[Mention],
+        tags: Mapping[str, Tag],
+        presets: Mapping[tuple[str, int], int | float],
+    ) -> None:
+        self._tags = tags
+        self._presets = {(path.upper(), index): value for (path, index), value in presets.items()}
+        self._written: dict[str, list[Resolved | None]] = {}
+        known: dict[str, int] = {}
+        for step in steps:
+            target = target_of(step)
+            if target is not None and target.bit is None:
+                self._written.setdefault(target.leaf.path.upper(), []).append(written_value(step))
+                known[target.leaf.path.upper()] = known.get(target.leaf.path.upper(), 0) + 1
+        self._others: set[str] = set()
+        for each in mentions:
+            if each.writes:
+                path = _path(each.where)
+                if known.get(path, 0) > 0 and isinstance(each.where, Place) and each.where.bit is None:
+                    known[path] -= 1
+                elif each.stretch or not _is_counting(each.where):
+                    self._others.add(path)
+                else:  # the preset stays
+                    self._others.update(f"{path}.{name}" for name in _COUNTED)
+        self._known: dict[str, Range] = {}
+
+    def of(self, operand: Resolved, depth: int = DEPTH) -> Range:
+        """Return the range of an operand."""
+        if isinstance(operand, Constant):
+            return exactly(operand.value)
+        if isinstance(operand, Place):
+            return self._of_place(operand, depth)
+        if isinstance(operand, Calculation) and operand.name in OPERATIONS:
+            found = OPERATIONS[operand.name](*(self.of(each, depth) for each in operand.operands))
+            whole = operand.name == "/" and all(_is_whole(each) for each in operand.operands)
+            return _cut(found) if whole else found
+        return ANY
+
+    def choices(self, operand: Resolved) -> tuple[Range, ...]:
+        """Return the constants that a tag gets, with its initial value; one range for another operand."""
+        if isinstance(operand, Place) and operand.bit is None and operand.leaf.slot is None:
+            written = self.written(operand)
+            if written and all(each.is_constant for each in written):
+                return (*written, *filter(None, [self.initial(operand)]))
+        return (self.of(operand),)
+
+    def written(self, place: Place) -> list[Range]:
+        """Return the ranges of what is written to a number; none if other instructions write it, too."""
+        path = place.leaf.path.upper()
+        if path in self._others or self._is_in_group(path):
+            return []
+        return [ANY if each is None else self.of(each, DEPTH - 1) for each in self._written.get(path, ())]
+
+    def elements(self, operand: Place | Group, count: int) -> list[Range]:
+        """Return the first elements of an array that nothing writes; none if they are not known."""
+        path = _path(operand)
+        tag = self._tags.get(path)
+        start = operand.fixed_index if isinstance(operand, Place) else 0
+        if tag is None or self.is_written(path) or start is None:
+            return []
+        listed = tag.initial if isinstance(tag.initial, list) else []
+        numbers = [each for each in listed if isinstance(each, int | float)][start : start + count]
+        missing = count - len(numbers) if isinstance(tag.initial, list) else 0
+        return [exactly(each) for each in numbers] + [exactly(0)] * missing
+
+    def is_written(self, path: str) -> bool:
+        """Whether an instruction writes a path."""
+        path = path.upper()
+        return path in self._written or path in self._others or self._is_in_group(path)
+
+    def initial(self, place: Place) -> Range | None:
+        """Return the range of the initial values of a number's leaf; None if it is not a tag's."""
+        path = place.leaf.path.upper()
+        tag = self._tags.get(tag_in(path))
+        if tag is None or place.leaf.frame:
+            return None
+        presets = [value for (at, _), value in self._presets.items() if at == path]
+        found = [*_numbers(_member(tag.initial, path[len(tag.name) + 1 :])), *presets]
+        return joined(*map(exactly, found)) if found else exactly(0)
+
+    def _of_place(self, place: Place, depth: int) -> Range:
+        limits = type_range(place.type)
+        path = place.leaf.path.upper()
+        if depth == 0 or place.bit is not None or place.leaf.slot is not None or place.leaf.frame:
+            return limits
+        if path not in self._known:
+            self._known[path] = limits  # what depends on itself
+            self._known[path] = self._from_writes(place, path, limits, depth)
+        return self._known[path]
+
+    def _from_writes(self, place: Place, path: str, limits: Range, depth: int) -> Range:
+        initial = self.initial(place)
+        if path in self._others or initial is None or self._is_in_group(path):
+            return limits
+        found = [limits if each is None else self.of(each, depth - 1) for each in self._written.get(path, ())]
+        if place.type.is_integer:
+            found = [_rounded(each) for each in found]
+        every = joined(initial, *found)
+        return every if every.within(limits.least, limits.most) else limits
+
+    def _is_in_group(self, path: str) -> bool:
+        """Whether an instruction writes what contains the path."""
+        start = path.find(".")
+        while start >= 0:
+            if path[:start] in self._others:
+                return True
+            start = path.find(".", start + 1)
+        return False
+
+
+_COUNTED = ("ACC", "DN", "TT", "EN", "CU", "CD", "OV", "UN")
+"""Members that a timer or a counter writes itself."""
+
+
+def _is_counting(where: Place | Group) -> bool:
+    """Whether this is a timer or a counter."""
+    return isinstance(where, Group) and where.type in (TIMER, COUNTER, FBD_TIMER, FBD_COUNTER)
+
+
+def _path(where: Place | Group) -> str:
+    return (where.leaf.path if isinstance(where, Place) else where.path).upper()
+
+
+def _member(initial: object, path: str) -> object:
+    """Return the initial value at a path of members, of all elements of arrays."""
+    for name in path.split(".") if path else ():
+        rows = initial if isinstance(initial, list) else [initial]
+        initial = [value for row in rows if isinstance(row, dict) for key, value in row.items()
+                   if str(key).upper() == name]  # fmt: skip
+    return initial
+
+
+def _numbers(initial: object) -> list[float]:
+    if isinstance(initial, list):
+        return [number for each in initial for number in _numbers(each)]
+    return [initial] if isinstance(initial, int | float) else []
+
+
+def _is_whole(operand: Resolved) -> bool:
+    if isinstance(operand, Constant | Place):
+        return operand.type.is_integer
+    return isinstance(operand, Calculation) and all(map(_is_whole, operand.operands))
+
+
+def _cut(found: Range) -> Range:
+    return Range(math.trunc(found.least), math.trunc(found.most)) if found.is_known else found
+
+
+def _rounded(found: Range) -> Range:
+    return Range(round(found.least), round(found.most)) if found.is_known else found

@@ -1,0 +1,73 @@
+"""What the rules read: a rack, the facts of its program, and places in the rack file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from ...io_images.amci3601 import Configuration
+from ...io_images.amci3601.words import is_stepper
+from ...io_images.image import Image
+from ...runtime.config.rackspec import SlotSpec
+from ...runtime.config.tomllines import KeyLines, KeyPath
+from ..load.loading import Job
+from .facts import Command, Facts, FileLine, SentCommand
+
+
+class Violation(NamedTuple):
+    """A finding without its rule."""
+
+    place: FileLine
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Subject:
+    """A rack with the facts of its program."""
+
+    job: Job
+    facts: Facts
+    lines: KeyLines | None  # of the rack file; None for a rack in Python, and without one
+    alone: bool = False  # whether there is no rack, and so no machine
+
+    def place(self, *path: str | int) -> FileLine:
+        """Return file and line of a key of the rack file; line 1 for a rack in Python."""
+        key: KeyPath = path
+        return FileLine(str(self.job.rack_file), 1 if self.lines is None else self.lines.line(key))
+
+    @property
+    def steppers(self) -> Iterator[tuple[int, SlotSpec]]:
+        """The slots with the words of a 3601 and a simulated machine, by index in the rack file."""
+        for index, slot in enumerate(() if self.alone else self.job.spec.slot):
+            if is_stepper(slot.words) and not slot.is_live:
+                yield index, slot
+
+    def sent_to(self, slot: int | None, sent: Sequence[SentCommand]) -> list[SentCommand]:
+        """Return the words sent to a slot; without any, those of an unknown slot."""
+        own = [each for each in sent if each.slot == slot]
+        return own or [each for each in sent if each.slot is None]
+
+    def configurations(self, slot: int | None) -> list[Configuration]:
+        """Return the sound configurations that a slot may get."""
+        sent = self.sent_to(slot, self.facts.configurations)
+        if slot is None and not sent:
+            sent = self.facts.configurations
+        return [found for each in sent if (found := _configuration(each)) is not None]
+
+    def by_axis(self) -> Iterator[list[Command]]:
+        """Yield the commands of each axis."""
+        found: dict[str, list[Command]] = {}
+        for each in self.facts.commands:
+            found.setdefault(each.axis, []).append(each)
+        yield from found.values()
+
+
+def _configuration(sent: SentCommand) -> Configuration | None:
+    if len(sent.words) < 8:
+        return None
+    signed = [each - 0x10000 if each > 0x7FFF else each for each in sent.words]
+    try:
+        return Configuration.from_image(Image(signed))
+    except ValueError:
+        return None

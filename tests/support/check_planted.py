@@ -1,0 +1,468 @@
+"""Mistakes for `scanrack check`, planted in the sound programs of `check_programs`."""
+
+# ruff: noqa: E501 - one row is one mistake
+
+import re
+from typing import NamedTuple
+
+from check_programs import SOUND
+
+
+class Planted(NamedTuple):
+    """A mistake: what is replaced in a sound program by what, and the text of the line where it is found."""
+
+    program: str
+    rule: str
+    old: str
+    new: str
+    at: str = ""  # the first line with this text; the new text itself without one
+    controller: str = ""
+
+
+RUNGS = [
+    # bits and tags
+    (
+        "repeated-coil",
+        "XIC(Alarm)OTE(Horn);",
+        "XIC(Alarm)OTE(Horn);\nXIC(Full)OTE(Horn);",
+        "XIC(Full)OTE(Horn)",
+    ),
+    ("repeated-coil", "XIC(Fast)TON(Blink,250,0);", "XIC(Fast)TON(Quiet,1000,0)TON(Blink,250,0);"),
+    (
+        "coil-and-latch",
+        "XIC(Alarm)OTE(Horn);",
+        "XIC(Alarm)OTE(Horn);\nXIC(Full)OTL(Horn);",
+        "XIC(Full)OTL(Horn)",
+    ),
+    ("coil-and-latch", "XIC(Clear)ONS(Pressed)OTU(Alarm);", "XIC(Clear)ONS(Pressed)OTU(Run);"),
+    (
+        "move-over-coil",
+        "XIC(Alarm)OTE(Horn);",
+        "XIC(Alarm)OTE(Horn);\nMOV(Rate,Local:3:O.Data[0]);",
+        "MOV(Rate,Local:3",
+    ),
+    (
+        "move-over-coil",
+        "XIC(Alarm)OTE(Horn);",
+        "XIC(Alarm)OTE(Horn);\nXIC(Full)CLR(Local:3:O.Data[0]);",
+        "CLR(Local:3",
+    ),
+    ("never-written", "XIC(Run)OTE(Lamp);", "XIC(Run)XIC(Permit)OTE(Lamp);"),
+    ("never-written", "GRT(Speed,5000)OTE(Fast);", "GRT(Speed,Border)OTE(Fast);"),
+    ("never-read", "XIC(Run)OTE(Lamp);", "XIC(Run)OTE(Lamp)OTE(Permit);"),
+    ("never-read", "XIC(Fast)TON(Blink,250,0);", "XIC(Fast)TON(Blink,250,0)TON(Other,100,0);"),
+    ("unused-tag", "TAG Awake", "TAG Spare : DINT\nTAG Awake", "TAG Spare"),
+    (
+        "latch-never-cleared",
+        "XIC(Clear)ONS(Pressed)OTU(Alarm);",
+        "XIC(Clear)ONS(Pressed)RES(Count);",
+        "OTL(Alarm)",
+    ),
+    ("latch-never-cleared", "XIC(Alarm)OTE(Horn);", "XIC(Alarm)OTL(Horn);"),
+    ("input-written", "XIC(Alarm)OTE(Horn);", "XIC(Alarm)OTE(Full);"),
+    ("input-written", "XIO(Full)MOV(4000,Speed);", "XIO(Full)MOV(4000,Speed)MOV(0,Local:2:I.Data[0]);"),
+    # conditions
+    ("shorted-branch", "[XIC(Start),XIC(Run)]", "[XIC(Start),XIC(Run),]"),
+    ("shorted-branch", "XIC(Alarm)OTE(Horn);", "XIC(Alarm)[XIC(Full)XIO(Stop),]OTE(Horn);"),
+    ("contradiction", "XIC(Alarm)OTE(Horn);", "XIC(Alarm)XIO(Alarm)OTE(Horn);"),
+    ("contradiction", "XIC(Run)OTE(Lamp);", "XIC(Run)[XIC(Full),XIO(Run)]OTE(Lamp);", None),
+    ("contradiction", "GRT(Speed,5000)OTE(Fast);", "GRT(Rate,5000)LES(Rate,100)OTE(Fast);"),
+    ("contradiction", "LES(Rate,3)GRT(Share,5)NOP();", "EQU(Rate,3)EQU(Rate,4)OTL(Alarm);"),
+    ("constant-condition", "XIC(Run)OTE(Lamp);", "[XIC(Run),XIO(Run)]OTE(Lamp);"),
+    ("constant-condition", "GRT(Speed,5000)OTE(Fast);", "EQU(1,2)OTE(Fast);"),
+    ("constant-condition", "GRT(Speed,5000)OTE(Fast);", "GRT(card.I.Data[2],40000)OTE(Fast);"),
+    ("constant-condition", "GRT(Speed,5000)OTE(Fast);", "EQU(Speed,7000)OTE(Fast);"),
+    ("constant-condition", "GRT(Speed,5000)OTE(Fast);", "CMP(3>2)OTE(Fast);"),
+    ("unreachable", "XIC(Run)OTE(Lamp);", "TND();\nXIC(Run)OTE(Lamp);", "XIC(Run)OTE(Lamp)"),
+    ("unreachable", "XIC(Run)OTE(Lamp);", "AFI()XIC(Run)OTE(Lamp);"),
+    (
+        "unreachable",
+        "XIC(Run)OTE(Lamp);",
+        "JMP(over);\nXIC(Run)OTE(Lamp);\nLBL(over)XIC(Run)NOP();",
+        "XIC(Run)OTE(Lamp)",
+    ),
+    ("unreachable", "\nEND\n", "\nEND\nROUTINE Extra\nXIC(Stop)OTL(Alarm);\nEND\n", "XIC(Stop)OTL(Alarm)"),
+    ("preset-zero", "TON(Blink,250,0)", "TON(Blink,0,0)"),
+    ("preset-zero", "LES(Rate,3)", "XIC(Count.DN)LES(Rate,3)", "CTU(Count"),
+    ("division-by-zero", "DIV(Count.ACC,10,Rate)", "DIV(Count.ACC,0,Rate)"),
+    ("division-by-zero", "DIV(Count.ACC,10,Rate)", "CPT(Rate,Count.ACC/(Count.PRE*0))"),
+    ("lossy-conversion", "MOD(Count.ACC,10,Share)", "MOD(Count.ACC,10,Share)MOV(Average,Share)"),
+    ("lossy-conversion", "MOD(Count.ACC,10,Share)", "MOV(2.5,Share)"),
+    ("lossy-conversion", "MOD(Count.ACC,10,Share)", "MOD(Count.ACC,10,Share)MOV(Count.ACC,Narrow)"),
+    ("lossy-conversion", "MOD(Count.ACC,10,Share)", "MOD(Count.ACC,10,Share)MOV(70000,Narrow)"),
+    # blocks
+    ("block-twice", "XIC(Run)OTE(Lamp);", "XIC(Run)OTE(Lamp);\nMC_Reset(Reset,Axis,Clear);", None),
+    (
+        "block-order",
+        "LES(Rate,3)GRT(Share,5)NOP();\n",
+        "Amci3601(Module,Axis,card.I.Data[0],card.O.Data[0]);\nMC_Halt(Halt,Axis,Full);\n",
+        "Amci3601(Module",
+    ),
+    (
+        "block-order",
+        "MOV(card.I.Fault,Module.Fault)Amci3601(Module,Axis,card.I.Data[0],card.O.Data[0]);\n",
+        "",
+        "Configure3601(Configure,",
+    ),
+    ("execute-never-falls", "MC_MoveAbsolute(Out,Axis,OutGo,", "MC_MoveAbsolute(Out,Axis,Awake,"),
+    (
+        "execute-never-falls",
+        "MC_Reset(Reset,Axis,Quiet.DN);",
+        "OTE(On);\nMC_Reset(Reset,Axis,On);",
+        "MC_Reset(Reset,Axis,On)",
+    ),
+    ("move-interrupted", "MC_MoveAbsolute(Back,Axis,BackGo,", "MC_MoveAbsolute(Back,Axis,OutGo,"),
+    (
+        "move-interrupted",
+        "XIC(Out.Done)XIO(Back.Done)OTE(BackGo);",
+        "XIC(Out.Busy)XIO(Back.Done)OTE(BackGo);",
+        "MC_MoveAbsolute(Back",
+    ),
+    # the 3601
+    ("no-place", "SLOT card : 1", "SLOT card : 2"),
+    ("no-place", "SLOT card : 1", "SLOT card : 7"),
+    ("no-place", "Local:3:O.Data.1", "Local:3:O.Data.16", None),
+    ("no-place", "Local:2:I.Data.2", "Local:6:I.Data.2", None),
+    ("out-of-range", "Out,Axis,OutGo,6000,Speed,10,10", "Out,Axis,OutGo,6000,400,10,10"),
+    (
+        "out-of-range",
+        "XIC(Full)MOV(6000,Speed);\nXIO(Full)MOV(4000,Speed);",
+        "XIC(Full)MOV(300,Speed);\nXIO(Full)MOV(400,Speed);",
+        "MC_MoveAbsolute(Out",
+    ),
+    ("out-of-range", "BackGo,0,8000,10,10", "BackGo,0,8000,10,2001"),
+    ("out-of-range", "BackGo,0,8000,10,10", "BackGo,9000000,8000,10,10"),
+    ("out-of-range", "Homing,-1,2000", "Homing,-1,200"),
+    ("refused-command", "16#8434, 16#0034", "16#8414, 16#0014", "MC_Home("),
+    ("motion-unconfigured", "Configure3601(Configure,Axis,Words,Awake);", "MOV(Words[0],Rate);", "MC_Home("),
+    (
+        "no-position",
+        "MC_Home(Home,Axis,Homing,-1,2000,10,10);",
+        "MC_Halt(Halt,Axis,Homing);",
+        "MC_MoveAbsolute(Out",
+    ),
+    (
+        "blend-profile",
+        "MC_Reset(Reset,Axis,Quiet.DN);",
+        "ProgramBlend3601(Blend,Axis,Lengths,Speeds,Rates,Quiet.DN,17,10);\nRunBlend3601(Curve,Axis,Full,1);",
+        "ProgramBlend3601(Blend",
+    ),
+    (
+        "blend-profile",
+        "MC_Reset(Reset,Axis,Quiet.DN);",
+        "ProgramBlend3601(Blend,Axis,Lengths,Speeds,Rates,Quiet.DN,3,10);\nRunBlend3601(Curve,Axis,Full,1);",
+        "ProgramBlend3601(Blend",
+    ),
+    ("no-blend", "MC_Reset(Reset,Axis,Quiet.DN);", "RunBlend3601(Curve,Axis,Full,1);"),
+]
+"""Rule, old text, new text, and the line in the rungs with blocks."""
+
+TAGS = {
+    "Permit": "BOOL",
+    "Border": "DINT",
+    "Other": "TIMER",
+    "Narrow": "INT",
+    "Average": "REAL",
+    "Halt": "MC_Halt",
+    "On": "BOOL",
+    "Blend": "ProgramBlend3601",
+    "Curve": "RunBlend3601",
+    "Lengths": "DINT[17] := [1000, 1000, 1000]",
+    "Speeds": "DINT[17] := [1000, 2000, 2000]",
+    "Rates": "INT[17] := [100, 100, 100]",
+}
+"""Tags that a mistake needs."""
+
+WORDS = [
+    ("command-held", "CLR(axis.O.Data[0])", "OTE(Local:3:O.Data.1)", "COP(Go,"),
+    ("out-of-range", "[1, 0, 4, 0, 5, 0,", "[1, 0, 4, 0, 0, 300,", "COP(Go,"),
+    ("out-of-range", "0, 500, 0, 0, 0, 0]", "0, 500, 0, 0, 7, 0]", "COP(Words,"),
+    ("no-position", "COP(Preset,axis", "NOP()COP(Go,axis", None),
+    ("no-place", "COP(Preset,axis.O", "COP(Preset,Local:2:O", None),
+    (
+        "motion-unconfigured",
+        "XIC(S:FS)COP(Words,axis.O.Data,8);",
+        "XIC(S:FS)MOV(Words[3],Pulse2);",
+        "COP(Go,",
+    ),
+    ("no-blend", "[1, 0, 4, 0, 5, 0, 10, 10]", "[16#1000, 0, 0, 0, 0, 0, 0, 0]", "COP(Go,"),
+    ("torn-command", "XIC(Start)ONS", "XIC(Start)ONS", "COP(Words,", "compactlogix"),
+]
+"""The same in rungs that write words, with the controller."""
+
+TASKS = [
+    (
+        "several-tasks",
+        "LES(Deep,0)MOV(0,Deep);",
+        "LES(Deep,0)MOV(0,Deep)MOV(1,Level);",
+        "CPT(Level",
+    ),
+    (
+        "recursion",
+        "LES(Deep,0)MOV(0,Deep);",
+        "LES(Deep,0)MOV(0,Deep);\nGRT(Deep,9)JSR(Check,1,Wanted,Deep);",
+        "JSR(Check,1,Wanted",
+    ),
+    ("unused-parameter", "LOCAL Wide : DINT", "INPUT Offset : DINT\nLOCAL Wide : DINT", "INPUT Offset"),
+    ("unused-parameter", "LOCAL Wide : DINT", "LOCAL Wide : DINT\nLOCAL Spare : DINT", "LOCAL Spare"),
+    ("unused-parameter", "SBR(Deep);", "SBR(Extra);", None),
+    ("shadowed-name", "TAG Last : DINT", "TAG Last : DINT\nTAG Wanted : DINT", None),
+    ("division-by-zero", "DIV(Wide,100,Value);", "DIV(Wide,0,Value);"),
+    ("unreachable", "TASK Fast : PERIODIC 10 ms PRIORITY 3 RUNS Filter\n", "", None),
+]
+"""The same in the controller."""
+
+TEXT = [
+    (
+        "repeated-coil",
+        "Lamp := Run AND axis.status.MODULE_OK;",
+        "Lamp := Run;\nLamp := Seen;",
+        "Lamp := Seen;",
+    ),
+    ("latch-never-cleared", "    Seen := 0;", "    Parts := 0;", "Seen := 1;"),
+    ("latch-never-cleared", "    Valve := 0;\n", "", "Valve := 1;"),
+    ("never-written", "Lamp := Run AND axis.status.MODULE_OK;", "Lamp := Run AND Permit;"),
+    ("never-read", "Horn := Seen;", "Permit := Seen;"),
+    ("input-written", "Horn := Seen;", "Horn := Seen; Stop := 0;"),
+    ("contradiction", "IF Edge.OutputBit THEN", "IF Run AND NOT Run THEN"),
+    ("contradiction", "IF Small > 50 AND Mean > 2.5 THEN", "IF Small > 50 AND Small < 20 THEN"),
+    ("contradiction", "ELSIF Stop THEN", "ELSIF Edge.OutputBit AND Stop THEN"),
+    ("constant-condition", "IF Small > 50 AND Mean > 2.5 THEN", "IF Small > 40000 THEN"),
+    ("constant-condition", "IF Small > 50 AND Mean > 2.5 THEN", "IF 1 > 2 THEN"),
+    ("constant-condition", "IF Small > 50 AND Mean > 2.5 THEN", "IF Step = 30 THEN"),
+    ("unreachable", "Horn := Seen;", "RETURN;\nHorn := Seen;", "Horn := Seen;"),
+    ("preset-zero", '{"PRE": 500}', '{"PRE": 0}', "TONR(Delay)"),
+    ("division-by-zero", "Mean := Parts / 4;", "Mean := Parts / 0;"),
+    ("division-by-zero", "Parts MOD 100", "Parts MOD 0"),
+    ("lossy-conversion", "Small := Parts MOD 100;", "Small := Parts;"),
+    ("lossy-conversion", "Small := Parts MOD 100;", "Small := Mean;"),
+    ("lossy-conversion", "Small := Parts MOD 100;", "Small := 40.5;"),
+    ("block-twice", "TONR(Delay);", "TONR(Delay);\nDelay.TimerEnable := Stop;\nTONR(Delay);", None),
+    ("command-held", "Horn := Seen;", "Horn := Seen; IF Seen THEN axis.command.HOLD_MOVE := 1; END_IF;"),
+    ("no-place", "SLOT axis : 1", "SLOT axis : 3", None),
+]
+"""The same in structured text."""
+
+FUNCTION = [
+    ("constant-condition", "if status.MODE_CONFIG and not status.CONFIG_ERROR:", "if 0 > 1:"),
+    (
+        "contradiction",
+        "if status.MODE_CONFIG and not status.CONFIG_ERROR:",
+        "if status.MODE_CONFIG and not status.MODE_CONFIG:",
+    ),
+    ("contradiction", "if pulse and not line.before:", 'if line.step == "wait" and line.step == "move":'),
+    (
+        "unreachable",
+        "    return (station + 1) % 3",
+        "    return 0\n    return (station + 1) % 3",
+        "(station + 1) % 3",
+    ),
+    ("recursion", "(station + 1) % 3", "next_station(station + 1) % 3", "def next_station"),
+    ("unused-parameter", "def next_station(station):", "def next_station(station, way=1):"),
+    (
+        "shadowed-name",
+        "    outputs = axis.outputs\n",
+        "    outputs = axis.outputs\n    SPEED = 3\n    outputs[1] = SPEED * 0\n",
+        "SPEED = 3",
+    ),
+    ("shadowed-name", "pulse = scan.slot[2]", "max = scan.slot[2]", None),
+    ("division-by-zero", "% 3", "% 0"),
+    ("unknown-attribute", "    line.before = pulse", "    line.befor = pulse"),
+    ("unknown-attribute", "status.MOVE_COMPLETE:", "status.MOVE_COMPLET:"),
+    ("not-deterministic", "4000 * line.station,", "random.choice((0, 4000)),"),
+    ("not-deterministic", "pulse = scan", "pulse = time.time() > 3 or scan"),
+    ("input-written", "        outputs[0] = 0", "        outputs[0] = 0; scan.slot[2].inputs[0] = 0"),
+    ("no-place", "scan.slot[3].outputs", "scan.slot[6].outputs"),
+    ("out-of-range", "SPEED = 5000", "SPEED = 300", "Move(MoveKind"),
+    ("out-of-range", "acceleration=10,", "acceleration=3000,"),
+    ("lossy-conversion", "        outputs[0] = 0", "        outputs[0] = 0; outputs[3] = 70000"),
+    (
+        "never-read",
+        "    outputs = axis.outputs\n",
+        "    outputs = axis.outputs\n    spare = axis.inputs\n",
+        "spare =",
+    ),
+    ("no-position", "PresetPosition(0)", "Idle()", "Move(MoveKind"),
+    ("motion-unconfigured", "SETTINGS.to_image()", "Idle().to_image()", None),
+]
+"""The same in a function of the scan."""
+
+SEQUENCE = [
+    ("latch-never-cleared", "self.valve = False\n", "pass\n", "self.valve = True"),
+    (
+        "never-written",
+        "until(lambda: self.running and self.homed)",
+        "until(lambda: self.running and self.permit)",
+    ),
+    ("never-read", "self.running and self.homed", "self.running", "self.homed = True"),
+    ("contradiction", "if self.stop:", "if self.stop and not self.stop:"),
+    ("contradiction", "elif self.start:", "elif self.stop:"),
+    ("constant-condition", "elif self.start:", "elif 1 == 2:"),
+    (
+        "unreachable",
+        "    async def stroke(",
+        "    async def unused(self) -> None:\n        await dwell('1 s')\n\n    async def stroke(",
+        "async def unused",
+    ),
+    (
+        "unreachable",
+        '        await dwell("100 ms")\n',
+        '        return\n        await dwell("100 ms")\n',
+        'await dwell("100 ms")',
+    ),
+    (
+        "recursion",
+        '        await dwell("100 ms")\n',
+        "        await self.stroke(target, speed)\n",
+        "async def stroke",
+    ),
+    (
+        "unused-parameter",
+        "def stroke(self, target: int, speed: int)",
+        "def stroke(self, target: int, speed: int, pause: int = 1)",
+    ),
+    ("shadowed-name", "for station in STATIONS:", "for PATH in STATIONS:", None),
+    ("division-by-zero", "self.parts += 1", "self.parts = self.parts // 0"),
+    ("preset-zero", 'OnDelay("2 s")', 'OnDelay("0 s")'),
+    ("preset-zero", 'dwell("100 ms")', 'dwell("0 ms")'),
+    (
+        "block-twice",
+        "        self.lamp = self.late(self.feeder.moving)",
+        "        self.late(self.stop)\n        self.lamp = self.late(self.feeder.moving)",
+        "self.lamp = self.late",
+    ),
+    (
+        "repeated-coil",
+        "        self.lamp = self.late(self.feeder.moving)",
+        "        self.lamp = self.running\n        self.lamp = self.late(self.feeder.moving)",
+        "self.lamp = self.late",
+    ),
+    (
+        "two-sequences",
+        "            self.parts += 1",
+        "            self.parts += 1\n            self.valve = False",
+        None,
+    ),
+    ("two-sequences", "self.valve = True", "self.lamp = True", None),
+    (
+        "two-sequences",
+        "            self.parts += 1",
+        "            await self.pusher.move_by(10, speed=3000, acceleration=20, deceleration=20)",
+        None,
+    ),
+    (
+        "lock-order",
+        "            for station in STATIONS:\n                async with self.zone:",
+        "            for station in STATIONS:\n                async with self.table, self.zone:",
+        None,
+    ),
+    ("lock-order", "async with self.table:", "async with self.zone:", None),
+    ("unknown-attribute", "if self.stop:", "if self.stopp:"),
+    ("unknown-attribute", "self.feeder.moving", "self.feeder.movin"),
+    ("unknown-attribute", "self.late(self.feeder.moving)", "self.late(self.feeder.status.IN_ESTP)"),
+    (
+        "not-deterministic",
+        "self.speed = 2000 if self.full else 3000",
+        "self.speed = random.randint(2000, 3000)",
+    ),
+    ("not-deterministic", 'await dwell("100 ms")', "time.sleep(0.1)"),
+    (
+        "out-of-range",
+        "self.speed = 2000 if self.full else 3000",
+        "self.speed = 200 if self.full else 300",
+        "self.feeder.move_to(",
+    ),
+    ("out-of-range", "speed=speed, acceleration=20", "speed=min(speed, 300), acceleration=20"),
+    ("out-of-range", "speed=1000, acceleration=10", "speed=100, acceleration=10"),
+    (
+        "out-of-range",
+        "STATIONS = (0, 4000, 8000)",
+        "STATIONS = (9_000_000, 9_000_001)",
+        "self.feeder.move_to(",
+    ),
+    ("refused-command", "InputBit.CCW_LIMIT | ", "", "self.feeder.home("),
+    ("blend-profile", "program_blend(PATH,", "program_blend(PATH * 9,"),
+    ("blend-profile", "speed=8000, rate=50)", "speed=1000, rate=50)", "program_blend("),
+    (
+        "no-blend",
+        "        await self.pusher.program_blend(PATH, final_deceleration=20)\n",
+        "",
+        "run_blend(Direction.CW)",
+    ),
+    ("motion-unconfigured", "        await self.pusher.configure()\n", "", None),
+    (
+        "motion-unconfigured",
+        "        await self.feeder.configure()\n        await self.feeder.home(Direction.CCW, speed=1000, acceleration=10, deceleration=10)\n",
+        "        await self.feeder.home(Direction.CCW, speed=1000, acceleration=10, deceleration=10)\n        await self.feeder.configure()\n",
+        "self.feeder.home(",
+    ),
+    (
+        "no-position",
+        "        await self.feeder.home(Direction.CCW, speed=1000, acceleration=10, deceleration=10)\n",
+        "",
+        "self.feeder.move_to(",
+    ),
+    (
+        "move-interrupted",
+        "await self.pusher.run_blend(Direction.CW)\n",
+        "self.pusher.run_blend(Direction.CW)\n",
+        "run_blend(Direction.CCW)",
+    ),
+    (
+        "move-interrupted",
+        "await self.pusher.run_blend(Direction.CW)\n",
+        "self.pusher.run_blend(Direction.CW)\n                    await dwell('1 s')\n",
+        "run_blend(Direction.CCW)",
+    ),
+    ("torn-command", "", "", "feeder = Axis3601", "compactlogix"),
+    ("no-place", '"Local:2:I.Data.2"', '"Local:2:I.Data.20"', None),
+    ("bad-call", "self.feeder.reset()", "self.feeder.rest()"),
+    ("never-waits", 'await until(lambda: self.running, "running")', "while not self.start: pass"),
+]
+"""The same in sequences."""
+
+
+def _planted(program, rows):
+    for rule, old, new, *more in rows:
+        at = more[0] if more else new
+        yield Planted(program, rule, old, new, at or "", more[1] if len(more) > 1 else "")
+
+
+PLANTED = [
+    *_planted("blocks.rung", RUNGS),
+    *_planted("words.rung", WORDS),
+    *_planted("tasks.rung", TASKS),
+    *_planted("text.rung", TEXT),
+    *_planted("function.py", FUNCTION),
+    *_planted("sequence.py", SEQUENCE),
+]
+
+
+OF_THE_RACK = {
+    "not-configured": ("a wired CW limit, and 16#8434 in word 0", "a wired CW limit, and 16#8424 in word 0"),
+    "search-without-switch": ("a home switch in [slot.machine]", "a home search without one"),
+    "unused-terminal": ("inputs = { start = 0 } and XIC(Local:2:I.Data.0)", "inputs = { start = 0 } alone"),
+    "unreached-step": ("TRANSITION T FROM A TO B", "a step B without a transition to it"),
+    "unknown-tag": ('tags = ["Pulse"]', 'tags = ["Pluse"]'),
+}
+"""Rules about the rack file, which test_check.py plants: what is right, and what is wrong."""
+
+
+def text_of(planted):
+    """Return the program with the mistake."""
+    text = SOUND[planted.program]
+    assert planted.old in text, planted
+    text = text.replace(planted.old, planted.new)
+    for name, kind in TAGS.items():
+        if planted.program.endswith(".rung") and re.search(rf"\b{name}\b", planted.new):
+            text = text.replace("TAG Run : BOOL", f"TAG Run : BOOL\nTAG {name} : {kind}", 1)
+    for module in ("random", "time"):
+        if re.search(rf"\b{module}\.", planted.new):
+            text = f"import {module}\n{text}"
+    if "Pulse2" in planted.new:
+        text = text.replace("TAG Pulse", "TAG Pulse2 : INT\nTAG Pulse", 1)
+    if "Extra" in planted.new and "SBR" in planted.new:
+        text = text.replace("TAG Deep : DINT", "TAG Deep : DINT\nTAG Extra : DINT")
+    if "self.permit" in planted.new:
+        text = text.replace("    running = False", "    running = False\n    permit = False")
+    return text

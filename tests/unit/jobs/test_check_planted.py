@@ -1,0 +1,30 @@
+"""`scanrack check`: each planted mistake is found at its line; sound programs have no finding."""
+
+import pytest
+from check_planted import OF_THE_RACK, PLANTED, text_of
+from check_programs import SOUND, check
+from scanrack.jobs.check import BY_ID
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("planted", PLANTED, ids=lambda each: f"{each.program}-{each.rule}")
+def test_a_planted_mistake_is_found(planted, tmp_path):
+    text = text_of(planted)
+    report = check(tmp_path, planted.program, text, controller=planted.controller)
+    found = [(each.rule, each.place.line) for each in report.findings]
+    first = planted.at.partition("\n")[0]
+    lines = [number for number, line in enumerate(text.splitlines(), 1) if first in line]
+    if planted.at:
+        assert (planted.rule, lines[0]) in found, report.findings
+    else:
+        assert planted.rule in [each[0] for each in found], report.findings
+
+
+@pytest.mark.parametrize("name", SOUND)
+def test_a_sound_program_has_no_findings(name, tmp_path):
+    assert check(tmp_path, name, SOUND[name]).findings == ()
+
+
+def test_there_are_planted_mistakes_of_all_rules():
+    assert {each.rule for each in PLANTED} == BY_ID.keys() - OF_THE_RACK.keys()
+    assert len(PLANTED) >= 90

@@ -1,0 +1,115 @@
+"""`scanrack check`: JSON, SARIF and JUnit, findings that comments ignore, programs without a rack."""
+
+import json
+import shutil
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import pytest
+from check_programs import BLOCKS, SEQUENCE, check
+from scanrack.commands import build
+from scanrack.jobs.check import RULES
+from typer.testing import CliRunner
+
+EXPORT = Path(__file__).parents[3] / "examples" / "l5x" / "indexer.L5X"
+BROKEN = "XIC(Alarm)XIO(Alarm)OTE(Horn);"
+
+
+def run(*arguments):
+    return CliRunner().invoke(build(), ["check", *map(str, arguments)])
+
+
+@pytest.fixture
+def rack(tmp_path):
+    """A rack whose program has a contradiction in line 42, rung 5."""
+    check(tmp_path, "line.rung", BLOCKS.replace("XIC(Alarm)OTE(Horn);", BROKEN))
+    return tmp_path / "rack.toml"
+
+
+def test_json(rack):
+    found = json.loads(run(rack, "--format", "json").stdout)["findings"]
+    line = BLOCKS.replace("XIC(Alarm)OTE(Horn);", BROKEN).splitlines().index(BROKEN) + 1
+    assert [(each["rule"], each["line"], each["rung"], each["level"]) for each in found] == [
+        ("contradiction", line, 5, "error")
+    ]
+    assert json.loads(run(rack, "--json").stdout)["findings"] == found
+
+
+def test_sarif(rack):
+    """The required properties of SARIF 2.1.0, sections 3.13, 3.14, 3.18, 3.19, 3.27 and 3.28."""
+    done = run(rack, "--format", "sarif")
+    log = json.loads(done.stdout)
+    assert (done.exit_code, log["version"]) == (1, "2.1.0")
+    (tool_run,) = log["runs"]
+    driver = tool_run["tool"]["driver"]
+    assert driver["name"] == "scanrack check"
+    assert [each["id"] for each in driver["rules"]] == [rule.id for rule in RULES]
+    (result,) = tool_run["results"]
+    assert driver["rules"][result["ruleIndex"]]["id"] == result["ruleId"] == "contradiction"
+    assert result["level"] in ("none", "note", "warning", "error")
+    assert result["message"]["text"]
+    where = result["locations"][0]["physicalLocation"]
+    assert where["artifactLocation"]["uri"].endswith("line.rung")
+    assert where["region"]["startLine"] > 1
+    assert result["locations"][0]["logicalLocations"][0]["fullyQualifiedName"] == "Main, rung 5"
+
+
+def test_junit(rack):
+    suite = ET.fromstring(run(rack, "--format", "junit").stdout)
+    assert (suite.get("tests"), suite.get("failures")) == (str(len(RULES)), "1")
+    failed = [each.get("name") for each in suite if each.find("failure") is not None]
+    assert failed == ["contradiction"]
+
+
+def test_each_level_is_one_of_sarif():
+    assert {rule.level for rule in RULES} <= {"error", "warning", "note"}
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "old", "new"),
+    [
+        ("a.rung", BLOCKS, "XIC(Alarm)OTE(Horn);", f"// the horn; check: ignore contradiction\n{BROKEN}"),
+        ("a.rung", BLOCKS, "XIC(Alarm)OTE(Horn);", f"// check: ignore never-read, Contradiction\n{BROKEN}"),
+        (
+            "a.rung",
+            BLOCKS,
+            "TAG Rate : DINT",
+            "TAG Rate : DINT\nTAG Spare : DINT  // check: ignore unused-tag",
+        ),
+        (
+            "a.py",
+            SEQUENCE,
+            "self.parts += 1",
+            "self.parts //= 0 + 0\n            self.parts = 1 // 0  # scanrack: ignore[all]",
+        ),
+        (
+            "a.py",
+            SEQUENCE,
+            "self.parts += 1",
+            "# scanrack: ignore[division-by-zero]\n            self.parts = 1 // 0",
+        ),
+    ],
+)
+def test_a_comment_ignores_a_finding(name, text, old, new, tmp_path):
+    report = check(tmp_path, name, text.replace(old, new))
+    assert (report.findings, report.ignored) == ((), 1)
+
+
+def test_a_comment_for_another_rule_ignores_nothing(tmp_path):
+    program = BLOCKS.replace("XIC(Alarm)OTE(Horn);", f"// check: ignore never-read\n{BROKEN}")
+    assert [each.rule for each in check(tmp_path, "a.rung", program).findings] == ["contradiction"]
+
+
+def test_an_export_without_a_rack(tmp_path):
+    copy = Path(shutil.copy(EXPORT, tmp_path))
+    assert run(copy).exit_code == 0
+    text = copy.read_text(encoding="utf-8")
+    copy.write_text(text.replace("XIC(Run)OTE(RunLamp);", "XIC(Run)XIO(Run)OTE(RunLamp);"), encoding="utf-8")
+    done = run(copy)
+    assert done.exit_code == 1
+    assert "contradiction" in done.stdout.splitlines()[0]
+
+
+def test_rungs_without_a_rack(tmp_path):
+    (tmp_path / "line.rung").write_text(BLOCKS, encoding="utf-8")
+    assert run(tmp_path / "line.rung").stdout.splitlines()[0] == "no findings"
