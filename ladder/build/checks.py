@@ -23,7 +23,6 @@ from ..state.lowered import (
     LoweredProgram,
     LoweredRoutine,
     LoweredStep,
-    steps_of,
 )
 from ..state.regions import ArrayRegion, region_of
 
@@ -158,7 +157,7 @@ def _all_steps(
 ) -> Iterator[tuple[LoweredRoutine, LoweredLine, LoweredStep]]:
     for routine in lowered.routines.values():
         for line in routine.lines:
-            for step in steps_of(line.nodes, copies=copies):
+            for step in line.all_steps if copies else line.steps:
                 if step.operands or (step.name != ADD_ON and not step.spec.operands):
                     yield routine, line, step
 
@@ -175,7 +174,7 @@ def _problem(routine: LoweredRoutine, line: LoweredLine, text: str, remedy: str,
 
 def _jumps(lowered: LoweredProgram, routine: LoweredRoutine) -> Iterator[Problem]:
     for line in routine.lines:
-        for step in steps_of(line.nodes):
+        for step in line.all_steps:
             if not step.operands:
                 continue
             problem = None
@@ -230,7 +229,7 @@ def _call_problem(lowered: LoweredProgram, call: Call) -> tuple[str, str] | None
     if wrong:
         return f"{target.name} takes {wrong[1]}, {wrong[0]} is passed", "make SBR and JSR agree"
     for line in target.lines:
-        for step in steps_of(line.nodes):
+        for step in line.all_steps:
             if step.name != "RET":
                 continue
             at = f"RET in {target.unit} {line.number} of {target.name} returns"
@@ -264,7 +263,7 @@ def calls_of(routine: LoweredRoutine) -> list[str]:
     """Return the routines that a routine calls, in capitals, add-on routines included."""
     called: list[str] = []
     for line in routine.lines:
-        for step in steps_of(line.nodes):
+        for step in line.all_steps:
             for operand in step.operands:
                 if isinstance(operand, Call):
                     called.append(operand.routine)
@@ -327,6 +326,8 @@ def _main_with_inputs(lowered: LoweredProgram) -> Iterator[Problem]:
 
 def _half_words(lowered: LoweredProgram) -> Iterator[Problem]:
     """Copies of single bytes that may end in the middle of a word of an output image."""
+    if not any(each.output for each in lowered.layout.images):
+        return
     handed = _outputs_handed(lowered)
     for routine, line, step in _all_steps(lowered):
         if step.uses[:2] != (Use.SOURCE, Use.DESTINATION):
@@ -347,8 +348,6 @@ def _half_words(lowered: LoweredProgram) -> Iterator[Problem]:
 def _outputs_handed(lowered: LoweredProgram) -> set[tuple[str, str]]:
     """Return the InOuts that get words of an output image: add-on and InOut, in capitals."""
     found: set[tuple[str, str]] = set()
-    if not any(each.output for each in lowered.layout.images):
-        return found
     while True:
         more = {
             (call.name, name)

@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 from ..model import arithmetic
 from ..model.errors import LadderFault
+from ..model.operands import Resolved
 from ..model.operators import CALLED
 from ..model.spec import Use
 from ..model.types import TYPES, Elementary
 from ..state.characters import FUNCTIONS, read_string, store_string
-from ..state.lowered import BROKEN, LoweredProgram, LoweredStep, parameters_of, passes_groups, steps_of
+from ..state.lowered import BROKEN, LoweredProgram, LoweredStep, parameters_of, passes_groups
 from ..state.memory import NOTHING, CompiledAddOnStore, Passed, Store, Value, set_text_in, text_in
 from ..state.regions import ArrayRegion, copy, fill, region_of
 from ..state.tag_bytes import chars, set_chars
@@ -250,7 +251,7 @@ def interpreted_of(lowered: LoweredProgram) -> dict[int, LoweredStep]:
 def _all_steps(lowered: LoweredProgram) -> Iterator[LoweredStep]:
     for routine in lowered.routines.values():
         for line in routine.lines:
-            yield from steps_of(line.nodes)
+            yield from line.all_steps
 
 
 def services(engine: Engine, regions: Regions, interpreted: Mapping[int, LoweredStep]) -> dict[str, Any]:
@@ -268,15 +269,24 @@ def services(engine: Engine, regions: Regions, interpreted: Mapping[int, Lowered
     return named | CALLED
 
 
-Regions = dict[tuple[int, int], Any]
-"""Regions by site and operand."""
+class Regions(dict[tuple[int, int], ArrayRegion]):
+    """Regions of copying and filling instructions by site and operand, each found when it is first used."""
+
+    def __init__(self, operands: Mapping[tuple[int, int], Resolved]) -> None:
+        self._operands = operands
+
+    def __missing__(self, key: tuple[int, int]) -> ArrayRegion:
+        found = self[key] = region_of(self._operands[key])
+        return found
 
 
 def regions_of(lowered: LoweredProgram) -> Regions:
-    """Return the regions of copying and filling instructions, by site and operand."""
-    return {
-        (step.site, number): region_of(operand)
-        for step in _all_steps(lowered)
-        for number, (use, operand) in enumerate(zip(step.uses, step.operands, strict=False))
-        if use in (Use.SOURCE, Use.DESTINATION)
-    }
+    """Return the regions of a program."""
+    return Regions(
+        {
+            (step.site, number): operand
+            for step in _all_steps(lowered)
+            for number, (use, operand) in enumerate(zip(step.uses, step.operands, strict=False))
+            if use in (Use.SOURCE, Use.DESTINATION)
+        }
+    )

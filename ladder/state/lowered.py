@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, Protocol
 
 from ...io_images.site import Site
@@ -130,7 +131,7 @@ class Parallel:
 Node = LoweredStep | Parallel
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class LoweredLine:
     """A rung, or a line of structured text without inner blocks, ready to run."""
 
@@ -139,6 +140,16 @@ class LoweredLine:
     origin: Origin
     text: str
     comment: str
+
+    @cached_property
+    def steps(self) -> tuple[LoweredStep, ...]:
+        """Its instructions in order of execution."""
+        return tuple(steps_of(self.nodes, copies=False))
+
+    @cached_property
+    def all_steps(self) -> tuple[LoweredStep, ...]:
+        """The same with the copies of add-on parameters."""
+        return tuple(steps_of(self.nodes))
 
 
 @dataclass(frozen=True, slots=True)
