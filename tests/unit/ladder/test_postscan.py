@@ -1,7 +1,7 @@
 """Postscan: the last scan of an SFC action with automatic reset [1756-PM006, 1756-RM003N, 1756-PM010]."""
 
 import pytest
-from scanrack.ladder import LadderFault
+from scanrack.ladder import LadderFault, Program
 from scanrack.ladder.debug.watching import WatchedEngine
 from scanrack.ladder.debug.why import cause
 from scanrack.ladder.files.rungfile import parse_program
@@ -134,6 +134,7 @@ def test_a_subscript_out_of_range_faults_as_in_a_scan():
 def test_a_change_in_postscan_tells_its_mode_and_its_instruction():
     text = f"PROGRAM p\n{TAGS}ROUTINE Main\nJSR(Act);\nJSR(leave);\nEND\nROUTINE Act\nOTE(Bit[0]);\nEND\n"
     program = parse_program(text)
+    assert isinstance(program, Program)
 
     @program.function
     def leave(_tags):

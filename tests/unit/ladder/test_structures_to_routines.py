@@ -1,7 +1,7 @@
 """Structures, strings and arrays go to a routine and back by value [1756-RM003N, JSR]."""
 
 import pytest
-from scanrack.ladder import BuildError
+from scanrack.ladder import BuildError, Program
 from scanrack.ladder.files.rungfile import parse_program
 
 HEAD = """\
@@ -73,6 +73,7 @@ def test_inputs_that_no_sbr_takes_are_left_alone():
 
 def test_a_routine_in_python_gets_and_returns_bytes():
     program = parse_program(f"{HEAD}JSR(turn,1,List,Back);\nEND\n")
+    assert isinstance(program, Program)
 
     @program.function
     def turn(_tags, data):

@@ -1,6 +1,7 @@
 """Forces in an export: listed, and held when a run is told to [1756-RM084, forced tag data]."""
 
 from contextlib import ExitStack
+from typing import Any
 
 import pytest
 from l5x_files import data_type, document, ladder, member, module, program, tag
@@ -130,13 +131,14 @@ def job(tmp_path):
 
 def test_a_run_holds_them_if_it_is_told_to(job):
     """Tags through the debugger, images as the rack's forces; a bit of a REAL can't be forced."""
-    said = []
+    said: list[str] = []
     held = RunOptions(forces=forces_to_hold(job, True), warn=said.append)
     for options, values in ((held, (42, True, True)), (RunOptions(), (3, False, False))):
         with ExitStack() as ports:
             run = JobRun(job, ports, options)
             run.run(3)
-            tags = run.program.logic.tags
+            logic: Any = run.program.logic
+            tags = logic.tags
             assert (tags.Count, tags.Own, tags.Seen) == values
     assert said[:1] == ["a force is not held: Level is REAL and has no bits"]
     assert job.notices[-1].endswith("machine.L5X: the export has 4 forces; --forces holds them")
@@ -150,6 +152,7 @@ def test_an_export_without_forces_has_none_to_hold(job, tmp_path):
         forces_to_hold(load_job(str(tmp_path / "rack.toml")), True)
 
 
+@pytest.mark.slow
 def test_the_commands_hold_them_and_a_rerun_repeats_them(job, tmp_path):
     trace = str(tmp_path / "held.mcap")
     line = ["run", str(tmp_path / "rack.toml"), "--forces", "--scans", "3", "--record", trace, "-q"]

@@ -8,6 +8,7 @@ from l5x_files import diagram, document, ladder, module, program, tag, task
 from scanrack.commands import build
 from scanrack.jobs.imports.export_slots import ExportSlot, differences, slot_tables
 from scanrack.jobs.load.loading import load_job
+from scanrack.ladder import Controller
 from scanrack.rockwell.l5x import import_l5x
 from slc_files import export, slot
 from slc_files import ladder as slc_ladder
@@ -184,6 +185,7 @@ def test_a_controller_with_a_block_diagram_runs_if_its_user_accepts_that_it_does
     assert (found, says in output) == (status, True), output
     if status == 0:
         logic = load_job(str(rack)).logic
+        assert isinstance(logic, Controller)
         logic.step()
         logic.step()
         assert (logic.tags.N, logic.tags.Back) == (2, 0)
