@@ -27,6 +27,9 @@ BOTH_WAYS = frozenset(
         Use.PID,
         Use.ALARM_DIGITAL,
         Use.ALARM_ANALOG,
+        Use.MOTION,
+        Use.AXIS,
+        Use.COORDINATE_SYSTEM,
     }
 )
 """Uses that read and write their operand."""

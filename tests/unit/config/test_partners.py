@@ -3,6 +3,7 @@
 import json
 from contextlib import ExitStack
 from dataclasses import replace
+from pathlib import Path
 
 import l5x_files as files
 import pytest
@@ -14,6 +15,7 @@ from scanrack.ladder import Controller
 from scanrack.runtime.config.rackfile import RackFileError
 from typer.testing import CliRunner
 
+ROOT = Path(__file__).parents[3]
 SLOT = '[[slot]]\nnumber = 1\nmodule = "amci3601"\n'
 LINE = """PROGRAM line
 TYPE FromTwo (Status : CONNECTION_STATUS, Count : DINT, Ready : BOOL)
@@ -229,3 +231,16 @@ def test_a_program_object_takes_the_stubs_of_its_rack(folder):
         assert load_job("rack.py").stubs == ("LEVEL = a constant",)
     finally:
         del sys.modules["partners_spec"]
+
+
+@pytest.mark.slow
+def test_the_palletizer_of_the_examples_places_a_labelled_box():
+    """A pitch takes 1.5 s from power-up, sampled every 20 ms; the grip 0.4 s more."""
+    job = load_job(str(ROOT / "examples/l5x/palletizer.toml"))
+    with ExitStack() as stack:
+        cpu = stack.enter_context(JobRun(job, stack).cpu)
+        cpu.run(1_900 // 5)
+        assert job.logic.tags.Placed == 0
+        cpu.run(100 // 5)
+    box = job.logic.tags["Layer"][0]
+    assert (job.logic.tags.Placed, box["Label"], box["At"]) == (1, "PEACH-1", 250.0)
