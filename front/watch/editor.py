@@ -4,10 +4,9 @@
     thread          loaded, built, compiled
     scans     n     n+1   n+2 | n+3            the edited program begins with scan n+3
 
-A ladder program keeps the values of its tags, as in an online edit. A Python program is loaded again:
-objects
-of its module begin again. The page shows a mistake with its file and line, and the running program
-continues.
+A ladder program keeps the values of its tags, as in an online edit. A class of Python logic keeps its fields,
+and its sequences continue, see `ladder.python.online`; a Python function is loaded again. The page shows a
+mistake with its file and line, and the running program continues.
 An edit is an order of its own, recorded with the program's files: see `jobs.record.editions`.
 """
 
@@ -25,7 +24,9 @@ from ..jobs.record.editions import Edition, Editions, edition_of
 from ..jobs.run.running import JobRun
 from ..jobs.trust.attachments import forget_imported
 from ..ladder import LadderLogic
-from ..runtime.live.orders import Edit
+from ..ladder.python.online import EditRefused
+from ..ladder.python.sequences import Logic
+from ..runtime.live.orders import ALL, Edit, names_in
 
 LOOK_S = 0.3
 """Time between two checks of the file."""
@@ -55,6 +56,7 @@ class Editor:
         self._hand_over, self._tell = hand_over, tell
         self._ending, self._wake = threading.Event(), threading.Event()
         self._wanted = False
+        self._restart = ""
         self._stamp = self._stamped()
         self._thread = threading.Thread(target=self._watch, name="edits", daemon=True)
 
@@ -68,9 +70,9 @@ class Editor:
         self._wake.set()
         self._thread.join()
 
-    def load_soon(self) -> None:
-        """Load the program's present version beside the scans."""
-        self._wanted = True
+    def load_soon(self, restart: str = "") -> None:
+        """Load the program's present version beside the scans; `restart` as in an order."""
+        self._restart, self._wanted = restart, True
         self._wake.set()
 
     def _watch(self) -> None:
@@ -92,30 +94,36 @@ class Editor:
         return (stat.st_mtime_ns, stat.st_size) if stat.st_size else None
 
     def _load(self) -> None:
-        takeover = self._takeover()
+        restart, self._restart = self._restart, ""
+        takeover = self._takeover(restart)
         if self._stamped() == self._stamp:  # otherwise it is being saved: the next check loads it
             self._hand_over(takeover)
 
-    def _takeover(self) -> Takeover:
+    def _takeover(self, restart: str) -> Takeover:
         try:
-            job = self._loaded()
+            job = self._loaded(restart)
             edition = self._editions.with_copy(edition_of(job))
         except (ValueError, OSError) as error:
             mistake = mistake_of(error, self._job.program)
             return lambda: self._tell({"mistake": mistake})
-        return lambda: self._order(edition, job)
+        return lambda: self._order(edition, job, restart)
 
-    def _order(self, edition: Edition, job: Job) -> Edit | None:
+    def _order(self, edition: Edition, job: Job, restart: str) -> Edit | None:
         """Return the order that continues with a program; None if it already runs."""
         number = self._run.program.edits + 1
-        if edition.files == self._editions[number - 1].files:
+        if edition.files == self._editions[number - 1].files and not restart:
             self._tell({"mistake": None})
             self._tell({"note": "The program has not changed: it goes on."})
             return None
+        try:
+            self._run.program.check_edit(self._run.cpu, job, names_in(restart))
+        except ValueError as error:
+            self._tell({"mistake": mistake_of(error, self._job.program)})
+            return None
         self._editions.keep(number, edition, job)
-        return Edit(number, edition.program)
+        return Edit(number, edition.program, restart)
 
-    def _loaded(self) -> Job:
+    def _loaded(self, restart: str) -> Job:
         """Load the program and compile it; ValueError if it can't be used."""
         forget_imported(self._job.program.parent.resolve())
         job = load_job(self._rack)
@@ -126,9 +134,9 @@ class Editor:
         if isinstance(job.logic, LadderLogic):
             job.logic.build()
             _ = job.logic.scanner  # compiled here, not between two scans
-        elif self._job.spec.tags:
+        elif self._job.spec.tags and (ALL in names_in(restart) or not isinstance(job.logic, Logic)):
             raise ValueError(
-                f"{job.program}: values of a Python program are recorded (tags): an edit needs a new session"
+                f"{job.program}: its values are recorded (tags) and would begin anew: start a new session"
             )
         return job
 
@@ -141,4 +149,6 @@ def mistake_of(error: Exception, program: Path) -> Json:
     {'text': 'demo.rung:12: there is no tag Rum', 'file': 'demo.rung', 'line': 12}
     """
     lines = (each.line for each in sites_of(error) if Path(each.file).name == program.name)
-    return {"text": str(error), "file": program.name, "line": next(filter(None, lines), None)}
+    line = next(filter(None, lines), None)
+    restarts = {"restart": list(error.sequences)} if isinstance(error, EditRefused) else {}
+    return {"text": str(error), "file": program.name, "line": line, **restarts}

@@ -128,6 +128,8 @@ class Unbreak:
 class Reload:
     """Continue with the present version of the program's file."""
 
+    restart: str = ""  # sequences that begin anew, separated by commas; "all" for the whole program
+
 
 @dataclass(frozen=True, slots=True)
 class Edit:
@@ -135,6 +137,7 @@ class Edit:
 
     number: int  # of the edit, from 1; its files are in the trace as `edit-NUMBER/...`
     program: str  # the program among them, `path[:function]`
+    restart: str = ""  # see `Reload`
 
 
 @dataclass(frozen=True, slots=True)
@@ -215,9 +218,21 @@ def order_of(said: object, known: Mapping[str, type[Order]] = ORDERS) -> Order:
     return kind(**{key: _checked(f"{name}", key, value) for key, value in given.items()})
 
 
+def names_in(restart: str) -> tuple[str, ...]:
+    """Return the names of an order's `restart`.
+
+    >>> names_in("cycle, panel"), names_in("")
+    (('cycle', 'panel'), ())
+    """
+    return tuple(each.strip() for each in restart.split(",") if each.strip())
+
+
 def said_of(order: Order) -> dict[str, Any]:
     """Return the message of an order; `order_of` reads it."""
-    return {"do": NAMES[type(order)], **asdict(order)}
+    said = {"do": NAMES[type(order)], **asdict(order)}
+    if not said.get("restart", True):
+        del said["restart"]
+    return said
 
 
 def text_of(order: Order) -> str:
@@ -314,6 +329,7 @@ _ALLOWED: Mapping[str, tuple[Callable[[object], bool], str]] = {
     "slot": (_whole(1, 1 << 16), "the number of a slot"),
     "number": (_whole(1, MOST_EDITS), f"1 to {MOST_EDITS:,}"),
     "program": (_is_text, _TEXT),
+    "restart": (lambda value: value == "" or _is_text(value), _TEXT),
     "name": (_is_text, _TEXT),
     "on": (lambda value: value is None or isinstance(value, bool), "true, false or null"),
     "tag": (_is_text, _TEXT),

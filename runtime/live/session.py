@@ -72,7 +72,8 @@ class Session:
         tell: sends messages to the monitor: an answer, or the state.
         stops: the program, if it supports breakpoints.
         live: there are real ports: no pause, step or speed.
-        reload: loads the program again, and passes it on when ready; None if that is impossible.
+        reload: loads the program again, and passes it on when ready; None if that is impossible. Its
+            argument names the sequences that begin anew.
         prepare: prepares a branch from a scan, ValueError if it can't; None without branches.
 
     Attributes:
@@ -95,7 +96,7 @@ class Session:
         *,
         stops: Stops | None = None,
         live: bool = False,
-        reload: Callable[[], None] | None = None,
+        reload: Callable[[str], None] | None = None,
         prepare: Callable[[int], None] | None = None,
     ) -> None:
         self._cpu, self._hands, self._pacer = cpu, hands, pacer
@@ -363,10 +364,10 @@ class Session:
         self.branch = order.scan
         self.end()
 
-    def _load_again(self, _order: orders.Reload) -> None:
+    def _load_again(self, order: orders.Reload) -> None:
         if self._reload is None:
             raise ValueError("this program can't be edited while it runs")
-        self._reload()
+        self._reload(order.restart)
 
     def _refuse_if_live(self, what: str) -> None:
         if self._live:

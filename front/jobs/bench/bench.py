@@ -9,7 +9,8 @@ from typing import Any, Protocol, Self, runtime_checkable
 
 from ...io_images.addresses import parse_address
 from ...ladder.debug import Link, Remedies
-from ...ladder.python.sequences import Sequence
+from ...ladder.python.online import Fields, edit_logic
+from ...ladder.python.sequences import Logic, Sequence
 from ...runtime.config.quantities import parse_duration
 from ...runtime.config.rackspec import RackSpec
 from ...runtime.loop.events import Event
@@ -18,8 +19,9 @@ from ...runtime.loop.pace import Watchdog
 from ...runtime.loop.rack import Rack, Slots
 from ...runtime.loop.scan import CpuMode, ScanLogic
 from ..load.building import build_cpu, build_rack
-from ..record.sequence_watch import sequences_in, standing, watching
+from ..record.sequence_watch import WatchesSequences, sequences_in, standing, watching
 from ..record.tag_names import named_values, namespace_of
+from ..run.editing import tags_in
 from ..run.external_tags import tell_cpu
 from ..why.answer import Why
 from ..why.journal import Journal
@@ -94,11 +96,13 @@ class Bench:
         self._events = events = EventLog()
         self.told = events.told
         self._journal = Journal(rack)
+        given = [*listeners(rack), watching(self._journal, logic)]
+        self._followers = [each for each in given if isinstance(each, WatchesSequences)]
         self.cpu = events.cpu = build_cpu(
             spec,
             logic,
             rack,
-            listeners=[*listeners(rack), watching(self._journal, logic), events],
+            listeners=[*given, events],
             watchdog=None if watched else Watchdog(0),
         )
         if self._observed:
@@ -202,20 +206,33 @@ class Bench:
             raise ValueError("the program is a Python function: it has no tags and no rungs")
         return self.logic
 
-    def edit(self, program: Any) -> Any:
-        """Continue with an edited ladder program from the next scan on, see `Debugger.edit`.
+    def edit(self, program: Any, restart: SequenceOf[str] = ()) -> Any:
+        """Continue with an edited program from the next scan on, see `Debugger.edit` and `edit_logic`.
 
-        The next scan is recorded with an event of kind "edit": new, changed and dropped tags.
+        The next scan is recorded with an event of kind "edit": new, changed and dropped tags or fields.
+
+        Args:
+            program: a ladder program, or an instance of a class of `Logic`.
+            restart: sequences of a class of `Logic` that begin anew.
 
         Raises:
-            ValueError: the program is a Python function, or the edited one can't be built.
+            ValueError: the program is a Python function, or it can't continue as the edited one.
         """
-        return self.program.edit(program)
+        if not isinstance(self.logic, Logic):
+            return self.program.edit(program)
+        if not isinstance(program, Logic):
+            raise ValueError(f"{type(program).__name__} is not allowed: give an instance of a class of Logic")
+        done = edit_logic(self.logic, program, restart)
+        for each in self._followers:
+            each.watch(sequences_in(self.logic))
+        self._announce_edit(type(program).__name__, done)
+        return done
 
     def _record_edit(self, edit: Any) -> None:
-        groups = {"new": edit.new, "changed": edit.changed, "dropped": edit.dropped}
-        fields = {name: list(tags) for name, tags in groups.items()}
-        self.cpu.announce(Event(self.now_ns, "edit", self.logic.program.name, str(edit), fields))
+        self._announce_edit(self.logic.program.name, edit)
+
+    def _announce_edit(self, name: str, edit: Any) -> None:
+        self.cpu.announce(Event(self.now_ns, "edit", name, str(edit), {**tags_in(edit)}))
 
     def __getitem__(self, tag: str) -> Any:
         if self._observed:
@@ -227,7 +244,12 @@ class Bench:
         return eval(value.source, namespace)
 
     def __setitem__(self, tag: str, value: object) -> None:
-        self.program.tags[tag] = value
+        self._desk.tags[tag] = value
+
+    @property
+    def _desk(self) -> Any:
+        """The tags or fields of the program, to be set and forced."""
+        return Fields(lambda: self.logic) if isinstance(self.logic, Logic) else self.program
 
     def check(self, *tags: str) -> None:
         """Check tags and addresses before a run; ValueError for an unknown name."""
@@ -284,7 +306,9 @@ class Bench:
         return Why(recording, len(recording.scans) - 1, self.spec, self._load, debugger)
 
     def force(self, address: str, value: int) -> None:
-        """Hold a bit or word of an image, or a tag, at a value; forces of images are recorded.
+        """Hold a bit or word of an image, a tag, or a field of a class of `Logic`, at a value.
+
+        Forces of images are recorded.
 
         Raises:
             ValueError: an unknown name, or the value does not fit.
@@ -292,14 +316,14 @@ class Bench:
         if self._is_image(address):
             self.cpu.forces.set(address, value)
         else:
-            self.program.force(address, value)
+            self._desk.force(address, value)
 
     def unforce(self, address: str) -> None:
         """Release a force; ValueError if it is not forced."""
         if self._is_image(address):
             self.cpu.forces.remove(address)
         else:
-            self.program.unforce(address)
+            self._desk.unforce(address)
 
     def _is_image(self, address: str) -> bool:
         try:

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from ...ladder import LadderLogic
-from ...runtime.live.hands import Hands
-from ...runtime.live.orders import NAMES, Edit
+from ...ladder.python.online import Fields, edit_logic, plan_edit
+from ...ladder.python.sequences import Logic
+from ...runtime.live.hands import Desk, Hands
+from ...runtime.live.orders import ALL, NAMES, Edit, names_in
 from ...runtime.loop.cpu import Cpu
 from ...runtime.loop.events import Event, JsonValue
 from ...runtime.loop.listeners import ScanListener
@@ -76,7 +78,18 @@ class RunProgram:
     def hands(self, cpu: Cpu, rack: Rack) -> Hands:
         """Return the executor of orders on a rack; orders on tags need a ladder program."""
         edit = None if self._editions is None else partial(self._edit, cpu, self._editions)
-        return Hands(cpu, rack, self.debugger, edit)
+        return Hands(cpu, rack, self.desk, edit)
+
+    @property
+    def desk(self) -> Desk | None:
+        """The values of the program, to be set and forced; None if it has none."""
+        if self.debugger is not None:
+            return self.debugger
+        return Fields(self._own_logic) if isinstance(self.logic, Logic) else None
+
+    def _own_logic(self) -> Logic:
+        assert isinstance(self.logic, Logic), "an edit does not change the kind of a program"
+        return self.logic
 
     def _edit(self, cpu: Cpu, editions: Editions, order: Edit, at_ns: int) -> None:
         """Continue with an edited program from the next scan on, and announce that.
@@ -84,19 +97,34 @@ class RunProgram:
         Raises:
             ValueError: it can't be used; the present one continues.
         """
-        name, text, tags = self._take_over(cpu, editions.job(order.number))
+        name, text, tags = self._take_over(cpu, editions.job(order.number), names_in(order.restart))
         cpu.announce(Event(at_ns, "edit", name, text, {**tags}))
         self.on_edit(ProgramEdit(order.number, at_ns, name, text, tags))
 
-    def _take_over(self, cpu: Cpu, job: Job) -> tuple[str, str, Mapping[str, list[str]]]:
+    def check_edit(self, cpu: Cpu, job: Job, restart: Sequence[str]) -> None:
+        """Raise a ValueError if the run can't continue with the program of a job."""
+        logic = job.logic
+        if not isinstance(logic, Logic) or not isinstance(self.logic, Logic) or ALL in restart:
+            return
+        if cpu.scan:
+            plan_edit(self.logic, logic, restart)
+
+    def _take_over(
+        self, cpu: Cpu, job: Job, restart: Sequence[str]
+    ) -> tuple[str, str, Mapping[str, list[str]]]:
         """Continue with the program of a job; return its name, a sentence, and the tags concerned."""
         logic = job.logic
         if self.debugger is not None and isinstance(logic, LadderLogic):
-            done = self.debugger.edit(logic)
-            tags = {"new": list(done.new), "changed": list(done.changed), "dropped": list(done.dropped)}
-            return logic.name, str(done), tags
+            done: Changes = self.debugger.edit(logic)
+            return logic.name, str(done), tags_in(done)
         if self.debugger is not None or isinstance(logic, LadderLogic):
             raise ValueError(f"{job.program.name}: a program of another kind needs a new session")
+        if isinstance(self.logic, Logic) and isinstance(logic, Logic) and cpu.scan and ALL not in restart:
+            done = edit_logic(self.logic, logic, restart)
+            self._edits += 1
+            for each in self._followers:
+                each.watch(sequences_in(self.logic))
+            return job.program.name, str(done), tags_in(done)
         text = f"{job.program.name} is loaded again: the objects of its module are new"
         return job.program.name, text + self._replace(cpu, logic), NO_TAGS
 
@@ -124,6 +152,27 @@ def _debugger_of(logic: ScanLogic) -> Debugger | None:
     from ...ladder.debug import Debugger  # imported late: a rack without a session does not need it
 
     return Debugger(logic, remembered=0)
+
+
+class Changes(Protocol):
+    """What an edit has done to tags or fields."""
+
+    @property
+    def new(self) -> tuple[str, ...]:
+        """New ones."""
+
+    @property
+    def changed(self) -> tuple[str, ...]:
+        """Those with another initial value."""
+
+    @property
+    def dropped(self) -> tuple[str, ...]:
+        """Removed ones."""
+
+
+def tags_in(edit: Changes) -> dict[str, list[str]]:
+    """Return the tags or fields that an edit concerns, as an event has them."""
+    return {"new": list(edit.new), "changed": list(edit.changed), "dropped": list(edit.dropped)}
 
 
 class RecordsEdits:

@@ -28,7 +28,7 @@ from typing_extensions import override
 
 from ....io_images.amci3601.parameters import require
 from .durations import duration_ns
-from .parts import Clock, Level, Slots
+from .parts import Clock, Level, Part, Slots
 
 LEAST, MOST = -(2**31), 2**31 - 1
 """The range of a counter, that of a DINT."""
@@ -76,6 +76,17 @@ class Timer(Block):
         self._clock: Clock | None = None
         self._since_ns: int | None = None
         self._elapsed_ns = 0
+
+    @override
+    def continues_as(self, edited: Part) -> bool:
+        return type(self) is type(edited)
+
+    @override
+    def continue_as(self, edited: Part) -> None:
+        assert isinstance(edited, Timer), "`continues_as` has said so"
+        if self._part_made != edited._part_made:
+            self.preset_ns = edited.preset_ns
+        super().continue_as(edited)
 
     @property
     def elapsed_ns(self) -> int:
@@ -171,6 +182,17 @@ class AnyCounter(EdgeBlock):
         require("preset", preset, LEAST, MOST)
         self.preset = preset  # number of rises, -2,147,483,648 to 2,147,483,647
         self.value = 0  # the count [CV]
+
+    @override
+    def continues_as(self, edited: Part) -> bool:
+        return type(self) is type(edited)
+
+    @override
+    def continue_as(self, edited: Part) -> None:
+        assert isinstance(edited, AnyCounter), "`continues_as` has said so"
+        if self._part_made != edited._part_made:
+            self.preset = edited.preset
+        super().continue_as(edited)
 
     @override
     def reset_part(self) -> None:

@@ -22,14 +22,16 @@ differs from what it was.
 from __future__ import annotations
 
 import copy
+from collections.abc import Mapping
 from contextlib import ExitStack
 from itertools import chain
-from typing import Any, Self, TypeVar
+from types import CodeType
+from typing import Any, ClassVar, Self, TypeVar
 
 from ....io_images.site import sites_of
 from .coroutine import Sequence
 from .declaring import SequenceMethod, check_class, declarations
-from .mistakes import check_statements
+from .mistakes import check_statements, sources_of
 from .parts import Clock, DeclarationError, Device, LogicScan, Part, Slots, Turn
 from .signals import Place, Signal, place_of
 
@@ -43,6 +45,7 @@ class Logic:
     The base class has no public name but `every_scan`, so all others are free.
     """
 
+    _logic_sources: ClassVar[Mapping[str, str]]
     _logic_made: tuple[tuple[Any, ...], dict[str, Any]]
     _logic_clock: Clock
     _logic_slots: Slots | None
@@ -50,12 +53,15 @@ class Logic:
     _logic_sequences: tuple[Sequence, ...]
     _logic_before: tuple[Turn, ...]
     _logic_after: tuple[Turn, ...]
+    _logic_codes: tuple[CodeType, ...]  # of frames that an online edit has placed
+    _logic_forced: dict[str, Field]  # forced fields
     _places: dict[str, Place]
 
     def __init_subclass__(cls, **options: Any) -> None:
         super().__init_subclass__(**options)
         check_class(cls)
         check_statements(cls)
+        cls._logic_sources = sources_of(cls)
 
     def __new__(cls, *args: Any, **options: Any) -> Self:
         """Make an instance with its own parts and sequences, independent of its `__init__`."""
@@ -120,6 +126,10 @@ class Logic:
         self._places = {
             each.name: place_of(each, slots) for each in self._logic_parts if isinstance(each, Signal)
         }
+        self._logic_take_turns()
+
+    def _logic_take_turns(self) -> None:
+        """Take the actions of the devices, in order of definition."""
         turns = [each.turns() for each in self._logic_parts if isinstance(each, Device)]
         self._logic_before = tuple(before for before, _ in turns)
         self._logic_after = tuple(after for _, after in turns)

@@ -156,6 +156,18 @@ def _targets(node: ast.AST) -> list[ast.expr]:
     return [node.target] if isinstance(node, ast.AugAssign | ast.AnnAssign | ast.NamedExpr) else []
 
 
+def sources_of(cls: type) -> dict[str, str]:
+    """Return the text of each file that methods of a class, or functions of their modules, are from.
+
+    An edit of a running program compares it with the edited text; the file has changed then.
+    """
+    functions = list(_functions(cls))
+    for names in [each.__globals__ for each in functions]:
+        functions += [each for each in names.values() if inspect.iscoroutinefunction(each)]
+    files = dict.fromkeys(each.__code__.co_filename for each in functions)
+    return {file: "".join(linecache.getlines(file)) for file in files}
+
+
 def _functions(cls: type) -> Iterator[FunctionType]:
     """Yield the methods of a class, then the `async def` functions before it in its module."""
     for each in vars(cls).values():

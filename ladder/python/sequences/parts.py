@@ -9,7 +9,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Protocol
+from typing import Protocol, Self
 
 from ....io_images.image import Image
 from ....io_images.module_words import PLAIN_WORDS, ModuleWords
@@ -78,6 +78,13 @@ class Part:
 
     name = ""
     loose = False
+    _part_made: tuple[tuple[object, ...], dict[str, object]]
+
+    def __new__(cls, *args: object, **options: object) -> Self:
+        """Make a part, and remember its declaration."""
+        part = super().__new__(cls)
+        part._part_made = (args, options)
+        return part
 
     def __init__(self) -> None:
         self.declared = site_of_caller()
@@ -90,6 +97,14 @@ class Part:
 
     def reset_part(self) -> None:
         """Reset, in the first scan since power-up or program mode."""
+
+    def continues_as(self, edited: Part) -> bool:
+        """Return whether its state fits the declaration of an edited program."""
+        return type(self) is type(edited) and self._part_made == edited._part_made
+
+    def continue_as(self, edited: Part) -> None:
+        """Take the declaration of an edited program; its state stays."""
+        self.declared, self._part_made = edited.declared, edited._part_made
 
     def owns(self) -> tuple[int, int, int] | None:
         """Return the place that only this part writes: slot, word, mask; word -1 is the whole slot."""

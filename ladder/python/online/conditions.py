@@ -1,0 +1,134 @@
+"""The functions that a wait holds: they continue only if the edited program has the same."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterable, Iterator
+from types import CodeType, FunctionType, MethodType
+from typing import Any
+
+from ..sequences.branches import BranchWait, Several
+from ..sequences.coroutine import Sequence
+from ..sequences.parts import Part
+from ..sequences.waits import Wait
+from .edition import Edition
+
+OURS = "scanrack."
+
+
+class ConditionError(ValueError):
+    """A wait that does not fit the edited program."""
+
+
+def waits_in(wait: Wait[Any]) -> Iterator[Wait[Any]]:
+    """Yield a wait and those inside of it; not those of its branches."""
+    yield wait
+    if isinstance(wait, Several):
+        for each in wait.waits:
+            yield from waits_in(each)
+
+
+def branches_in(wait: Wait[Any]) -> Iterator[Sequence]:
+    """Yield the branches of a wait that run."""
+    for each in waits_in(wait):
+        if isinstance(each, BranchWait) and not each._sequence.over:
+            yield each._sequence
+
+
+Texts = dict[CodeType, str]
+"""The syntax of functions that wait since an earlier edition, whose lines are others."""
+
+
+def check_wait(
+    wait: Wait[Any], editions: tuple[Edition, Edition], changed: Iterable[Part], texts: Texts
+) -> None:
+    """Raise a ConditionError if a wait can't continue in an edited program.
+
+    Args:
+        editions: the present and the edited one.
+        changed: parts that the edit changes.
+        texts: known ones; those of its functions are added.
+    """
+    parts = list(changed)
+    for each in waits_in(wait):
+        if not type(each).__module__.startswith(OURS):
+            raise ConditionError(f"{each!r} is a wait of the program's own class {type(each).__name__}")
+        for value in _held(each):
+            _check_value(value, editions, parts, texts)
+
+
+def _held(wait: Wait[Any]) -> Iterator[Any]:
+    for kind in type(wait).__mro__:
+        for name in getattr(kind, "__slots__", ()):
+            if hasattr(wait, name):
+                yield getattr(wait, name)
+
+
+def _check_value(
+    value: Any, editions: tuple[Edition, Edition], changed: list[Part], texts: Texts
+) -> None:
+    """Check one value of a wait: a function and what it is bound to."""
+    if any(value is each for each in changed):
+        raise ConditionError(f"it waits for {value.name}, whose declaration has changed")
+    if value is not None and any(value is getattr(each, "read", None) for each in changed):
+        raise ConditionError("it waits for an input whose declaration has changed")
+    if isinstance(value, MethodType):
+        _check_value(value.__self__, editions, changed, texts)
+        value = value.__func__
+    if not isinstance(value, FunctionType):
+        return
+    for cell in value.__closure__ or ():
+        _check_value(cell.cell_contents, editions, changed, texts)
+    if not value.__module__.startswith(OURS):
+        _check_function(value, *editions, texts)
+
+
+def _check_function(function: FunctionType, old: Edition, new: Edition, texts: Texts) -> None:
+    code = function.__code__
+    name = "its condition" if code.co_name == "<lambda>" else f"its condition {code.co_name}"
+    if "__class__" in code.co_freevars or set(code.co_names) & (old.rebound | new.rebound):
+        raise ConditionError(f"{name} can't be taken over")
+    before = texts.get(code) or _text_of(function, old)
+    if before is None or before not in _texts_in(function, new):
+        raise ConditionError(f"{name} has changed")
+    texts[code] = before
+
+
+def _text_of(function: FunctionType, edition: Edition) -> str | None:
+    """Return the syntax of a function; None without its source."""
+    around = _around(function, edition)
+    own = function.__code__
+    if around is None:
+        return None
+    first = own.co_firstlineno
+    if "<locals>" not in own.co_qualname:
+        return ast.dump(around)
+    places = {place[:1] + place[2:3] for place in own.co_positions() if place[0]}
+    found = [
+        each
+        for each in ast.walk(around)
+        if isinstance(each, ast.Lambda | ast.FunctionDef) and each.lineno == first and _covers(each, places)
+    ]
+    return ast.dump(found[0]) if len(found) == 1 else None
+
+
+def _covers(node: ast.Lambda | ast.FunctionDef, places: set[Any]) -> bool:
+    """Return whether all positions of a code object lie in a node."""
+    first, last = (node.lineno, node.col_offset), (node.end_lineno or 0, node.end_col_offset or 0)
+    return all(first <= place <= last for place in places if place != (node.lineno, 0))
+
+
+def _texts_in(function: FunctionType, edition: Edition) -> list[str]:
+    around = _around(function, edition)
+    if around is None:
+        return []
+    if "<locals>" not in function.__code__.co_qualname:
+        return [ast.dump(around)]
+    return [ast.dump(each) for each in ast.walk(around) if isinstance(each, ast.Lambda | ast.FunctionDef)]
+
+
+def _around(function: FunctionType, edition: Edition) -> ast.AST | None:
+    """Return the function that a function is defined in, or itself."""
+    top = function.__code__.co_qualname.partition(".<locals>")[0]
+    found = edition.function(function.__module__, top)
+    return None if found is None else edition.tree(found)

@@ -1,0 +1,145 @@
+"""The source and the functions of a class of logic: one edition of a program."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from enum import Enum
+from functools import cached_property
+from types import FunctionType, ModuleType
+from typing import Any
+
+from ..sequences.declaring import SequenceMethod
+from ..sequences.logic import Logic
+from ..sequences.parts import Part
+from .points import Function
+
+
+class Edition:
+    """What an edited program is compared with, and what continues it."""
+
+    def __init__(self, kind: type[Logic]) -> None:
+        self.kind = kind
+
+    @cached_property
+    def modules(self) -> dict[str, dict[str, Any]]:
+        """The globals of the modules that its functions are from, by name."""
+        found = {each.__module__: each.__globals__ for each in self._methods()}
+        for names in list(found.values()):
+            for each in names.values():
+                if isinstance(each, FunctionType) and each.__code__.co_filename in self._sources:
+                    found.setdefault(each.__module__, each.__globals__)
+        return found
+
+    def function(self, module: str, name: str) -> FunctionType | None:
+        """Return a function by its module and qualified name."""
+        for each in self._methods():
+            if (each.__module__, each.__qualname__) == (module, name):
+                return each
+        found = self.modules.get(module, {}).get(name)
+        return found if isinstance(found, FunctionType) and found.__qualname__ == name else None
+
+    def tree(self, function: FunctionType) -> Function | None:
+        """Return the syntax tree of a function, None if its source is not there."""
+        code = function.__code__
+        for node in ast.walk(self._tree(code.co_filename)):
+            if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+                first = min((each.lineno for each in node.decorator_list), default=node.lineno)
+                if (node.name, first) == (code.co_name, code.co_firstlineno):
+                    return node  # type: ignore[return-value]  # a plain one has no awaits
+        return None
+
+    @cached_property
+    def stored(self) -> frozenset[str]:
+        """The names of fields that its functions assign."""
+        nodes = [node for file in self._sources for node in ast.walk(self._tree(file))]
+        return frozenset(
+            node.attr
+            for node in nodes
+            if isinstance(node, ast.Attribute) and not isinstance(node.ctx, ast.Load)
+        )
+
+    @cached_property
+    def rebound(self) -> frozenset[str]:
+        """The names of modules that its functions assign."""
+        nodes = [node for file in self._sources for node in ast.walk(self._tree(file))]
+        return frozenset(name for node in nodes if isinstance(node, ast.Global) for name in node.names)
+
+    def changed_from(self, before: Edition) -> frozenset[str]:
+        """Return the names, and attributes with a dot, whose meaning differs from an earlier edition.
+
+        They are constants of class and modules, and functions. A field is none of them: it keeps its value.
+        """
+        ours, theirs = self._constants(), before._constants()
+        found = {name for name in {*ours, *theirs} if not _same(ours.get(name), theirs.get(name))}
+        bodies, others = self._bodies(), before._bodies()
+        functions = {name for name in {*bodies, *others} if bodies.get(name) != others.get(name)}
+        return frozenset(found | functions | {f".{each}" for each in functions})
+
+    def constants(self) -> dict[str, Any]:
+        """Return the values of its class body that no function assigns."""
+        found: dict[str, Any] = {}
+        for kind in reversed(self.kind.__mro__[: self.kind.__mro__.index(Logic)]):
+            found.update((name, value) for name, value in vars(kind).items() if _is_constant(name, value))
+        return {name: value for name, value in found.items() if name not in self.stored}
+
+    def constant(self, text: str) -> Any:
+        """Return the constant that `self.NAME` or `NAME` means, None if it is none."""
+        found = self._constants()
+        return found.get(text.removeprefix("self")) if text.startswith("self.") else found.get(text)
+
+    def _constants(self) -> dict[str, Any]:
+        found = {f".{name}": value for name, value in self.constants().items()}
+        for names in self.modules.values():
+            found.update((name, value) for name, value in names.items() if _is_constant(name, value))
+        return found
+
+    def _bodies(self) -> dict[str, str]:
+        functions = {each.__name__: each for each in self._methods()}
+        for module, names in self.modules.items():
+            own = (each for each in names.values() if isinstance(each, FunctionType))
+            functions.update((each.__name__, each) for each in own if each.__module__ == module)
+        trees = {name: self.tree(each) for name, each in functions.items()}
+        return {name: "" if tree is None else ast.dump(tree) for name, tree in trees.items()}
+
+    @cached_property
+    def _sources(self) -> dict[str, str]:
+        found: dict[str, str] = {}
+        for kind in reversed(self.kind.__mro__):
+            found.update(vars(kind).get("_logic_sources", {}))
+        return found
+
+    def _tree(self, file: str) -> ast.Module:
+        if file not in self._trees:
+            self._trees[file] = ast.parse(self._sources.get(file, ""))
+        return self._trees[file]
+
+    @cached_property
+    def _trees(self) -> dict[str, ast.Module]:
+        return {}
+
+    def _methods(self) -> Iterator[FunctionType]:
+        for kind in self.kind.__mro__:
+            if kind is Logic:
+                return
+            for each in vars(kind).values():
+                function = each.function if isinstance(each, SequenceMethod) else each
+                if isinstance(function, FunctionType):
+                    yield function
+
+
+def _is_constant(name: str, value: Any) -> bool:
+    if name.startswith(("_logic_", "__")) or isinstance(value, type | ModuleType | Part | Logic):
+        return False
+    return not callable(value) and not hasattr(type(value), "__get__")
+
+
+def _same(one: Any, other: Any) -> bool:
+    if isinstance(one, Enum) and isinstance(other, Enum):
+        return (type(one).__qualname__, one.name) == (type(other).__qualname__, other.name)
+    if type(one) is not type(other):
+        return False
+    try:
+        return bool(one == other)
+    except Exception:  # of a user's comparison
+        return False

@@ -1,0 +1,128 @@
+"""Fields of a class of logic, set and forced from outside, as tags are.
+
+A forced field reads as its value everywhere, and what the program assigns to it has no effect. Released, it
+keeps that value until the program assigns another one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from ..sequences.logic import Field, Logic, fields_of
+
+
+class ForcedField:
+    """The attribute of a class whose field is forced in an instance; others have their own values."""
+
+    def __init__(self, name: str, kind: type[Logic]) -> None:
+        self._name = name
+        self._own = vars(kind).get(name, self)  # the initial value, if this class has it
+        self._initial = getattr(kind, name, None)
+
+    def __get__(self, logic: Logic | None, owner: type) -> Any:
+        if logic is None:
+            return self._initial
+        return vars(logic).get(self._name, self._initial)
+
+    def __set__(self, logic: Logic, value: object) -> None:
+        if self._name not in forced_fields(logic):
+            vars(logic)[self._name] = value
+
+    def remove(self, kind: type[Logic]) -> None:
+        """Restore the attribute of the class."""
+        if self._own is self:
+            delattr(kind, self._name)
+        else:
+            setattr(kind, self._name, self._own)
+
+
+def forced_fields(logic: Logic) -> dict[str, Field]:
+    """Return the forced fields of an instance with their values."""
+    found: dict[str, Field] = vars(logic).get("_logic_forced", {})
+    return found
+
+
+class Fields:
+    """The fields of a program by name, `stations.rounds`; they can be set and forced.
+
+    Args:
+        logic: returns the program, which an edit may replace.
+    """
+
+    def __init__(self, logic: Callable[[], Logic]) -> None:
+        self._logic = logic
+
+    @property
+    def tags(self) -> Fields:
+        """The fields by name."""
+        return self
+
+    def __contains__(self, name: str) -> bool:
+        try:
+            self._field(name)
+        except ValueError:
+            return False
+        return True
+
+    def __getitem__(self, name: str) -> Field:
+        return fields_of(self._logic())[self._field(name)]
+
+    def __setitem__(self, name: str, value: object) -> None:
+        field = self._field(name)
+        if field in forced_fields(self._logic()):
+            raise ValueError(f"{name} is forced: remove the force first")
+        vars(self._logic())[field] = self._fitting(field, value)
+
+    def force(self, name: str, value: object) -> None:
+        """Hold a field at a value; ValueError for an unknown field or another type."""
+        logic, field = self._logic(), self._field(name)
+        vars(logic)[field] = held = self._fitting(field, value)
+        logic._logic_forced = {**forced_fields(logic), field: held}
+        hold_forces(logic)
+
+    def unforce(self, name: str | None = None) -> None:
+        """Release a field, or all; ValueError for one that is not forced."""
+        logic = self._logic()
+        forced = forced_fields(logic)
+        names = [self._field(name)] if name is not None else list(forced)
+        if not forced.keys() >= set(names):
+            raise ValueError(f"{name} is not forced: {', '.join(forced) or 'no field'} is")
+        logic._logic_forced = {each: value for each, value in forced.items() if each not in names}
+        release(type(logic), names)
+
+    def _field(self, name: str) -> str:
+        logic = self._logic()
+        owner, _, field = name.rpartition(".")
+        known = fields_of(logic)
+        own = type(logic).__name__.lower()
+        if owner != own or field not in known:
+            raise ValueError(f"there is no field {name}: {', '.join(f'{own}.{each}' for each in known)}")
+        return field
+
+    def _fitting(self, field: str, value: object) -> Field:
+        """Return a value in the type of a field."""
+        kind = type(fields_of(self._logic())[field])
+        if kind is bool and value in (0, 1):
+            return bool(value)
+        if kind is float and type(value) is int:
+            return float(value)
+        if type(value) is not kind or not isinstance(value, Field):
+            raise ValueError(f"{field} = {value!r} is not allowed: it is {kind.__name__}")
+        return value
+
+
+def hold_forces(logic: Logic) -> None:
+    """Hold the forced fields of an instance, in its present class."""
+    kind = type(logic)
+    for name in forced_fields(logic):
+        if not isinstance(vars(kind).get(name), ForcedField):
+            setattr(kind, name, ForcedField(name, kind))
+
+
+def release(kind: type[Logic], names: list[str]) -> None:
+    """Restore the attributes of a class whose fields were forced."""
+    for name in names:
+        held = vars(kind).get(name)
+        if isinstance(held, ForcedField):
+            held.remove(kind)

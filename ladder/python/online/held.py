@@ -1,0 +1,128 @@
+"""What a rebuilt frame takes over from the frame before it.
+
+    Again       an await that has begun: it yields the present wait, then continues
+    Rest        an iterator of a `for` within a turn: this turn, then the remaining ones
+    Held        a `with` block that is open: it is left, not entered
+    Entering    an `async with` whose entry waits
+
+None of them runs user code before the wait is over.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Awaitable, Callable, Generator, Iterator
+from types import TracebackType
+from typing import Any
+
+Exit = Callable[..., Any]
+"""A bound `__exit__` or `__aexit__`."""
+
+
+class Again:
+    """The await of a coroutine or generator that already waits."""
+
+    def __init__(self, inner: Any, wait: object) -> None:
+        self.inner, self._wait = inner, wait
+
+    def __await__(self) -> Generator[object, None, Any]:
+        wait = self._wait
+        while True:
+            try:
+                yield wait
+            except GeneratorExit:
+                self.inner.close()
+                raise
+            except BaseException as error:
+                resume: Callable[[], object] = _thrower(self.inner, error)
+            else:
+                resume = _sender(self.inner)
+            try:
+                wait = resume()
+            except StopIteration as over:
+                return over.value
+
+
+def _thrower(inner: Any, error: BaseException) -> Callable[[], object]:
+    return lambda: inner.throw(error)
+
+
+def _sender(inner: Any) -> Callable[[], object]:
+    return lambda: inner.send(None)
+
+
+class Rest:
+    """The iterator of a loop within a turn; its first item stands for this turn."""
+
+    def __init__(self, inner: Iterator[Any]) -> None:
+        self.inner = inner
+        self._begun = False
+
+    def __iter__(self) -> Rest:
+        return self
+
+    def __next__(self) -> Any:
+        if not self._begun:
+            self._begun = True
+            return None
+        return next(self.inner)
+
+
+class Held:
+    """An open `with` or `async with` block, by its exit."""
+
+    def __init__(self, leave: Exit) -> None:
+        self.leave = leave
+
+    def __enter__(self) -> None:
+        """Do nothing: it is open."""
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> Any:
+        return self.leave(kind, error, trace)
+
+    async def __aenter__(self) -> None:
+        """Do nothing: it is open."""
+
+    def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> Awaitable[Any]:
+        leaving: Awaitable[Any] = self.leave(kind, error, trace)
+        return leaving
+
+
+class Entering(Held):
+    """An `async with` block whose entry waits."""
+
+    def __init__(self, entry: Again, leave: Exit) -> None:
+        super().__init__(leave)
+        self._entry = entry
+
+    def __aenter__(self) -> Any:
+        return self._entry
+
+
+def unwrapped(held: Any) -> Any:
+    """Return the iterator or exit that an earlier edit has wrapped; anything else unchanged."""
+    if isinstance(held, Rest):
+        return held.inner
+    owner = getattr(held, "__self__", None)
+    return owner.leave if isinstance(owner, Held) else held
+
+
+def entry_of(awaited: Any) -> Any:
+    """Return the coroutine or generator that an await of an earlier edit continues; others unchanged."""
+    frame = getattr(awaited, "gi_frame", None)
+    if frame is None or frame.f_code is not Again.__await__.__code__:
+        return awaited
+    return frame.f_locals["self"].inner
+
+
+def keep_for_ever(work: object) -> None:
+    """Keep a replaced coroutine, suspended, to the end of the process.
+
+    Python would close it when nobody refers to it, and run its `finally` blocks; they belong to the frame
+    that has replaced it.
+    """
+    ctypes.pythonapi.Py_IncRef(ctypes.py_object(work))

@@ -1,0 +1,228 @@
+"""Whether the locals of a waiting frame are those that the edited function would have at the same await.
+
+A local that is read from there on has to be there, and to come from unchanged statements: the edited
+function would otherwise have another value in it.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Collection, Iterator, Mapping
+from typing import Any
+
+from .points import NESTED, Function, Point, end_of
+
+Names = frozenset[str]
+
+
+class LocalsError(ValueError):
+    """A local that does not fit."""
+
+
+def names_needed(body: list[ast.stmt], point: Point) -> Names:
+    """Return the names that may be read from a point on before they are assigned, and those of its await."""
+    needed = set(_Reads().of(body))
+    own = point.node.items[0] if isinstance(point.node, ast.AsyncWith) else point.node
+    needed.update(each.id for each in ast.walk(own) if isinstance(each, ast.Name))
+    return frozenset(each for each in needed if not each.startswith("."))
+
+
+class _Reads:
+    """Collects names that are read before they are certainly assigned."""
+
+    def __init__(self) -> None:
+        self._found: set[str] = set()
+
+    def of(self, body: list[ast.stmt]) -> set[str]:
+        self._block(body, frozenset())
+        return self._found
+
+    def _block(self, statements: list[ast.stmt], bound: Names) -> Names:
+        for each in statements:
+            bound = self._statement(each, bound)
+        return bound
+
+    def _statement(self, node: ast.stmt, bound: Names) -> Names:
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
+            self._read(node, bound)
+            return bound | {node.name}
+        for field, value in ast.iter_fields(node):
+            if field not in _BLOCKS:
+                self._read(value, bound)
+        if isinstance(node, ast.If):
+            ways = [self._block(each, bound) for each in (node.body, node.orelse) if not _leaves(each)]
+            return frozenset.intersection(*ways) if ways else bound
+        if isinstance(node, ast.With | ast.AsyncWith):
+            return self._block(node.body, bound | _stored(node.items))
+        if isinstance(node, ast.For):
+            self._block(node.body, bound | _stored(node.target))
+            return bound & self._block(node.orelse, bound) if node.orelse else bound
+        if isinstance(node, ast.Try | ast.While | ast.TryStar | ast.Match):
+            return self._inside(node, bound)
+        return (bound | _stored(node)) - _deleted(node)
+
+    def _inside(self, node: ast.AST, bound: Names) -> Names:
+        """Visit the blocks of a statement that may be left anywhere."""
+        for field in _BLOCKS:
+            value = getattr(node, field, [])
+            if field in ("handlers", "cases"):
+                for each in value:
+                    self._read([child for child in ast.iter_child_nodes(each) if _is_no_block(child)], bound)
+                    own = frozenset({each.name}) if getattr(each, "name", None) else _captured(each)
+                    self._block(each.body, bound | own)
+            else:
+                self._block(value, bound)
+        return bound
+
+    def _read(self, value: object, bound: Names) -> None:
+        nodes = value if isinstance(value, list) else [value]
+        for node in nodes:
+            if isinstance(node, ast.AST):
+                names = (each for each in ast.walk(node) if isinstance(each, ast.Name))
+                self._found |= {each.id for each in names if not isinstance(each.ctx, ast.Store)} - bound
+                if isinstance(node, ast.AugAssign):
+                    self._found |= _stored(node.target) - bound
+
+
+def _leaves(block: list[ast.stmt]) -> bool:
+    return bool(block) and isinstance(block[-1], ast.Return | ast.Raise | ast.Continue | ast.Break)
+
+
+_BLOCKS = ("body", "handlers", "cases", "orelse", "finalbody")
+
+
+def _is_no_block(node: ast.AST) -> bool:
+    return not isinstance(node, ast.stmt)
+
+
+def _stored(value: Any) -> Names:
+    nodes = value if isinstance(value, list) else [value]
+    found = (each for node in nodes for each in ast.walk(node) if isinstance(each, ast.Name))
+    return frozenset(each.id for each in found if isinstance(each.ctx, ast.Store))
+
+
+def _deleted(node: ast.AST) -> Names:
+    return frozenset(
+        each.id for each in ast.walk(node) if isinstance(each, ast.Name) and isinstance(each.ctx, ast.Del)
+    )
+
+
+def _captured(case: ast.AST) -> Names:
+    return frozenset(
+        str(each.name)
+        for each in ast.walk(case)
+        if isinstance(each, ast.MatchAs | ast.MatchStar) and each.name
+    )
+
+
+# --- where values come from
+
+
+def check_origins(
+    needed: Collection[str],
+    before: tuple[Function, Point],
+    after: tuple[Function, Point],
+    changed: Collection[str],
+    loops: Collection[str] = (),
+) -> None:
+    """Raise a LocalsError for a needed local that would have another value in the edited function.
+
+    Args:
+        changed: names, and attributes with a dot, whose meaning the edit changes.
+        loops: heads of loops whose turns so far are the same.
+    """
+    old, new = _origins(*before), _origins(*after)
+    checked: set[str] = set()
+    waiting = sorted(needed)
+    while waiting:
+        name = waiting.pop()
+        if name in checked:
+            continue
+        checked.add(name)
+        ours, theirs = old.get(name, {}), new.get(name, {})
+        if ours.keys() != theirs.keys():
+            text = next(each for each in (*theirs, *ours) if not (each in ours and each in theirs))
+            raise LocalsError(f"its local {name} comes from a line that has changed: `{text}`")
+        for text, read in theirs.items():
+            if text.endswith(tuple(loops)):
+                continue
+            check_unchanged(f"its local {name} comes from `{text}`", read, changed)
+        waiting += sorted(each for names in theirs.values() for each in names)
+
+
+def check_unchanged(what: str, read: Collection[str], changed: Collection[str]) -> None:
+    """Raise a LocalsError if an expression reads a name whose meaning the edit changes."""
+    for each in sorted(set(read) & set(changed)):
+        raise LocalsError(f"{what}, and {each.lstrip('.')} has changed")
+
+
+def _origins(function: Function, point: Point) -> dict[str, dict[str, Names]]:
+    """Return the statements that may have set each local at a point, with the names that these read."""
+    found: dict[str, dict[str, Names]] = {}
+    for each in function.args.args + function.args.kwonlyargs + function.args.posonlyargs:
+        found.setdefault(each.arg, {})[f"def {function.name}({ast.unparse(function.args)})"] = frozenset()
+    end = end_of(point)
+    for text, names, read in _setting(function.body, end, ""):
+        for name in names:
+            found.setdefault(name, {})[text] = read
+    return found
+
+
+def _setting(
+    statements: list[ast.stmt], end: tuple[int, int], above: str
+) -> Iterator[tuple[str, Names, Names]]:
+    """Yield the statements before a position that set names: text, names set, names read."""
+    for node in statements:
+        if (node.lineno, node.col_offset) >= end:
+            continue
+        heads: list[Any] = [
+            value
+            for field, value in ast.iter_fields(node)
+            if field not in _BLOCKS and not isinstance(node, NESTED)
+        ]
+        names = _stored([each for value in heads for each in _nodes(value)])
+        read = _loaded([each for value in heads for each in _nodes(value)])
+        own = f"{above}{ast.unparse(node).splitlines()[0]}"
+        if isinstance(node, NESTED):
+            yield f"{above}{ast.unparse(node)}", frozenset({getattr(node, "name", "")}), frozenset()
+            continue
+        if names:
+            yield own, names, read
+        inner = f"{own} " if isinstance(node, ast.If | ast.Match) else above
+        for field in _BLOCKS:
+            for each in getattr(node, field, []):
+                if isinstance(each, ast.ExceptHandler | ast.match_case):
+                    head = ast.unparse(each).strip().splitlines()[0]
+                    bound = (
+                        frozenset({each.name})
+                        if isinstance(each, ast.ExceptHandler) and each.name
+                        else _captured(each)
+                    )
+                    if bound:
+                        yield f"{inner}{head}", bound, _loaded([each])
+                    yield from _setting(each.body, end, f"{inner}{head} ")
+                elif isinstance(each, ast.stmt):
+                    yield from _setting([each], end, inner)
+
+
+def _nodes(value: object) -> list[ast.AST]:
+    return [each for each in (value if isinstance(value, list) else [value]) if isinstance(each, ast.AST)]
+
+
+def _loaded(nodes: list[Any]) -> Names:
+    """Return the names that nodes read, and attributes with a dot."""
+    found = [each for node in nodes for each in ast.walk(node)]
+    names = {each.id for each in found if isinstance(each, ast.Name) and isinstance(each.ctx, ast.Load)}
+    return frozenset(names | {f".{each.attr}" for each in found if isinstance(each, ast.Attribute)})
+
+
+def names_read(node: ast.AST) -> Names:
+    """Return the names that an expression reads, and attributes with a dot."""
+    return _loaded([node])
+
+
+def check_bound(needed: Collection[str], own: Collection[str], values: Mapping[str, Any]) -> None:
+    """Raise a LocalsError for a needed local of a function that the frame does not have."""
+    for name in sorted(needed):
+        if name in own and name not in values:
+            raise LocalsError(f"its local {name} has no value: it would be set before this await")

@@ -1,0 +1,346 @@
+"""The frames of a sequence in edited code: planned as a whole, then moved.
+
+    cycle          awaits self.make_round()            rebuilt, awaits the rebuilt one below
+      make_round   awaits within("5 s", ...)           rebuilt, awaits the same wait
+        within     holds a command                     stays
+
+Nothing changes before the whole edit is planned.
+"""
+
+from __future__ import annotations
+
+import ast
+import gc
+from collections.abc import Callable, Coroutine
+from dataclasses import dataclass
+from enum import Enum
+from functools import partial
+from pathlib import Path
+from types import CodeType, FunctionType, GeneratorType, MethodType
+from typing import Any, TypeVar
+
+from ....io_images.site import Site, SiteError
+from ..sequences.coroutine import Sequence
+from ..sequences.parts import Part
+from ..sequences.waits import Wait, stepping
+from .conditions import OURS, Texts, branches_in, check_wait
+from .edition import Edition
+from .held import Again, keep_for_ever
+from .locals_fit import check_bound, check_origins, check_unchanged, names_needed, names_read
+from .points import Function, Point, counterpart, points_of
+from .resumed import Resumed, arguments_of, compiled, resume
+from .suspended import Hold, Suspended, UnknownStackError, suspended
+
+Work = Coroutine[Any, Any, object]
+T = TypeVar("T")
+
+
+class NotPlacedError(SiteError):
+    """A sequence that can't continue in the edited program; its sites are those of its await."""
+
+
+@dataclass(frozen=True, slots=True)
+class EditContext:
+    """What the frames of one edit share."""
+
+    old: Edition
+    new: Edition
+    codes: frozenset[CodeType]  # of rebuilt or kept frames of the present edition
+    changed: tuple[Part, ...]  # parts that the edit changes
+    names: frozenset[str]  # names, and attributes with a dot, whose meaning the edit changes
+    texts: Texts  # of functions in waits
+
+    def check_wait(self, wait: Wait[Any]) -> None:
+        """Raise a ConditionError if a wait can't continue."""
+        check_wait(wait, (self.old, self.new), self.changed, self.texts)
+
+
+@dataclass(frozen=True, slots=True)
+class FrameMove:
+    """A frame and its function in the edited program."""
+
+    frame: Suspended
+    function: FunctionType
+    before: tuple[Function, Point]
+    after: tuple[Function, Point]
+    resumed: Resumed
+    values: dict[str, Any]
+    held: list[Any]
+
+
+@dataclass(frozen=True, slots=True)
+class SequenceMove:
+    """The frames of a sequence or branch, outermost first."""
+
+    sequence: Sequence
+    frames: tuple[FrameMove, ...]  # none if they stay as they are
+    kept: tuple[CodeType, ...] = ()  # the codes of those that stay
+
+    def move(self) -> list[CodeType]:
+        """Rebuild its frames; return their codes."""
+        if not self.frames:
+            return list(self.kept)
+        wait, before = self.sequence._wait, self.sequence._work
+        awaited: Any = Again(self.frames[-1].frame.awaited, wait)
+        codes = []
+        for each in reversed(self.frames):
+            function = compiled(each.after[0], each.resumed, tuple(each.values), each.function)
+            point = each.after[1]
+            further = arguments_of(
+                each.resumed, point.holds, each.held, awaited, entry=isinstance(point.node, ast.AsyncWith)
+            )
+            awaited = function(**each.values, **further)
+            codes.append(function.__code__)
+        keep_for_ever(before)
+        self.sequence._work = awaited
+        _begin(awaited, wait)
+        return codes
+
+
+def _begin(work: Work, wait: Wait[Any] | None) -> None:
+    """Run a rebuilt frame up to its await; no code of the user's runs."""
+    before, stepping.now = stepping.now, True
+    try:
+        reached = work.send(None)
+    finally:
+        stepping.now = before
+    assert reached is wait, "a rebuilt frame begins at its await"
+
+
+def plan_moves(sequence: Sequence, context: EditContext) -> list[SequenceMove]:
+    """Plan how a sequence that waits, and the branches in its wait, continue.
+
+    Raises:
+        NotPlacedError: it can't continue for certain.
+    """
+    wait, work = sequence._wait, sequence._work
+    assert wait is not None, "it waits"
+    waiting = []
+    while (frame := _user_frame(work)) is not None:
+        waiting.append(frame)
+        work = work.cr_await  # type: ignore[union-attr]
+    if not waiting:
+        raise NotPlacedError(f"{sequence.name} waits in no function of the program")
+    name, last = sequence.name, waiting[-1]
+    _named(name, last, lambda: context.check_wait(wait))
+    if all(_is_as_before(each, context) for each in waiting):
+        for each in waiting:
+            _named(name, each, partial(_check_staying, each, context))
+        moves = [SequenceMove(sequence, (), tuple(each.code for each in waiting))]
+    else:
+        planned = [_named(name, each, partial(_move_of, each, context)) for each in waiting]
+        moves = [SequenceMove(sequence, tuple(planned))]
+    for branch in branches_in(wait):
+        moves += plan_moves(branch, context)
+    return moves
+
+
+def _user_frame(work: Any) -> Suspended | None:
+    """Return the frame of a coroutine of the user's."""
+    if getattr(work, "cr_frame", None) is None or work.cr_await is None:
+        return None
+    module = work.cr_frame.f_globals.get("__name__", "")
+    return None if module.startswith(OURS) else suspended(work)
+
+
+def _named(name: str, frame: Suspended, check: Callable[[], T]) -> T:
+    """Return what a check returns; a NotPlacedError has its reason and the place of a frame."""
+    try:
+        return check()
+    except UnknownStackError:
+        why = "what its open blocks hold can't be read in this Python"
+    except ValueError as error:
+        why = str(error)
+    file, line = frame.code.co_filename, frame.work.cr_frame.f_lineno
+    place = f"{name} waits in {frame.code.co_name}"
+    raise NotPlacedError.at(Site(file=Path(file).name, line=line), f"{place}: {why}")
+
+
+def _functions_of(frame: Suspended, context: EditContext) -> tuple[FunctionType, FunctionType]:
+    """Return the function of a frame in the present and in the edited program."""
+    qualified = frame.code.co_qualname
+    present = context.old.function(frame.module, qualified)
+    edited = context.new.function(frame.module, qualified)
+    if present is None or (present.__code__ is not frame.code and frame.code not in context.codes):
+        raise ValueError("it still runs a program before this one: edit again once that is over")
+    if edited is None:
+        raise ValueError(f"there is no {qualified} any more")
+    return present, edited
+
+
+def _trees_of(frame: Suspended, context: EditContext) -> tuple[Function, Function]:
+    present, edited = _functions_of(frame, context)
+    before, after = context.old.tree(present), context.new.tree(edited)
+    if not isinstance(before, ast.AsyncFunctionDef) or not isinstance(after, ast.AsyncFunctionDef):
+        name = frame.code.co_qualname
+        raise ValueError(f"the source of {name} is not there, or it is no `async def`")
+    return before, after
+
+
+def _is_as_before(frame: Suspended, context: EditContext) -> bool:
+    """Return whether text and lines of a frame's function are unchanged, so that the frame can stay."""
+    try:
+        before, after = _trees_of(frame, context)
+    except ValueError:
+        return False
+    if "__class__" in frame.code.co_freevars:
+        return False
+    read = set(frame.code.co_names)
+    if read & (context.old.rebound | context.new.rebound | {each.lstrip(".") for each in context.names}):
+        return False
+    return _dump(before, lines=True) == _dump(after, lines=True)
+
+
+def _point_of(frame: Suspended, points: list[Point]) -> Point:
+    here = [each for each in points if each.is_at(frame.at)]
+    if len(here) != 1:
+        raise ValueError("its await is not found in the source")
+    if _leaves_block(frame, here[0]):
+        raise ValueError("it leaves an `async with`")
+    return here[0]
+
+
+def _check_staying(frame: Suspended, context: EditContext) -> None:
+    """Check that what a frame that stays refers to goes on."""
+    for name, value in frame.values.items():
+        _check_local(name, value, context)
+
+
+def _loops(point: Point, held: list[Any], context: EditContext) -> tuple[list[Any], list[str]]:
+    """Return what open blocks hold in the edited program, and the loops that go over another tuple.
+
+    Such a loop continues if the turns so far are the same.
+
+    Raises:
+        LocalsError: they are not, or what it goes over can't be compared.
+    """
+    loops = [each for each in point.steps if isinstance(each.node, ast.For) and each.field == "body"]
+    places = [number for number, hold in enumerate(point.holds) if hold is Hold.ITERATOR]
+    taken, heads = list(held), []
+    for place, step in zip(places, loops, strict=True):
+        node: Any = step.node
+        if not names_read(node.iter) & context.names:
+            continue
+        rest = _rest_of(held[place], ast.unparse(node.iter), context)
+        if rest is None:
+            check_unchanged(f"it is in `{step.head}`", names_read(node.iter), context.names)
+        taken[place] = rest
+        heads.append(f"{step.head}:")
+    return taken, heads
+
+
+_TUPLE_ITERATOR: type[Any] = type(iter(()))
+
+
+def _rest_of(iterator: Any, text: str, context: EditContext) -> Any:
+    """Return the iterator of an edited tuple at the place of another one; None if that is not certain."""
+    before, after = (each.constant(text) for each in (context.old, context.new))
+    if type(iterator) is not _TUPLE_ITERATOR or not isinstance(before, tuple) or not isinstance(after, tuple):
+        return None
+    turns = len(before) - iterator.__length_hint__()
+    if iterator.__reduce__()[1] != (before,) or before[:turns] != after[:turns]:
+        return None
+    rest = iter(after)
+    for _ in range(turns):
+        next(rest)
+    return rest
+
+
+def _move_of(frame: Suspended, context: EditContext) -> FrameMove:
+    _, edited = _functions_of(frame, context)
+    before, after = _trees_of(frame, context)
+    points = points_of(before)
+    here = _point_of(frame, points)
+    target = counterpart(here, points, points_of(after))
+    resume(before, here)  # it must be one whose frame can be read
+    resumed = resume(after, target)
+    held = frame.held(here.holds)
+    _check_held(held, context)
+    held, loops = _loops(target, held, context)
+    values = _fitting(frame, (before, here), (after, target), resumed, edited, context, loops)
+    return FrameMove(frame, edited, (before, here), (after, target), resumed, values, held)
+
+
+def _leaves_block(frame: Suspended, point: Point) -> bool:
+    inside = getattr(frame.work.cr_await, "cr_code", None)
+    entry = isinstance(point.node, ast.AsyncWith)
+    return entry and inside is not None and inside.co_name == "__aexit__"
+
+
+def _fitting(
+    frame: Suspended,
+    before: tuple[Function, Point],
+    after: tuple[Function, Point],
+    resumed: Resumed,
+    edited: FunctionType,
+    context: EditContext,
+    loops: list[str],
+) -> dict[str, Any]:
+    """Return the locals that the edited function takes over."""
+    code = edited.__code__
+    own = [each for each in (*code.co_varnames, *code.co_cellvars) if not each.startswith(".")]
+    values = {name: frame.values[name] for name in own if name in frame.values}
+    needed = names_needed(resumed.body, after[1])
+    if _dump(before[0]) != _dump(after[0]):
+        check_bound(needed, own, values)
+    check_origins(needed & frozenset(own), before, after, context.names, loops)
+    for name in sorted(needed & values.keys()):
+        _check_local(name, values[name], context)
+    return values
+
+
+def _check_local(name: str, value: Any, context: EditContext) -> None:
+    if any(value is each for each in context.changed):
+        raise ValueError(f"its local {name} is {value.name}, whose declaration has changed")
+    if isinstance(value, Wait):
+        context.check_wait(value)
+    elif isinstance(value, FunctionType | Coroutine):
+        raise ValueError(f"its local {name} is a function or a coroutine of the program before")
+    else:
+        why = foreign(value, context.old)
+        if why and not isinstance(value, context.old.kind):
+            raise ValueError(f"its local {name} is {why}")
+
+
+def _check_held(held: list[Any], context: EditContext) -> None:
+    for each in held:
+        owner = getattr(each, "__self__", each)
+        if not isinstance(owner, BaseException) and not _is_library(owner):
+            raise ValueError(f"a loop or a `with` holds {type(owner).__name__}, an object of its own")
+        if any(owner is part for part in context.changed):
+            raise ValueError(f"it holds {owner.name}, whose declaration has changed")
+
+
+_CODE = (GeneratorType, FunctionType, MethodType, Coroutine)
+"""Types of objects that run the user's code."""
+
+
+def _is_library(owner: Any, depth: int = 3) -> bool:
+    """Return whether an iterator or manager runs no code of the program."""
+    module = type(owner).__module__
+    if module.startswith(OURS):
+        return True
+    if module == "contextlib":
+        return type(owner).__name__ in ("suppress", "nullcontext")
+    if module not in ("builtins", "itertools") or isinstance(owner, _CODE):
+        return False
+    inner = [each for each in gc.get_referents(owner) if hasattr(each, "__next__") or isinstance(each, _CODE)]
+    return all(depth > 0 and _is_library(each, depth - 1) for each in inner)
+
+
+def foreign(value: Any, old: Edition, depth: int = 4) -> str:
+    """Return what a value holds of classes that the program defines, "" if nothing."""
+    kind = type(value)
+    if kind.__module__ in old.modules and not isinstance(value, Enum):
+        return f"a {kind.__name__} of the program before"
+    if isinstance(value, Enum) and kind.__module__ in old.modules:
+        return f"{kind.__name__}.{value.name} of the program before"
+    if isinstance(value, dict):
+        value = [*value, *value.values()]
+    if depth and isinstance(value, list | tuple | set | frozenset):
+        return next((text for each in value if (text := foreign(each, old, depth - 1))), "")
+    return ""
+
+
+def _dump(function: ast.AST, *, lines: bool = False) -> str:
+    return ast.dump(function, include_attributes=lines)

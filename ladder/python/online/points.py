@@ -1,0 +1,191 @@
+"""The awaits of a function, by their path in the syntax tree and their text.
+
+    while True:                              ("while",)
+        for station in self.stations:        ("for station in self.stations",)
+            await dwell("2 s")               the first await of this text at this path
+
+The test of a `while` is not part of the path, since it is asked again; what has led into a branch is.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from .suspended import Hold, Range
+
+Function = ast.AsyncFunctionDef
+
+NESTED = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda, ast.ClassDef)
+"""Nodes with a scope of their own."""
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """A compound statement around an await."""
+
+    node: ast.AST
+    field: str  # its part, such as body, test or orelse
+    head: str  # its text
+    inner: ast.AST | None = None  # the handler or case
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """An await, or the entry of an `async with`."""
+
+    node: ast.Await | ast.AsyncWith
+    steps: tuple[Step, ...]  # outermost first
+    statement: ast.stmt
+    text: str
+
+    @property
+    def key(self) -> tuple[str, ...]:
+        """Its path and its text."""
+        return (*(f"{each.field}: {each.head}" for each in self.steps), self.text)
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """Its path without the texts of its statements, and its text."""
+        return (*(f"{each.field} {type(each.node).__name__}" for each in self.steps), self.text)
+
+    @property
+    def holds(self) -> list[Hold]:
+        """What the open blocks around it have on the stack, outermost first."""
+        found: list[Hold] = []
+        for each in self.steps:
+            if isinstance(each.node, ast.For) and each.field == "body":
+                found.append(Hold.ITERATOR)
+            elif isinstance(each.node, ast.With | ast.AsyncWith) and each.field == "body":
+                found += [Hold.EXIT] * len(each.node.items)
+            elif each.field == "handlers":
+                found.append(Hold.HANDLER)
+        if isinstance(self.node, ast.AsyncWith):
+            found.append(Hold.EXIT)
+        return found
+
+    def is_at(self, place: Range) -> bool:
+        """Return whether a position of Python's is that of this point."""
+        if isinstance(self.node, ast.AsyncWith):
+            return place in (_range(self.node), _range(self.node.items[0].context_expr))
+        return place == _range(self.node)
+
+
+def points_of(function: Function) -> list[Point]:
+    """Return all points of a function, in order."""
+    return [each for statement in function.body for each in _points(statement, ())]
+
+
+def _points(node: ast.stmt, steps: tuple[Step, ...]) -> Iterator[Point]:
+    """Yield the points of a statement."""
+    if isinstance(node, NESTED):
+        return
+    if isinstance(node, ast.AsyncWith):
+        yield Point(node, steps, node, _head(node))
+    for field, value in ast.iter_fields(node):
+        head = _head(node)
+        if isinstance(value, list) and value and isinstance(value[0], ast.stmt):
+            for each in value:
+                yield from _points(each, (*steps, Step(node, field, head)))
+        elif field in ("handlers", "cases"):
+            for each in value:
+                inside = Step(node, field, f"{head} {_inner_head(each)}", each)
+                for statement in each.body:
+                    yield from _points(statement, (*steps, inside))
+        else:
+            compound = isinstance(node, ast.If | ast.While | ast.For | ast.Match | ast.With | ast.AsyncWith)
+            inside_of = (*steps, Step(node, field, "")) if compound else steps
+            for found in _awaits(value):
+                yield Point(found, inside_of, node, ast.unparse(found))
+
+
+def _awaits(value: object) -> Iterator[ast.Await]:
+    nodes = value if isinstance(value, list) else [value]
+    for node in nodes:
+        if not isinstance(node, ast.AST) or isinstance(node, NESTED):
+            continue
+        for _, child in ast.iter_fields(node):
+            yield from _awaits(child)
+        if isinstance(node, ast.Await):
+            yield node
+
+
+def _head(node: ast.stmt) -> str:
+    """Return the text that has led into a statement."""
+    match node:
+        case ast.If():
+            return f"if {ast.unparse(node.test)}"
+        case ast.For():
+            return f"for {ast.unparse(node.target)} in {ast.unparse(node.iter)}"
+        case ast.With() | ast.AsyncWith():
+            word = "async with" if isinstance(node, ast.AsyncWith) else "with"
+            return f"{word} {', '.join(map(ast.unparse, node.items))}"
+        case ast.Match():
+            return f"match {ast.unparse(node.subject)}"
+        case _:
+            return type(node).__name__.lower()
+
+
+def _inner_head(node: ast.AST) -> str:
+    if isinstance(node, ast.ExceptHandler):
+        kind = "" if node.type is None else f" {ast.unparse(node.type)}"
+        return f"except{kind}" + (f" as {node.name}" if node.name else "")
+    if isinstance(node, ast.match_case):
+        guard = "" if node.guard is None else f" if {ast.unparse(node.guard)}"
+        return f"case {ast.unparse(node.pattern)}{guard}"
+    return ""
+
+
+def _range(node: ast.expr | ast.stmt) -> Range:
+    return (node.lineno, node.end_lineno or 0, node.col_offset, node.end_col_offset or 0)
+
+
+class NoCounterpartError(ValueError):
+    """An await without a certain counterpart in the edited function."""
+
+
+def end_of(point: Point) -> tuple[int, int]:
+    """Return the end of what may have run before a point: it, or the outermost loop around it."""
+    loops = [each.node for each in point.steps if isinstance(each.node, ast.For | ast.While)]
+    node: Any = loops[0] if loops else point.node
+    return (node.end_lineno, node.end_col_offset) if loops else (node.lineno, node.col_offset + 1)
+
+
+def counterpart(point: Point, before: list[Point], after: list[Point]) -> Point:
+    """Return the point of an edited function that matches one of the function before.
+
+    Raises:
+        NoCounterpartError: there is none, or several could be meant.
+    """
+    same_before = [each for each in before if each.key == point.key]
+    same_after = [each for each in after if each.key == point.key]
+    if len(same_before) == len(same_after):
+        found = same_after[same_before.index(point)]
+        ours, theirs = (_like(*each) for each in ((point, before), (found, after)))
+        if ours == theirs:
+            return found
+        same_before, same_after = [point] * ours, [found] * theirs
+    if same_after:
+        raise NoCounterpartError(
+            f"`{point.text}` is there {_times(len(same_after))}, before {_times(len(same_before))}: "
+            "which one is meant is not certain"
+        )
+    moved = next((each for each in after if each.kinds == point.kinds), None)
+    if moved is not None:
+        pairs = zip(point.steps, moved.steps, strict=True)
+        old, new = next((one.head, two.head) for one, two in pairs if one.head != two.head)
+        raise NoCounterpartError(f"`{old}`, which it is in, is now `{new}`")
+    raise NoCounterpartError(f"`{point.text}` is not at its place any more")
+
+
+def _like(point: Point, points: list[Point]) -> int:
+    """Return the number of points of this text that may have been reached before it."""
+    end = end_of(point)
+    reached = (each.node for each in points if each.text == point.text)
+    return sum((node.lineno, node.col_offset) < end for node in reached)
+
+
+def _times(count: int) -> str:
+    return "once" if count == 1 else f"{count} times"

@@ -1,0 +1,338 @@
+"""A function that begins at one of its awaits.
+
+    async def cycle(self):                 async def cycle(self, station, .wait, .1, .once1):
+        while True:                            while .once1 or True:
+            lamp = True                            if first:
+            for station in STOPS:                      for .turn in .1:
+                await move(station)                        if first: await .wait
+                await dwell("2 s")                         else: station = .turn; await move(station)
+                                                           await dwell("2 s")
+                                                   else:
+                                                       lamp = True; for station in STOPS: ...
+
+Statements before the await run in later turns only. Positions are those of the source, so lines of waits,
+faults and breakpoints are right. Names that begin with a dot can't be a user's.
+"""
+
+from __future__ import annotations
+
+import ast
+import copy
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from types import CellType, CodeType, FunctionType
+from typing import Any, TypeVar
+
+from .held import Again, Entering, Held, Rest
+from .points import NESTED, Function, Point, Step
+from .suspended import Hold
+
+Node = TypeVar("Node", bound=ast.AST)
+
+WAIT = ".wait"
+"""The parameter that has the awaitable of the point."""
+
+_VALUE_OF = (ast.Expr, ast.Assign, ast.AnnAssign, ast.Return)
+
+
+class CannotBeginError(ValueError):
+    """A function can't begin at this await."""
+
+
+@dataclass(slots=True)
+class Resumed:
+    """A function from one of its awaits on: its tree and its further parameters."""
+
+    body: list[ast.stmt] = field(default_factory=list)
+    blocks: list[str] = field(default_factory=list)  # parameters of what open blocks hold, outermost first
+    once: list[str] = field(default_factory=list)  # parameters that tell the first turn of a loop
+
+
+def resume(function: Function, point: Point) -> Resumed:
+    """Return a function that begins at a point.
+
+    Raises:
+        CannotBeginError: the await is where no function can begin.
+    """
+    made = Resumed()
+    made.body = _Writer(made, point).block(function.body, 0)
+    return made
+
+
+class _Writer:
+    """Writes the statements from a point on."""
+
+    def __init__(self, made: Resumed, point: Point) -> None:
+        self._made, self._point = made, point
+        self._entry = isinstance(point.node, ast.AsyncWith)
+
+    def block(self, statements: Sequence[ast.stmt], depth: int) -> list[ast.stmt]:
+        """Return a block from the statement with the point on."""
+        steps = self._point.steps
+        wanted = steps[depth].node if depth < len(steps) else self._point.statement
+        place = next(number for number, each in enumerate(statements) if each is wanted)
+        return [*self._statement(statements[place], depth), *statements[place + 1 :]]
+
+    def _statement(self, node: ast.stmt, depth: int) -> list[ast.stmt]:
+        if depth >= len(self._point.steps):
+            return [self._entered(node)] if self._entry else [self._simple(node)]
+        step = self._point.steps[depth]
+        write = _WRITERS.get(type(node))
+        if write is None:
+            raise CannotBeginError(f"the await is in a `{type(node).__name__.lower()}`")
+        return write(self, node, step, depth)
+
+    # --- statements with the await itself
+
+    def _simple(self, node: ast.stmt) -> ast.stmt:
+        if not isinstance(node, _VALUE_OF) or node.value is None:
+            raise CannotBeginError(_HALF)
+        return _with(node, value=self._first(node.value))
+
+    def _first(self, node: ast.expr) -> ast.expr:
+        """Replace the await in an expression, which has to be evaluated first."""
+        if node is self._point.node:
+            return _at(ast.Await(_at(ast.Name(WAIT, ast.Load()), node)), node)
+        for kinds, name in _FIRST:
+            if isinstance(node, kinds):
+                value = getattr(node, name)
+                if isinstance(value, list):
+                    return _with(node, **{name: [self._first(value[0]), *value[1:]]})
+                return _with(node, **{name: self._first(value)})
+        raise CannotBeginError(_HALF)
+
+    def _entered(self, node: Any) -> ast.stmt:
+        if len(node.items) != 1:
+            raise CannotBeginError("`async with` enters several objects")
+        held = self._block(Hold.EXIT, node)
+        entered: ast.stmt = _with(node, items=[ast.withitem(held, node.items[0].optional_vars)])
+        return entered
+
+    # --- statements around it
+
+    def _if(self, node: Any, step: Step, depth: int) -> list[ast.stmt]:
+        if step.field == "test":
+            return [_with(node, test=self._first(node.test))]
+        return self.block(getattr(node, step.field), depth + 1)
+
+    def _while(self, node: Any, step: Step, depth: int) -> list[ast.stmt]:
+        if step.field == "orelse":
+            return self.block(node.orelse, depth + 1)
+        first = self._once(node)
+        if step.field == "test":
+            test = _at(ast.IfExp(first(), self._first(node.test), node.test), node)
+            return [_with(node, test=test)]
+        again = _at(ast.If(first(), self.block(node.body, depth + 1), node.body), node.body[0])
+        test = _at(ast.BoolOp(ast.Or(), [self._once(node)(), node.test]), node.test)
+        return [_with(node, test=test, body=[again])]
+
+    def _for(self, node: Any, step: Step, depth: int) -> list[ast.stmt]:
+        if step.field == "orelse":
+            return self.block(node.orelse, depth + 1)
+        if step.field != "body":
+            return [_with(node, iter=self._first(node.iter))]
+        rest, first = self._block(Hold.ITERATOR, node), self._once(node)
+        turn = f".turn{len(self._made.blocks)}"
+        item = _at(ast.Assign([node.target], _at(ast.Name(turn, ast.Load()), node.target)), node.target)
+        resumed = self.block(node.body, depth + 1)
+        body = _at(ast.If(first(), resumed, [item, *node.body]), node.body[0])
+        return [_with(node, target=_at(ast.Name(turn, ast.Store()), node), iter=rest, body=[body])]
+
+    def _try(self, node: Any, step: Step, depth: int) -> list[ast.stmt]:
+        if step.field == "finalbody":
+            raise CannotBeginError("the await is in a `finally`")
+        if step.field == "body":
+            return [_with(node, body=self.block(node.body, depth + 1))]
+        if step.field == "handlers":
+            return self._finally(node, [self._handler(node, step, depth)])
+        return self._finally(node, self.block(node.orelse, depth + 1))
+
+    def _handler(self, node: Any, step: Step, depth: int) -> ast.stmt:
+        """Write a handler that is running: its exception is raised again, for this handler alone."""
+        inner: Any = step.inner
+        error = self._block(Hold.HANDLER, inner)
+        body = self.block(inner.body, depth + 1)
+        everything = _at(ast.Name(".everything", ast.Load()), inner)
+        handler = _at(ast.ExceptHandler(everything, inner.name, body), inner)
+        return _at(ast.Try([_at(ast.Raise(error, None), inner)], [handler], [], []), inner)
+
+    def _finally(self, node: Any, body: list[ast.stmt]) -> list[ast.stmt]:
+        if not node.finalbody:
+            return body
+        return [_at(ast.Try(body, [], [], node.finalbody), node)]
+
+    def _with_block(self, node: Any, step: Step, depth: int) -> list[ast.stmt]:
+        if step.field != "body":
+            raise CannotBeginError(_HALF)
+        items = [ast.withitem(self._block(Hold.EXIT, node), None) for _ in node.items]
+        return [_with(node, items=items, body=self.block(node.body, depth + 1))]
+
+    def _match(self, node: Any, step: Step, depth: int) -> list[ast.stmt]:
+        if step.field == "subject":
+            return [_with(node, subject=self._first(node.subject))]
+        inner: Any = step.inner
+        return self.block(inner.body, depth + 1)
+
+    # --- parameters
+
+    def _block(self, hold: Hold, node: Any) -> ast.Name:
+        name = f".{hold.value}{len(self._made.blocks)}"
+        self._made.blocks.append(name)
+        return _at(ast.Name(name, ast.Load()), node)
+
+    def _once(self, node: Any) -> Callable[[], ast.expr]:
+        """Return the maker of an expression that is true when it is evaluated first, then false."""
+        name = f".once{len(self._made.once)}"
+        self._made.once.append(name)
+
+        def first() -> ast.expr:
+            pop = ast.Call(ast.Attribute(ast.Name(name, ast.Load()), "pop", ast.Load()), [], [])
+            return _at(ast.BoolOp(ast.And(), [ast.Name(name, ast.Load()), pop]), node)
+
+        return first
+
+
+_HALF = "the await is within an expression of which a part is computed"
+
+_FIRST: Sequence[tuple[Any, str]] = (
+    (ast.Compare | ast.BinOp, "left"),
+    (ast.BoolOp, "values"),
+    (ast.UnaryOp, "operand"),
+    (ast.Attribute | ast.Subscript | ast.NamedExpr | ast.Await, "value"),
+    (ast.Call, "func"),
+    (ast.IfExp, "test"),
+    (ast.Tuple | ast.List, "elts"),
+)
+"""The operand that Python evaluates first."""
+
+_WRITERS: Mapping[type[ast.stmt], Callable[[_Writer, Any, Step, int], list[ast.stmt]]] = {
+    ast.If: _Writer._if,
+    ast.While: _Writer._while,
+    ast.For: _Writer._for,
+    ast.Try: _Writer._try,
+    ast.With: _Writer._with_block,
+    ast.AsyncWith: _Writer._with_block,
+    ast.Match: _Writer._match,
+}
+
+
+def _with(node: Node, **fields: Any) -> Node:
+    """Return a copy of a node with other fields."""
+    made = copy.copy(node)
+    for name, value in fields.items():
+        setattr(made, name, value)
+    return made
+
+
+def _at(node: Node, place: Any) -> Node:
+    """Give a node, and those within that have none, a position."""
+    ast.copy_location(node, place)
+    return ast.fix_missing_locations(node)
+
+
+# --- the function
+
+
+def compiled(
+    function: Function, resumed: Resumed, values: Sequence[str], original: FunctionType
+) -> FunctionType:
+    """Compile a function that begins at a point.
+
+    Args:
+        values: names of the locals that it takes over; they are parameters, by name.
+        original: the edited function, for its globals, names and cells.
+
+    Raises:
+        CannotBeginError: it uses variables of functions around it.
+    """
+    code = original.__code__
+    if set(code.co_freevars) - {"__class__"}:
+        raise CannotBeginError(f"it uses {', '.join(code.co_freevars)} of a function around it")
+    names = [*values, WAIT, *resumed.blocks, *resumed.once, ".everything"]
+    outside = [node for node in _own_nodes(function) if isinstance(node, ast.Global)]
+    tree = ast.parse("def outer(__class__):\n async def inner(): pass")
+    outer: Any = tree.body[0]
+    made = outer.body[0]
+    made.name, made.args.args = function.name, [ast.arg(name) for name in names]
+    made.body = [*outside, *resumed.body]
+    owner = code.co_qualname.rpartition(".")[0].rpartition(".")[2]
+    outer.body = [_Private(owner).visit(copy.deepcopy(made))]
+    for each in (outer, outer.body[0]):
+        ast.copy_location(each, function)
+    ast.fix_missing_locations(tree)
+    inner = _code_in(_code_in(compile(tree, code.co_filename, "exec")))
+    inner = _renamed(inner, inner.co_qualname, code.co_qualname)
+    cells = tuple(_cell(original, name) for name in inner.co_freevars)
+    return FunctionType(inner, original.__globals__, function.name, None, cells)
+
+
+def _own_nodes(function: ast.AST) -> list[ast.AST]:
+    """Return the nodes of a function without those of functions within."""
+    found: list[ast.AST] = []
+    for child in ast.iter_child_nodes(function):
+        found.append(child)
+        if not isinstance(child, NESTED):
+            found += _own_nodes(child)
+    return found
+
+
+def _cell(original: FunctionType, name: str) -> CellType:
+    cells = dict(zip(original.__code__.co_freevars, original.__closure__ or (), strict=True))
+    return cells[name] if name in cells else CellType()
+
+
+def _code_in(code: CodeType) -> CodeType:
+    return next(each for each in code.co_consts if isinstance(each, CodeType))
+
+
+def _renamed(code: CodeType, old: str, new: str) -> CodeType:
+    """Give a code and those within the qualified names of the original."""
+    constants = tuple(
+        _renamed(each, old, new) if isinstance(each, CodeType) else each for each in code.co_consts
+    )
+    return code.replace(co_qualname=new + code.co_qualname.removeprefix(old), co_consts=constants)
+
+
+class _Private(ast.NodeTransformer):
+    """Gives private names of a class the form that Python gives them."""
+
+    def __init__(self, owner: str) -> None:
+        self._owner = owner.lstrip("_")
+
+    def visit_Attribute(self, node: ast.Attribute) -> ast.AST:
+        node.attr = self._mangled(node.attr)
+        return self.generic_visit(node)
+
+    def visit_Name(self, node: ast.Name) -> ast.AST:
+        node.id = self._mangled(node.id)
+        return node
+
+    def _mangled(self, name: str) -> str:
+        private = name.startswith("__") and not name.endswith("__") and self._owner
+        return f"_{self._owner}{name}" if private else name
+
+
+def arguments_of(
+    resumed: Resumed, holds: Sequence[Hold], held: Sequence[Any], awaited: Any, *, entry: bool
+) -> dict[str, Any]:
+    """Return the further arguments of a resumed function.
+
+    Args:
+        held: what the open blocks hold, outermost first.
+        awaited: an awaitable that continues the wait.
+        entry: the wait is the entry of the last block.
+    """
+    wrap: Mapping[Hold, Callable[[Any], Any]] = {
+        Hold.ITERATOR: Rest,
+        Hold.EXIT: Held,
+        Hold.HANDLER: lambda error: error,
+    }
+    found = [wrap[hold](each) for hold, each in zip(holds, held, strict=True)]
+    if entry:
+        found[-1] = Entering(awaited, held[-1])
+    once = {name: [True] for name in resumed.once}
+    blocks = dict(zip(resumed.blocks, found, strict=True))
+    return {WAIT: awaited, ".everything": BaseException, **blocks, **once}
+
+
+__all__ = ["Again", "CannotBeginError", "Resumed", "arguments_of", "compiled", "resume"]

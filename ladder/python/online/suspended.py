@@ -1,0 +1,97 @@
+"""A waiting frame: where it waits, its locals, and what its open blocks hold.
+
+CPython shows the value stack of a suspended coroutine to its garbage collector, in order: iterators of `for`
+loops, exits of `with` blocks, the exception before a handler, and on top the awaitable.
+"""
+
+from __future__ import annotations
+
+import gc
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+from itertools import islice
+from types import CodeType
+from typing import Any
+
+from .held import entry_of, unwrapped
+
+Range = tuple[int, int, int, int]
+"""First and last line, first and last column."""
+
+
+class Hold(Enum):
+    """What an open block has on the stack of its frame."""
+
+    ITERATOR = "for"
+    EXIT = "with"
+    HANDLER = "except"
+
+
+class UnknownStackError(Exception):
+    """The stack of a frame is not as expected."""
+
+
+@dataclass(frozen=True, slots=True)
+class Suspended:
+    """A frame that waits."""
+
+    work: Any  # the coroutine
+    code: CodeType
+    module: str
+    at: Range  # of its await
+    values: dict[str, Any]  # its locals
+    awaited: Any  # the coroutine or generator that it awaits
+
+    def held(self, holds: Sequence[Hold]) -> list[Any]:
+        """Return what its open blocks hold, outermost first; of a handler its exception.
+
+        Args:
+            holds: the blocks, outermost first.
+
+        Raises:
+            UnknownStackError: the stack does not have them.
+        """
+        stack = gc.get_referents(self.work)
+        present = None  # the exception that is handled; shown behind the stack once there was one
+        if stack and stack[-1] is not self.work.cr_await:
+            present = stack.pop()
+        if not stack or stack.pop() is not self.work.cr_await:
+            raise UnknownStackError
+        if (present is None) is (Hold.HANDLER in holds):
+            raise UnknownStackError
+        found: list[Any] = []
+        for hold in reversed(holds):
+            item = stack.pop() if stack else None
+            if hold is Hold.HANDLER:
+                found.append(present)
+                item, present = present, item
+            if not _is(hold, item):
+                raise UnknownStackError
+            if hold is not Hold.HANDLER:
+                found.append(unwrapped(item))
+        return found[::-1]
+
+
+def _is(hold: Hold, item: Any) -> bool:
+    if hold is Hold.ITERATOR:
+        return hasattr(item, "__next__")
+    if hold is Hold.EXIT:
+        return getattr(item, "__name__", "") in ("__exit__", "__aexit__") and hasattr(item, "__self__")
+    return isinstance(item, BaseException)
+
+
+def suspended(work: Any) -> Suspended:
+    """Return the frame of a coroutine that waits."""
+    frame = work.cr_frame
+    place = next(islice(frame.f_code.co_positions(), frame.f_lasti // 2, None))
+    line, end_line, column, end_column = (each or 0 for each in place)
+    values = {name: value for name, value in frame.f_locals.items() if not name.startswith(".")}
+    return Suspended(
+        work,
+        frame.f_code,
+        frame.f_globals.get("__name__", ""),
+        (line, end_line, column, end_column),
+        values,
+        entry_of(work.cr_await),
+    )

@@ -1,0 +1,94 @@
+"""Edits of a class of logic in a session: the sequence continues, and the recording runs again.
+
+Broken on purpose: an edit that begins anew, a restart that is not in the order, a force that is not recorded.
+"""
+
+import asyncio
+import shutil
+import sys
+from pathlib import Path
+
+import pytest
+from scanrack.commands import build
+from scanrack.traces.read.arrays import read_columns
+from scanrack.traces.read.reader import open_trace
+from typer.testing import CliRunner
+from watching import PATIENCE_S, page_of, watched
+
+pytestmark = pytest.mark.slow
+
+EXAMPLES = Path(__file__).parents[3] / "examples/sequences"
+
+
+@pytest.fixture
+def stations(tmp_path):
+    for name in ("stations.toml", "stations.py"):
+        shutil.copy(EXAMPLES / name, tmp_path)
+    rack = tmp_path / "stations.toml"
+    rack.write_text('tags = ["stations.rounds"]\n' + rack.read_text().replace("run_for_s", "# run_for_s"))
+    return tmp_path
+
+
+async def told(page, key):
+    async with asyncio.timeout(PATIENCE_S):
+        while key not in (message := await page.hear()):
+            pass
+    return message[key]
+
+
+def saved(folder, old, new):
+    path = folder / "stations.py"
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new))
+
+
+def test_a_session_with_edits_of_sequences_and_forces_runs_again(stations):
+    record, again = stations / "session.mcap", stations / "again.mcap"
+
+    async def work(session):
+        async with page_of(session) as page:
+            await page.until(lambda seen: seen.frame.get("scan", 0) > 2500)
+            saved(stations, "    rounds = 0", "    rounds = 0\n    laps = 0")
+            edited = await told(page, "edited")
+            assert (edited["new"], edited["dropped"]) == (["laps"], [])
+            assert "continue: cycle at line " in edited["text"]
+            saved(stations, "while True:\n            try", "while self.laps == 0:\n            try")
+            await told(page, "edited")
+            saved(stations, "await self.make_round()", "await self.make_round( )  # again")
+            await told(page, "edited")
+            assert "refused" not in await page.ask("force", tag="stations.rounds", value=5)
+            begun = page.frame["scan"]
+            await page.until(lambda seen: seen.frame["scan"] > begun + 300)
+            saved(stations, "await self.start.rises", "await self.start.falls")
+            saved(stations, 'await dwell("2 s")', 'await dwell("1 s")')
+            saved(stations, 'await within("5 s", self', 'await within("6 s", self')
+            mistake = await told(page, "mistake")
+            if mistake is not None:
+                assert mistake["restart"] == ["cycle"]
+                assert mistake["line"]
+                await page.ask("reload", restart="cycle")
+                assert "begin anew: cycle" in (await told(page, "edited"))["text"]
+            begun = page.frame["scan"]
+            await page.until(lambda seen: seen.frame["scan"] > begun + 300)
+
+    rack = stations / "stations.toml"
+    with watched("--record", record, "--speed", "10", rack=rack) as session:
+        asyncio.run(work(session))
+        session.end()
+    shutil.copy(EXAMPLES / "stations.py", stations)  # the files on the disk do not count
+    sys.modules.pop("stations", None)
+    done = CliRunner().invoke(build(), ["rerun", str(record), "--record", str(again), "--trust"])
+    assert done.exit_code == 0, done.output
+    assert record.read_bytes() == again.read_bytes() or late(record)
+    with open_trace(record) as one, open_trace(again) as other:
+        first, second = read_columns(one), read_columns(other)
+        assert (first.words == second.words).all()
+        tags = [next(iter(each.tags.values())) for each in one.scans() if each.scan > 2000]
+    assert 5 in tags
+
+
+def late(path):
+    """Tell whether scans began late, which is flagged: not so in a rerun."""
+    with open_trace(path) as trace:
+        return (read_columns(trace).flags >> 5 & 1).any()
