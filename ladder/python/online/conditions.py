@@ -64,9 +64,7 @@ def _held(wait: Wait[Any]) -> Iterator[Any]:
                 yield getattr(wait, name)
 
 
-def _check_value(
-    value: Any, editions: tuple[Edition, Edition], changed: list[Part], texts: Texts
-) -> None:
+def _check_value(value: Any, editions: tuple[Edition, Edition], changed: list[Part], texts: Texts) -> None:
     """Check one value of a wait: a function and what it is bound to."""
     if any(value is each for each in changed):
         raise ConditionError(f"it waits for {value.name}, whose declaration has changed")

@@ -97,8 +97,10 @@ class _Writer:
             if isinstance(node, kinds):
                 value = getattr(node, name)
                 if isinstance(value, list):
-                    return _with(node, **{name: [self._first(value[0]), *value[1:]]})
-                return _with(node, **{name: self._first(value)})
+                    made: ast.expr = _with(node, **{name: [self._first(value[0]), *value[1:]]})
+                else:
+                    made = _with(node, **{name: self._first(value)})
+                return made
         raise CannotBeginError(_HALF)
 
     def _entered(self, node: Any) -> ast.stmt:
@@ -120,8 +122,8 @@ class _Writer:
             return self.block(node.orelse, depth + 1)
         first = self._once(node)
         if step.field == "test":
-            test = _at(ast.IfExp(first(), self._first(node.test), node.test), node)
-            return [_with(node, test=test)]
+            asked = _at(ast.IfExp(first(), self._first(node.test), node.test), node)
+            return [_with(node, test=asked)]
         again = _at(ast.If(first(), self.block(node.body, depth + 1), node.body), node.body[0])
         test = _at(ast.BoolOp(ast.Or(), [self._once(node)(), node.test]), node.test)
         return [_with(node, test=test, body=[again])]
