@@ -252,13 +252,14 @@ class RoutineReader:
         counted = self._texts.get((owner.upper(), routine.upper()))
         if counted is not None:
             counted.refused = counted.statements
-        if routine.upper() in self.stubbed:
-            self._report.stubs[routine] = "the routine does nothing"
+        is_add_on = owner.upper() in self.specs and owner.upper() not in BY_NAME
+        name = owner if is_add_on else routine
+        if not {name.upper(), routine.upper()}.isdisjoint(self.stubbed):
+            if not is_add_on:
+                self._report.stubs[routine] = "the routine does nothing"
             return
         self._report.objects.append(
-            Refusal(
-                self._report.file, line, owner, routine, None, 1, "", reason, remedy.replace("{}", routine)
-            )
+            Refusal(self._report.file, line, owner, routine, None, 1, "", reason, remedy.replace("{}", name))
         )
 
     def refuse_statement(self, owner: str, routine: str, number: int, reason: str, remedy: str) -> None:

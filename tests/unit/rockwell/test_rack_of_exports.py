@@ -4,7 +4,7 @@ import tomllib
 from typing import Any
 
 import pytest
-from l5x_files import diagram, document, ladder, module, program, tag, task
+from l5x_files import add_on, diagram, document, ladder, module, program, tag, task
 from scanrack.commands import build
 from scanrack.jobs.imports.export_slots import ExportSlot, differences, slot_tables
 from scanrack.jobs.load.loading import load_job
@@ -189,3 +189,23 @@ def test_a_controller_with_a_block_diagram_runs_if_its_user_accepts_that_it_does
         logic.step()
         logic.step()
         assert (logic.tags.N, logic.tags.Back) == (2, 0)
+
+
+@pytest.mark.parametrize(
+    ("stubs", "status", "says"),
+    [
+        ("", 2, 'let it do nothing: Blocks = "false" below [stubs]'),
+        ('[stubs]\nBlocks = "true"\n', 0, "BLOCKS = true (once)"),
+    ],
+)
+def test_an_add_on_of_blocks_is_stubbed_by_its_own_name(tmp_path, stubs, status, says):
+    blocks = add_on("Blocks", [], [], diagram("Logic", "FBD"))
+    main = ladder("Main", "Blocks(B)ADD(N,1,N);")
+    text = document(
+        add_ons=[blocks], tags=[tag("B", "Blocks"), tag("N", "DINT")], programs=[program("Main", main)]
+    )
+    (tmp_path / "machine.L5X").write_text(text, encoding="utf-8")
+    rack = tmp_path / "rack.toml"
+    rack.write_text(f'program = "machine.L5X"\n{stubs}[[slot]]\nnumber = 1\nmodule = "amci3601"\n')
+    found, output = run("run", rack, "--scans", 3, "--no-record")
+    assert (found, says in output) == (status, True), output
