@@ -23,7 +23,7 @@ from ...ladder.model.expressions import parse_address
 from ...ladder.model.spec import Spec
 from ...ladder.model.tree import Block, Instruction, Operand, Origin, number
 from ...ladder.st import parse_statements
-from .xml.records import ElementRecord
+from .xml.records import ElementRecord, lines_of
 
 NAMES: Mapping[Qualifier, str] = {
     Qualifier.N: "NonStored",
@@ -321,7 +321,7 @@ def _text_in(element: ElementRecord | None) -> tuple[list[str], list[int]]:
     """Return the structured text of an element: lines and their numbers."""
     content = None if element is None else element.child("STContent")
     lines = [each for each in content.children if each.tag == "Line"] if content is not None else []
-    return [each.text for each in lines], [each.line for each in lines]
+    return lines_of((each.text, each.line) for each in lines)
 
 
 def _called(call: ElementRecord) -> tuple[list[str], list[int]]:

@@ -22,7 +22,7 @@ from .edits import NORMAL, RUNG_TYPES, TEXT_TYPES, Edit
 from .presets import Presets
 from .report import Refusal, Report, StructuredRoutine
 from .xml.limits import MOST_IN_RUNG, instructions_in
-from .xml.records import EncodedRecord, L5xDocument, L5xRungRecord, RoutineRecord
+from .xml.records import EncodedRecord, L5xDocument, L5xRungRecord, RoutineRecord, lines_of
 
 DIAGRAMS = {"FBD": "a function block diagram"}
 """Kinds of routines that can't run here."""
@@ -88,15 +88,7 @@ def line_of(record: RoutineRecord, number: int) -> int:
 
 def _lines_of(record: RoutineRecord) -> tuple[list[str], list[int]]:
     """Return the lines of structured text and their numbers in the file."""
-    lines: list[str] = []
-    numbers: list[int] = []
-    for text, number in record.lines:
-        body = text.lstrip("\r\n")
-        start = number + text[: len(text) - len(body)].count("\n")
-        for offset, part in enumerate(body.rstrip("\r\n").split("\n")):
-            lines.append(part.rstrip("\r"))
-            numbers.append(start + offset)
-    return lines, numbers
+    return lines_of(record.lines)
 
 
 class RoutineReader:

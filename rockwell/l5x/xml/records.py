@@ -7,7 +7,7 @@ which `values` reads, see `data`.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
@@ -237,3 +237,16 @@ class L5xDocument:
     def whole(self) -> bool:
         """Whether it is a whole controller with all its references."""
         return self.target == "Controller"
+
+
+def lines_of(printed: Iterable[tuple[str, int]]) -> tuple[list[str], list[int]]:
+    """Return lines of structured text, and their numbers in the file, from the elements with their lines."""
+    lines: list[str] = []
+    numbers: list[int] = []
+    for text, number in printed:
+        body = text.lstrip("\r\n")
+        start = number + text[: len(text) - len(body)].count("\n")
+        for offset, part in enumerate(body.rstrip("\r\n").split("\n")):
+            lines.append(part.rstrip("\r"))
+            numbers.append(start + offset)
+    return lines, numbers

@@ -1,16 +1,23 @@
 """Sequential function charts of a document: read, run, written back, or refused by element."""
 
 import re
+from pathlib import Path
 
 import pytest
 from l5x_files import cdata, document, ladder, program, tag, task
 from scanrack.ladder.files.rungfile import parse_program, program_text
 from scanrack.ladder.model.chart import ExecutionControl, LastScan, RestartPosition
+from scanrack.rockwell.l5x import import_l5x
 from scanrack.rockwell.l5x.export import export_l5x
+
+MIXER = Path(__file__).parents[3] / "examples" / "l5x" / "mixer.L5X"
+STEPS = ["Idle", "Filling", "Heating", "Stirring", "Stopping", "Emptying", "Finished"]
 
 
 def st(text):
-    lines = "".join(f'<Line Number="{n}">{cdata(each)}</Line>' for n, each in enumerate(text.splitlines()))
+    lines = "".join(
+        f'<Line Number="{n}">\n{cdata(each)}\n</Line>\n' for n, each in enumerate(text.splitlines())
+    )
     return f"<STContent>{lines}</STContent>"
 
 
@@ -230,3 +237,18 @@ def test_a_function_block_diagram_stays_refused(imported):
     text = re.sub(r"</?SFCContent[^>]*>", "", text)
     (refused,) = imported(text).report.objects
     assert "it is a function block diagram" in refused.reason
+
+
+def test_the_mixer_of_the_examples_makes_its_first_batch():
+    """Recipes, strings and a produced tag in a chart; its stirrer is an ideal axis."""
+    engine = import_l5x(MIXER).controller.compile()
+    seen = []
+    for scan in range(280):
+        engine.tags["Local:1:I.Data"] = 3 if 15 <= scan < 25 else 2
+        engine.step(20)
+        seen.append(" ".join(each for each in STEPS if engine.tags[rf"\MainProgram.{each}.X"]))
+    order = [name for name, before in zip(seen, ["", *seen], strict=False) if name != before]
+    assert order == ["Idle", "Filling Heating", "Stirring", "Stopping", "Emptying", "Idle"]
+    assert engine.tags["ToLine"]["Name"] == "blue "
+    assert engine.tags["ToLine"]["Number"] == 1
+    assert engine.tags[r"\MainProgram.Status"] == "waiting for start"
