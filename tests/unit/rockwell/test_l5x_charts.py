@@ -243,9 +243,9 @@ def test_the_mixer_of_the_examples_makes_its_first_batch():
     """Recipes, strings and a produced tag in a chart; its stirrer is an ideal axis."""
     engine = import_l5x(MIXER).controller.compile()
     seen = []
-    for scan in range(280):
-        engine.tags["Local:1:I.Data"] = 3 if 15 <= scan < 25 else 2
-        engine.step(20)
+    for scan in range(1070):
+        engine.tags["Local:1:I.Data"] = 3 if 60 <= scan < 100 else 2
+        engine.step(5)
         seen.append(" ".join(each for each in STEPS if engine.tags[rf"\MainProgram.{each}.X"]))
     order = [name for name, before in zip(seen, ["", *seen], strict=False) if name != before]
     assert order == ["Idle", "Filling Heating", "Stirring", "Stopping", "Emptying", "Idle"]
