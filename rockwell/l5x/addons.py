@@ -139,7 +139,11 @@ class AddOns:
         routines = []
         for each in read:
             role = next((role for role in ROUTINES if role.upper() == each.name.upper()), None)
-            if role is not None and role not in self.records[shape.name.upper()].switched_off:
+            record = self.records[shape.name.upper()]
+            if role in record.switched_off and (each.rungs or each.statements):
+                text = f"its routine {role} does not run: Execute{role} is false"
+                self._report.note(record.name, text, record.line)
+            elif role is not None:
                 routines.append(self._allowed(shape, replace(each, name=role), reader))
         if LOGIC not in [each.name for each in routines]:
             routines.insert(0, Routine(LOGIC, ()))

@@ -430,6 +430,9 @@ def test_a_scan_mode_of_an_add_on_runs_unless_the_definition_switches_it_off(imp
     definition = read.parts.add_ons["BLOCK"]
     assert [each.name for each in definition.routines] == ["Logic", "Postscan"]
     assert (read.report.rungs, read.report.refused) == (3, [])
+    assert [each.text for each in read.report.notes] == [
+        "its routine Prescan does not run: ExecutePrescan is false"
+    ]
 
 
 @pytest.mark.parametrize(("main", "count"), [('PreStateRoutineName="Prestate" ', 100), ("", 0)])
