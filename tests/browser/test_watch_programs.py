@@ -76,3 +76,33 @@ def test_an_edit_is_taken_over_and_a_mistake_is_shown(page, rack):
         page.until_there("[data-element='Main.1.0']")
         assert "The old program goes on" not in page.run(NOTICE)
         until(lambda: int(page.value("N") or 0) > before)  # values are kept
+
+
+SEQUENCE = """\
+from scanrack import Input, Logic, sequence
+
+
+class Small(Logic):
+    go = Input("go")
+    rounds = 7
+
+    @sequence
+    async def cycle(self) -> None:
+        while True:
+            await self.go.rises
+            self.rounds += 1
+"""
+
+
+def test_an_edit_that_a_sequence_prevents_is_taken_over_with_that_sequence_anew(page, rack):
+    path = rack("small.py", SEQUENCE)
+    with watching(path) as session:
+        page.open(session.link)
+        until(lambda: page.value("small.rounds") == "7")
+        (path.parent / "small.py").write_text(SEQUENCE.replace("go.rises", "go.falls"))
+        until(lambda: "is not at its place any more" in page.run(NOTICE))
+        assert "small.py:11: cycle waits in cycle" in page.run(NOTICE)
+        page.run("document.querySelector('#notice button').click()")
+        until(lambda: "begin anew: cycle" in page.run(NOTICE))
+        until(lambda: "go falls" in page.run(WAITS))
+        assert page.value("small.rounds") == "7"

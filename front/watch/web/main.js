@@ -1,6 +1,8 @@
 // Puts the parts of the page together.
 
+import { button } from "./dom.js";
 import { hush, tell } from "./notice.js";
+import { allowed, reload } from "./orders.js";
 import { connect } from "./socket.js";
 import { exchange, greet, handles, onHello, run, take } from "./state.js";
 import { forget } from "./values.js";
@@ -34,7 +36,7 @@ function hear(message) {
   } else if (message.edited) {
     tell(edited(message.edited), "told");
   } else if ("mistake" in message) {
-    message.mistake ? tell(mistaken(message.mistake), "mistake") : hush("mistake");
+    message.mistake ? tell(mistaken(message.mistake), "mistake", ...restarting(message.mistake)) : hush("mistake");
   } else if (message.note) {
     tell(message.note, "told");
   } else if (message.lost) {
@@ -54,6 +56,12 @@ function edited({ text, ...tags }) {
 function mistaken({ text, file, line }) {
   const place = [file, line].filter(Boolean).join(":");
   return `The old program goes on. ${place && !text.includes(place) ? `${place}: ` : ""}${text}`;
+}
+
+// The button that takes the program over all the same, with the sequences that can't continue begun anew.
+function restarting({ restart }) {
+  if (!restart?.length || !allowed()) return [];
+  return [button(`Take over, ${restart.join(", ")} anew`, () => reload(restart.join(",")))];
 }
 
 // Opens what the link asks for.

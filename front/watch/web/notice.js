@@ -1,6 +1,6 @@
 // One line for what was refused or has happened; it has its own place and moves nothing.
 
-import { at, setText } from "./dom.js";
+import { at } from "./dom.js";
 
 const LASTS_MS = 8000;
 const LASTING = ["lost", "mistake", "met"]; // until they are over
@@ -9,9 +9,9 @@ let timer = 0;
 
 at("notice").addEventListener("click", () => hush()); // one that lasts may be in the way
 
-export function tell(text, kind = "refused") {
+export function tell(text, kind = "refused", ...buttons) {
   const notice = at("notice");
-  setText(notice, text);
+  notice.replaceChildren(text, ...buttons);
   notice.dataset.kind = kind;
   clearTimeout(timer);
   if (!LASTING.includes(kind)) timer = setTimeout(hush, LASTS_MS);
@@ -20,6 +20,6 @@ export function tell(text, kind = "refused") {
 export function hush(kind) {
   const notice = at("notice");
   if (kind && notice.dataset.kind !== kind) return;
-  setText(notice, "");
+  notice.replaceChildren();
   delete notice.dataset.kind;
 }

@@ -32,6 +32,7 @@ export const force = (tag, value) => act("force", { tag, value });
 export const unforce = tag => act("unforce", { tag });
 export const incident = (kind, fields) => act("incident", { kind, ...fields });
 export const branch = scan => order("branch", { scan });
+export const reload = restart => order("reload", { restart });
 export const look = scan => order("look", { scan });
 
 export const breakpoint = place =>
