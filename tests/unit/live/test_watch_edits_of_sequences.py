@@ -68,19 +68,24 @@ def test_a_session_with_edits_of_sequences_and_forces_runs_again(stations):
             assert "begin anew: cycle" in (await told(page, "edited"))["text"]
             begun = page.frame["scan"]
             await page.until(lambda seen: seen.frame["scan"] > begun + 300)
+            page.hello, scan = {}, page.frame["scan"] - 100
+            assert "refused" not in await page.ask("branch", scan=scan)
+            await page.until(lambda seen: seen.hello and seen.frame.get("scan", -1) >= scan + 50)
+            return page.hello["record"], scan
 
     rack = stations / "stations.toml"
     with watched("--record", record, "--speed", "10", rack=rack) as session:
-        asyncio.run(work(session))
+        branch, scan = asyncio.run(work(session))
         session.end()
     shutil.copy(EXAMPLES / "stations.py", stations)  # the files on the disk do not count
     sys.modules.pop("stations", None)
     done = CliRunner().invoke(build(), ["rerun", str(record), "--record", str(again), "--trust"])
     assert done.exit_code == 0, done.output
     assert record.read_bytes() == again.read_bytes() or late(record)
-    with open_trace(record) as one, open_trace(again) as other:
-        first, second = read_columns(one), read_columns(other)
-        assert (first.words == second.words).all()
+    with open_trace(record) as one, open_trace(again) as other, open_trace(branch) as third:
+        words = [read_columns(each).words for each in (one, other, third)]
+        assert (words[0] == words[1]).all()
+        assert (words[0][:scan] == words[2][:scan]).all()
         rounds = {int.from_bytes(each.tags, "little") for each in one.scans()}
     assert 5 in rounds
 
