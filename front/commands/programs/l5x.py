@@ -120,6 +120,8 @@ def _l5x_command(
     try:
         imported = tried(file, (not run and scans) or SCANS)
     except LadderError as error:
+        if as_json:
+            say_json({"file": str(file), "problem": str(error)})
         raise typer.Exit(complain(str(error), BAD_INPUT)) from None
     report = imported.report
     first = _first_run(file, imported, scans) if run else None

@@ -93,10 +93,11 @@ def first_run(export: Path, imported: L5xImport | SlcImport, scans: int = SCANS)
     found = FirstRun(modules=[_wanted(each) for each in wanted])
     try:
         job = load_job(str(rack_of_export(export, imported)))
-    except (LadderError, ValueError, OSError) as error:
+        opened = bench_of(job, watched=True)
+    except (LadderError, ValueError, OSError, RecursionError) as error:
         found.problem = str(error)
         return found
-    with bench_of(job, watched=True) as bench:
+    with opened as bench:
         debugger: Debugger = bench.program
         inputs = _Inputs(debugger)
         _scan(bench, found, scans, inputs.look)

@@ -22,6 +22,10 @@ SHOWN = 3
 """Conditions that are shown."""
 
 
+HEADS = frozenset({"IF", "ELSIF", "WHILE"})
+"""Conditions of structured text."""
+
+
 @dataclass(frozen=True, slots=True)
 class Condition:
     """A condition without power behind it."""
@@ -70,7 +74,13 @@ def _blocked(debugger: Debugger) -> Iterator[tuple[bool, LoweredRoutine, Lowered
         for line in routine.lines:
             power = truths[line.number] if line.number < len(truths) else None
             steps = steps_of(line.nodes, copies=False)
-            if not power or len(power) != len(steps) or routine.body is not None:
+            if not power or not steps:
+                continue
+            if routine.body is not None:
+                if not power[-1] and steps[-1].name in HEADS:
+                    yield True, routine, line, steps[-1]
+                continue
+            if len(power) != len(steps):
                 continue
             for place, step in enumerate(steps):
                 if not power[place] and _is_condition(step):
@@ -88,13 +98,15 @@ def _condition(
     tags = [each for operand in step.operands for each in _tags(operand)]
     if not tags:
         return None
-    tag = tags[0]
     try:
-        value = debugger.tags[tag]
-        why = _why(debugger, tag, value)
+        values = {each: debugger.tags[each] for each in tags}
+        tag = next((name for name, value in values.items() if value is False), tags[0])
+        value, why = values[tag], _why(debugger, tag, values[tag])
     except (LadderError, ValueError):
         return None
     written = f"{step.name}({','.join(map(_text, step.operands))})"
+    if routine.body is not None:
+        written = line.text.strip() or written
     return Condition(routine.name, line.number, routine.unit, written, tag, value, why)
 
 

@@ -74,16 +74,18 @@ class Stretch:
         return Shadow(self.logic, self.slots, self.timeline, self.kept)
 
     def described(self, values: Mapping[str, object]) -> Json:
-        """Return routines and tags for a page."""
+        """Return routines, tags and stubs for a page."""
         if self.catalog is not None:
-            return {"routines": self.catalog.routines(), "tags": self.catalog.tags(), "lacks": ""}
+            routines = self.catalog.routines()
+            stubs = list(self.logic.stubs_in_use) if isinstance(self.logic, LadderLogic) else []
+            return {"routines": routines, "tags": self.catalog.tags(), "stubs": stubs, "lacks": ""}
         kinds = {bool: "BOOL", int: "LINT", str: "TEXT"}
         tags = [
             {"name": name, "type": kinds.get(type(value), "LREAL"), "description": "", "writable": False}
             for name, value in values.items()
         ]
         routines = [] if self.source is None else self.source.routines()
-        return {"routines": routines, "tags": tags, "lacks": self.lacks}
+        return {"routines": routines, "tags": tags, "stubs": [], "lacks": self.lacks}
 
     def place_of_fault(self, fault: Fault) -> str | None:
         """Return the rung or line of a fault, such as Main.3 or line.py.62; None if unknown."""

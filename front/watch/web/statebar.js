@@ -27,6 +27,7 @@ const time = figure("Time", "long", "Machine time since power-up, min:s.ms");
 const reached = figure("Speed", "middle", "Speed reached over the last second");
 const late = figure("Late", "short", "Scans that came more than half a period late");
 const forces = figure("Forces", "tiny", "Nothing is forced");
+const stubs = figure("Stubs", "tiny", "Nothing stands in for what is not here");
 const record = figure("Recording", "name", "The trace that is being written");
 
 const stateSign = el("span", { class: "sign", "aria-hidden": "true" });
@@ -39,6 +40,10 @@ function build(hello) {
   document.title = `${name} – scanrack`;
   setText(rack, name);
   rack.title = hello.path;
+  const used = hello.stubs ?? [];
+  stubs.node.hidden = !used.length;
+  setText(stubs.value, String(used.length));
+  stubs.node.title = used.join("\n");
   setText(record.value, fileOf(hello.record) || "off");
   record.node.title = hello.record ? `Recording to ${hello.record}` : "Nothing is recorded";
   setFlag(document.documentElement, "data-read-only", !orders.allowed());
@@ -46,7 +51,7 @@ function build(hello) {
   at("bar").replaceChildren(
     el("div", { class: "row" }, rack, state, key, transport(), el("span", { class: "gap" }),
       findBox(), incidentsButton(), helpButton()),
-    el("div", { class: "row readings" }, scan.node, time.node, reached.node, late.node, forces.node, record.node, scrubber()));
+    el("div", { class: "row readings" }, scan.node, time.node, reached.node, late.node, forces.node, stubs.node, record.node, scrubber()));
   paintForces([]);
   paintMode();
 }

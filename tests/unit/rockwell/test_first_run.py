@@ -42,6 +42,7 @@ def machine(tmp_path, monkeypatch):
     return make
 
 
+@pytest.mark.slow
 def test_the_first_run_says_what_the_program_waits_for(machine):
     """The timer takes Step to 10; there it waits for Part, which nobody sets."""
     machine(*RUNGS)
@@ -60,6 +61,29 @@ def test_the_first_run_says_what_the_program_waits_for(machine):
     assert "    1734-OB8 Valves, slot 2" in text
 
 
+def test_structured_text_waits_at_an_if_that_runs(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    text = "IF Step = 1 THEN\nStep := 2;\nEND_IF;\nIF Step = 0 AND Part THEN\nStep := 1;\nEND_IF;"
+    whole = files.document(
+        tags=TAGS[:4],
+        programs=[files.program("Main", files.structured("Main", text))],
+        tasks=[files.task("T", "Main")],
+    )
+    (tmp_path / "text.L5X").write_text(whole, encoding="utf-8")
+    waits = json.loads(invoke("l5x", "text.L5X", "--run", "--json")[1])["run"]["waits"]
+    assert [(each["condition"], each["tag"]) for each in waits] == [
+        ("IF Step=1 THEN", "Step"),
+        ("IF Step=0 AND Part THEN", "Part"),
+    ]
+
+
+def test_a_file_that_is_no_export_gives_json_too(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "bad.L5X").write_text("nothing", encoding="utf-8")
+    status, output, _ = invoke("l5x", "bad.L5X", "--run", "--json")
+    assert (status, list(json.loads(output))) == (2, ["file", "problem"])
+
+
 def test_a_fault_ends_the_first_run_and_refused_rungs_are_empty(machine):
     """1,000 / 0 is a minor fault; a subscript out of range a major one."""
     machine("NOSUCH(Step);", "XIC(Auto)OTE(Clamp);")
@@ -69,6 +93,7 @@ def test_a_fault_ends_the_first_run_and_refused_rungs_are_empty(machine):
     assert any("NOSUCH = false" in each or "refused" in each for each in report["run"]["stubs"])
 
 
+@pytest.mark.slow
 def test_an_export_is_a_rack_for_run_watch_and_why(machine):
     path = machine(*RUNGS)
     assert (is_export("machine.L5X"), runs("machine.SLC"), runs("a.mcap")) == (True, True, False)

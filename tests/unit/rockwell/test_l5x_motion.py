@@ -78,16 +78,18 @@ def test_what_a_3601_cannot_do_is_refused_by_name(machine):
 
 def test_axes_of_an_export_bring_their_maxima_their_unwind_and_their_system(machine, tmp_path):
     """50 % of 50 units/s; 36,000 counts of 100 a unit are a turn; the system moves its second axis, too."""
-    tags = (files.tag("Go", "BOOL"), files.tag("Feed", "AXIS_VIRTUAL"), files.tag("Do", "MOTION_INSTRUCTION"))
-    tags += (files.tag("More", "MOTION_INSTRUCTION"), files.tag("Halt", "MOTION_INSTRUCTION"))
-    tags += (files.tag("P", "REAL", "2"), AXIS, SYSTEM)
+    controls = (files.tag(name, "MOTION_INSTRUCTION") for name in ("Do", "More", "Halt"))
+    own = (files.tag("Go", "BOOL"), files.tag("Feed", "AXIS_VIRTUAL"), files.tag("P", "REAL", "2"))
+    tags = (*own, *controls, AXIS, SYSTEM)
     rate = "% of Maximum,100,% of Maximum,100,% of Maximum,Trapezoidal,100,100,% of Time,Disabled,Programmed"
     jog = f"MAJ(Turn,Do,Forward,50,{rate},0,None);"
     line = "MCLM(Both,More,0,P[0],10,0,10,0,10,0,0,0,0,0,0,0,0,0,0,None,0,0);"
     rungs = (f"XIO(Go){jog}", "XIC(Go)MAS(Turn,Halt,All,No,0,0,No,0,0);", f"XIC(Go){line}")
     text = files.machine(*rungs, tags=tags)
     (tmp_path / "axes.L5X").write_text(text, encoding="utf-8")
-    engine = import_l5x(tmp_path / "axes.L5X").controller.engine
+    controller = import_l5x(tmp_path / "axes.L5X").controller
+    assert controller is not None
+    engine = controller.engine
     for _ in range(200):
         engine.step(100)
     assert engine.tags["Turn.ActualVelocity"] == 25.0
