@@ -13,9 +13,9 @@ class Site:
 
     program: str = ""
     routine: str = ""  # full name of the routine: `Main`, in a controller `\Program.Main`
-    rung: int | None = None  # number of the rung in it, from 0; in structured text of the line, from 1
+    rung: int | None = None  # number of the rung in it, from 0; of the line, from 1; of a chart's element
     instruction: str = ""  # the instruction as text, in structured text the statement
-    unit: str = "rung"  # "rung" or "line", which `rung` counts
+    unit: str = "rung"  # what `rung` counts: "rung", "line", or "element" of a sequential function chart
     file: str = ""
     line: int | None = None  # line in the file, from 1
     column: int | None = None  # column in that line, from 1

@@ -22,6 +22,7 @@ A body is a routine of its own, `Sequence.Fill.Open`.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from functools import reduce
 from typing import Any
 from zlib import crc32
@@ -46,8 +47,8 @@ from ..model.operand_checks import OperandError, described
 from ..model.operands import Calculation, Group, Place, Resolved, constant
 from ..model.resolver import AddressError, missing_in
 from ..model.spec import Spec
-from ..model.tree import Address, Block, Instruction, MemberStep, Origin, Routine
-from ..model.types import BOOL, HIDDEN, LINT, Structure
+from ..model.tree import Address, Block, Instruction, Origin, Routine
+from ..model.types import BOOL, HIDDEN, LINT, Member, Structure
 from ..state.lowered import (
     Act,
     Arms,
@@ -151,14 +152,8 @@ class ChartLowering:
     def _bits(self, tag: Group) -> dict[str, Place]:
         """Return the members of a step or action by name, bits of Status included."""
         assert isinstance(tag.type, Structure)
-        found = {each.name: self._member(tag, each.name) for each in tag.type.members}
-        found |= {each.name: tag.member(f"{HIDDEN}{each.name}") for each in tag.type.hidden}
-        return found
-
-    def _member(self, tag: Group, name: str) -> Place:
-        place = self._lowering.resolver.operand(Address(tag.text, (MemberStep(name),)))
-        assert isinstance(place, Place)
-        return place
+        found = {each.name: _member(tag, each) for each in tag.type.members}
+        return found | {each.name: tag.member(f"{HIDDEN}{each.name}") for each in tag.type.hidden}
 
     def _action(
         self, step: ChartStep, action: Action, node: ChartNode, actions: list[ChartAction]
@@ -319,6 +314,13 @@ class ChartLowering:
         clear = self._set(state, constant(0), "no EOT yet")
         called = self._block((tree.statement,))
         return (clear, *called, self._set(each.place, _is_not_0(state), f"{each.name} := EOT"))
+
+
+def _member(tag: Group, member: Member) -> Place:
+    """Return a member; a bit of Status is a bit of that."""
+    host, _, bit = member.at.partition(".")
+    place = tag.member(host or member.name)
+    return replace(place, bit=constant(int(bit)), text=f"{tag.text}.{member.name}") if bit else place
 
 
 def lasting_number(name: str) -> int:
