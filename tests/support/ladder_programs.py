@@ -48,6 +48,9 @@ TAG Alarm : ALARM_DIGITAL := {"MinDurationPRE": 10}
 TAG Level : ALARM_ANALOG := {"HLimit": 5.0, "HHLimit": 9.0, "Deadband": 1.0, "ROCPeriod": 0.02}
 STUB MSG : error 16#00CB after 15 ms
 TAG Words : STRING[2] := ["x12", "-3.5"]
+TAG Taken : Part
+TAG Label : STRING
+TAG Row : INT[8]
 SLOT axis : 1
 """
 
@@ -365,7 +368,11 @@ _OUTPUTS = (
     st.just("MOV(2,Index)"),
     st.just("MOV(0,Index)"),
     st.sampled_from(
-        ("JSR(Sub,1,Wide,Other)", "JSR(Sub,1,Ratio,Word)", "FOR(Pass,Turn,0,3,1)", "FOR(Pass,Turn,3,-1,-2)")
+        (
+            *("JSR(Sub,1,Wide,Other)", "JSR(Sub,1,Ratio,Word)"),
+            *("FOR(Pass,Turn,0,3,1)", "FOR(Pass,Turn,3,-1,-2)"),
+            "JSR(Whole,3,Parts[Index],Name,Block,Parts[1],Text,Block)",
+        )
     ),
     st.just("MCR()"),
 )
@@ -543,6 +550,11 @@ def programs(draw):
         *sub,
         "XIC(A)RET(Word);",
         "RET(Long);",
+        "END",
+        "ROUTINE Whole",
+        "SBR(Taken,Label,Row);",
+        "ADD(Taken.Size,1,Taken.Size)CONCAT(Label,'z',Label)MOV(Row[1],Row[0]);",
+        "RET(Taken,Label,Row);",
         "END",
         "ROUTINE Pass",
         *again,
