@@ -15,6 +15,9 @@ from .executed import Cell, StepRun
 from .links import Link, Operand, linked
 from .why import is_counted
 
+EARLIER = "earlier scans are not kept"
+"""Text of a link behind which nothing can be repeated."""
+
 DEEPEST = 200
 """Most links one behind the other."""
 
@@ -107,8 +110,11 @@ class Chains:
         )
 
     def _behind(self, cause: Cause, scan: int, deep: int) -> Iterator[Link]:
-        for origin in self.causes.origins([cause.read.cell], scan, cause.by.order):
-            yield self.of(origin, cause.read.text, deep)
+        try:
+            origins = self.causes.origins([cause.read.cell], scan, cause.by.order)
+            yield from (self.of(each, cause.read.text, deep) for each in origins)
+        except ValueError:  # the scan can't be repeated
+            yield Link("unknown", cause.read.text, cause.read.value, scan, self.causes.now_ns(scan), EARLIER)
 
     def _of_outside(self, origin: Origin, name: str, now_ns: int) -> Link:
         inputs = self.causes.inputs(origin.scan)

@@ -73,3 +73,18 @@ def test_forces_are_in_sight_and_an_order_in_a_pause_says_when_it_acts(page, pau
     page.until_there(".value[data-name='Trouble'][data-forced]")
     page.browser.find_element("css selector", "body").send_keys("\ue00c")  # Escape
     page.until_there("#tag:not([data-selected])")
+
+
+def test_a_chain_leads_to_its_scans_and_rungs_and_is_marked_on_the_strip(page, paused):
+    page.open(paused.link, paused=True)
+    page.step(1500)
+    page.until_scan(1499, "paused")
+    page.click("[data-element='Main.7.0']")  # Configure.Done
+    page.press("Why")
+    page.until_there("#tag .chain li")
+    links = page.run("return [...document.querySelectorAll('#tag .chain li')].map(each => each.dataset.kind)")
+    assert links[-1] in ("power-up", "input", "rung", "module")
+    page.run("document.querySelector(\"#tag .chain li button[title^='Show Main.']\").click()")
+    page.until_there("[data-at][aria-current]")
+    assert page.run("return document.querySelectorAll('#tag .chain li').length") == len(links)
+    until(lambda: page.run("return document.querySelector('.ago').textContent") != "")

@@ -114,7 +114,7 @@ class Why:
         """
         row, debugger = self.row, self.debugger
         if debugger is not None and (text in debugger.tags or not self.means_image(text)):
-            found = RackChain(self.recording, debugger, deep).of_tag(text, row)
+            found = RackChain(self.recording, debugger.chains, deep).of_tag(text, row)
             return found or self._since_power_up(text, debugger.tags[text])
         if self.means_image(text):
             place = self.place(text)
@@ -153,7 +153,8 @@ class Why:
 
     def _chains(self, deep: bool) -> RackChain:
         if self.load is None or self.spec is None:
-            return RackChain(self.recording, self.debugger, deep)
+            maker = None if self.debugger is None else self.debugger.chains
+            return RackChain(self.recording, maker, deep)
         with fresh(self.load) as logic:
             names = Names(logic, self.words)
         return ProgramChain(self.recording, None, deep, spec=self.spec, load=self.load, names=names)

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 
 from ...io_images.addresses import Address
 from ...io_images.amci3601 import COMPLETION_BITS, MOTIONS, StatusMsw
-from ...ladder.debug import Chains, Debugger, Link, linked
+from ...ladder.debug import Chains, Link, linked
 from ...ladder.debug.causes import Origin
 from ...ladder.debug.executed import Cell
 from ...ladder.state.memory import Value
+from ...runtime.loop.incidents import FaultKind
 from ...runtime.loop.scan import ScanFlag
 from ...traces.format.layout import SlotInfo
 from ...traces.read.event_text import describe
@@ -25,6 +26,8 @@ ANSWER = 2
 
 _SWITCHED = {"rule", "home", "registration"}
 """Events of a module that a terminal may have made: rules, and moves that end at an input."""
+
+_INCIDENTS = {each.value for each in FaultKind}
 
 _BY_MOTION = COMPLETION_BITS | StatusMsw.MOVING_CW | StatusMsw.MOVING_CCW
 _RATES = StatusMsw.ACCELERATING | StatusMsw.DECELERATING | StatusMsw.HOLD_STATE
@@ -57,12 +60,12 @@ class RackChain:
     """Makes chains through a recording.
 
     Args:
-        debugger: of a ladder program, after the last scan; None for any other.
+        maker: makes the chains of a ladder program, see `Debugger.chains`; None for any other program.
         deep: see `Chains`.
     """
 
     recording: Recording
-    debugger: Debugger | None = None
+    maker: Callable[..., Chains] | None = None
     deep: bool = False
     _known: dict[tuple[Bits, int], Link] = field(default_factory=dict)
     _chains: Chains | None = None
@@ -83,8 +86,8 @@ class RackChain:
     def chains(self) -> Chains:
         """What makes chains through the ladder program."""
         if self._chains is None:
-            assert self.debugger is not None
-            self._chains = self.debugger.chains(deep=self.deep, outside=self._of_input)
+            assert self.maker is not None
+            self._chains = self.maker(deep=self.deep, outside=self._of_input)
         return self._chains
 
     def _of_input(self, origin: Origin, name: str, _value: Value) -> Link | None:
@@ -93,6 +96,8 @@ class RackChain:
         assert cell.leaf.slot is not None
         bits = Bits(cell.leaf.slot, "in", cell.index, ALL_BITS if cell.mask is None else cell.mask)
         row = bisect_left(self.recording.numbers, origin.scan)
+        if row == len(self.recording.numbers) or self.recording.numbers[row] != origin.scan:
+            return None  # the recording begins later
         return self._of_change(bits, self._better(bits, name), row)
 
     def _better(self, bits: Bits, name: str) -> str:
@@ -149,7 +154,7 @@ class RackChain:
     def _of_program(self, bits: Bits, name: str, row: int) -> Link:
         """Explain an output by the program; here by a ladder program."""
         found = None
-        if self.debugger is not None:
+        if self.maker is not None:
             cell = self._cell(bits)
             found = cell and self.chains.of_cell(cell, name, self.recording.numbers[row])
         return found or self.link("unknown", bits, name, row, "no program is known that wrote it")
@@ -207,7 +212,7 @@ class RackChain:
             if each.topic == "/orders" and text.startswith(f"Slot {slot.number}:"):
                 yield "operator", f"{at}: {text}"
             elif each.topic == "/stimuli" and each.fields.get("slot", 0) == slot.number:
-                if "begins" in each.fields or "late_words" in each.fields:
+                if each.fields.get("name") in _INCIDENTS:
                     yield "incident", f"slot {slot.number}: {text}"
                 elif _is_of(str(each.fields.get("name")), slot, bits):
                     yield "input", f"{at}: {text}"

@@ -19,9 +19,9 @@ from typing_extensions import override
 
 from ...io_images.image import IMAGE_BYTES
 from ...ladder import LadderLogic
+from ...ladder.debug.executed import TracedEngine
 from ...ladder.debug.forces import Forces
 from ...ladder.debug.replay import Replayer, ScanInputs, Truths, restore
-from ...ladder.debug.watching import WatchedEngine
 from ...runtime.live.ring import Rows
 from ...runtime.loop.phases import IDLE_PHASES
 from ...runtime.loop.rack import SLOT_BYTES
@@ -166,7 +166,7 @@ class Shadow(Replayer):
     def __init__(
         self, program: LadderLogic, slots: list[int], timeline: Timeline, kept: SnapshotStore
     ) -> None:
-        engine = WatchedEngine(program.build(), program.scanner)
+        engine = TracedEngine(program.build(), program.scanner)
         super().__init__(engine, SessionScans(program, slots, timeline, kept), MOST_REPEATED, CHAPTERS)
         self.is_impure = bool(program.functions)  # whether routines in Python prevent repetition of scans
         self._kept = kept

@@ -234,7 +234,8 @@ class Monitor(ABC):
     def _faults(self, past: int | None) -> list[Json]:
         program = self.subject.programs.at(past)
         return [
-            {"text": str(each), "at": program.place_of_fault(each)} for each in self.states.faults_at(past)
+            {"text": str(each), "at": program.place_of_fault(each), "scan": each.scan}
+            for each in self.states.faults_at(past)
         ]
 
     def _program(self, page: Page, scan: int) -> Json:

@@ -11,6 +11,7 @@ from ..history.lanes import MOST_LANES
 from ..history.stretch import Stretch
 from ..history.strip import piece_of
 from ..history.timeline import columns_of
+from .chain_answer import chain_of
 from .monitor import Monitor
 from .page import Page
 
@@ -154,9 +155,10 @@ def why(monitor: Monitor, page: Page, said: Said) -> Json | None:
     forced = monitor.states.forces_at(page.past)
     try:
         text = Inquiry(shadow.engine, shadow, scan, forced, program.catalog.cross_reference).why(tag)
+        chain = [] if shadow.is_impure else chain_of(monitor, shadow, tag, scan)
     finally:
         shadow.show(scan)
-    return {"text": text, "scan": scan}
+    return {"text": text, "scan": scan, "chain": chain}
 
 
 def _ask_python(monitor: Monitor, page: Page, said: Said, tag: str, scan: int) -> None:

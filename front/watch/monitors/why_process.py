@@ -21,6 +21,7 @@ from ...jobs.trust.trust import UntrustedError
 from ...traces.format.records import TraceError
 from ...traces.read.columns import Columns
 from ...traces.read.reader import open_trace
+from .chain_answer import links_of
 
 MODESTY = 10
 """Its lower priority than the monitor's, see nice(2)."""
@@ -38,7 +39,8 @@ def answer(path: str, what: str, scan: str, more: Columns) -> dict[str, Any]:
     except (ValueError, TraceError, NotReachedError, UntrustedError) as error:
         return {"refused": str(error)}
     lines = [{"file": Path(each.file).name, "line": each.number} for each in asked.lines if each.number]
-    return {"text": "\n".join([asked.text, *asked.notes]), "scan": asked.scan, "lines": lines}
+    chain = [] if asked.chain is None else links_of(asked.chain)
+    return {"text": "\n".join([asked.text, *asked.notes]), "scan": asked.scan, "lines": lines, "chain": chain}
 
 
 def main(path: str, what: str, scan: str) -> None:

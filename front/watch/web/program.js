@@ -18,13 +18,14 @@ const tabs = el("div", { class: "tabs", role: "tablist", "aria-label": "Routines
 const sheet = el("div", { class: "sheet", role: "tabpanel", "aria-label": "Routine" });
 const unknown = el("p", { class: "unknown", role: "status" }, "Power and values of this scan are being worked out.");
 const fault = el("p", { class: "fault", role: "alert", hidden: true });
+const retry = el("button", { type: "button", class: "before", hidden: true, click: branchBefore }, "Branch one second before");
 let routine = null, columns = 0, shownAt = "", drawnAt = "", wantedRung = null, generation = 0;
 
 const columnsNow = () => Math.max(LEAST, Math.min(MOST, Math.floor((sheet.clientWidth - 64) / UNIT)));
 
 onProgram(hello => {
   const routines = hello.routines ?? [];
-  at("program").replaceChildren(heading("Program", tabs), fault, unknown, sheet);
+  at("program").replaceChildren(heading("Program", tabs), fault, retry, unknown, sheet);
   tabs.replaceChildren(...routines.map(each => el("button", {
     type: "button", role: "tab", "data-routine": each.name, "aria-selected": "false", click: () => open(each.name), keydown: tabKey,
   }, each.name)));
@@ -127,7 +128,14 @@ function paintFaults(faults) {
   setFlag(fault, "hidden", !faults.length);
   setText(fault, [...faults.map(each => `! ${each.text}`), ...(run.hello.branches ? [WAY_ON] : [])].join("\n"));
   markFaults();
+  setFlag(retry, "hidden", !faults.length || !run.hello.branches);
   if (faults[0]?.at) showRung(faults[0].at);
+}
+
+// Runs again from one second before the fault on.
+function branchBefore() {
+  const back = Math.round(1e9 / run.hello.period_ns);
+  orders.branch(Math.max(run.faults[0].scan - back, run.range?.[0] ?? 0, 1));
 }
 
 function markFaults() {

@@ -1,5 +1,6 @@
 // The timing strip: positions as an envelope, bits and tags by their edges. A pulse of one scan is seen at any zoom.
 
+import { marks, onMarks } from "./chain.js";
 import { AXIS, CURVE, LANE, TOP, curve, grid, highOf, lane, said, tagLane } from "./chart.js";
 import { at, button, el, heading, setText } from "./dom.js";
 import { clock, count } from "./format.js";
@@ -159,6 +160,7 @@ function draw() {
     top += LANE;
   }
   if (!names.length && !tags.length && !axes.length) to.text("No bit has changed yet.", left, TOP + 2 * LANE, colours.soft);
+  for (const time of marks) if (time >= from && time <= end) to.line(x(time), TOP, x(time), high - AXIS, colours.mark, 0.75);
   const now = x(run.t ?? 0);
   to.line(now, 0, now, high - AXIS, run.state === "past" ? colours.mark : colours.edge, run.state === "past" ? 1.5 : 1);
 }
@@ -216,4 +218,5 @@ function keyed(event) {
 }
 
 new ResizeObserver(() => { if (run.hello) draw(); }).observe(canvas);
+onMarks(() => { if (run.hello) draw(); });
 colours.onChange(() => { if (run.hello) draw(); });

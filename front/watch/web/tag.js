@@ -1,5 +1,6 @@
 // The selected tag: its value, writing and forcing it, and why it is as it is.
 
+import { chainOf, clearChain } from "./chain.js";
 import { at, button, el, heading, setFlag, setText } from "./dom.js";
 import { count, parsed, plain } from "./format.js";
 import { tell } from "./notice.js";
@@ -30,6 +31,7 @@ const allButton = button("Remove all forces", () => orders.unforce("all"));
 const closeButton = button("Deselect", () => select({}), { text: "✕", title: "Select nothing (Esc)", class: "sign", hidden: true });
 const parts = el("div", { class: "parts" });
 const answer = el("div", { class: "answer", "aria-live": "polite" });
+let answered = null; // the tag of the answer
 const empty = el("p", { class: "soft" }, "Click a contact, a coil, a box or a tag.");
 const card = el("div", { class: "tag" }, el("div", { class: "line" }, name, type), says, parts,
   el("div", { class: "line write" }, entry, writeButton, forceButton, unforceButton),
@@ -56,7 +58,8 @@ function show({ tag, names }) {
   setText(says, known.description ?? "");
   unplace(parts);
   parts.replaceChildren(...[...new Set([tag, ...names])].map(part));
-  answer.replaceChildren();
+  if (tag !== answered) answer.replaceChildren(), clearChain();
+  answered = tag;
   entry.value = "";
   permit(tag, known);
   entry.placeholder = known.type === "BOOL" ? "0 or 1" : "value, 16#, 2#";
@@ -110,7 +113,7 @@ async function why() {
   if (!said) return answer.replaceChildren();
   const lines = linesOf(said);
   const when = el("button", { type: "button", class: "plain", title: "Look at this scan", click: () => lookAt(said.scan) }, `In scan ${count(said.scan)}:`);
-  answer.replaceChildren(when, el("p", {}, said.text), lines.length ? el("div", { class: "line" }, ...lines.map(toLine)) : "");
+  answer.replaceChildren(when, el("p", {}, said.text), lines.length ? el("div", { class: "line" }, ...lines.map(toLine)) : "", chainOf(said.chain));
 }
 
 // The lines of the program in Python that an answer names.
