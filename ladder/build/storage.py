@@ -15,14 +15,14 @@ from ..model.spec import Use
 from ..model.stretches import fits_bytes
 from ..model.tags import OWN, FrameLayout, Layout, Tag, tag_in
 from ..model.types import Structure, count_of, fields_of
-from ..state.lowered import AddOnCall, LoweredProgram, LoweredStep, steps_of
+from ..state.lowered import AddOnCall, Call, LoweredProgram, LoweredStep, steps_of
 from ..state.regions import copied_singly
 from .lowering import pass_bits_on
 
 _WHOLE = frozenset(
     (
         *(Use.SOURCE, Use.DESTINATION, Use.ITEM, Use.ITEM_TARGET, Use.ARRAY, Use.TABLE, Use.TEXT),
-        *(Use.TEXT_TARGET, Use.TEXT_OR_NUMBER, Use.TEXT_OR_NUMBER_TARGET, Use.TARGET),
+        *(Use.TEXT_TARGET, Use.TEXT_OR_NUMBER, Use.TEXT_OR_NUMBER_TARGET, Use.TARGET, Use.PARAMETERS),
     )
 )
 """Uses of a structure as a whole; those of a timer and the like are uses of its members."""
@@ -95,8 +95,9 @@ class _Uses:
             self._operand(operand, step, whole=use in _WHOLE)
 
     def _operand(self, operand: Any, step: LoweredStep, *, whole: bool) -> None:
-        if isinstance(operand, Calculation):
-            for each in operand.operands:
+        if isinstance(operand, (Calculation, Call)):
+            parts = operand.operands if isinstance(operand, Calculation) else operand.inputs + operand.returns
+            for each in parts:
                 self._operand(each, step, whole=True)
         elif isinstance(operand, Place):
             self._array(operand, step)
