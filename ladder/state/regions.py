@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from functools import lru_cache
+from dataclasses import dataclass, field, replace
 
 from ..model.arithmetic import real, whole, wrap
 from ..model.operands import Constant, Group, Place, Resolved
@@ -42,6 +41,7 @@ class ArrayRegion:
     root: str = ""  # in an add-on instruction its `Leaf.root`; "" in a program
     whole: bool = False  # whether it is a whole InOut, whose length the store knows
     fixed_first: int | None = None  # the flat index of the first element, None if it is computed
+    fillings: dict[str, bytes] = field(default_factory=dict, compare=False)  # elements by text of a value
 
     def first(self, index_of: Callable[[Resolved, int], int], dims: tuple[int, ...] = ()) -> int:
         """Return the flat index of the first element; `index_of` evaluates a subscript below a length."""
@@ -126,7 +126,7 @@ def fill(target: End, length: int, value: Value) -> None:
     place = _bytes_of(store, region, first) if count > 0 else None
     if place is not None:
         tag, begin = place
-        tag.B[begin : begin + count * region.size] = filled(region.type, value) * count
+        tag.B[begin : begin + count * region.size] = filled(region, value) * count
         return
     for part in region.parts:
         filling = converted(part.leaf.type, value)
@@ -139,19 +139,21 @@ def fill(target: End, length: int, value: Value) -> None:
             store.write(part.leaf, (first + number) * part.per_element + part.field.index, filling)
 
 
-def filled(kind: DataType, value: Value) -> bytes:
+def filled(region: ArrayRegion, value: Value) -> bytes:
     """Return an element whose members all have a value."""
-    return (
-        bytes(size_of(kind)) if value.__class__ is int and value == 0 else _filled(kind, repr(value), value)
-    )
-
-
-@lru_cache(maxsize=1024)
-def _filled(kind: DataType, _text: str, value: Value) -> bytes:  # equal numbers may differ: 0.0 and -0.0
-    data = bytearray(size_of(kind))
-    for each in fields_of(kind):
+    known = region.fillings.get(text := repr(value))  # equal numbers may differ: 0.0 and -0.0
+    if known is not None:
+        return known
+    data = bytearray(region.size)
+    for each in fields_of(region.type):
         _pack(data, each.offset, each, converted(each.type, value))
-    return bytes(data)
+    if len(region.fillings) >= _MOST_FILLINGS:
+        region.fillings.clear()
+    region.fillings[text] = bytes(data)
+    return region.fillings[text]
+
+
+_MOST_FILLINGS = 8
 
 
 def _bytes_of(store: Store, region: ArrayRegion, first: int) -> BytesAt | None:
