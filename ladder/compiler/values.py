@@ -315,8 +315,8 @@ class ValueWriter:
             return Term(self.keep(exact.text), exact.low, exact.high) if name in ("/", "MOD") else exact
         value = self.keep(exact.text)
         half = 1 << width - 1
-        with self.writer.block(f"if not {-half} <= {value} <= {half - 1}:"):
-            self.writer.line(f"{value} = narrow({self.site}, {value}, {width}, {width})")
+        wrapped = f"{value} = narrow({self.site}, {value}, {width}, {width})"
+        self.writer.line(f"if not {-half} <= {value} <= {half - 1}: {wrapped}")
         return Term(value, -half, half - 1)
 
     def operation(self, name: str, terms: list[Term]) -> Term:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from .operators import BITWISE, FUNCTIONS, RELATIONS
 from .tags import Layout, Leaf
@@ -92,6 +92,11 @@ class Calculation:
 
     name: str
     operands: tuple[Resolved, ...]
+    can_fault: bool = field(init=False, compare=False, repr=False)  # see the function `can_fault`
+
+    def __post_init__(self) -> None:
+        """Ask the operands once: a chain of them asks for each of its links."""
+        object.__setattr__(self, "can_fault", any(map(can_fault, self.operands)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -191,7 +196,7 @@ def can_fault(resolved: Resolved) -> bool:
         if any(not isinstance(index, Constant) for index in resolved.indices):
             return True
         return isinstance(resolved, Place) and resolved.can_fault
-    return isinstance(resolved, Calculation) and any(map(can_fault, resolved.operands))
+    return isinstance(resolved, Calculation) and resolved.can_fault
 
 
 def width_of(*operands: Resolved) -> int:
