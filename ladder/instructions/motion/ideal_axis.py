@@ -10,7 +10,7 @@ the bits of the instructions whose motion has ended, whether their rungs are sca
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 
@@ -68,6 +68,32 @@ class Ideal:
     axes: tuple[tuple[Part, AxisSettings], ...]  # number -1 is the first
     systems: tuple[tuple[Part, tuple[int, ...]], ...]  # number 1 is the first; numbers of its axes
     controls: tuple[Part, ...]  # number 1 is the first
+
+    def carry(self, before: Ideal, memory: Memory) -> None:
+        """Give what is under way the numbers of this program after an online edit of another one."""
+        controls = _renumbered(before.controls, self.controls)
+        axes = _renumbered([part for part, _ in before.axes], [part for part, _ in self.axes])
+        for parts, claims in ((self.axes, OF_AXES), (self.systems, OF_SYSTEMS)):
+            for part, _ in parts:
+                spot = Spot(memory, part)
+                for name in claims:
+                    number, ticket = divmod(int(spot[f"~{name}"]), 1 << 32)
+                    spot.hide(**{name: controls.get(number, 0) << 32 | ticket})
+        for part, _ in self.axes:
+            spot = Spot(memory, part)
+            master = int(spot["~master"])
+            if master < 0:
+                spot.hide(master=-axes.get(-master, 0))
+
+
+OF_AXES, OF_SYSTEMS = ("claim", "gear_claim", "watch_claim"), ("claim", "next_claim", "transform")
+"""Hidden members that name an instruction."""
+
+
+def _renumbered(before: Sequence[Part], after: Sequence[Part]) -> dict[int, int]:
+    """Return new numbers by old ones, from 1."""
+    now = {(part.path.upper(), part.index): number for number, part in enumerate(after, 1)}
+    return {number: now.get((part.path.upper(), part.index), 0) for number, part in enumerate(before, 1)}
 
 
 class Spot:

@@ -87,8 +87,23 @@ def test_a_constant_and_a_table_fill_consumed_tags(folder):
         assert tags["In.Status"] == {"RunMode": True, "ConnectionFaulted": False}
 
 
+def test_a_scan_between_two_samples_gets_the_one_before(folder):
+    """Scans at 0, 30, 60 ms; samples of 0, 20, 60 ms: what changes at 25 ms is seen at 60 ms."""
+    write(folder, DONE, "Level = { table = [{ value = 5 }, { at_ms = 25, value = 7 }] }")
+    text = (folder / "line.toml").read_text(encoding="utf-8").replace("scan_ms = 10", "scan_ms = 30")
+    (folder / "line.toml").write_text(text, encoding="utf-8")
+    job, seen = load_job("line.toml"), []
+    with ExitStack() as stack:
+        cpu = stack.enter_context(JobRun(job, stack).cpu)
+        for _ in range(3):
+            cpu.run(1)
+            seen.append(logic_of(job).tags.Level)
+    assert seen == [5, 5, 7]
+
+
 def test_a_broken_connection_keeps_the_data(folder):
-    broken = "{ at_ms = 40, faulted = true }, { at_ms = 80, value = { Count = 4 }, running = false }"
+    broken = "{ at_ms = 40, faulted = true, value = { Count = 9 } }"
+    broken += ", { at_ms = 80, value = { Count = 4 }, running = false }"
     for cpu, tags in both(folder, DONE, f"In = {{ table = [{{ value = {{ Count = 3 }} }}, {broken}] }}"):
         cpu.run(5)
         assert (tags.Sum, tags["In.Status"]) == (3, {"RunMode": False, "ConnectionFaulted": True})

@@ -2,6 +2,7 @@
 
 import pytest
 from ladder_bench import both
+from scanrack.ladder.files.rungfile import parse_program
 
 TAGS = """TAG Feed : AXIS_CIP_DRIVE
 TAG Slave : AXIS_SERVO
@@ -288,3 +289,20 @@ def test_an_axis_and_a_control_in_an_add_on_instruction():
         engine.tags.Go = True
         run(engine, 4)
         assert (position(engine), engine.tags["Block"][1]["Own"]["PC"]) == (4.0, True)
+
+
+def test_an_edit_that_adds_axes_keeps_a_move_under_way():
+    """Axes are numbered in the order of their tags: the edited program numbers them anew."""
+    rung = f"XIC(Go){move(10)};"
+    old, new = (
+        parse_program(f"PROGRAM p\n{more}{TAGS}ROUTINE Main\n{SERVO}\n{rung}\nEND\n")
+        for more in ("", "TAG Before : AXIS_VIRTUAL\nTAG First : MOTION_INSTRUCTION\n")
+    )
+    old.tags.Go = True
+    for _ in range(60):
+        old.step(10)
+    new.take_over(old)
+    assert new.tags["Feed.MoveStatus"] is True
+    for _ in range(300):
+        new.step(10)
+    assert (position(new), bits(new)) == (10.0, {"EN", "DN", "PC"})
