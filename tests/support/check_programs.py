@@ -355,7 +355,7 @@ SOUND = {
 
 def check(folder: Path, name: str, text: str, *, controller: str = "", rack: str = RACK) -> CheckReport:
     """Check a program in the rack."""
-    (folder / name).write_text(text, encoding="utf-8")
+    (folder / name.partition(":")[0]).write_text(text, encoding="utf-8")
     file = folder / "rack.toml"
     given = f'controller = "{controller}"' if controller else ""
     file.write_text(rack.replace("PROGRAM", name).replace("CONTROLLER", given), encoding="utf-8")

@@ -185,6 +185,7 @@ class Facts:
         remarks: mistakes that show in one place, by rule.
         variables: by key.
         computed: slots whose output words the program computes.
+        escaped: axes that parts of the program get which are not followed.
         at_once: commands that are sent together with their parameters.
         uses_bit: tests whether it uses a bit of a card; None if that is unknown.
         reads_all: whether parts that are not read here may use any variable.
@@ -199,6 +200,7 @@ class Facts:
     configurations: list[SentCommand] = field(default_factory=list)
     searches: list[SentCommand] = field(default_factory=list)
     computed: set[int] = field(default_factory=set)
+    escaped: set[str] = field(default_factory=set)
     at_once: list[Remark] = field(default_factory=list)
     uses_bit: UsesBit | None = None
     reads_all: bool = False

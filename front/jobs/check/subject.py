@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 from ...io_images.amci3601 import Configuration
@@ -12,7 +13,7 @@ from ...io_images.image import Image
 from ...runtime.config.rackspec import SlotSpec
 from ...runtime.config.tomllines import KeyLines, KeyPath
 from ..load.loading import Job
-from .facts import Command, Facts, FileLine, SentCommand
+from .facts import Access, Command, Facts, FileLine, SentCommand, Variable
 
 
 class Violation(NamedTuple):
@@ -22,7 +23,7 @@ class Violation(NamedTuple):
     text: str
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Subject:
     """A rack with the facts of its program."""
 
@@ -50,10 +51,30 @@ class Subject:
 
     def configurations(self, slot: int | None) -> list[Configuration]:
         """Return the sound configurations that a slot may get."""
-        sent = self.sent_to(slot, self.facts.configurations)
-        if slot is None and not sent:
-            sent = self.facts.configurations
-        return [found for each in sent if (found := _configuration(each)) is not None]
+        if slot not in self._read:
+            sent = self.sent_to(slot, self.facts.configurations)
+            if slot is None and not sent:
+                sent = self.facts.configurations
+            found = dict.fromkeys(_configuration(each) for each in sent)
+            self._read[slot] = [each for each in found if each is not None]
+        return self._read[slot]
+
+    @cached_property
+    def _read(self) -> dict[int | None, list[Configuration]]:
+        return {}
+
+    @cached_property
+    def by_variable(self) -> list[tuple[Variable, list[Access]]]:
+        """Each variable with its accesses."""
+        return list(self.facts.by_variable())
+
+    @cached_property
+    def by_key(self) -> dict[str, list[Access]]:
+        """The accesses of each variable, by its key."""
+        found: dict[str, list[Access]] = {}
+        for each in self.facts.accesses:
+            found.setdefault(each.variable, []).append(each)
+        return found
 
     def by_axis(self) -> Iterator[list[Command]]:
         """Yield the commands of each axis."""

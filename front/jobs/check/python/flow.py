@@ -180,7 +180,8 @@ class Flow:
         root = self._reader.names.get(name.partition(".")[0])
         root_module = getattr(root, "__name__", "") if _is_module(root) else ""
         last = name.rpartition(".")[2]
-        is_wall = first in CHANCE or root_module.partition(".")[0] in CHANCE
+        of_class = str(getattr(root, "__module__", "")) if isinstance(root, type) else ""
+        is_wall = first in CHANCE or of_class in CHANCE or root_module.partition(".")[0] in CHANCE
         if is_wall or (root_module, last) in CHANCE_OF or name in ("open", "input"):
             self._remark("not-deterministic", call, f"`{name}()`: two runs of the logic would differ")
 

@@ -121,6 +121,7 @@ class _Reader:
             stories.tell(each, each)
         stories.tell("every_scan", "")
         self._owners = stories.reached
+        self._facts.escaped = stories.escaped()
         self._words(numbers)
         accesses = Accesses(self._facts, stories.reached, sequences)
         for file, function in self._methods.values():

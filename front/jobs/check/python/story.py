@@ -67,6 +67,7 @@ class Stories:
         self._owner = ""
         self._order = 0
         self._pending: dict[str, tuple[str, int]] = {}
+        self._followed: set[int] = set()
         self.reached: dict[str, set[str]] = {}
 
     def tell(self, sequence: str, owner: str) -> None:
@@ -92,6 +93,7 @@ class Stories:
         given = dict(zip(names, call.args, strict=False))
         given |= {each.arg: each.value for each in call.keywords if each.arg is not None}
         axes = {name: axis for name, node in given.items() if (axis := self._axis(node, place))}
+        self._followed |= {id(node) for name, node in given.items() if name in axes}
         numbers = {
             name: self._numbers[place.file].choices(node, place.numbers) for name, node in given.items()
         }
@@ -120,7 +122,8 @@ class Stories:
                 self._body(node.body, place if isinstance(node.test, ast.Constant) else unsure)
             case ast.For():
                 self._expression(node.iter, place)
-                self._body(node.body, place)
+                for inner in self._passes(node, place):
+                    self._body(node.body, inner)
             case ast.Try():
                 self._body(node.body, place)
                 for block in (*(each.body for each in node.handlers), node.orelse, node.finalbody):
@@ -138,6 +141,38 @@ class Stories:
                     self._body(case.body, unsure)
             case _:
                 self._expression(node, place)
+                self._named(node, place)
+
+    def _passes(self, loop: ast.For, place: _Place) -> Iterator[_Place]:
+        """Yield the place of each pass over axes, `for axis in (self.x, self.z)`; one for another loop."""
+        listed = loop.iter.elts if isinstance(loop.iter, ast.Tuple | ast.List) else []
+        axes = [self._axis(each, place) for each in listed]
+        if isinstance(loop.target, ast.Name) and axes and all(axes):
+            self._followed |= {id(each) for each in listed}
+            for axis in axes:
+                yield replace(place, axes={**place.axes, loop.target.id: axis})
+        else:
+            yield place
+
+    def _named(self, node: ast.AST, place: _Place) -> None:
+        """Follow a local name of an axis, `axis = self.x`."""
+        if isinstance(node, ast.Assign) and len(node.targets) == 1 and isinstance(node.targets[0], ast.Name):
+            axis = self._axis(node.value, place)
+            if axis:
+                self._followed.add(id(node.value))
+                place.axes = {**place.axes, node.targets[0].id: axis}
+
+    def escaped(self) -> set[str]:
+        """Return the axes that the text hands to something that is not followed."""
+        found = set()
+        for _, function in self._methods.values():
+            parents = {id(child): node for node in ast.walk(function) for child in ast.iter_child_nodes(node)}
+            for node in ast.walk(function):
+                name = _of_self(node) if isinstance(node, ast.expr) else ""
+                is_used = isinstance(parents.get(id(node)), ast.Attribute) or id(node) in self._followed
+                if name in self._axes and not is_used:
+                    found.add(name)
+        return found
 
     def _with(self, node: ast.expr, statement: ast.stmt, place: _Place) -> _Place:
         """Note that a lock is taken."""
@@ -241,8 +276,8 @@ class Stories:
         if not callable(method):
             return {}
         try:
-            named = {str(each.arg): each.value for each in call.keywords}
-            bound = signature(method).bind(*call.args, **named).arguments
+            named = {each.arg: each.value for each in call.keywords if each.arg is not None}
+            bound = signature(method).bind_partial(*call.args, **named).arguments
         except TypeError:
             return {}
         numbers = self._numbers[place.file]

@@ -13,10 +13,11 @@ SET = (Use.COIL, Use.LATCH, Use.WRITE, Use.BOTH)
 
 def coil_and_latch(subject: Subject) -> Iterator[Violation]:
     """Find bits that a coil writes in every scan, and that OTL or OTU writes, too."""
-    for variable, accesses in subject.facts.by_variable():
+    for variable, accesses in subject.by_variable:
         coils = [each for each in accesses if each.use is Use.COIL]
         for each in accesses:
-            coil = next((other for other in coils if other.part == each.part), None)
+            own = (other for other in coils if other.part == each.part)
+            coil = next((other for other in own if not variable.shown or other.unit == each.unit), None)
             if each.use in (Use.LATCH, Use.UNLATCH) and coil is not None and not _is_before(each, coil):
                 name = f"{variable.name}{each.part}"
                 text = (
@@ -33,7 +34,7 @@ def _is_before(latch: Access, coil: Access) -> bool:
 
 def overwritten(subject: Subject) -> Iterator[Violation]:
     """Find values that are written over in every scan before anything reads them."""
-    for variable, accesses in subject.facts.by_variable():
+    for variable, accesses in subject.by_variable:
         before: Access | None = None
         for each in accesses:
             if before is not None and _overwrites(each, before):
@@ -54,7 +55,7 @@ def _overwrites(later: Access, before: Access) -> bool:
 
 def move_over_coil(subject: Subject) -> Iterator[Violation]:
     """Find words that are written as a whole, and bit by bit."""
-    for variable, accesses in subject.facts.by_variable():
+    for variable, accesses in subject.by_variable:
         bits = [each for each in accesses if each.use is Use.COIL and each.part]
         for each in accesses:
             under = next((bit for bit in bits if _contains(each.part, bit.part)), None)
@@ -77,7 +78,7 @@ def never_written(subject: Subject) -> Iterator[Violation]:
     """Find variables that the program reads, and that nothing gives a value."""
     if subject.facts.reads_all:
         return
-    for variable, accesses in subject.facts.by_variable():
+    for variable, accesses in subject.by_variable:
         if (
             variable.set
             or variable.shown
@@ -103,7 +104,7 @@ def never_read(subject: Subject) -> Iterator[Violation]:
     """Find variables that the program writes, and that nothing reads."""
     if subject.facts.reads_all:
         return
-    for variable, accesses in subject.facts.by_variable():
+    for variable, accesses in subject.by_variable:
         is_timer = variable.type in INTERNAL
         if variable.shown or not (variable.role is Role.PLAIN or is_timer) or not accesses:
             continue
@@ -116,7 +117,7 @@ def never_read(subject: Subject) -> Iterator[Violation]:
 
 def parameters_never_read(subject: Subject) -> Iterator[Violation]:
     """Find tags that SBR takes, and that nothing reads."""
-    for variable, accesses in subject.facts.by_variable():
+    for variable, accesses in subject.by_variable:
         if not any(each.use is Use.READ or each.use is Use.BOTH for each in accesses) and not variable.shown:
             for each in accesses:
                 if each.parameter:
@@ -125,7 +126,7 @@ def parameters_never_read(subject: Subject) -> Iterator[Violation]:
 
 def latch_never_cleared(subject: Subject) -> Iterator[Violation]:
     """Find bits that are set, and that nothing clears."""
-    for variable, accesses in subject.facts.by_variable():
+    for variable, accesses in subject.by_variable:
         done = set()
         for each in accesses:
             if each.use is not Use.LATCH or each.part in done or variable.role is Role.INPUT or each.once:
@@ -144,13 +145,13 @@ def _is_of(name: str, variable: Variable, access: Access) -> bool:
 
 def several_tasks(subject: Subject) -> Iterator[Violation]:
     """Find variables that several tasks write."""
-    for variable, accesses in subject.facts.by_variable():
+    for variable, accesses in subject.by_variable:
         yield from _two_owners(variable, [each for each in accesses if each.task], "task")
 
 
 def several_writers(subject: Subject) -> Iterator[Violation]:
     """Find outputs that two sequences write, or a sequence and every scan."""
-    for variable, accesses in subject.facts.by_variable():
+    for variable, accesses in subject.by_variable:
         if variable.role is not Role.OUTPUT:
             continue
         own = [each for each in accesses if not each.task]

@@ -76,7 +76,8 @@ def _possible(command: Command, name: str) -> list[Range]:
 
 def _too_slow(subject: Subject, command: Command) -> str:
     least = min((each.starting_speed for each in subject.configurations(command.slot)), default=0)
-    for speed in _possible(command, "speed") if command.kind in FROM_STARTING_SPEED else ():
+    speeds = _possible(command, "speed") if command.kind in FROM_STARTING_SPEED else []
+    for speed in speeds if all(each.most < SPEED_MAX for each in speeds) else ():
         if speed.most < least:
             return f"speed {speed} is below the starting speed, {least}"
     return ""
@@ -209,7 +210,8 @@ def _is_sent(subject: Subject, command: Command) -> bool:
 def _is_open(subject: Subject, command: Command) -> bool:
     """Whether commands that are not read here may reach the axis."""
     facts = subject.facts
-    return facts.reads_all or not command.axis or (command.words and command.slot in facts.computed)
+    is_open = facts.reads_all or not command.axis or command.axis in facts.escaped
+    return is_open or (command.words and command.slot in facts.computed)
 
 
 def without_position(subject: Subject) -> Iterator[Violation]:
@@ -245,7 +247,8 @@ def interrupted(subject: Subject) -> Iterator[Violation]:
 def _while_busy(subject: Subject, command: Command, motions: Sequence[Command]) -> Command | None:
     """Return the motion whose Busy or Active starts another one."""
     needed = {command.execute.upper()}
-    for each in subject.facts.accesses:
+    tag = command.execute.partition(".")[0].partition("[")[0]
+    for each in subject.by_key.get(tag, ()):
         if each.use in (Use.COIL, Use.LATCH) and f"{each.variable}{each.part}" == command.execute:
             needed |= {bit.name.partition("#")[0] for bit in each.needs if bit.on}
     for other in motions:
@@ -278,7 +281,8 @@ def execute_stays(subject: Subject) -> Iterator[Violation]:
             )
 
 
-def _never_falls(subject: Subject, execute: str) -> bool:
+def _never_falls(subject: Subject, execute: str, depth: int = 8) -> bool:
+    """Whether a bit rises once at most; Done of a block stays as long as its Execute."""
     if execute == "1":
         return True
     name = next(
@@ -290,9 +294,12 @@ def _never_falls(subject: Subject, execute: str) -> bool:
         "",
     )
     variable = subject.facts.variables.get(name)
+    if variable is not None and execute == f"{name}.DONE":
+        before = (each.execute for each in subject.facts.commands if each.text.upper().endswith(f" {name}"))
+        return depth > 0 and _never_falls(subject, next(before, ""), depth - 1)
     if variable is None or variable.role is not Role.PLAIN or variable.shown:
         return False
-    written = [each for each in subject.facts.accesses if each.variable == name and each.writes]
+    written = [each for each in subject.by_key.get(name, ()) if each.writes]
     if not written:
         return variable.set
     return all(each.use is Use.LATCH or (each.use is Use.COIL and each.steady) for each in written)

@@ -10,7 +10,7 @@ from ....io_images.site import Site
 from ....ladder.debug.crossref import Mention, mentions_of
 from ....ladder.model.operands import Constant, Place, first_leaf
 from ....ladder.model.spec import Use as OperandUse
-from ....ladder.model.tags import Tag, program_of, tag_in
+from ....ladder.model.tags import OWN, Leaf, Tag, program_of, tag_in
 from ....ladder.model.types import Elementary
 from ....ladder.state.lowered import ADD_ON, AddOnCall, LoweredProgram
 from ..facts import Access, FileLine, Role, Use, Variable
@@ -32,9 +32,17 @@ class Variables:
 
     Args:
         is_recorded: whether the rack file records a tag.
+        written_outside: members of instances that the program itself writes, in capitals.
     """
 
-    def __init__(self, lowered: LoweredProgram, path: Path, is_recorded: Callable[[str], bool]) -> None:
+    def __init__(
+        self,
+        lowered: LoweredProgram,
+        path: Path,
+        is_recorded: Callable[[str], bool],
+        written_outside: frozenset[str],
+    ) -> None:
+        self._written_outside = written_outside
         self._lowered, self._path = lowered, path
         self._is_recorded = is_recorded
         self._lines = declaration_lines(path)
@@ -53,7 +61,7 @@ class Variables:
         """Return the key of an operand's variable; "" for a part of an add-on instruction."""
         leaf = first_leaf(mention.where)
         if leaf.frame:
-            return ""
+            return self._of_instance(leaf)
         if leaf.slot is None:
             return tag_in(leaf.path).upper()
         key = leaf.path.upper()
@@ -61,6 +69,16 @@ class Variables:
             role = Role.OUTPUT if leaf.output else Role.INPUT
             place = FileLine(str(self._path), 1)
             self.found[key] = Variable(leaf.path, place, role, leaf.type.name, set=True)
+        return key
+
+    def _of_instance(self, leaf: Leaf) -> str:
+        """Return the key of a bit of an add-on instruction's instance; "" for what its caller may write."""
+        key = f"{leaf.frame}.{leaf.path}".upper()
+        if leaf.root != OWN or leaf.path.upper() in self._written_outside:
+            return ""
+        if key not in self.found:
+            place = FileLine(str(self._path), self._lines(leaf.path))
+            self.found[key] = Variable(leaf.path, place, Role.PLAIN, leaf.type.name, set=True, shown=True)
         return key
 
 
@@ -105,7 +123,8 @@ def accesses_of(
 
 
 def _start(key: str, mention: Mention) -> str:
-    return key if first_leaf(mention.where).slot is None else first_leaf(mention.where).path
+    leaf = first_leaf(mention.where)
+    return leaf.path if leaf.slot is not None or leaf.frame else key
 
 
 def _is_steady(part: Condition) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 from ....ladder.model.operands import Calculation, Constant, Group, Place, Resolved, is_integer
 from ....ladder.model.spec import InstructionKind
@@ -36,6 +37,8 @@ class Mistakes:
     def note(self, point: Point, place: FileLine) -> None:
         """Note the mistakes of an instruction."""
         self._condition(point, place)
+        if point.value not in (TRUE, UNKNOWN) and not isinstance(point.value, Known):
+            self._decided(replace(point, condition=TRUE), point.value, self._text(point.step), place)
         self._divisions(point.step, place)
         self._conversion(point.step, place)
         self._preset(point.step, place)
@@ -81,8 +84,9 @@ class Mistakes:
         for node in _parallels(line.nodes):
             if not all(_decides(leg) for leg in node.legs):
                 continue
-            if any(not leg for leg in node.legs):
-                other = next((leg for leg in node.legs if leg), ())
+            open_legs = [leg for leg in node.legs if all(each.name == "NOP" for each in _steps(leg))]
+            if open_legs:
+                other = next((leg for leg in node.legs if leg not in open_legs), ())
                 if other:
                     text = f"an empty leg shorts the branch of {self._first(other)}, which decides nothing"
                     self._facts.remark("shorted-branch", place, text)

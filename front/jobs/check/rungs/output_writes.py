@@ -32,6 +32,7 @@ from ....ladder.model.operands import Constant, Group, Place, first_leaf
 from ....ladder.model.types import count_of
 from ....ladder.state.lowered import AddOnCall, LoweredLine, LoweredProgram, LoweredStep, steps_of
 from ..facts import FileLine, Remark
+from .values import target_of
 
 MODE_CONFIG = CommandMsw.MODE_CONFIG.value
 """The bit of output word 0 that requests configuration mode."""
@@ -197,7 +198,7 @@ class WriteReader:
             if step.name == "FLL":
                 return [int(source.value) if isinstance(source, Constant) else None] * length
             return (self.words_of(source) or (None,) * 8)[:length]
-        return [None] * 8
+        return [None] if target_of(step) is not None else [None] * 8
 
 
 def _constants(lowered: LoweredProgram, mentions: Sequence[Mention]) -> Mapping[str, tuple[int | None, ...]]:

@@ -15,7 +15,7 @@ from ....io_images.site import Site
 from ....io_images.thousands import PARAMETER_MAX, PARAMETER_MIN, join_thousands
 from ....ladder import LadderLogic
 from ....ladder.debug import cross_reference
-from ....ladder.debug.crossref import Mention
+from ....ladder.debug.crossref import Mention, mentions_of
 from ....ladder.model.chart_checks import unreached
 from ....ladder.model.operands import Constant, Group, Place, first_leaf
 from ....ladder.model.spec import Use as Operand
@@ -180,9 +180,15 @@ class _Reader:
 
     def _text(self, facts: Facts) -> None:
         """Note accesses, and the mistakes of instructions and routines."""
-        variables = Variables(self.lowered, self.path, self._is_recorded)
+        outside = frozenset(
+            path_of(each.where).partition(".")[2]
+            for point, _ in self.main
+            for each in mentions_of(self.lowered.sites[point.step.site], point.step)
+            if each.writes
+        )
+        variables = Variables(self.lowered, self.path, self._is_recorded, outside)
         facts.variables = variables.found
-        for point, place in self.main:
+        for point, place in self.points:
             facts.accesses += accesses_of(point, self.lowered, variables, place, self.owners)
         read = frozenset(
             path_of(each.where) for each in self.mentions if each.reads and isinstance(each.where, Place)
@@ -310,6 +316,16 @@ class _Reader:
                     facts.remark("block-order", before.place, text)
             if each.call.name == OWNER:
                 owned.setdefault(each.axis, each)
+        by_slot: dict[int, str] = {}
+        for each in self.calls:
+            slot = self.axes.get(each.axis)
+            if (
+                each.call.name == OWNER
+                and slot is not None
+                and by_slot.setdefault(slot, each.axis) != each.axis
+            ):
+                text = f"axis {each.axis} gets slot {slot}, which axis {by_slot[slot]} has already"
+                facts.remark("no-place", each.place, text)
         for each in self.calls:
             if each.call.name != OWNER and each.axis and each.axis not in owned and not self.lowered.axes:
                 text = f"no Amci3601 joins axis {each.axis} with a module: {each.call.name} moves nothing"

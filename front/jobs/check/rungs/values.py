@@ -119,6 +119,7 @@ class Values:
             written = self.written(operand)
             if written and all(each.is_constant for each in written):
                 return (*written, *filter(None, [self.initial(operand)]))
+            return (self.of(operand), *(each for each in written if each.is_constant))
         return (self.of(operand),)
 
     def written(self, place: Place) -> list[Range]:

@@ -55,6 +55,7 @@ class Point:
     Attributes:
         condition: what holds whenever it acts; of an instruction that decides, before it.
         own: what it decides itself; TRUE for an output.
+        value: the condition that it assigns to a bit; TRUE for another instruction.
         argument: whether it copies an argument of an add-on instruction.
     """
 
@@ -64,6 +65,7 @@ class Point:
     condition: Condition
     own: Condition
     argument: bool = False
+    value: Condition = TRUE
 
     @property
     def is_rung(self) -> bool:
@@ -163,7 +165,12 @@ class Walker:
                 for copies in (*call.inputs, *call.outputs):
                     self._copies(line, copies, reached)
                 own = UNKNOWN  # EnableOut
-        self._points.append(Point(self._routine, line, step, reached, own))
+        is_bit = step.name in (":=", "[:=]") and isinstance(step.operands[1], Calculation)
+        target = step.operands[0] if is_bit else None
+        value = TRUE
+        if isinstance(target, Place) and target.type.is_bool:
+            value = self.condition(step.operands[1])
+        self._points.append(Point(self._routine, line, step, reached, own, value=value))
         self._names.note(step)
         return own
 
@@ -220,12 +227,20 @@ class Walker:
         if loop.start is not None:
             self._act(loop.start, reached)
         self._names.all += 1  # another pass has written what its body writes
-        decided = self._act(loop.test, reached) if loop.test is not None else TRUE
+        first = self._first_pass(loop)
+        decided = self._act(loop.test, _both(reached, first)) if loop.test is not None else TRUE
         self._body(loop.body, _both(reached, decided) if loop.start is None else reached)
         for line in (loop.advance, loop.until):
             if line is not None:
                 self._act(line, reached)
         self._names.all += 1
+
+    def _first_pass(self, loop: Loop) -> Condition:
+        """Return what holds in the first pass of FOR: the count has its first value."""
+        (start,) = loop.start.nodes if loop.start is not None else (None,)
+        if not isinstance(start, LoweredStep) or not isinstance(start.operands[1], Constant):
+            return TRUE
+        return self.compared(start.operands[0], "=", start.operands[1])
 
     # --- conditions
 
@@ -277,6 +292,8 @@ class Walker:
             is_on = (relation == "=") == bool(other.value)
             return Bit(self._names.of(one), is_on) if relation in ("=", "<>") else UNKNOWN
         if isinstance(other, Constant):
+            if relation in ("=", "<>") and self._is_none_of(one, other.value):
+                return Known(relation == "<>")
             limits = self._limits(one)
             name = self._names.of(one) if isinstance(one, Place) else f"{one!r}#{self._names.all}"
             if isinstance(one, Place | Calculation | Constant):
@@ -285,6 +302,12 @@ class Walker:
             is_same = relation in ("=", "<=", ">=")
             return Known(is_same) if "?" not in key_of(one) and one.type.is_integer else UNKNOWN
         return UNKNOWN
+
+    def _is_none_of(self, operand: Resolved, value: float) -> bool:
+        """Whether only other constants are written to a number."""
+        choices = self._values.choices(operand) if isinstance(operand, Place) and not operand.frame else ()
+        known = len(choices) > 2 and all(each.is_constant for each in choices)
+        return known and all(each.least != value for each in choices)
 
     def _limits(self, operand: Resolved) -> Range:
         """Return the sure range of a compared number: its type's, or that of the constants written to it."""
