@@ -167,7 +167,7 @@ class Walker:
                 own = UNKNOWN  # EnableOut
         is_bit = step.name in (":=", "[:=]") and isinstance(step.operands[1], Calculation)
         target = step.operands[0] if is_bit else None
-        value = TRUE
+        value: Condition = TRUE
         if isinstance(target, Place) and target.type.is_bool:
             value = self.condition(step.operands[1])
         self._points.append(Point(self._routine, line, step, reached, own, value=value))
