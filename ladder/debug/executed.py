@@ -20,6 +20,7 @@ from ..model.errors import LadderFault
 from ..model.operands import Calculation, Constant, Group, Place, Resolved
 from ..model.spec import InstructionKind, Use
 from ..model.tags import Leaf
+from ..model.types import HIDDEN
 from ..state.lowered import Body, LoweredLine, LoweredStep
 from ..state.memory import InterpretedAddOnStore, Passed, Value, element_text
 from .watched import WatchedInterpreter, WatchedMemory
@@ -287,7 +288,8 @@ class TracedInterpreter(WatchedInterpreter):
         noted = self.memory.noted
         if noted and self._steps:
             leaf, index, _ = noted.pop()
-            self._steps[-1].reads.append(self._read(place, leaf, index, value))
+            if HIDDEN not in leaf.path or self.lowered.sites[self.site].unit != "element":
+                self._steps[-1].reads.append(self._read(place, leaf, index, value))
         return value
 
     def _read(self, place: Place, leaf: Leaf, index: int, value: Value) -> Read:

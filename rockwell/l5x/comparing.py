@@ -16,7 +16,7 @@ from typing import Any, TypeVar
 
 from lxml import etree
 
-from .xml.records import AddOnRecord, L5xDocument, ProgramRecord, RoutineRecord, TagRecord
+from .xml.records import AddOnRecord, ElementRecord, L5xDocument, ProgramRecord, RoutineRecord, TagRecord
 
 ADDED, REMOVED, CHANGED = "added", "removed", "changed"
 
@@ -26,7 +26,9 @@ class Difference:
     """A difference between two versions."""
 
     kind: str  # "added", "removed" or "changed"
-    what: str  # "rung", "line", "routine", "tag", "data type", "add-on", "program", "module", "task"
+    what: (
+        str  # "rung", "line", "routine", "tag", "data type", "add-on", "program", "module", "task", "element"
+    )
     where: str  # program or add-on, routine, and name or number
     line: int  # its line in the new file, for removals in the old one
     before: str  # the old text, "" for additions
@@ -189,6 +191,7 @@ def _routines(owner: str, old: Sequence[RoutineRecord], new: Sequence[RoutineRec
         where = _place(owner, after.name)
         yield from _rungs(where, before, after)
         yield from _lines(where, before, after)
+        yield from _elements(where, before, after)
 
 
 def _rungs(where: str, old: RoutineRecord, new: RoutineRecord) -> Iterator[Difference]:
@@ -218,6 +221,29 @@ def _comments(where: str, old: Sequence[Any], new: Sequence[Any]) -> Iterator[Di
         if before.comment != after.comment:
             place = f"{where}, rung {after.number}"
             yield Difference(CHANGED, "comment", place, after.line, before.comment, after.comment)
+
+
+_PLACES = frozenset(("X", "Y", "HideDesc", "DescX", "DescY", "DescWidth", "Show", "ShowActions", "Width"))
+"""Attributes of a chart's elements that are of its picture only."""
+
+
+def _elements(where: str, old: RoutineRecord, new: RoutineRecord) -> Iterator[Difference]:
+    """Compare the elements of charts as lines, with their attributes; texts are compared as lines."""
+    before, after = (list(_texts_of(each.chart)) for each in (old, new))
+    ours, theirs = ([text for text, _ in each] for each in (before, after))
+    for tag, i, j, k, n in SequenceMatcher(None, ours, theirs, autojunk=False).get_opcodes():
+        if tag != "equal":
+            kind = {"insert": ADDED, "delete": REMOVED, "replace": CHANGED}[tag]
+            _, line = after[k] if k < n else before[i]
+            yield Difference(kind, "element", where, line, "\n".join(ours[i:j]), "\n".join(theirs[k:n]))
+
+
+def _texts_of(element: ElementRecord | None) -> Iterator[tuple[str, int]]:
+    for each in element.children if element is not None else ():
+        given = " ".join(f"{name}={value}" for name, value in each.attributes.items() if name not in _PLACES)
+        if given and each.tag != "Line":
+            yield f"{each.tag} {given}", each.line
+        yield from _texts_of(each)
 
 
 def _lines(where: str, old: RoutineRecord, new: RoutineRecord) -> Iterator[Difference]:

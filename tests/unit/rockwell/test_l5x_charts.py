@@ -8,7 +8,9 @@ from l5x_files import cdata, document, ladder, program, tag, task
 from scanrack.ladder.files.rungfile import parse_program, program_text
 from scanrack.ladder.model.chart import ExecutionControl, LastScan, RestartPosition
 from scanrack.rockwell.l5x import import_l5x
+from scanrack.rockwell.l5x.comparing import differences
 from scanrack.rockwell.l5x.export import export_l5x
+from scanrack.rockwell.l5x.xml.document import read_document
 
 MIXER = Path(__file__).parents[3] / "examples" / "l5x" / "mixer.L5X"
 STEPS = ["Idle", "Filling", "Heating", "Stirring", "Stopping", "Emptying", "Finished"]
@@ -252,3 +254,21 @@ def test_the_mixer_of_the_examples_makes_its_first_batch():
     assert engine.tags["ToLine"]["Name"] == "blue "
     assert engine.tags["ToLine"]["Number"] == 1
     assert engine.tags[r"\MainProgram.Status"] == "waiting for start"
+
+
+def test_versions_of_a_chart_are_compared_element_by_element(tmp_path):
+    """A moved step is no difference; another qualifier, a link and a line are."""
+    files = [tmp_path / "old.L5X", tmp_path / "new.L5X"]
+    text = machine(*MACHINE)
+    files[0].write_text(text)
+    changed = text.replace('Qualifier="Stored"', 'Qualifier="NonStored"').replace('X="440"', 'X="460"')
+    changed = changed.replace("Empty AND Again", "Empty OR Again").replace(
+        'FromID="9" ToID="0"', 'FromID="9" ToID="1"'
+    )
+    files[1].write_text(changed)
+    found = differences(*map(read_document, files))
+    assert [(each.kind, each.what, each.after) for each in found] == [
+        ("changed", "line", "\nEmpty OR Again\n"),
+        ("changed", "element", "Action ID=3 Operand=Stir Qualifier=NonStored IsBoolean=true"),
+        ("changed", "element", "DirectedLink FromID=9 ToID=1"),
+    ]
