@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 from hypothesis import strategies as st
-from scanrack.ladder import Program
+from scanrack.ladder import LadderLogic, Program
 from scanrack.ladder.files.rungfile import parse_program
 from scanrack.ladder.model.chart import Qualifier
 from scanrack.ladder.run.engine import Engine
@@ -44,7 +45,7 @@ def program_of(chart: str, *, tags: str = "", options: str = "", more: str = "")
 class BothEngines:
     """A program in both back ends, compared after every scan."""
 
-    def __init__(self, program: Program) -> None:
+    def __init__(self, program: LadderLogic) -> None:
         self.compiled, self.interpreted = program.compile(), program.interpret()
 
     def step(self, inputs: Mapping[str, object] = {}, ms: float = 10) -> Engine:
@@ -62,9 +63,10 @@ def values(engine: Engine) -> dict[str, object]:
     return {name: cell.cell_contents for name, cell in engine.memory.cells.items()}
 
 
-def told(program: Program, names: str, scans: int, **at: Mapping[int, object]) -> dict[str, list[object]]:
+def told(program: Program, names: str, scans: int, **at: Mapping[int, object]) -> dict[str, list[Any]]:
     """Return the values of tags after each scan of 10 ms; `at` has inputs by scan."""
-    both, found = BothEngines(program), {name: [] for name in names.split()}
+    both = BothEngines(program)
+    found: dict[str, list[Any]] = {name: [] for name in names.split()}
     for scan in range(scans):
         engine = both.step({name: value[scan] for name, value in at.items() if scan in value})
         for name, listed in found.items():
@@ -72,7 +74,7 @@ def told(program: Program, names: str, scans: int, **at: Mapping[int, object]) -
     return found
 
 
-def marks(listed: list[object]) -> str:
+def marks(listed: list[Any]) -> str:
     """Return bits as text.
 
     >>> marks([False, True])

@@ -63,4 +63,6 @@ def test_uses_in_conditions_actions_and_steps_count():
 
 def test_a_step_that_no_path_reaches_is_named():
     program = program_of(BATCH + MORE, tags="Full : BOOL; Valve : BOOL")
-    assert [each.text for each in unreached(program.routines[0].chart)] == ["no path leads to step Spare"]
+    chart = program.routines[0].chart
+    assert chart is not None
+    assert [each.text for each in unreached(chart)] == ["no path leads to step Spare"]

@@ -243,7 +243,9 @@ def test_a_function_block_diagram_stays_refused(imported):
 
 def test_the_mixer_of_the_examples_makes_its_first_batch():
     """Recipes, strings and a produced tag in a chart; its stirrer is an ideal axis."""
-    engine = import_l5x(MIXER).controller.compile()
+    controller = import_l5x(MIXER).controller
+    assert controller is not None
+    engine = controller.compile()
     seen = []
     for scan in range(1070):
         engine.tags["Local:1:I.Data"] = 3 if 60 <= scan < 100 else 2
