@@ -176,6 +176,13 @@ REFUSED = {
     "another way to it": (("for stop in self.stops", "for stop in (4, 6)"), "which it is in, is now"),
     "another local": (("n = self.rounds", "n = 7"), "its local n comes from a line that has changed"),
     "turns so far": (("stops = (4, 6, 8)", "stops = (5, 6, 8)"), "and stops has changed"),
+    "the same in a block before it": (
+        (
+            "self.stops:\n",
+            f'self.stops:\n{" " * 20}if self.rounds < 0:\n{" " * 24}await dwell(f"{{stop}} ms")\n',
+        ),
+        "is there 2 times, before once",
+    ),
     "twice": (
         ("                    self.rounds += STEP", '                    await dwell(f"{stop} ms")'),
         "is there 2 times, before once",
