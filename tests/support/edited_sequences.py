@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import copy
 import random
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -156,7 +157,7 @@ class Author:
         return edited
 
 
-def text_of(program: dict[str, Any], setup: object) -> str:
+def text_of(program: dict[str, Any], setup: Sequence[int]) -> str:
     """Return a program as Python."""
     lines = [HEAD.format(setup=list(setup), **{k: v for k, v in program.items() if isinstance(v, str | int)})]
     lines.append("    def turns(self) -> bool:\n        self.sum += 1\n        return self.sum % 5 != 0\n")

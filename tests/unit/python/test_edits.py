@@ -112,7 +112,7 @@ def test_edits_in_mid_move_of_each_example_change_no_image(name, tmp_path):
                     other.resumed,
                     other.since_ns,
                 )
-                assert other.line == one.line + number + 1
+                assert other.line == (one.line or 0) + number + 1
             for slot in plain.slot:
                 assert tuple(plain.slot[slot].inputs) == tuple(edited.slot[slot].inputs)
                 assert tuple(plain.slot[slot].outputs) == tuple(edited.slot[slot].outputs)
