@@ -13,7 +13,7 @@ from typing import Any
 
 from ...io_images.site import Site
 from ..instructions.motion.axes import AxisSettings, MotionData
-from ..instructions.motion.ideal_axis import Ideal, IdealAxis, Part, update_axes
+from ..instructions.motion.ideal_axis import Ideal, IdealAxis, MotionPart, update_axes
 from ..instructions.motion.ideal_systems import SIZE, update_systems
 from ..instructions.motion.motion_3601 import Axis, BoundAxis, show
 from ..model.errors import LadderError, Problem
@@ -121,19 +121,19 @@ def _lines(lowered: LoweredProgram) -> Iterator[LoweredLine]:
     return (line for routine in lowered.routines.values() for line in routine.lines)
 
 
-def _parts(tag: Tag) -> Iterator[Part]:
+def _parts(tag: Tag) -> Iterator[MotionPart]:
     """Yield the elements of a tag."""
     for index in range(count_of(tag.dims)):
-        yield Part(tag.name, index, f"{tag.name}[{index}]" if tag.dims else tag.name, tag.type.name)
+        yield MotionPart(tag.name, index, f"{tag.name}[{index}]" if tag.dims else tag.name, tag.type.name)
 
 
-def _controls(lowered: LoweredProgram) -> Iterator[Part]:
+def _controls(lowered: LoweredProgram) -> Iterator[MotionPart]:
     """Yield the motion instructions of a program, those in add-on instructions included."""
     for leaf in list(lowered.layout.leaves.values()):
         path, _, member = leaf.path.rpartition(".")
         if member == "~ticket":
             for index in range(leaf.size):
-                yield Part(path, index, path)
+                yield MotionPart(path, index, path)
 
 
 def _number(lowered: LoweredProgram, settings: Mapping[str, AxisSettings], data: MotionData) -> None:

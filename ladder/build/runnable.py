@@ -16,7 +16,7 @@ from ..model.errors import BuildError, LadderError, MinorFault, Problem
 from ..model.expressions import TAG_NAME, parse_address
 from ..model.resolver import is_image
 from ..model.spec import Spec
-from ..model.stubs import NO_STUBS, Consumed, InPython, Remote, Stub, Stubs, check_stubbed, parse_stub
+from ..model.stubs import NO_STUBS, InPython, Partner, Remote, Stub, Stubs, check_stubbed, parse_stub
 from ..model.tagref import TagRef
 from ..model.tags import STATUS_FLAGS, Alias, Declaration, SlotAlias, Tag
 from ..model.tree import Address, Routine, Step
@@ -193,7 +193,7 @@ class LadderLogic(ABC):
 
     @staticmethod
     def _use(stub: Stub, count: int) -> str:
-        return str(stub) if isinstance(stub, Consumed) else f"{stub} ({times(count)})"
+        return str(stub) if isinstance(stub, Partner) else f"{stub} ({times(count)})"
 
     def _declare_missing(self, parts: Sequence[LadderLogic]) -> None:
         """Declare the undeclared tags that the routines of `parts` use."""

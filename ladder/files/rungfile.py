@@ -63,7 +63,7 @@ from ..model.errors import LadderError
 from ..model.predefined.structures import PREDEFINED_TYPES
 from ..model.schedule import Task
 from ..model.statements import block_lines
-from ..model.stubs import NO_STUBS, Consumed, Ending, InPython, Stubs
+from ..model.stubs import NO_STUBS, Ending, InPython, Partner, Stubs
 from ..model.tags import Alias, SlotAlias, Tag
 from ..model.tree import Routine
 from ..model.types import DataType, Elementary, Member
@@ -286,7 +286,7 @@ def _declarations(logic: LadderLogic) -> Iterator[str]:
 
 def _stubs(logic: LadderLogic) -> Iterator[str]:
     for name, stub in logic.stubs.items():
-        if isinstance(stub, Consumed):
+        if isinstance(stub, Partner):
             continue  # a rack file says what it gets
         if isinstance(stub, Ending):
             stub = replace(stub, reply=None)

@@ -13,7 +13,7 @@ STUB Order : error 16#00CB after 1000 ms        // the message of this tag
 STUB ALMD : false                               // every ALMD
 
 A rack file may also give the reply of a message, and what a consumed tag gets: a constant, a table over time,
-or a tag of another rack. They are a `Source`, a function of time alone, so that any scan can be run again.
+or a tag of another rack. It is a `DataSource`, a function of time alone, so that any scan can be run again.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ Sampler = Callable[[int], Sample]
 """Returns the sample at a time, ns."""
 
 
-class Source(Protocol):
+class DataSource(Protocol):
     """Where data come from: a constant, a table, or a tag of another rack."""
 
     def open(self, tag: str, rpi_ns: int) -> Sampler:
@@ -74,7 +74,7 @@ class Ending:
 
     after_ns: int  # NEVER for one that waits
     error: int = 0  # 0 for success, else its ERR, 1 to 65,535
-    reply: Source | None = None  # the data of a message that is done
+    reply: DataSource | None = None  # the data of a message that is done
     to: str = ""  # tag that gets them, "" for that of the export
 
     def __str__(self) -> str:
@@ -86,10 +86,10 @@ class Ending:
 
 
 @dataclass(frozen=True, slots=True)
-class Consumed:
+class Partner:
     """The partner of a consumed tag."""
 
-    source: Source
+    source: DataSource
     rpi_ns: int = 0  # 0 for that of the export, else `RPI_NS`
 
     def __str__(self) -> str:
@@ -137,7 +137,7 @@ class InPython:
         return self.address
 
 
-Stub = Ending | Power | InPython | Consumed
+Stub = Ending | Power | InPython | Partner
 
 
 @dataclass(frozen=True, slots=True)
@@ -190,4 +190,4 @@ def replaces(stubs: Mapping[str, Stub], name: str) -> Stub | None:
     """Return the stub that replaces an instruction, in capitals; None without one."""
     found = stubs.get(name)
     is_message = name == ALL_MESSAGES and isinstance(found, Ending)
-    return None if is_message or isinstance(found, Consumed) else found
+    return None if is_message or isinstance(found, Partner) else found

@@ -16,7 +16,7 @@ from typing import Any
 
 from ..model.errors import LadderError, Problem
 from ..model.operands import Group
-from ..model.stubs import RPI_NS, Consumed, Ending, Remote, Sample, Sampler, Stub
+from ..model.stubs import RPI_NS, Ending, Partner, Remote, Sample, Sampler, Stub
 from ..model.tags import Leaf, tag_in
 from ..model.types import LINT, Structure
 from ..state.lowered import LoweredProgram
@@ -76,7 +76,7 @@ def connect(
     tags = Tags(lowered, None)  # type: ignore[arg-type]  # names are resolved without memory
     for name, stub in stubs.items():
         try:
-            if isinstance(stub, Consumed):
+            if isinstance(stub, Partner):
                 lowered.connections.append(_connection(lowered, tags, name, stub, remotes.get(name, ALONE)))
             elif isinstance(stub, Ending) and stub.reply is not None:
                 to = stub.to or remotes.get(name, ALONE).tag
@@ -88,7 +88,7 @@ def connect(
             yield Problem(f"stub {name}", "", str(error), "correct it in [stubs]")
 
 
-def _connection(lowered: LoweredProgram, tags: Tags, name: str, stub: Consumed, remote: Remote) -> Connection:
+def _connection(lowered: LoweredProgram, tags: Tags, name: str, stub: Partner, remote: Remote) -> Connection:
     where = tags.where(name)
     rpi_ns = stub.rpi_ns or remote.rpi_ns or RPI_NS
     kind = where.type if isinstance(where, Group) and not where.dims else None

@@ -17,7 +17,7 @@ from typing import Any
 
 from ...ladder.build.runnable import LadderLogic
 from ...ladder.model.errors import LadderError
-from ...ladder.model.stubs import NEVER, Consumed, Ending, Sample, Sampler, Source, Stub
+from ...ladder.model.stubs import NEVER, DataSource, Ending, Partner, Sample, Sampler, Stub
 from ...ladder.run.engine import Engine
 from ...ladder.run.view import Tags
 from ...runtime.config.rackspec import RackSpec
@@ -33,7 +33,7 @@ MOST_KEPT = 100_000
 
 @dataclass(frozen=True, slots=True)
 class Over:
-    """Data over time, as a `Source`: entries of time in ns and sample; before the first nothing."""
+    """Data over time, as a `DataSource`: entries of time in ns and sample; before the first nothing."""
 
     entries: tuple[tuple[int, Sample], ...]
 
@@ -54,7 +54,7 @@ class Over:
 
 
 @dataclass(slots=True)
-class Watched:
+class WatchedTag:
     """Samples of a tag at multiples of an interval: those that differ from the one before."""
 
     tag: str
@@ -100,7 +100,7 @@ class RackBeside:
         self.job: Any = None
         self._spec: RackSpec | None = None
         self._cpu: Cpu | None = None
-        self._watched: list[Watched] = []
+        self._watched: list[WatchedTag] = []
 
     def take(self, spec: RackSpec, logic: ScanLogic) -> None:
         """Take its program when it is loaded; the first rack of a world notes its tags as it runs."""
@@ -111,7 +111,7 @@ class RackBeside:
 
     def watch(self, tag: str, rpi_ns: int) -> Sampler:
         """Return the samples of a tag; a LadderError if the program has none."""
-        watched = Watched(tag, rpi_ns)
+        watched = WatchedTag(tag, rpi_ns)
         self._watched.append(watched)
         if self.logic is not None and tag not in self.logic.tags:
             raise LadderError(f"{self.path.name} has no tag {tag}")
@@ -184,7 +184,7 @@ class World:
 
 @dataclass(frozen=True, slots=True)
 class FromRack:
-    """A tag of another rack, as a `Source`."""
+    """A tag of another rack, as a `DataSource`."""
 
     rack: RackBeside
     tag: str  # "" for that of the export
@@ -204,11 +204,11 @@ def stub_of_table(table: StubTable, folder: Path, world: World) -> Stub:
     source = _source(table, folder, world)
     if table.after_ns is None:
         assert source is not None  # the table is checked
-        return Consumed(source, table.rpi_ns)
+        return Partner(source, table.rpi_ns)
     return Ending(min(table.after_ns, NEVER), table.error, None if table.error else source, table.to)
 
 
-def _source(table: StubTable, folder: Path, world: World) -> Source | None:
+def _source(table: StubTable, folder: Path, world: World) -> DataSource | None:
     if table.rack:
         return FromRack(world.rack(folder / table.rack), table.tag)
     if table.table:

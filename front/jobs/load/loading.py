@@ -100,7 +100,7 @@ def load_job(rack: str, program: str | None = None, world: World | None = None) 
     path = _rack_path(rack)
     file = load_rack_file(path) if rack_form(path) is Form.DATA else None
     spec = load_spec(rack)[0] if file is None else file.spec
-    place = _Place(rack, path, spec, file, world or World(_load_beside))
+    place = _RackPlace(rack, path, spec, file, world or World(_load_beside))
     place.world.enter(path)
     if program is not None:
         return _loaded(place, lambda stubs: load_program(program, stubs=stubs, slots=_slots(spec)), own=False)
@@ -129,12 +129,12 @@ def load_rack(rack: str | Path, program: Callable[..., Any] | str | Path | None 
     if program is None or isinstance(program, (str, Path)):
         return load_job(str(rack), None if program is None else str(program))
     spec, path = load_spec(str(rack))
-    place = _Place(str(rack), path, spec, None, World(_load_beside))
+    place = _RackPlace(str(rack), path, spec, None, World(_load_beside))
     place.world.enter(path)
     return _with_object(place, program, None)
 
 
-def _with_object(place: _Place, program: Callable[..., Any], file: Path | None) -> Job:
+def _with_object(place: _RackPlace, program: Callable[..., Any], file: Path | None) -> Job:
     """Return the job of a program that is an object of this process.
 
     Args:
@@ -265,7 +265,7 @@ DEFAULT_RUN = "10 s"
 
 
 @dataclass(frozen=True, slots=True)
-class _Place:
+class _RackPlace:
     """A rack that is loaded: its address, its path, its specification, its text, its world."""
 
     rack: str
@@ -281,7 +281,7 @@ class _Place:
         return RackFileError(f"{self.path}: {key if below is None else f'{key}.{below}'}: {error}")
 
 
-def _loaded(place: _Place, load: Callable[[Stubs], LoadedProgram], *, own: bool = True) -> Job:
+def _loaded(place: _RackPlace, load: Callable[[Stubs], LoadedProgram], *, own: bool = True) -> Job:
     """Return the job of a program that takes the stubs, the cards and the axes of its rack.
 
     Args:
@@ -334,7 +334,7 @@ def _round_trip_ms(spec: RackSpec) -> int:
     return max(10, -(-(packets_ns + spec.scan_ns) // 1_000_000))
 
 
-def _stubs(place: _Place) -> Stubs:
+def _stubs(place: _RackPlace) -> Stubs:
     """Read the stubs of a rack; RackFileError for an illegal stub, or a function that can't be loaded."""
     spec, folder = place.spec, place.path.parent
     read: dict[str, Stub] = {}
@@ -379,7 +379,7 @@ def _rack_name(rack: str) -> str:
     return Path(path).name if rack_form(Path(path)) is Form.DATA else f"{Path(path).name}:{name}"
 
 
-def _job(place: _Place, program: LoadedProgram) -> Job:
+def _job(place: _RackPlace, program: LoadedProgram) -> Job:
     name, spec = f"{program.path.name}:{program.name}", place.spec
     notices = (*program.notices, *_other_modules(spec, program))
     rack = _rack_name(place.rack)

@@ -52,7 +52,7 @@ MOVING = {
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class MotionPart:
     """A structure of a program, by the path of its tag and its place among the elements of an array."""
 
     path: str
@@ -65,9 +65,9 @@ class Part:
 class Ideal:
     """The ideal axes and coordinate systems of a program, and its motion instructions."""
 
-    axes: tuple[tuple[Part, AxisSettings], ...]  # number -1 is the first
-    systems: tuple[tuple[Part, tuple[int, ...]], ...]  # number 1 is the first; numbers of its axes
-    controls: tuple[Part, ...]  # number 1 is the first
+    axes: tuple[tuple[MotionPart, AxisSettings], ...]  # number -1 is the first
+    systems: tuple[tuple[MotionPart, tuple[int, ...]], ...]  # number 1 is the first; numbers of its axes
+    controls: tuple[MotionPart, ...]  # number 1 is the first
 
     def carry(self, before: Ideal, memory: Memory) -> None:
         """Give what is under way the numbers of this program after an online edit of another one."""
@@ -75,12 +75,12 @@ class Ideal:
         axes = _renumbered([part for part, _ in before.axes], [part for part, _ in self.axes])
         for parts, claims in ((self.axes, OF_AXES), (self.systems, OF_SYSTEMS)):
             for part, _ in parts:
-                spot = Spot(memory, part)
+                spot = MotionSpot(memory, part)
                 for name in claims:
                     number, ticket = divmod(int(spot[f"~{name}"]), 1 << 32)
                     spot.hide(**{name: controls.get(number, 0) << 32 | ticket})
         for part, _ in self.axes:
-            spot = Spot(memory, part)
+            spot = MotionSpot(memory, part)
             master = int(spot["~master"])
             if master < 0:
                 spot.hide(master=-axes.get(-master, 0))
@@ -90,16 +90,16 @@ OF_AXES, OF_SYSTEMS = ("claim", "gear_claim", "watch_claim"), ("claim", "next_cl
 """Hidden members that name an instruction."""
 
 
-def _renumbered(before: Sequence[Part], after: Sequence[Part]) -> dict[int, int]:
+def _renumbered(before: Sequence[MotionPart], after: Sequence[MotionPart]) -> dict[int, int]:
     """Return new numbers by old ones, from 1."""
     now = {(part.path.upper(), part.index): number for number, part in enumerate(after, 1)}
     return {number: now.get((part.path.upper(), part.index), 0) for number, part in enumerate(before, 1)}
 
 
-class Spot:
+class MotionSpot:
     """A structure in memory: `spot["~kind"]`, `spot.put(MoveStatus=True)`."""
 
-    def __init__(self, memory: Memory, part: Part) -> None:
+    def __init__(self, memory: Memory, part: MotionPart) -> None:
         self.memory, self.part = memory, part
 
     def __getitem__(self, name: str) -> Value:
@@ -140,20 +140,20 @@ def settle(memory: Memory, ideal: Ideal, claim: int, error: int = 0, **bits: boo
     number, ticket = claim >> 32, claim & 0xFFFF_FFFF
     if not number:
         return
-    control = Spot(memory, ideal.controls[number - 1])
+    control = MotionSpot(memory, ideal.controls[number - 1])
     if control["~ticket"] == ticket:
         control.bits(FLAGS, **bits)
         if error:
             control.put(ERR=error)
 
 
-def dynamics_of(spot: Spot) -> Dynamics:
+def dynamics_of(spot: MotionSpot) -> Dynamics:
     """Return the dynamics of what is under way."""
     names = ("~speed", "~up", "~down", "~up_share", "~down_share")
     return Dynamics(*(float(spot[name]) for name in names))
 
 
-class IdealAxis(Spot):
+class IdealAxis(MotionSpot):
     """An ideal axis in a scan."""
 
     def __init__(self, memory: Memory, ideal: Ideal, number: int) -> None:

@@ -53,7 +53,7 @@ ROTARY_SHORTEST, ROTARY_POSITIVE, ROTARY_NEGATIVE = 2, 3, 4
 """Move types of a rotary axis; 0 is absolute, 1 incremental."""
 
 
-class Call(NamedTuple):
+class MotionCall(NamedTuple):
     """An instruction that begins, with its operands after axis, group or system, and the control."""
 
     machine: Interpreter
@@ -87,7 +87,7 @@ Maxima = Callable[[str], float]
 """100 % of a maximum by name: Speed, Acceleration, Deceleration."""
 
 
-def dynamics_at(call: Call, place: int, maximum: Maxima) -> Dynamics | None:
+def dynamics_at(call: MotionCall, place: int, maximum: Maxima) -> Dynamics | None:
     """Return speed, rates and jerks of ten operands from `place` on; None if one is out of range."""
     speed = _scaled(call.number(place), call.word(place + 1, SPEED_UNITS), maximum("Speed"))
     up, down = (
@@ -129,7 +129,7 @@ def refusal_of(axis: IdealAxis) -> int:
     return 0 if axis.is_on("ServoActionStatus") or axis.part.kind == "AXIS_VIRTUAL" else SERVO_OFF
 
 
-def _servo_on(axis: IdealAxis, call: Call) -> None:
+def _servo_on(axis: IdealAxis, call: MotionCall) -> None:
     if axis.is_on("ShutdownStatus"):
         call.motion.refuse(SHUT_DOWN)
         return
@@ -156,18 +156,18 @@ def restart(axis: IdealAxis) -> None:
     axis.hide(active=True)
 
 
-def _off(axis: IdealAxis, call: Call) -> None:
+def _off(axis: IdealAxis, call: MotionCall) -> None:
     servo_off(axis, call.now_ns, shut_down=call.name == "MASD")
     call.motion.set(DN=True)
 
 
-def _reset(axis: IdealAxis, call: Call) -> None:
+def _reset(axis: IdealAxis, call: MotionCall) -> None:
     if call.name == "MASR":
         restart(axis)
     call.motion.set(DN=True)
 
 
-def _move(axis: IdealAxis, call: Call) -> None:
+def _move(axis: IdealAxis, call: MotionCall) -> None:
     kind, where = int(call.number(0)), call.number(1)
     dynamics = dynamics_at(call, 2, axis.maximum)
     if dynamics is None or not 0 <= kind <= ROTARY_NEGATIVE or not abs(where) <= LARGEST:
@@ -197,7 +197,7 @@ def _goal(kind: int, where: float, position: float, unwind: float) -> float:
     return position + (ahead - unwind if ahead else 0.0)
 
 
-def _jog(axis: IdealAxis, call: Call) -> None:
+def _jog(axis: IdealAxis, call: MotionCall) -> None:
     dynamics = dynamics_at(call, 1, axis.maximum)
     if dynamics is None:
         call.motion.refuse(OUT_OF_RANGE)
@@ -211,7 +211,7 @@ STOPS = {"JOG": Kind.JOG, "MOVE": Kind.MOVE, "HOME": Kind.HOME}
 """What a stop type of MAS ends; All, and what is not here, ends whatever is under way."""
 
 
-def _stop(axis: IdealAxis, call: Call) -> None:
+def _stop(axis: IdealAxis, call: MotionCall) -> None:
     what = call.word(0, STOP_TYPES)
     if what in ("ALL", "GEAR"):
         axis.loosen()
@@ -224,7 +224,7 @@ def _stop(axis: IdealAxis, call: Call) -> None:
     stop(axis, call, down if call.yes(1) else axis.maximum("Deceleration"), STOPS.get(what, axis.kind))
 
 
-def stop(axis: IdealAxis, call: Call, down: float, what: Kind) -> None:
+def stop(axis: IdealAxis, call: MotionCall, down: float, what: Kind) -> None:
     """Stop a course of a kind; of another one, or none, only the instruction ends."""
     present = dynamics_of(axis)
     dynamics = Dynamics(present.speed or 1.0, down, down, present.down_share, present.down_share)
@@ -235,12 +235,12 @@ def stop(axis: IdealAxis, call: Call, down: float, what: Kind) -> None:
         call.motion.set(DN=True, PC=True)
 
 
-def _home(axis: IdealAxis, call: Call) -> None:
+def _home(axis: IdealAxis, call: MotionCall) -> None:
     axis.begin(call.now_ns, Kind.HOME, Dynamics(1.0, 1.0, 1.0), 0.0, call.motion.claim)
     call.under_way()
 
 
-def _redefine(axis: IdealAxis, call: Call) -> None:
+def _redefine(axis: IdealAxis, call: MotionCall) -> None:
     units = call.number(2)
     if not abs(units) <= LARGEST:
         call.motion.refuse(OUT_OF_RANGE)
@@ -251,7 +251,7 @@ def _redefine(axis: IdealAxis, call: Call) -> None:
     call.motion.set(DN=True)
 
 
-def _change(axis: IdealAxis, call: Call) -> None:
+def _change(axis: IdealAxis, call: MotionCall) -> None:
     """Change speed and rates of a jog or a move; what began it goes on."""
     kind = {"JOG": Kind.JOG, "MOVE": Kind.MOVE}.get(call.word(0, CHANGED_MOTION))
     if kind is None or axis.kind is not kind:
@@ -277,7 +277,7 @@ def _change(axis: IdealAxis, call: Call) -> None:
     call.motion.set(DN=True)
 
 
-def _gear(axis: IdealAxis, call: Call) -> None:
+def _gear(axis: IdealAxis, call: MotionCall) -> None:
     number, seen = position_of(call.machine, call.operands[0])
     ratio = call.number(2)
     if call.word(6, ("Real", "Fraction")).startswith("FRACTION"):
@@ -306,7 +306,7 @@ def position_of(machine: Interpreter, operand: Given) -> tuple[int, float]:
     return number, float(machine.get(operand.member("~position")))
 
 
-def _watch(axis: IdealAxis, call: Call) -> None:
+def _watch(axis: IdealAxis, call: MotionCall) -> None:
     way = -1 if call.word(0, ("Forward", "Reverse")) == "REVERSE" else 1
     settle(axis.memory, axis.ideal, int(axis["~watch_claim"]), IP=False)
     axis.hide(watch=way, watched=call.number(1), watch_claim=call.motion.claim, active=True)
@@ -314,25 +314,25 @@ def _watch(axis: IdealAxis, call: Call) -> None:
     call.motion.set(DN=True, IP=True)
 
 
-def _unwatch(axis: IdealAxis, call: Call) -> None:
+def _unwatch(axis: IdealAxis, call: MotionCall) -> None:
     settle(axis.memory, axis.ideal, int(axis["~watch_claim"]), IP=False)
     axis.hide(watch=0, watch_claim=0)
     axis.bits(BITS, WatchEventArmedStatus=False)
     call.motion.set(DN=True)
 
 
-def _arm(axis: IdealAxis, call: Call) -> None:
+def _arm(axis: IdealAxis, call: MotionCall) -> None:
     second = call.number(4 if call.name == "MAR" else 0) == 2
     armed = "RegEvent2ArmedStatus" if second else "RegEvent1ArmedStatus"
     axis.bits(BITS, **{armed: call.name == "MAR"})
     call.motion.set(DN=True, IP=call.name == "MAR")
 
 
-def _done(_axis: IdealAxis, call: Call) -> None:
+def _done(_axis: IdealAxis, call: MotionCall) -> None:
     call.motion.set(DN=True, PC=True)
 
 
-ANSWERS: Mapping[str, tuple[Callable[[IdealAxis, Call], None], bool]] = {
+ANSWERS: Mapping[str, tuple[Callable[[IdealAxis, MotionCall], None], bool]] = {
     "MSO": (_servo_on, False),
     "MSF": (_off, False),
     "MASD": (_off, False),
@@ -357,19 +357,19 @@ ANSWERS: Mapping[str, tuple[Callable[[IdealAxis, Call], None], bool]] = {
 """Function that begins each instruction, and whether it needs an axis that accepts motion."""
 
 
-def _group_stop(axis: IdealAxis, call: Call) -> None:
+def _group_stop(axis: IdealAxis, call: MotionCall) -> None:
     axis.loosen()
     if axis.kind is not Kind.NOTHING:
         down = axis.maximum("Deceleration")
         axis.begin(call.now_ns, Kind.STOP, Dynamics(1.0, down, down), 0.0, 0)
 
 
-def _strobe(axis: IdealAxis, call: Call) -> None:
+def _strobe(axis: IdealAxis, call: MotionCall) -> None:
     position = axis.position(call.now_ns)
     axis.put(StrobeActualPosition=position, StrobeCommandPosition=position)
 
 
-GROUP_ANSWERS: Mapping[str, Callable[[IdealAxis, Call], None]] = {
+GROUP_ANSWERS: Mapping[str, Callable[[IdealAxis, MotionCall], None]] = {
     "MGS": _group_stop,
     "MGSD": lambda axis, call: servo_off(axis, call.now_ns, shut_down=True),
     "MGSR": lambda axis, _call: restart(axis),
@@ -378,7 +378,7 @@ GROUP_ANSWERS: Mapping[str, Callable[[IdealAxis, Call], None]] = {
 """What an instruction of a motion group does to each axis."""
 
 
-def begin(ideal: Ideal, number: int, call: Call) -> None:
+def begin(ideal: Ideal, number: int, call: MotionCall) -> None:
     """Begin an instruction of an ideal axis."""
     if call.name not in ANSWERS:
         call.motion.refuse(ILLEGAL)
@@ -392,7 +392,7 @@ def begin(ideal: Ideal, number: int, call: Call) -> None:
         answer(axis, call)
 
 
-def begin_of_group(ideal: Ideal, call: Call) -> None:
+def begin_of_group(ideal: Ideal, call: MotionCall) -> None:
     """Begin an instruction of the motion group: it is done at once."""
     for place in range(len(ideal.axes)):
         GROUP_ANSWERS[call.name](IdealAxis(call.machine.memory, ideal, -place - 1), call)

@@ -23,8 +23,8 @@ from ...model.errors import LadderError
 from ...model.operands import Group, Place
 from ...model.types import Elementary, Structure
 from ...state.memory import Memory
-from .ideal_axis import Ideal, IdealAxis, Kind, Spot, dynamics_of, settle
-from .ideal_moves import LARGEST, Call, dynamics_at, refusal_of, restart, servo_off
+from .ideal_axis import Ideal, IdealAxis, Kind, MotionSpot, dynamics_of, settle
+from .ideal_moves import LARGEST, MotionCall, dynamics_at, refusal_of, restart, servo_off
 from .motion_control import ILLEGAL, ILLEGAL_CHANGE, OUT_OF_RANGE, QUEUE_FULL
 from .ramps import Dynamics, Instant, Phases, at, move, ramp
 
@@ -50,7 +50,7 @@ BITS = {
 _DYNAMICS = ("speed", "up", "down", "up_share", "down_share")
 
 
-class IdealSystem(Spot):
+class IdealSystem(MotionSpot):
     """An ideal coordinate system in a scan; its course is the length of the path."""
 
     def __init__(self, memory: Memory, ideal: Ideal, number: int) -> None:
@@ -191,7 +191,7 @@ def update_systems(memory: Memory, ideal: Ideal, now_ns: int) -> None:
 # --- operands
 
 
-def _numbers(call: Call, place: int) -> list[float]:
+def _numbers(call: MotionCall, place: int) -> list[float]:
     """Return the elements of an array operand, as many as a system has at most."""
     operand = call.operands[place] if place < len(call.operands) else 0.0
     if not isinstance(operand, (Group, Place)):
@@ -200,7 +200,7 @@ def _numbers(call: Call, place: int) -> list[float]:
     return [float(elements[each]) for each in range(min(len(elements), SIZE))]
 
 
-def _member(call: Call, place: int, name: str, default: float = 0.0) -> float:
+def _member(call: MotionCall, place: int, name: str, default: float = 0.0) -> float:
     """Return a number in a structure operand, the default if it has no such member."""
     operand = call.operands[place]
     if isinstance(operand, Group) and isinstance(operand.type, Structure):
@@ -210,7 +210,7 @@ def _member(call: Call, place: int, name: str, default: float = 0.0) -> float:
     return default
 
 
-def _goal(system: IdealSystem, call: Call, given: list[float], *, relative: bool) -> list[float] | None:
+def _goal(system: IdealSystem, call: MotionCall, given: list[float], *, relative: bool) -> list[float] | None:
     """Return the position to go to; None if one is out of range. What is not given stays."""
     here = system.end("next") if system["~waiting"] else system.end("to")
     if system.kind is Kind.NOTHING:
@@ -224,7 +224,7 @@ def _goal(system: IdealSystem, call: Call, given: list[float], *, relative: bool
     return goal if all(abs(each) <= LARGEST for each in goal) else None
 
 
-def _go(system: IdealSystem, call: Call, goal: list[float] | None, dynamics: Dynamics | None) -> None:
+def _go(system: IdealSystem, call: MotionCall, goal: list[float] | None, dynamics: Dynamics | None) -> None:
     if goal is None or dynamics is None:
         call.motion.refuse(OUT_OF_RANGE)
     elif system.kind is Kind.NOTHING:
@@ -240,17 +240,17 @@ def _go(system: IdealSystem, call: Call, goal: list[float] | None, dynamics: Dyn
 # --- instructions
 
 
-def _line(system: IdealSystem, call: Call) -> None:
+def _line(system: IdealSystem, call: MotionCall) -> None:
     goal = _goal(system, call, _numbers(call, 1), relative=call.number(0) == 1)
     _go(system, call, goal, dynamics_at(call, 2, RATES.__getitem__))
 
 
-def _circle(system: IdealSystem, call: Call) -> None:
+def _circle(system: IdealSystem, call: MotionCall) -> None:
     goal = _goal(system, call, _numbers(call, 1), relative=call.number(0) == 1)
     _go(system, call, goal, dynamics_at(call, 5, RATES.__getitem__))
 
 
-def _path(system: IdealSystem, call: Call) -> None:
+def _path(system: IdealSystem, call: MotionCall) -> None:
     """MCPM: PATH_DATA has the position and the move type, DYNAMICS_DATA speed and rates."""
     path = call.operands[0]
     given: list[float] = []
@@ -265,7 +265,7 @@ def _path(system: IdealSystem, call: Call) -> None:
     _go(system, call, goal, dynamics if dynamics.allowed and max(speed, up, down) <= LARGEST else None)
 
 
-def _stop(system: IdealSystem, call: Call) -> None:
+def _stop(system: IdealSystem, call: MotionCall) -> None:
     what = call.word(0, ("All", "Coordinated Move", "Coordinated Transform"))
     if what in ("ALL", "COORDINATEDTRANSFORM", "COORDINATEDMOTION"):
         settle(system.memory, system.ideal, int(system["~transform"]), IP=False)
@@ -286,7 +286,7 @@ def _stop(system: IdealSystem, call: Call) -> None:
     call.motion.set(DN=True, IP=True)
 
 
-def _change(system: IdealSystem, call: Call) -> None:
+def _change(system: IdealSystem, call: MotionCall) -> None:
     if system.kind is not Kind.MOVE:
         call.motion.refuse(ILLEGAL_CHANGE)
         return
@@ -303,7 +303,7 @@ def _change(system: IdealSystem, call: Call) -> None:
     call.motion.set(DN=True)
 
 
-def _shut(system: IdealSystem, call: Call) -> None:
+def _shut(system: IdealSystem, call: MotionCall) -> None:
     system.rest(call.now_ns)
     for axis in _own(system):
         servo_off(axis, call.now_ns, shut_down=True)
@@ -311,20 +311,20 @@ def _shut(system: IdealSystem, call: Call) -> None:
     call.motion.set(DN=True)
 
 
-def _restart(system: IdealSystem, call: Call) -> None:
+def _restart(system: IdealSystem, call: MotionCall) -> None:
     for axis in _own(system):
         restart(axis)
     system.bits(BITS, ShutdownStatus=False)
     call.motion.set(DN=True)
 
 
-def _transform(system: IdealSystem, call: Call) -> None:
+def _transform(system: IdealSystem, call: MotionCall) -> None:
     settle(system.memory, system.ideal, int(system["~transform"]), IP=False)
     system.hide(transform=call.motion.claim)
     call.motion.set(DN=True, IP=True)
 
 
-def _calculate(_system: IdealSystem, call: Call) -> None:
+def _calculate(_system: IdealSystem, call: MotionCall) -> None:
     """Copy the reference position to the transform position."""
     try:
         source, target = (Elements(call.machine, call.operands[place]) for place in (4, 5))  # type: ignore[arg-type]
@@ -340,7 +340,7 @@ def _own(system: IdealSystem) -> Iterator[IdealAxis]:
     return (each for each in system.axes if each is not None)
 
 
-ANSWERS: Mapping[str, tuple[Callable[[IdealSystem, Call], None], bool]] = {
+ANSWERS: Mapping[str, tuple[Callable[[IdealSystem, MotionCall], None], bool]] = {
     "MCLM": (_line, True),
     "MCCM": (_circle, True),
     "MCPM": (_path, True),
@@ -356,7 +356,7 @@ ANSWERS: Mapping[str, tuple[Callable[[IdealSystem, Call], None], bool]] = {
 """Function that begins each instruction, and whether it needs axes that accept motion."""
 
 
-def begin(ideal: Ideal, number: int, call: Call) -> None:
+def begin(ideal: Ideal, number: int, call: MotionCall) -> None:
     """Begin an instruction of an ideal coordinate system."""
     if call.name not in ANSWERS:
         call.motion.refuse(ILLEGAL)

@@ -79,7 +79,7 @@ def _begin_ideal(
     others = [
         each for each in operands[1:] if not (isinstance(each, Group) and each.type == MOTION_INSTRUCTION)
     ]
-    call = ideal_moves.Call(machine, motion, name, others)
+    call = ideal_moves.MotionCall(machine, motion, name, others)
     ideal, first = machine.lowered.ideal, operands[0]
     if name in ideal_moves.GROUP_ANSWERS:
         ideal_moves.begin_of_group(ideal, call)
