@@ -69,7 +69,8 @@ def forceable(debugger):
     """Return the addresses of values and of some bits that can be forced and are written, and their types."""
     found = {}
     layout = debugger._engine.lowered.layout
-    written = set(re.findall(r"^ *(\w+)(?:\[.*\])? = ", source_of(debugger._engine.lowered), re.MULTILINE))
+    source = source_of(debugger._engine.lowered)
+    written = set(re.findall(r"^ *(\w+)(?:\.\w+)?(?:\[.*\])? = ", source, re.MULTILINE))
     for leaf in layout.leaves.values():
         spot = layout.spot(leaf)
         if (spot.ident if spot else leaf.ident) not in written:
