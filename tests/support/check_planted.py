@@ -818,6 +818,7 @@ OF_THE_RACK = {
     "search-without-switch": ("a home switch in [slot.machine]", "a home search without one"),
     "unused-terminal": ("inputs = { start = 0 } and XIC(Local:2:I.Data.0)", "inputs = { start = 0 } alone"),
     "unreached-step": ("TRANSITION T FROM A TO B", "a step B without a transition to it"),
+    "refused": ("self.lamp = True", "self.lmap = True, a field that the class does not declare"),
     "unknown-tag": ('tags = ["Pulse"]', 'tags = ["Pluse"]'),
 }
 """Rules about the rack file, which test_check.py plants: what is right, and what is wrong."""

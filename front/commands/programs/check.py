@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from ...jobs.check import CheckReport, check_rack, load_any
+from ...jobs.check import CheckReport, check_rack, load_any, refused
 from ...jobs.check.formats import as_json as json_of
 from ...jobs.check.formats import as_junit, as_sarif
 from ...ladder import LadderError
@@ -48,20 +48,26 @@ def _check_command(
         job, alone = load_any(rack)
         report = check_rack(job, alone=alone)
     except (LadderError, ValueError) as error:
+        if form is not ReportFormat.TEXT or as_json:
+            _print(refused(error, rack), ReportFormat.JSON if as_json else form, rack)
         raise typer.Exit(complain(str(error), BAD_INPUT)) from error
-    if as_json or form is ReportFormat.JSON:
-        say_json(json_of(report))
-    elif form is ReportFormat.SARIF:
-        say_json(as_sarif(report, version("scanrack")))
-    elif form is ReportFormat.JUNIT:
-        say(as_junit(report, rack), whole=True)
-    else:
-        _print(report)
+    _print(report, ReportFormat.JSON if as_json else form, rack)
     if report.findings:
         raise typer.Exit(NO)
 
 
-def _print(report: CheckReport) -> None:
+def _print(report: CheckReport, form: ReportFormat, name: str) -> None:
+    if form is ReportFormat.JSON:
+        say_json(json_of(report))
+    elif form is ReportFormat.SARIF:
+        say_json(as_sarif(report, version("scanrack")))
+    elif form is ReportFormat.JUNIT:
+        say(as_junit(report, name), whole=True)
+    else:
+        _say(report)
+
+
+def _say(report: CheckReport) -> None:
     for finding in report.findings:
         say(str(finding))
     number = len(report.findings)

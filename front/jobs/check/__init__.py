@@ -14,8 +14,18 @@ check.py           a whole check
 from __future__ import annotations
 
 from .alone import load_any
-from .check import CheckReport, Finding, check_rack
+from .check import CheckReport, Finding, check_rack, refused
 from .facts import FileLine
 from .rules import BY_ID, RULES, Rule
 
-__all__ = ["BY_ID", "RULES", "CheckReport", "FileLine", "Finding", "Rule", "check_rack", "load_any"]
+__all__ = [
+    "BY_ID",
+    "RULES",
+    "CheckReport",
+    "FileLine",
+    "Finding",
+    "Rule",
+    "check_rack",
+    "load_any",
+    "refused",
+]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from ...io_images.site import Site
+from ...io_images.site import Site, sites_of
 from ...ladder import LadderLogic
 from ...ladder.python.sequences import Logic
 from ...runtime.config.rackfile import load_rack_file
@@ -67,6 +67,19 @@ def check_rack(job: Job, *, alone: bool = False) -> CheckReport:
     stubs = (f"behind {each}" for each in job.stubs)
     not_seen = (*facts.not_seen, *_unseen_configurations(subject), *stubs)
     return CheckReport(kept, not_seen, len(found) - len(kept))
+
+
+def refused(error: Exception, file: str) -> CheckReport:
+    """Return the report of a file that can't be loaded: its mistakes, with their places.
+
+    Args:
+        file: what was to be checked, for a mistake without a place.
+    """
+    found = [each for each in sites_of(error) if each.file]
+    sites = [each for each in found if each.line] or [Site(file=file, line=1)]
+    text = str(error)
+    findings = (Finding("refused", FileLine(each.file, each.line or 1), text, each) for each in sites[-1:])
+    return CheckReport(tuple(dict.fromkeys(findings)), ())
 
 
 def _findings(subject: Subject) -> Iterator[Finding]:

@@ -24,6 +24,7 @@ from functools import lru_cache
 from types import FunctionType
 from typing import Any, NamedTuple
 
+from ....io_images.site import Site
 from .declaring import SequenceMethod
 from .parts import Part
 from .signals import Input
@@ -51,6 +52,14 @@ class _File(NamedTuple):
     read: frozenset[str]
 
 
+class _MistakeError(TypeError):
+    """A mistake in a class, with its place."""
+
+    def __init__(self, file: str, line: int, text: str) -> None:
+        super().__init__(f"{file}:{line}: {text}")
+        self.site = Site(file=file, line=line)
+
+
 def check_statements(cls: type) -> None:
     """Raise a TypeError for a statement without effect or an undeclared field in a class's methods."""
     fields = _fields(cls)
@@ -71,7 +80,7 @@ def _check_body(scope: _Scope, file: str, body: ast.AST) -> None:
             or _unread(scope, node, read, attributes)
         )
         if mistake:
-            raise TypeError(f"{file}:{getattr(node, 'lineno', '?')}: {mistake}")
+            raise _MistakeError(file, getattr(node, "lineno", 1), mistake)
 
 
 def _statement(scope: _Scope, node: ast.AST) -> str:

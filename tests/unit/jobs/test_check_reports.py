@@ -6,7 +6,7 @@ import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import pytest
-from check_programs import BLOCKS, SEQUENCE, check
+from check_programs import BLOCKS, RACK, SEQUENCE, check
 from scanrack.commands import build
 from scanrack.jobs.check import RULES
 from typer.testing import CliRunner
@@ -113,3 +113,16 @@ def test_an_export_without_a_rack(tmp_path):
 def test_rungs_without_a_rack(tmp_path):
     (tmp_path / "line.rung").write_text(BLOCKS, encoding="utf-8")
     assert run(tmp_path / "line.rung").stdout.splitlines()[0] == "no findings"
+
+
+def test_what_is_refused_is_a_finding_in_other_formats(tmp_path):
+    program = SEQUENCE.replace("self.lamp = self", "self.lmap = self")
+    (tmp_path / "a.py").write_text(program, encoding="utf-8")
+    (tmp_path / "rack.toml").write_text(
+        RACK.replace("PROGRAM", "a.py").replace("CONTROLLER", ""), encoding="utf-8"
+    )
+    done = run(tmp_path / "rack.toml", "--json")
+    line = next(at for at, text in enumerate(program.splitlines(), 1) if "self.lmap" in text)
+    (found,) = json.loads(done.stdout)["findings"]
+    assert (done.exit_code, found["rule"], found["line"]) == (2, "refused", line)
+    assert "did you mean self.lamp" in found["text"]

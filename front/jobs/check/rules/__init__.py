@@ -35,6 +35,8 @@ class Rule(NamedTuple):
 
 
 RULES = (
+    # the files
+    Rule("refused", "a program or rack file that can't be loaded", "correct the line", "error"),
     # the rack
     Rule(
         "not-configured",

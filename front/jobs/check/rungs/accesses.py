@@ -13,6 +13,7 @@ from ....ladder.model.spec import Use as OperandUse
 from ....ladder.model.tags import OWN, Leaf, Tag, program_of, tag_in
 from ....ladder.model.types import Elementary
 from ....ladder.state.lowered import ADD_ON, AddOnCall, LoweredProgram
+from ...load.program import EXPORT_SUFFIXES
 from ..facts import Access, FileLine, Role, Use, Variable
 from ..logic import TRUE, Bit, Condition, leaves, needed
 from .walk import Point, part_of
@@ -21,6 +22,9 @@ FIRST_SCAN = "S:FS"
 
 BY_PEOPLE = re.compile(r"HMI|SCADA|PANEL|OPERATOR|RECIPE|SETPOINT", re.IGNORECASE)
 """In names of tags that people read and write from outside of the program."""
+
+OPEN = (".py", *EXPORT_SUFFIXES)
+"""Suffixes of programs whose tags others read and write."""
 
 COILS = ("OTE",)
 LATCHES = {"OTL": Use.LATCH, "OTU": Use.UNLATCH}
@@ -52,8 +56,8 @@ class Variables:
 
     def _tag(self, tag: Tag) -> Variable:
         role = Role.PLAIN if isinstance(tag.type, Elementary) else Role.BLOCK
-        in_python = self._path.suffix == ".py"  # which reads and writes tags, too
-        shown = in_python or self._is_recorded(tag.name) or BY_PEOPLE.search(tag.name) is not None
+        others = self._path.suffix in OPEN  # Python reads and writes tags, too, and so do panels
+        shown = others or self._is_recorded(tag.name) or BY_PEOPLE.search(tag.name) is not None
         place = FileLine(str(self._path), self._lines(tag.name))
         return Variable(tag.name, place, role, tag.type.name, tag.initial is not None, shown)
 

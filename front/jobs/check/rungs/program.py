@@ -109,6 +109,7 @@ class _Reader:
         self.calls = list(block_calls(self.main))
         self.axes = slots_of(self.calls)
         self.owners = self._owners()
+        self.stubbed = {str(getattr(each, "to", "")).upper() for each in spec.stubs.values()}
 
     def facts(self) -> Facts:
         facts = Facts(reads_all=bool(self.lowered.functions))
@@ -202,6 +203,8 @@ class _Reader:
         Structure(self.program, self.lowered, facts, str(self.path), self.declared).note(self.routines)
 
     def _is_recorded(self, tag: str) -> bool:
+        if tag.upper() in self.stubbed:
+            return True
         return any(
             fnmatch(f"{tag}.".upper(), f"{pattern.upper().partition('.')[0]}.") for pattern in self.spec.tags
         )
