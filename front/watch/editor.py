@@ -24,7 +24,7 @@ from ..jobs.record.editions import Edition, Editions, edition_of
 from ..jobs.run.running import JobRun
 from ..jobs.trust.attachments import forget_imported
 from ..ladder import LadderLogic
-from ..ladder.python.online import EditRefused
+from ..ladder.python.online import EditRefusal
 from ..ladder.python.sequences import Logic
 from ..runtime.live.orders import ALL, Edit, names_in
 
@@ -150,5 +150,5 @@ def mistake_of(error: Exception, program: Path) -> Json:
     """
     lines = (each.line for each in sites_of(error) if Path(each.file).name == program.name)
     line = next(filter(None, lines), None)
-    restarts = {"restart": list(error.sequences)} if isinstance(error, EditRefused) else {}
+    restarts = {"restart": list(error.sequences)} if isinstance(error, EditRefusal) else {}
     return {"text": str(error), "file": program.name, "line": line, **restarts}

@@ -3,18 +3,18 @@
 from .chains import Chains
 from .crossref import CrossReference, Mention, cross_reference
 from .debugger import BreakpointStop, Debugger
-from .links import Link, Operand, linked
+from .links import CauseLink, Operand, linked
 from .remedies import Remedies
 from .watched import Blocker, Change
 
 __all__ = [
     "Blocker",
     "BreakpointStop",
+    "CauseLink",
     "Chains",
     "Change",
     "CrossReference",
     "Debugger",
-    "Link",
     "Mention",
     "Operand",
     "Remedies",

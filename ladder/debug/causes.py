@@ -33,7 +33,7 @@ class Cause:
 
 
 @dataclass(frozen=True, slots=True)
-class Origin:
+class CellChange:
     """The change of a cell: by an instruction, or from outside before the scan."""
 
     scan: int
@@ -106,7 +106,7 @@ class Causes:
 
     # --- changes
 
-    def origins(self, cells: Sequence[Cell], scan: int, order: int | None = None) -> list[Origin]:
+    def origins(self, cells: Sequence[Cell], scan: int, order: int | None = None) -> list[CellChange]:
         """Return the latest changes of cells, all of one scan, the latest one.
 
         Args:
@@ -118,16 +118,16 @@ class Causes:
         last = self._past.last_change(lambda engine: [_now(engine, each) for each in cells], scan - 1)
         return [] if last is None else list(self._in_scan(cells, last, None))
 
-    def _in_scan(self, cells: Iterable[Cell], scan: int, order: int | None) -> Iterator[Origin]:
+    def _in_scan(self, cells: Iterable[Cell], scan: int, order: int | None) -> Iterator[CellChange]:
         execution = self.execution(scan)
         for cell in cells:
             write = execution.last_write(cell, order)
             if write is not None and (order is not None or execution.changes(cell)):
-                yield Origin(scan, cell, write)
+                yield CellChange(scan, cell, write)
             elif write is None and self._is_external(cell, scan):
-                yield Origin(scan, cell, None)
+                yield CellChange(scan, cell, None)
 
-    def of(self, origin: Origin) -> list[list[Cause]]:
+    def of(self, origin: CellChange) -> list[list[Cause]]:
         """Return groups of causes of a change; of a group with several each would have done."""
         write = origin.write
         if write is None or write.by is None:
@@ -242,7 +242,7 @@ class Causes:
     def _latest(self, entry: StepRun, scan: int, own: Sequence[Read]) -> list[Cause]:
         """Return the latest change of all that an instruction depends on; `own` are its reads."""
         reads = [pair for pair in self._reads(entry, own) if not self._is_own(pair[0], pair[1], scan)]
-        found: list[tuple[Cause, Origin]] = []
+        found: list[tuple[Cause, CellChange]] = []
         for read, by in reads:
             for origin in self._in_scan([read.cell], scan, by.order):
                 found.append((Cause(read, by, changed=False), origin))
@@ -278,7 +278,7 @@ _GIVEN = ("PRE", "LEN")
 """Members of an instruction's structure that it only reads."""
 
 
-def _order(origin: Origin) -> int:
+def _order(origin: CellChange) -> int:
     return origin.write.order if origin.write else 0
 
 

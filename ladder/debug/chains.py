@@ -10,9 +10,9 @@ from ..model.operands import Constant, Group, Place, leaves_in
 from ..model.resolver import Resolver
 from ..state.lowered import LoweredProgram
 from ..state.memory import Value
-from .causes import Cause, Causes, Origin
+from .causes import Cause, Causes, CellChange
 from .executed import Cell, StepRun
-from .links import Link, Operand, linked
+from .links import CauseLink, Operand, linked
 from .why import is_counted
 
 EARLIER = "earlier scans are not kept"
@@ -21,11 +21,11 @@ EARLIER = "earlier scans are not kept"
 DEEPEST = 200
 """Most links one behind the other."""
 
-Outside = Callable[[Origin, str, Value], Link | None]
+Outside = Callable[[CellChange, str, Value], CauseLink | None]
 """Explains an input, from the cell's change, its name and its value; None if nothing is known of it."""
 
 
-def outside_unknown(_origin: Origin, _name: str, _value: Value) -> Link | None:
+def outside_unknown(_origin: CellChange, _name: str, _value: Value) -> CauseLink | None:
     """Explain no input: chains end at the images."""
     return None
 
@@ -44,9 +44,9 @@ class Chains:
     causes: Causes
     deep: bool = False
     outside: Outside = outside_unknown
-    _known: dict[tuple[Cell, int, int], Link] = field(default_factory=dict)
+    _known: dict[tuple[Cell, int, int], CauseLink] = field(default_factory=dict)
 
-    def of_tag(self, tag: str, scan: int) -> Link | None:
+    def of_tag(self, tag: str, scan: int) -> CauseLink | None:
         """Return the chain of a tag's value after a scan; None if it has not changed in the known scans."""
         cells = self.cells(tag)
         origins = self.causes.origins(cells, scan)
@@ -56,7 +56,7 @@ class Chains:
         name = tag if len(cells) == 1 else last.cell.name
         return self.of(last, name, 0)
 
-    def of_cell(self, cell: Cell, name: str, scan: int) -> Link | None:
+    def of_cell(self, cell: Cell, name: str, scan: int) -> CauseLink | None:
         """Return the chain of a cell after a scan."""
         origins = self.causes.origins([cell], scan)
         return self.of(origins[0], name, 0) if origins else None
@@ -68,7 +68,7 @@ class Chains:
             return [cell_of(where)]
         return list(_cells_of(where))
 
-    def of(self, origin: Origin, name: str, deep: int) -> Link:
+    def of(self, origin: CellChange, name: str, deep: int) -> CauseLink:
         """Return the link of a change."""
         key = origin.cell, origin.scan, origin.write.order if origin.write else 0
         known = self._known.get(key)
@@ -76,7 +76,7 @@ class Chains:
             self._known[key] = known = self._link(origin, name, deep)
         return known
 
-    def _link(self, origin: Origin, name: str, deep: int) -> Link:
+    def _link(self, origin: CellChange, name: str, deep: int) -> CauseLink:
         write, scan = origin.write, origin.scan
         now_ns = self.causes.now_ns(scan)
         if write is None or self._is_set(origin):
@@ -84,16 +84,16 @@ class Chains:
         value = _value(origin.cell, write.after)
         if write.by is None:
             text = f"{write.mode or 'the start of the scan'}"
-            return Link("power-up", name, value, scan, now_ns, text)
+            return CauseLink("power-up", name, value, scan, now_ns, text)
         if deep >= DEEPEST:
-            return Link("unknown", name, value, scan, now_ns, f"more than {DEEPEST} links")
+            return CauseLink("unknown", name, value, scan, now_ns, f"more than {DEEPEST} links")
         groups = self.causes.of(origin)
         inner = self._site(write.by)
         parts = [
             tuple(link for cause in group for link in self._behind(cause, scan, deep + 1)) for group in groups
         ]
         if not any(parts) and scan == 0:
-            parts = [(Link("power-up", "power-up", None, scan, now_ns),)]
+            parts = [(CauseLink("power-up", "power-up", None, scan, now_ns),)]
         operands = _operands(write.by, [cause for group in groups for cause in group])
         kind = "rung" if inner.unit == "rung" else "line"
         return linked(
@@ -109,14 +109,16 @@ class Chains:
             operands=operands,
         )
 
-    def _behind(self, cause: Cause, scan: int, deep: int) -> Iterator[Link]:
+    def _behind(self, cause: Cause, scan: int, deep: int) -> Iterator[CauseLink]:
         try:
             origins = self.causes.origins([cause.read.cell], scan, cause.by.order)
             yield from (self.of(each, cause.read.text, deep) for each in origins)
         except ValueError:  # the scan can't be repeated
-            yield Link("unknown", cause.read.text, cause.read.value, scan, self.causes.now_ns(scan), EARLIER)
+            yield CauseLink(
+                "unknown", cause.read.text, cause.read.value, scan, self.causes.now_ns(scan), EARLIER
+            )
 
-    def _of_outside(self, origin: Origin, name: str, now_ns: int) -> Link:
+    def _of_outside(self, origin: CellChange, name: str, now_ns: int) -> CauseLink:
         inputs = self.causes.inputs(origin.scan)
         leaf, cell = origin.cell.leaf, origin.cell
         value: Value | None = None
@@ -127,14 +129,14 @@ class Chains:
         if leaf.is_image and not leaf.output and value is None:
             value = self.causes.image(cell, origin.scan)
             found = self.outside(origin, name, value)
-            return found or Link("input", name, value, origin.scan, now_ns, where(cell))
+            return found or CauseLink("input", name, value, origin.scan, now_ns, where(cell))
         if inputs is not None and (leaf.ident, cell.index) in (inputs.forces or {}):
-            return Link("force", name, value, origin.scan, now_ns, "forced")
+            return CauseLink("force", name, value, origin.scan, now_ns, "forced")
         if value is not None:
-            return Link("operator", name, value, origin.scan, now_ns, "set from outside of the program")
-        return Link("force", name, None, origin.scan, now_ns, "its force was removed")
+            return CauseLink("operator", name, value, origin.scan, now_ns, "set from outside of the program")
+        return CauseLink("force", name, None, origin.scan, now_ns, "its force was removed")
 
-    def _is_set(self, origin: Origin) -> bool:
+    def _is_set(self, origin: CellChange) -> bool:
         """Whether a change was made between two scans."""
         write, inputs = origin.write, self.causes.inputs(origin.scan)
         if write is None or write.by is not None or inputs is None:
@@ -154,13 +156,13 @@ class Chains:
         return self.lowered.sites[self._outermost(entry).number]
 
     def _spliced(
-        self, groups: Sequence[tuple[Link, ...]], entry: StepRun, scan: int
-    ) -> Iterator[tuple[Link, ...]]:
+        self, groups: Sequence[tuple[CauseLink, ...]], entry: StepRun, scan: int
+    ) -> Iterator[tuple[CauseLink, ...]]:
         """Replace links of the same call of an add-on instruction by their causes."""
         site = self._site(entry)
         inside = not self.deep and (entry.run.instance or entry.parent is not None)
         for group in groups:
-            found: list[Link] = []
+            found: list[CauseLink] = []
             for link in group:
                 if inside and link.site is site and link.causes:
                     if len(group) == 1:

@@ -24,7 +24,7 @@ from .executed import TracedEngine
 from .forces import Forces
 from .inquiry import Inquiry
 from .journal import MOST, Journal
-from .links import Link
+from .links import CauseLink
 from .remedies import Name, Remedies, Trials, terminal
 from .replay import Replayer, ScanInputs, Truths, Write, input_leaves
 from .values import with_values
@@ -449,7 +449,7 @@ class Debugger:
         """Return what makes chains of causes, see `Chains`."""
         return Chains(self._engine.lowered, Causes(self._past), deep, outside)
 
-    def chain(self, tag: str, *, deep: bool = False) -> Link | None:
+    def chain(self, tag: str, *, deep: bool = False) -> CauseLink | None:
         """Return the chain of causes of a tag's value, None if it has not changed; see `Chains.of_tag`."""
         return self.chains(deep=deep).of_tag(tag, self._journal.latest)
 

@@ -33,7 +33,7 @@ class Operand:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Link:
+class CauseLink:
     """A change, and what made it; of a chain that comes together again, the same object."""
 
     kind: str  # rung, line, wait, or one of `ROOTS`
@@ -45,11 +45,11 @@ class Link:
     site: Site | None = None  # the place in the user's program; None for what is not of it
     operands: tuple[Operand, ...] = ()
     before: Value | str | None = None  # the value before it; None if that is not known
-    causes: tuple[tuple[Link, ...], ...] = ()
+    causes: tuple[tuple[CauseLink, ...], ...] = ()
 
     depth: int = 1  # links from here to its end, on the shortest way
 
-    def walk(self) -> Iterator[Link]:
+    def walk(self) -> Iterator[CauseLink]:
         """Yield this link and all behind it, each once, the shortest way first."""
         seen, ahead = set(), [self]
         while ahead:
@@ -60,7 +60,7 @@ class Link:
                 ahead += [each for group in reversed(link.causes) for each in reversed(group)]
 
     @property
-    def first(self) -> Link:
+    def first(self) -> CauseLink:
         """The end of the shortest way."""
         return self.causes[0][0].first if self.causes else self
 
@@ -80,7 +80,7 @@ class Link:
         return "\n".join(_lines(self, "", "", set()))
 
 
-def _as_json(link: Link, numbers: Mapping[Link, int]) -> dict[str, Any]:
+def _as_json(link: CauseLink, numbers: Mapping[CauseLink, int]) -> dict[str, Any]:
     site = link.site or NOWHERE
     place = {
         "program": site.program,
@@ -106,15 +106,15 @@ def _as_json(link: Link, numbers: Mapping[Link, int]) -> dict[str, Any]:
     }
 
 
-def linked(groups: Iterable[tuple[Link, ...]], **parts: Any) -> Link:
+def linked(groups: Iterable[tuple[CauseLink, ...]], **parts: Any) -> CauseLink:
     """Return a link with its causes in order; `parts` are its other fields."""
     causes = ordered(groups)
-    return Link(**parts, causes=causes, depth=1 + (causes[0][0].depth if causes else 0))
+    return CauseLink(**parts, causes=causes, depth=1 + (causes[0][0].depth if causes else 0))
 
 
-def ordered(groups: Iterable[tuple[Link, ...]]) -> tuple[tuple[Link, ...], ...]:
+def ordered(groups: Iterable[tuple[CauseLink, ...]]) -> tuple[tuple[CauseLink, ...], ...]:
     """Return groups and their alternatives, the shortest first, each link once."""
-    found: dict[tuple[Link, ...], None] = {}
+    found: dict[tuple[CauseLink, ...], None] = {}
     for group in groups:
         unique = tuple(dict.fromkeys(sorted(group, key=lambda link: link.depth)))
         if unique:
@@ -122,7 +122,7 @@ def ordered(groups: Iterable[tuple[Link, ...]]) -> tuple[tuple[Link, ...], ...]:
     return tuple(sorted(found, key=lambda group: group[0].depth))
 
 
-def said(link: Link, routine: str = "") -> str:
+def said(link: CauseLink, routine: str = "") -> str:
     """Return one link: `Run off (20.002 s, rung 3: XIC(Stop))`; its routine unless it is `routine`."""
     site = link.site
     at = f"{link.now_ns / 1e9:g} s"
@@ -139,7 +139,7 @@ def _value(value: Value | str | None) -> str:
     return ("off", "on")[value] if isinstance(value, bool) else f"= {value}"
 
 
-def _lines(link: Link, routine: str, indent: str, seen: set[Link]) -> Iterator[str]:
+def _lines(link: CauseLink, routine: str, indent: str, seen: set[CauseLink]) -> Iterator[str]:
     line = f"{indent}{said(link, routine)}"
     while len(link.causes) == 1 and len(link.causes[0]) == 1 and link not in seen:
         seen.add(link)

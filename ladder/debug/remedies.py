@@ -36,7 +36,7 @@ Name = Callable[[int, int, int], str | None]
 
 
 @dataclass(frozen=True, slots=True)
-class Change:
+class InputChange:
     """An input and its other value."""
 
     cell: Cell
@@ -53,7 +53,7 @@ class Change:
 class Remedy:
     """A set of inputs that gives the value; none if it comes by itself."""
 
-    changes: tuple[Change, ...]
+    changes: tuple[InputChange, ...]
     scans: int  # until then
 
 
@@ -141,7 +141,7 @@ class Trials:
         tag: str,
         wanted: Value,
         found: list[Remedy],
-        candidates: Sequence[Change],
+        candidates: Sequence[InputChange],
         tried: int,
         *,
         left: bool,
@@ -156,7 +156,7 @@ class Trials:
         if before is not None:
             self._period_ns = self.live.now_ns - before.now_ns
 
-    def _try(self, changes: Sequence[Change], cell: Cell, wanted: Value) -> int | None:
+    def _try(self, changes: Sequence[InputChange], cell: Cell, wanted: Value) -> int | None:
         """Return after how many scans a cell has a value; None if it has not."""
         engine = self.past.engine
         engine.hold({})
@@ -184,7 +184,7 @@ class Trials:
                 return scan
         return None
 
-    def _set(self, change: Change) -> None:
+    def _set(self, change: InputChange) -> None:
         memory, cell = self.past.engine.memory, change.cell
         if cell.mask is None:
             memory.write(cell.leaf, cell.index, change.value)
@@ -194,7 +194,7 @@ class Trials:
 
     # --- inputs that may matter
 
-    def candidates(self, tag: str) -> Iterator[Change]:
+    def candidates(self, tag: str) -> Iterator[InputChange]:
         """Yield the inputs that a tag depends on by the text of the program, the nearest first."""
         mentions = self.cross_reference.mentions
         by_line: dict[tuple[str, int | None], list[Mention]] = {}
@@ -217,7 +217,7 @@ class Trials:
                         wanted.append(each.where)
                         yield from self._change(each.where, written)
 
-    def _change(self, where: Place | Group, written: Sequence[Mention]) -> Iterator[Change]:
+    def _change(self, where: Place | Group, written: Sequence[Mention]) -> Iterator[InputChange]:
         if not isinstance(where, Place) or where.can_fault or not where.type.is_bool:
             return
         cell, leaf = cell_of(where), where.leaf
@@ -226,11 +226,11 @@ class Trials:
             bit = int(where.bit.value) if isinstance(where.bit, Constant) else 0
             named = self.name(leaf.slot or 0, cell.index, bit)
             if named is not None:
-                yield Change(cell, where.text, named, value)
+                yield InputChange(cell, where.text, named, value)
         elif leaf.slot is None and not leaf.path.startswith(("S:", "~")):
             writers = (each for each in written if overlap(where, each.where, stretch=True))
             if next(writers, None) is None:
-                yield Change(cell, where.text, "", value)
+                yield InputChange(cell, where.text, "", value)
 
 
 def terminal(slot: int, word: int, bit: int) -> str:

@@ -11,7 +11,7 @@ import pytest
 from amounts import amount
 from bench3601 import CONFIGURATION
 from edited_sequences import Author, Run, text_of
-from scanrack.ladder.python.online import EditRefused, edit_logic
+from scanrack.ladder.python.online import EditRefusal, edit_logic
 
 SCANS = 200
 
@@ -27,7 +27,7 @@ def played(folder, seed):
     fresh = edited.load(after)
     try:
         edit_logic(edited.bench.logic, fresh)
-    except EditRefused:
+    except EditRefusal:
         return "refused"
     edited.scan(SCANS)
     restarted = Run(folder, after, seed)
@@ -59,7 +59,7 @@ def test_lines_above_that_move_a_program_change_nothing(tmp_path, seed):
         edited.scan(20)
         try:
             edit_logic(edited.bench.logic, edited.load("# moved\n" * (number + 1) + text))
-        except EditRefused as refused:
+        except EditRefusal as refused:
             refusals.append(str(refused))
     assert edited.images == plain.images
     assert all("finally" in each for each in refusals)

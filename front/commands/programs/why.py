@@ -15,7 +15,7 @@ from ...jobs.bench.of_trace import why_of_trace
 from ...jobs.bench.opening import open_bench
 from ...jobs.load.loading import runs
 from ...ladder import LadderError
-from ...ladder.debug import Link, Remedies, cross_reference
+from ...ladder.debug import CauseLink, Remedies, cross_reference
 from ...ladder.debug.crossref import Mention
 from ...ladder.model.resolver import AddressError
 from ...runtime.loop.faults import CpuFault
@@ -123,7 +123,7 @@ class _Answer(NamedTuple):
     notes: Sequence[str]  # omissions, a sentence each
     when: str  # the scan and its time, in words
     text: str
-    chain: Link | None = None  # of causes
+    chain: CauseLink | None = None  # of causes
     remedies: Remedies | None = None  # what it would take
 
 

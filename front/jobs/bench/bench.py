@@ -8,7 +8,7 @@ from types import TracebackType
 from typing import Any, Protocol, Self, runtime_checkable
 
 from ...io_images.addresses import parse_address
-from ...ladder.debug import Link, Remedies
+from ...ladder.debug import CauseLink, Remedies
 from ...ladder.python.online import Fields, edit_logic
 from ...ladder.python.sequences import Logic, Sequence
 from ...runtime.config.quantities import parse_duration
@@ -281,7 +281,7 @@ class Bench:
         asked = self._asked()
         return asked.rack() if tag is None else asked.of(tag)
 
-    def chain(self, tag: str, *, deep: bool = False) -> Link:
+    def chain(self, tag: str, *, deep: bool = False) -> CauseLink:
         """Return the chain of causes of a value, back to the first input, operator, incident or power-up.
 
         Args:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ...ladder import LadderLogic
-from ...ladder.debug import Debugger, Link, Remedies
+from ...ladder.debug import CauseLink, Debugger, Remedies
 from ...runtime.config.rackspec import RackSpec
 from ...traces.read.columns import Columns
 from ...traces.read.reader import Trace
@@ -33,7 +33,7 @@ class TraceAnswer:
     text: str
     notes: tuple[str, ...] = ()
     lines: tuple[Line, ...] = ()
-    chain: Link | None = None  # of causes; None if nothing was asked about
+    chain: CauseLink | None = None  # of causes; None if nothing was asked about
     remedies: Remedies | None = None  # what it would take; None if no value was wanted
 
 

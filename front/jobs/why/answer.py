@@ -10,7 +10,7 @@ from typing import Any
 from ...io_images.addresses import Address, parse_address
 from ...io_images.image import IMAGE_BYTES, WORDS
 from ...io_images.module_words import ModuleWords
-from ...ladder.debug import Debugger, Link, Remedies
+from ...ladder.debug import CauseLink, Debugger, Remedies
 from ...runtime.config.rackspec import RackSpec
 from ...runtime.loop.scan import ScanFlag, ScanLogic
 from ...traces.format.layout import SlotInfo
@@ -106,7 +106,7 @@ class Why:
             return "\n".join(self._of_axis(own, names))
         return "\n".join(self._of_value(text))
 
-    def chain(self, text: str, *, deep: bool = False) -> Link:
+    def chain(self, text: str, *, deep: bool = False) -> CauseLink:
         """Return the chain of causes of a value, see `Bench.chain`.
 
         Raises:
@@ -159,12 +159,12 @@ class Why:
             names = Names(logic, self.words)
         return ProgramChain(self.recording, None, deep, spec=self.spec, load=self.load, names=names)
 
-    def _chain_of_name(self, text: str, deep: bool) -> Link:
+    def _chain_of_name(self, text: str, deep: bool) -> CauseLink:
         chains = self._chains(deep)
         assert isinstance(chains, ProgramChain)
         names = chains.names
         own = names.own(text)
-        found: Link | None = None
+        found: CauseLink | None = None
         if own in names.addresses:
             found = chains.of_bits(Bits.at(self.place(names.addresses[own])), own, self.row)
         elif own in names.sequences:
@@ -175,10 +175,10 @@ class Why:
             found = chains.of_value(text, self.row)
         return found or self._since_power_up(text, None)
 
-    def _since_power_up(self, text: str, value: object) -> Link:
+    def _since_power_up(self, text: str, value: object) -> CauseLink:
         plain = value if isinstance(value, (bool, int, float, str)) else None
         first = self.recording.numbers[0], self.recording.times[0]
-        return Link("power-up", text, plain, *first, "not changed since then")
+        return CauseLink("power-up", text, plain, *first, "not changed since then")
 
     def rack(self) -> str:
         """Return the waits of every module, and the lines that last changed its output words."""

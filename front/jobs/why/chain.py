@@ -8,8 +8,8 @@ from dataclasses import dataclass, field, replace
 
 from ...io_images.addresses import Address
 from ...io_images.amci3601 import COMPLETION_BITS, MOTIONS, StatusMsw
-from ...ladder.debug import Chains, Link, linked
-from ...ladder.debug.causes import Origin
+from ...ladder.debug import CauseLink, Chains, linked
+from ...ladder.debug.causes import CellChange
 from ...ladder.debug.executed import Cell
 from ...ladder.state.memory import Value
 from ...runtime.loop.incidents import FaultKind
@@ -67,17 +67,17 @@ class RackChain:
     recording: Recording
     maker: Callable[..., Chains] | None = None
     deep: bool = False
-    _known: dict[tuple[Bits, int], Link] = field(default_factory=dict)
+    _known: dict[tuple[Bits, int], CauseLink] = field(default_factory=dict)
     _chains: Chains | None = None
     _told: dict[int, list[TraceEvent]] | None = None
 
     # --- questions
 
-    def of_tag(self, tag: str, row: int) -> Link | None:
+    def of_tag(self, tag: str, row: int) -> CauseLink | None:
         """Return the chain of a tag of a ladder program after a scan; None if it has not changed."""
         return self.chains.of_tag(tag, self.recording.numbers[row])
 
-    def of_bits(self, bits: Bits, name: str, row: int) -> Link | None:
+    def of_bits(self, bits: Bits, name: str, row: int) -> CauseLink | None:
         """Return the chain of bits of an image after a scan; None if they have not changed."""
         changed = Past(self.recording, row).last_change(bits.slot, bits.image, bits.word, bits.mask)
         return None if changed is None else self._of_change(bits, name, changed)
@@ -90,7 +90,7 @@ class RackChain:
             self._chains = self.maker(deep=self.deep, outside=self._of_input)
         return self._chains
 
-    def _of_input(self, origin: Origin, name: str, _value: Value) -> Link | None:
+    def _of_input(self, origin: CellChange, name: str, _value: Value) -> CauseLink | None:
         """Explain an input of a ladder program."""
         cell = origin.cell
         assert cell.leaf.slot is not None
@@ -112,7 +112,7 @@ class RackChain:
                     return f"slot{bits.slot}.{group}.{each}"
         return name
 
-    def _of_change(self, bits: Bits, name: str, row: int) -> Link:
+    def _of_change(self, bits: Bits, name: str, row: int) -> CauseLink:
         known = self._known.get((bits, row))
         if known is None:
             known = (
@@ -121,7 +121,9 @@ class RackChain:
             self._known[bits, row] = known
         return known
 
-    def link(self, kind: str, bits: Bits, name: str, row: int, text: str = "", *causes: Link) -> Link:
+    def link(
+        self, kind: str, bits: Bits, name: str, row: int, text: str = "", *causes: CauseLink
+    ) -> CauseLink:
         """Return a link of a change of an image."""
         return linked(
             [(each,) for each in causes],
@@ -141,7 +143,7 @@ class RackChain:
 
     # --- outputs
 
-    def _of_output(self, bits: Bits, name: str, row: int) -> Link:
+    def _of_output(self, bits: Bits, name: str, row: int) -> CauseLink:
         past = Past(self.recording, row)
         if past.is_forced(bits.address):
             return self.link("force", bits, name, row, "forced")
@@ -151,7 +153,7 @@ class RackChain:
             return self.link("fault", bits, name, row, text)
         return self._of_program(bits, name, row)
 
-    def _of_program(self, bits: Bits, name: str, row: int) -> Link:
+    def _of_program(self, bits: Bits, name: str, row: int) -> CauseLink:
         """Explain an output by the program; here by a ladder program."""
         found = None
         if self.maker is not None:
@@ -172,7 +174,7 @@ class RackChain:
         told = self._events_by_scan.get(scan, [])
         return [each for each in told if slot is None or each.fields.get("slot", 0) == slot]
 
-    def _of_module(self, bits: Bits, name: str, row: int) -> Link:
+    def _of_module(self, bits: Bits, name: str, row: int) -> CauseLink:
         slot = next(each for each in self.recording.slots if each.number == bits.slot)
         done = list(self._done(slot, bits, row))
         if done:
@@ -190,7 +192,7 @@ class RackChain:
         behind = behind or list(self._command(slot, bits, row))
         return self.link("module", bits, name, row, text or "the module answers", *behind)
 
-    def _terminals(self, slot: SlotInfo, row: int) -> Iterator[Link]:
+    def _terminals(self, slot: SlotInfo, row: int) -> Iterator[CauseLink]:
         """Yield the terminals of a 3601 that changed in a scan, by the switches of the machine or by hand."""
         past = Past(self.recording, row)
         before = past.words(slot.number, "in", row - 1)[1] if row else 0
@@ -230,7 +232,7 @@ class RackChain:
     def _names(self, slot: SlotInfo, bits: Bits) -> list[str]:
         return [name for name, bit in slot.words.bits("I", bits.word) if bits.mask >> bit & 1]
 
-    def _command(self, slot: SlotInfo, bits: Bits, row: int) -> Iterator[Link]:
+    def _command(self, slot: SlotInfo, bits: Bits, row: int) -> Iterator[CauseLink]:
         """Yield what a module answers to: its outputs just before, or the last start of a motion."""
         past = Past(self.recording, row)
         first = max(0, row - ANSWER)
@@ -250,7 +252,7 @@ class RackChain:
                     yield self._output(Bits(slot.number, "out", 0, begun), slot, changed)
                     return
 
-    def _output(self, bits: Bits, slot: SlotInfo, row: int) -> Link:
+    def _output(self, bits: Bits, slot: SlotInfo, row: int) -> CauseLink:
         names = [name for name, bit in slot.words.bits("O", bits.word) if bits.mask >> bit & 1]
         if not names or bits.address.bit is None:
             bits = replace(bits, mask=ALL_BITS) if len(names) != 1 else bits

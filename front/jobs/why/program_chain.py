@@ -10,7 +10,7 @@ from typing import Any
 
 from ...io_images.addresses import Address, parse_address
 from ...io_images.site import Site
-from ...ladder.debug import Link, Operand, linked
+from ...ladder.debug import CauseLink, Operand, linked
 from ...runtime.config.rackspec import RackSpec
 from ...runtime.loop.scan import ScanLogic
 from ...traces.read.sequence_steps import Step, steps_of
@@ -34,12 +34,12 @@ class ProgramChain(RackChain):
 
     # --- questions
 
-    def of_value(self, text: str, row: int) -> Link | None:
+    def of_value(self, text: str, row: int) -> CauseLink | None:
         """Return the chain of a value of the program after a scan; None if it has not changed."""
         found = self._last_changes([text], row)
         return self._of_value(text, found[text]) if text in found else None
 
-    def of_sequence(self, name: str, row: int) -> Link | None:
+    def of_sequence(self, name: str, row: int) -> CauseLink | None:
         """Return the chain of the place at which a sequence waits; None if it has not begun."""
         steps = [each for each in self._steps(name) if each.scan <= self.recording.numbers[row]]
         return self._of_wait(steps, len(steps) - 1) if steps else None
@@ -49,13 +49,13 @@ class ProgramChain(RackChain):
 
     # --- lines
 
-    def _of_program(self, bits: Bits, name: str, row: int) -> Link:
+    def _of_program(self, bits: Bits, name: str, row: int) -> CauseLink:
         again = self._traced(row, "")
         at = self.recording.place(bits.slot) // 2 + 2 * bits.word
         made = [each for each in again.changes.get(row, ()) if _differs(each, at, bits.mask)]
         return self._of_line(bits.slot, name, self.value(bits, row), row, again, made)
 
-    def _of_value(self, text: str, row: int) -> Link:
+    def _of_value(self, text: str, row: int) -> CauseLink:
         again = self._traced(row, text)
         made = [each for each in again.changes.get(row, ()) if each.before[1] != each.after[1]]
         return self._of_line(0, text, again.value, row, again, made)
@@ -70,18 +70,18 @@ class ProgramChain(RackChain):
 
     def _of_line(
         self, slot: int, name: str, value: Any, row: int, again: TracedRun, made: Sequence[TracedChange]
-    ) -> Link:
+    ) -> CauseLink:
         sent = [each for each in made[-1].senders if each.slot == slot] if made else []
         line = sent[0].line if sent else made[-1].line if made else NOWHERE
         common = {"name": name, "value": _plain(value), "scan": self.recording.numbers[row]}
         common["now_ns"] = self.recording.times[row]
         if not again.explains(row):
-            return Link(
+            return CauseLink(
                 "unknown", **common, text="run again, the program writes other words: no line is known"
             )
         if not line.number:
             text = f"sent by {sent[0].text}" if sent else "no line of the program wrote it"
-            return Link("line" if sent else "unknown", **common, text=text)
+            return CauseLink("line" if sent else "unknown", **common, text=text)
         waited = self._of_sender(line, row) if sent else self._waited(line, row)
         causes = [(each,) for each in (waited or list(self._of_reads(made[-1], row)))]
         site = _site(line)
@@ -124,7 +124,7 @@ class ProgramChain(RackChain):
                     return f"slot{bits.slot}.{group}.{name}"
         return f"slot{bits.slot} {words.inputs[bits.word]}" if bits.address.bit is None else str(bits.address)
 
-    def _of_reads(self, change: TracedChange, row: int) -> Iterator[Link]:
+    def _of_reads(self, change: TracedChange, row: int) -> Iterator[CauseLink]:
         """Yield the inputs that were new, else the value in the conditions that changed last."""
         new = [bits for bits, changed in self._read(change, row) if changed]
         for bits in new:
@@ -137,7 +137,7 @@ class ProgramChain(RackChain):
             if last is None:
                 yield from self._of_old_reads(change, row)
 
-    def _of_old_reads(self, change: TracedChange, row: int) -> Iterator[Link]:
+    def _of_old_reads(self, change: TracedChange, row: int) -> Iterator[CauseLink]:
         """Yield the input among those read that changed last."""
         links = [self.of_bits(bits, self._name(bits), row) for bits, _ in self._read(change, row)]
         found = [each for each in links if each is not None]
@@ -194,27 +194,27 @@ class ProgramChain(RackChain):
 
     # --- sequences
 
-    def _waited(self, line: Line, row: int) -> list[Link]:
+    def _waited(self, line: Line, row: int) -> list[CauseLink]:
         """Return the wait whose end let a sequence come to a line."""
         scan = self.recording.numbers[row]
         steps = [each for each in self._steps(line.function) if each.scan < scan]
         return [self._of_end(steps, len(steps) - 1, row)] if steps else []
 
-    def _of_sender(self, line: Line, row: int) -> list[Link]:
+    def _of_sender(self, line: Line, row: int) -> list[CauseLink]:
         """Return the wait before the line that awaits the command of an axis."""
         scan, file = self.recording.numbers[row], Path(line.file).name
         steps = [each for each in self._steps(line.function) if each.scan <= scan]
         at = [number for number, each in enumerate(steps) if (each.file, each.line) == (file, line.number)]
         return [self._of_end(steps, at[-1] - 1, self._row(steps[at[-1]]))] if at and at[-1] else []
 
-    def _of_wait(self, steps: Sequence[Step], number: int) -> Link:
+    def _of_wait(self, steps: Sequence[Step], number: int) -> CauseLink:
         """Return the link of a wait that has begun, behind it the end of the one before."""
         step = steps[number]
         row = self._row(step)
         causes = [(self._of_end(steps, number - 1, row),)] if number else []
         return linked(causes, **self._parts(step, row, f"waits for {step.wait}" if step.line else "is over"))
 
-    def _of_end(self, steps: Sequence[Step], number: int, row: int) -> Link:
+    def _of_end(self, steps: Sequence[Step], number: int, row: int) -> CauseLink:
         """Return the link of the end of a wait in a scan: what it waited for, or the wait before it."""
         step = steps[number]
         causes = [(each,) for each in self._of_condition(step, row)]
@@ -230,7 +230,7 @@ class ProgramChain(RackChain):
     def _row(self, step: Step) -> int:
         return bisect_left(self.recording.numbers, step.scan)
 
-    def _of_condition(self, step: Step, row: int) -> Iterator[Link]:
+    def _of_condition(self, step: Step, row: int) -> Iterator[CauseLink]:
         """Yield the inputs and axes of a wait that changed in the scan that ended it."""
         for name in self.names.named_in(step.wait):
             slot = self.names.axes.get(name)
@@ -244,14 +244,14 @@ class ProgramChain(RackChain):
             self.names.addresses[name], {slot.number: slot.words for slot in self.recording.slots}
         )
 
-    def _new(self, bits: Bits, name: str, row: int) -> Iterator[Link]:
+    def _new(self, bits: Bits, name: str, row: int) -> Iterator[CauseLink]:
         if (
             bits.image == "in"
             and Past(self.recording, row).last_change(bits.slot, "in", bits.word, bits.mask) == row
         ):
             yield self._of_change(bits, name, row)
 
-    def _of_axis(self, slot: int, row: int) -> Iterator[Link]:
+    def _of_axis(self, slot: int, row: int) -> Iterator[CauseLink]:
         """Yield the status bits of an axis that changed in a scan, those with a name."""
         past = Past(self.recording, row)
         words = next(each.words for each in self.recording.slots if each.number == slot)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from ...jobs.why.chain import RackChain
-from ...ladder.debug import Chains, Link
+from ...ladder.debug import CauseLink, Chains
 from ...ladder.debug.causes import Causes
 from ...ladder.debug.links import said
 from ...traces.format.layout import SlotInfo
@@ -43,7 +43,7 @@ def chain_of(monitor: Monitor, shadow: Shadow, tag: str, scan: int) -> list[Json
     events = tuple(map(_event, monitor.states.up_to(scan, BACK)))
     recording = Recording(slots, PackedScans.of(len(slots), [columns_of(rows)]), events)
 
-    def chains(*, deep: bool, outside: Callable[..., Link | None]) -> Chains:
+    def chains(*, deep: bool, outside: Callable[..., CauseLink | None]) -> Chains:
         return Chains(shadow.engine.lowered, Causes(shadow), deep, outside)
 
     if not len(rows):
@@ -57,7 +57,7 @@ def _event(event: Mapping[str, Any]) -> TraceEvent:
     return TraceEvent(event["scan"], event["t"], _TOPICS.get(event["kind"], f"/{event['kind']}"), fields)
 
 
-def links_of(chain: Link) -> list[Json]:
+def links_of(chain: CauseLink) -> list[Json]:
     """Return the links of a chain for a page: scan, time, text, the rung or line, causes by number."""
     links = list(chain.walk())[:MOST_LINKS]
     numbers = {link: number for number, link in enumerate(links)}
@@ -78,7 +78,7 @@ def links_of(chain: Link) -> list[Json]:
     ]
 
 
-def _at(link: Link) -> str | None:
+def _at(link: CauseLink) -> str | None:
     """Return the rung or line as a page names it: `Main.3`, `line.py.12`."""
     site = link.site
     if site is None:

@@ -19,7 +19,7 @@ wait. Whatever can't be taken over for certain is refused by name, before anythi
 `docs/decisions/0017-edits-of-sequences.md` has the reasons.
 """
 
-from .editing import EditRefused, LogicEdit, edit_logic, plan_edit
+from .editing import EditRefusal, LogicEdit, edit_logic, plan_edit
 from .fields import Fields
 
-__all__ = ["EditRefused", "Fields", "LogicEdit", "edit_logic", "plan_edit"]
+__all__ = ["EditRefusal", "Fields", "LogicEdit", "edit_logic", "plan_edit"]

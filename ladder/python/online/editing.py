@@ -31,7 +31,7 @@ from .fields import forced_fields, hold_forces, release
 from .placing import EditContext, NotPlacedError, SequenceMove, foreign, plan_moves
 
 
-class EditRefused(SiteError):  # noqa: N818 - it is an answer
+class EditRefusal(SiteError):  # noqa: N818 - it is an answer
     """An edit that can't continue for certain; nothing has changed.
 
     Attributes:
@@ -92,7 +92,7 @@ def edit_logic(logic: Logic, fresh: Logic, restart: Collection[str] = ()) -> Log
         restart: names of sequences that end, and begin anew in the edited program.
 
     Raises:
-        EditRefused: it can't continue for certain; nothing has changed.
+        EditRefusal: it can't continue for certain; nothing has changed.
         ValueError: a declared place is not in the rack.
     """
     plan = plan_edit(logic, fresh, restart)
@@ -104,9 +104,9 @@ def plan_edit(logic: Logic, fresh: Logic, restart: Collection[str] = ()) -> Edit
     """Plan an edit, see `edit_logic`; nothing changes."""
     slots = logic._logic_slots
     if slots is None:
-        raise EditRefused("the program has had no scan: load it again")
+        raise EditRefusal("the program has had no scan: load it again")
     if type(logic).__name__ != type(fresh).__name__:
-        raise EditRefused(f"{type(fresh).__name__} is another class than {type(logic).__name__}")
+        raise EditRefusal(f"{type(fresh).__name__} is another class than {type(logic).__name__}")
     if fresh._logic_slots is not slots:
         fresh.__attach_logic__(slots)
     old, new = Edition(type(logic)), Edition(type(fresh))
@@ -153,12 +153,12 @@ def _sequences(
     """Plan how the sequences continue; return their moves and sentences.
 
     Raises:
-        EditRefused: one or more can't.
+        EditRefusal: one or more can't.
     """
     there = {each.name for each in fresh._logic_sequences}
     unknown = [each for each in restart if each not in there]
     if unknown:
-        raise EditRefused(f"there is no sequence {unknown[0]}: {', '.join(sorted(there))}")
+        raise EditRefusal(f"there is no sequence {unknown[0]}: {', '.join(sorted(there))}")
     moves: list[SequenceMove] = []
     errors: dict[str, NotPlacedError] = {}
     said = []
@@ -177,7 +177,7 @@ def _sequences(
     if errors:
         names = ", ".join(errors)
         text = "\n".join(map(str, errors.values()))
-        refused = EditRefused(
+        refused = EditRefusal(
             f"{text}\nthe edit is possible if {names} begins anew",
             *(site for error in errors.values() for site in sites_of(error)),
         )
@@ -264,7 +264,7 @@ def _is_of_another_type(one: Any, other: Any) -> bool:
 
 
 def _taken_over(name: str, value: Any, old: Edition, new: Edition) -> Any:
-    """Return a field's value for the edited program; an EditRefused if it is of a class that is no more."""
+    """Return a field's value for the edited program; an EditRefusal if it is of a class that is no more."""
     kind = type(value)
     if isinstance(value, Enum) and kind.__module__ in old.modules:
         edited: Any = new.modules.get(kind.__module__, {}).get(kind.__qualname__)
@@ -272,7 +272,7 @@ def _taken_over(name: str, value: Any, old: Edition, new: Edition) -> Any:
             return edited[value.name]
     why = foreign(value, old)
     if why:
-        raise EditRefused(f"field {name} is {why}: its value can't be taken over")
+        raise EditRefusal(f"field {name} is {why}: its value can't be taken over")
     return value
 
 

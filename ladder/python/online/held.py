@@ -2,7 +2,7 @@
 
     Again       an await that has begun: it yields the present wait, then continues
     Rest        an iterator of a `for` within a turn: this turn, then the remaining ones
-    Held        a `with` block that is open: it is left, not entered
+    OpenBlock   a `with` block that is open: it is left, not entered
     Entering    an `async with` whose entry waits
 
 None of them runs user code before the wait is over.
@@ -68,7 +68,7 @@ class Rest:
         return next(self.inner)
 
 
-class Held:
+class OpenBlock:
     """An open `with` or `async with` block, by its exit."""
 
     def __init__(self, leave: Exit) -> None:
@@ -92,7 +92,7 @@ class Held:
         return leaving
 
 
-class Entering(Held):
+class Entering(OpenBlock):
     """An `async with` block whose entry waits."""
 
     def __init__(self, entry: Again, leave: Exit) -> None:
@@ -108,7 +108,7 @@ def unwrapped(held: Any) -> Any:
     if isinstance(held, Rest):
         return held.inner
     owner = getattr(held, "__self__", None)
-    return owner.leave if isinstance(owner, Held) else held
+    return owner.leave if isinstance(owner, OpenBlock) else held
 
 
 def entry_of(awaited: Any) -> Any:

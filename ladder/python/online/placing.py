@@ -28,8 +28,8 @@ from .edition import Edition
 from .held import Again, keep_for_ever
 from .locals_fit import check_bound, check_origins, check_unchanged, names_needed, names_read
 from .points import Function, Point, counterpart, points_of
-from .resumed import Resumed, arguments_of, compiled, resume
-from .suspended import Hold, Suspended, UnknownStackError, suspended
+from .resumed import ResumptionBody, arguments_of, compiled, resume
+from .suspended import Hold, UnknownStackError, WaitingFrame, suspended
 
 Work = Coroutine[Any, Any, object]
 T = TypeVar("T")
@@ -59,11 +59,11 @@ class EditContext:
 class FrameMove:
     """A frame and its function in the edited program."""
 
-    frame: Suspended
+    frame: WaitingFrame
     function: FunctionType
     before: tuple[Function, Point]
     after: tuple[Function, Point]
-    resumed: Resumed
+    resumed: ResumptionBody
     values: dict[str, Any]
     held: list[Any]
 
@@ -135,7 +135,7 @@ def plan_moves(sequence: Sequence, context: EditContext) -> list[SequenceMove]:
     return moves
 
 
-def _user_frame(work: Any) -> Suspended | None:
+def _user_frame(work: Any) -> WaitingFrame | None:
     """Return the frame of a coroutine of the user's."""
     if getattr(work, "cr_frame", None) is None or work.cr_await is None:
         return None
@@ -143,7 +143,7 @@ def _user_frame(work: Any) -> Suspended | None:
     return None if module.startswith(OURS) else suspended(work)
 
 
-def _named(name: str, frame: Suspended, check: Callable[[], T]) -> T:
+def _named(name: str, frame: WaitingFrame, check: Callable[[], T]) -> T:
     """Return what a check returns; a NotPlacedError has its reason and the place of a frame."""
     try:
         return check()
@@ -156,7 +156,7 @@ def _named(name: str, frame: Suspended, check: Callable[[], T]) -> T:
     raise NotPlacedError.at(Site(file=Path(file).name, line=line), f"{place}: {why}")
 
 
-def _functions_of(frame: Suspended, context: EditContext) -> tuple[FunctionType, FunctionType]:
+def _functions_of(frame: WaitingFrame, context: EditContext) -> tuple[FunctionType, FunctionType]:
     """Return the function of a frame in the present and in the edited program."""
     qualified = frame.code.co_qualname
     present = context.old.function(frame.module, qualified)
@@ -168,7 +168,7 @@ def _functions_of(frame: Suspended, context: EditContext) -> tuple[FunctionType,
     return present, edited
 
 
-def _trees_of(frame: Suspended, context: EditContext) -> tuple[Function, Function]:
+def _trees_of(frame: WaitingFrame, context: EditContext) -> tuple[Function, Function]:
     present, edited = _functions_of(frame, context)
     before, after = context.old.tree(present), context.new.tree(edited)
     if not isinstance(before, ast.AsyncFunctionDef) or not isinstance(after, ast.AsyncFunctionDef):
@@ -177,7 +177,7 @@ def _trees_of(frame: Suspended, context: EditContext) -> tuple[Function, Functio
     return before, after
 
 
-def _is_as_before(frame: Suspended, context: EditContext) -> bool:
+def _is_as_before(frame: WaitingFrame, context: EditContext) -> bool:
     """Return whether text and lines of a frame's function are unchanged, so that the frame can stay."""
     try:
         before, after = _trees_of(frame, context)
@@ -191,7 +191,7 @@ def _is_as_before(frame: Suspended, context: EditContext) -> bool:
     return _dump(before, lines=True) == _dump(after, lines=True)
 
 
-def _point_of(frame: Suspended, points: list[Point]) -> Point:
+def _point_of(frame: WaitingFrame, points: list[Point]) -> Point:
     here = [each for each in points if each.is_at(frame.at)]
     if len(here) != 1:
         raise ValueError("its await is not found in the source")
@@ -200,7 +200,7 @@ def _point_of(frame: Suspended, points: list[Point]) -> Point:
     return here[0]
 
 
-def _check_staying(frame: Suspended, context: EditContext) -> None:
+def _check_staying(frame: WaitingFrame, context: EditContext) -> None:
     """Check that what a frame that stays refers to goes on."""
     for name, value in frame.values.items():
         _check_local(name, value, context)
@@ -246,7 +246,7 @@ def _rest_of(iterator: Any, text: str, context: EditContext) -> Any:
     return rest
 
 
-def _move_of(frame: Suspended, context: EditContext) -> FrameMove:
+def _move_of(frame: WaitingFrame, context: EditContext) -> FrameMove:
     _, edited = _functions_of(frame, context)
     before, after = _trees_of(frame, context)
     points = points_of(before)
@@ -261,17 +261,17 @@ def _move_of(frame: Suspended, context: EditContext) -> FrameMove:
     return FrameMove(frame, edited, (before, here), (after, target), resumed, values, held)
 
 
-def _leaves_block(frame: Suspended, point: Point) -> bool:
+def _leaves_block(frame: WaitingFrame, point: Point) -> bool:
     inside = getattr(frame.work.cr_await, "cr_code", None)
     entry = isinstance(point.node, ast.AsyncWith)
     return entry and inside is not None and inside.co_name == "__aexit__"
 
 
 def _fitting(
-    frame: Suspended,
+    frame: WaitingFrame,
     before: tuple[Function, Point],
     after: tuple[Function, Point],
-    resumed: Resumed,
+    resumed: ResumptionBody,
     edited: FunctionType,
     context: EditContext,
     loops: list[str],

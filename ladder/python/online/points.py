@@ -23,7 +23,7 @@ NESTED = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda, ast.ClassDef)
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class BlockStep:
     """A compound statement around an await."""
 
     node: ast.AST
@@ -37,7 +37,7 @@ class Point:
     """An await, or the entry of an `async with`."""
 
     node: ast.Await | ast.AsyncWith
-    steps: tuple[Step, ...]  # outermost first
+    steps: tuple[BlockStep, ...]  # outermost first
     statement: ast.stmt
     text: str
 
@@ -78,7 +78,7 @@ def points_of(function: Function) -> list[Point]:
     return [each for statement in function.body for each in _points(statement, ())]
 
 
-def _points(node: ast.stmt, steps: tuple[Step, ...]) -> Iterator[Point]:
+def _points(node: ast.stmt, steps: tuple[BlockStep, ...]) -> Iterator[Point]:
     """Yield the points of a statement."""
     if isinstance(node, NESTED):
         return
@@ -88,15 +88,15 @@ def _points(node: ast.stmt, steps: tuple[Step, ...]) -> Iterator[Point]:
         head = _head(node)
         if isinstance(value, list) and value and isinstance(value[0], ast.stmt):
             for each in value:
-                yield from _points(each, (*steps, Step(node, field, head)))
+                yield from _points(each, (*steps, BlockStep(node, field, head)))
         elif field in ("handlers", "cases"):
             for each in value:
-                inside = Step(node, field, f"{head} {_inner_head(each)}", each)
+                inside = BlockStep(node, field, f"{head} {_inner_head(each)}", each)
                 for statement in each.body:
                     yield from _points(statement, (*steps, inside))
         else:
             compound = isinstance(node, ast.If | ast.While | ast.For | ast.Match | ast.With | ast.AsyncWith)
-            inside_of = (*steps, Step(node, field, "")) if compound else steps
+            inside_of = (*steps, BlockStep(node, field, "")) if compound else steps
             for found in _awaits(value):
                 yield Point(found, inside_of, node, ast.unparse(found))
 

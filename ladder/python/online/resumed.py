@@ -23,8 +23,8 @@ from dataclasses import dataclass, field
 from types import CellType, CodeType, FunctionType
 from typing import Any, TypeVar
 
-from .held import Again, Entering, Held, Rest
-from .points import NESTED, Function, Point, Step
+from .held import Again, Entering, OpenBlock, Rest
+from .points import NESTED, BlockStep, Function, Point
 from .suspended import Hold
 
 Node = TypeVar("Node", bound=ast.AST)
@@ -40,7 +40,7 @@ class CannotBeginError(ValueError):
 
 
 @dataclass(slots=True)
-class Resumed:
+class ResumptionBody:
     """A function from one of its awaits on: its tree and its further parameters."""
 
     body: list[ast.stmt] = field(default_factory=list)
@@ -48,13 +48,13 @@ class Resumed:
     once: list[str] = field(default_factory=list)  # parameters that tell the first turn of a loop
 
 
-def resume(function: Function, point: Point) -> Resumed:
+def resume(function: Function, point: Point) -> ResumptionBody:
     """Return a function that begins at a point.
 
     Raises:
         CannotBeginError: the await is where no function can begin.
     """
-    made = Resumed()
+    made = ResumptionBody()
     made.body = _Writer(made, point).block(function.body, 0)
     return made
 
@@ -62,7 +62,7 @@ def resume(function: Function, point: Point) -> Resumed:
 class _Writer:
     """Writes the statements from a point on."""
 
-    def __init__(self, made: Resumed, point: Point) -> None:
+    def __init__(self, made: ResumptionBody, point: Point) -> None:
         self._made, self._point = made, point
         self._entry = isinstance(point.node, ast.AsyncWith)
 
@@ -112,12 +112,12 @@ class _Writer:
 
     # --- statements around it
 
-    def _if(self, node: Any, step: Step, depth: int) -> list[ast.stmt]:
+    def _if(self, node: Any, step: BlockStep, depth: int) -> list[ast.stmt]:
         if step.field == "test":
             return [_with(node, test=self._first(node.test))]
         return self.block(getattr(node, step.field), depth + 1)
 
-    def _while(self, node: Any, step: Step, depth: int) -> list[ast.stmt]:
+    def _while(self, node: Any, step: BlockStep, depth: int) -> list[ast.stmt]:
         if step.field == "orelse":
             return self.block(node.orelse, depth + 1)
         first = self._once(node)
@@ -128,7 +128,7 @@ class _Writer:
         test = _at(ast.BoolOp(ast.Or(), [self._once(node)(), node.test]), node.test)
         return [_with(node, test=test, body=[again])]
 
-    def _for(self, node: Any, step: Step, depth: int) -> list[ast.stmt]:
+    def _for(self, node: Any, step: BlockStep, depth: int) -> list[ast.stmt]:
         if step.field == "orelse":
             return self.block(node.orelse, depth + 1)
         if step.field != "body":
@@ -140,7 +140,7 @@ class _Writer:
         body = _at(ast.If(first(), resumed, [item, *node.body]), node.body[0])
         return [_with(node, target=_at(ast.Name(turn, ast.Store()), node), iter=rest, body=[body])]
 
-    def _try(self, node: Any, step: Step, depth: int) -> list[ast.stmt]:
+    def _try(self, node: Any, step: BlockStep, depth: int) -> list[ast.stmt]:
         if step.field == "finalbody":
             raise CannotBeginError("the await is in a `finally`")
         if step.field == "body":
@@ -149,7 +149,7 @@ class _Writer:
             return self._finally(node, [self._handler(node, step, depth)])
         return self._finally(node, self.block(node.orelse, depth + 1))
 
-    def _handler(self, node: Any, step: Step, depth: int) -> ast.stmt:
+    def _handler(self, node: Any, step: BlockStep, depth: int) -> ast.stmt:
         """Write a handler that is running: its exception is raised again, for this handler alone."""
         inner: Any = step.inner
         error = self._block(Hold.HANDLER, inner)
@@ -163,13 +163,13 @@ class _Writer:
             return body
         return [_at(ast.Try(body, [], [], node.finalbody), node)]
 
-    def _with_block(self, node: Any, step: Step, depth: int) -> list[ast.stmt]:
+    def _with_block(self, node: Any, step: BlockStep, depth: int) -> list[ast.stmt]:
         if step.field != "body":
             raise CannotBeginError(_HALF)
         items = [ast.withitem(self._block(Hold.EXIT, node), None) for _ in node.items]
         return [_with(node, items=items, body=self.block(node.body, depth + 1))]
 
-    def _match(self, node: Any, step: Step, depth: int) -> list[ast.stmt]:
+    def _match(self, node: Any, step: BlockStep, depth: int) -> list[ast.stmt]:
         if step.field == "subject":
             return [_with(node, subject=self._first(node.subject))]
         inner: Any = step.inner
@@ -207,7 +207,7 @@ _FIRST: Sequence[tuple[Any, str]] = (
 )
 """The operand that Python evaluates first."""
 
-_WRITERS: Mapping[type[ast.stmt], Callable[[_Writer, Any, Step, int], list[ast.stmt]]] = {
+_WRITERS: Mapping[type[ast.stmt], Callable[[_Writer, Any, BlockStep, int], list[ast.stmt]]] = {
     ast.If: _Writer._if,
     ast.While: _Writer._while,
     ast.For: _Writer._for,
@@ -236,7 +236,7 @@ def _at(node: Node, place: Any) -> Node:
 
 
 def compiled(
-    function: Function, resumed: Resumed, values: Sequence[str], original: FunctionType
+    function: Function, resumed: ResumptionBody, values: Sequence[str], original: FunctionType
 ) -> FunctionType:
     """Compile a function that begins at a point.
 
@@ -315,7 +315,7 @@ class _Private(ast.NodeTransformer):
 
 
 def arguments_of(
-    resumed: Resumed, holds: Sequence[Hold], held: Sequence[Any], awaited: Any, *, entry: bool
+    resumed: ResumptionBody, holds: Sequence[Hold], held: Sequence[Any], awaited: Any, *, entry: bool
 ) -> dict[str, Any]:
     """Return the further arguments of a resumed function.
 
@@ -326,7 +326,7 @@ def arguments_of(
     """
     wrap: Mapping[Hold, Callable[[Any], Any]] = {
         Hold.ITERATOR: Rest,
-        Hold.EXIT: Held,
+        Hold.EXIT: OpenBlock,
         Hold.HANDLER: lambda error: error,
     }
     found = [wrap[hold](each) for hold, each in zip(holds, held, strict=True)]
@@ -337,4 +337,4 @@ def arguments_of(
     return {WAIT: awaited, ".everything": BaseException, **blocks, **once}
 
 
-__all__ = ["Again", "CannotBeginError", "Resumed", "arguments_of", "compiled", "resume"]
+__all__ = ["Again", "CannotBeginError", "ResumptionBody", "arguments_of", "compiled", "resume"]

@@ -33,7 +33,7 @@ class UnknownStackError(Exception):
 
 
 @dataclass(frozen=True, slots=True)
-class Suspended:
+class WaitingFrame:
     """A frame that waits."""
 
     work: Any  # the coroutine
@@ -81,13 +81,13 @@ def _is(hold: Hold, item: Any) -> bool:
     return isinstance(item, BaseException)
 
 
-def suspended(work: Any) -> Suspended:
+def suspended(work: Any) -> WaitingFrame:
     """Return the frame of a coroutine that waits."""
     frame = work.cr_frame
     place = next(islice(frame.f_code.co_positions(), frame.f_lasti // 2, None))
     line, end_line, column, end_column = (each or 0 for each in place)
     values = {name: value for name, value in frame.f_locals.items() if not name.startswith(".")}
-    return Suspended(
+    return WaitingFrame(
         work,
         frame.f_code,
         frame.f_globals.get("__name__", ""),

@@ -9,7 +9,7 @@ import json
 import pytest
 from scanrack import open_bench
 from scanrack.commands import build
-from scanrack.ladder.debug import Link
+from scanrack.ladder.debug import CauseLink
 from typer.testing import CliRunner
 
 CARDS = """
@@ -108,7 +108,7 @@ class Line(Logic):
 """
 
 
-def text_of(link: Link) -> str:
+def text_of(link: CauseLink) -> str:
     names = {None: "", False: " off", True: " on"}
     value = names[link.value] if link.value is None or isinstance(link.value, bool) else f" = {link.value}"
     kind = "" if link.kind in ("rung", "line", "wait") else f" {link.kind}"

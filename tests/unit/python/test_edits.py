@@ -14,7 +14,7 @@ from scanrack import open_bench
 from scanrack.jobs.load.loading import load_job
 from scanrack.jobs.load.program import load_program
 from scanrack.jobs.trust.attachments import forget_imported
-from scanrack.ladder.python.online import EditRefused, Fields, edit_logic
+from scanrack.ladder.python.online import EditRefusal, Fields, edit_logic
 from sequence_bench import SequenceBench
 
 EXAMPLES = Path(__file__).parents[3] / "examples/sequences"
@@ -193,7 +193,7 @@ REFUSED = {
 @pytest.mark.parametrize("case", REFUSED)
 def test_an_edit_that_is_not_certain_is_refused_and_nothing_changes(case, dwelling):
     change, why = REFUSED[case]
-    with pytest.raises(EditRefused, match=why) as refused:
+    with pytest.raises(EditRefusal, match=why) as refused:
         dwelling.edit(change)
     assert refused.value.sequences == ("cycle",)
     assert refused.value.sites[0].line == 28
@@ -202,7 +202,7 @@ def test_an_edit_that_is_not_certain_is_refused_and_nothing_changes(case, dwelli
 
 
 def test_a_local_that_is_read_later_has_to_be_there(dwelling):
-    with pytest.raises(EditRefused, match="its local m has no value"):
+    with pytest.raises(EditRefusal, match="its local m has no value"):
         dwelling.edit(("n = self.rounds", "m = self.rounds"), ("= n + 10", "= m + 10"))
 
 
@@ -218,7 +218,7 @@ def test_one_sequence_begins_anew_when_it_is_told_to(dwelling):
 def test_a_condition_that_waits_is_taken_over_only_unchanged(dwelling):
     dwelling.scan(20)
     assert dwelling.logic.cycle.waits_for == "two"
-    with pytest.raises(EditRefused, match="its condition has changed"):
+    with pytest.raises(EditRefusal, match="its condition has changed"):
         dwelling.edit(("lambda: self.two", "lambda: not self.two"))
     dwelling.text = TEXT
     dwelling.edit(("STEP = 1", "STEP = 1\n"))
@@ -271,7 +271,7 @@ def test_the_finally_of_a_lost_edit_says_its_place(dwelling):
     dwelling.logic.cycle.abort()
     dwelling.scan()
     assert dwelling.logic.cycle.waits_for == "dwell 9 ms"
-    with pytest.raises(EditRefused, match=r"plant\.py:33: cycle waits in cycle: the await is in a `finally`"):
+    with pytest.raises(EditRefusal, match=r"plant\.py:33: cycle waits in cycle: the await is in a `finally`"):
         dwelling.edit(("STEP = 1", "STEP = 1\n"))
     dwelling.text = dwelling.text.replace("STEP = 1\n\n", "STEP = 1\n", 1)
     dwelling.edit(('name = "plant"', 'name = "plants"'))  # its lines stay, so its frame can
