@@ -8,8 +8,10 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-from check_planted import OF_THE_RACK, PLANTED, Planted
 from scanrack.jobs.check import RULES, Rule
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
+from check_planted import OF_THE_RACK, PLANTED, Planted  # noqa: E402
 
 PAGE = Path(__file__).parents[2] / "docs/check-rules.md"
 REMEDY = "python tests/tools/check_page.py --write"

@@ -76,7 +76,7 @@ class Variable:
     shown: bool = False
 
 
-class Use(Enum):
+class Touch(Enum):
     """What an instruction or a statement does with a variable."""
 
     READ = auto()
@@ -105,7 +105,7 @@ class Access:
 
     variable: str
     part: str
-    use: Use
+    use: Touch
     place: FileLine
     unit: str = ""
     needs: frozenset[Bit] = frozenset()
@@ -123,12 +123,12 @@ class Access:
     @property
     def reads(self) -> bool:
         """Whether the value is read."""
-        return self.use in (Use.READ, Use.BOTH)
+        return self.use in (Touch.READ, Touch.BOTH)
 
     @property
     def writes(self) -> bool:
         """Whether the value is written."""
-        return self.use is not Use.READ
+        return self.use is not Touch.READ
 
 
 @dataclass(frozen=True, slots=True)

@@ -26,7 +26,7 @@ MIRRORED = {"=": "=", "<>": "<>", "<": ">", ">": "<", "<=": ">=", ">=": "<="}
 
 
 @dataclass(frozen=True, slots=True)
-class Known:
+class FixedTruth:
     """A constant."""
 
     holds: bool
@@ -71,16 +71,16 @@ class AnyOf:
     parts: tuple[Condition, ...]
 
 
-Condition = Known | Unknown | Bit | Compare | AllOf | AnyOf
-TRUE, FALSE, UNKNOWN = Known(True), Known(False), Unknown()
+Condition = FixedTruth | Unknown | Bit | Compare | AllOf | AnyOf
+TRUE, FALSE, UNKNOWN = FixedTruth(True), FixedTruth(False), Unknown()
 Term = tuple[Condition, ...]
 
 
 def negated(condition: Condition) -> Condition:
     """Return the opposite condition."""
     match condition:
-        case Known(holds):
-            return Known(not holds)
+        case FixedTruth(holds):
+            return FixedTruth(not holds)
         case Bit(name, on):
             return Bit(name, not on)
         case Compare(name, relation, number, least, most, whole):
@@ -156,7 +156,7 @@ def _is_impossible(term: Term) -> bool:
     on: dict[str, bool] = {}
     compared: dict[str, list[Compare]] = {}
     for each in term:
-        if isinstance(each, Known) and not each.holds:
+        if isinstance(each, FixedTruth) and not each.holds:
             return True
         if isinstance(each, Bit) and on.setdefault(each.name, each.on) != each.on:
             return True

@@ -69,6 +69,13 @@ RUN = """\
             self.axis.run(5000, acceleration=10, deceleration=10)
 """
 
+CONFIGURE = """\
+            await self.axis.configure()
+"""
+STOP = """\
+            await self.axis.stop()
+"""
+
 SCANS = 500
 
 
@@ -86,14 +93,14 @@ def line(tmp_path: Path) -> Iterator[tuple[Path, JobRun, Editions]]:
         run.cpu.close()
 
 
-def save(line: tuple[Path, JobRun, Editions], text: str) -> None:
-    """Save another program, and order it before the next scan."""
+def save(line: tuple[Path, JobRun, Editions], text: str, restart: str = "") -> None:
+    """Save another program, and order it before the next scan; `restart`: sequences that begin anew."""
     folder, run, editions = line
     (folder / "line.py").write_text(text)
     job = load_job(str(folder / "rack.toml"))
     number = run.program.edits + 1
     editions.keep(number, edition_of(job), job)
-    run.hands.act(Edit(number, "line.py:logic"), run.cpu.scan * run.cpu.period_ns, run.cpu.scan)
+    run.hands.act(Edit(number, "line.py:logic", restart), run.cpu.scan * run.cpu.period_ns, run.cpu.scan)
 
 
 def waits(trace: Path) -> list[TraceEvent]:
@@ -101,26 +108,28 @@ def waits(trace: Path) -> list[TraceEvent]:
         return [event for event in opened.events() if event.topic == "/sequences"]
 
 
-def test_a_saved_program_begins_anew_in_mid_wait_and_mid_move(line: tuple[Path, JobRun, Editions]) -> None:
+def test_a_sequence_begins_anew_in_mid_wait_and_mid_move(
+    line: tuple[Path, JobRun, Editions],
+) -> None:
     _, run, _ = line
     slots = run.rack.slots
     assert slots[1].outputs[0] != 0  # the command of the run
-    save(line, PROGRAM.replace(RUN, NEXT))
-    assert slots[3].outputs[0] == 1  # its `finally` has run
+    save(line, PROGRAM.replace(CONFIGURE, STOP).replace(RUN, NEXT), "cycle")
     run.cpu.run(SCANS)
+    assert slots[3].outputs[0] == 1  # its `finally` has run
     position = 1000 * slots[1].inputs[2] + slots[1].inputs[3]
     assert position == 300
     assert run.program.logic.cycle.waits_for == "start rises"  # type: ignore[attr-defined]
 
 
-def test_its_waits_are_recorded_with_lines_of_the_new_file(line: tuple[Path, JobRun, Editions]) -> None:
+def test_a_line_ahead_moves_the_line_that_waits_and_no_field(line: tuple[Path, JobRun, Editions]) -> None:
     folder, run, _ = line
     save(line, "# a new line ahead\n" + PROGRAM)
     run.cpu.run(1)
     run.cpu.close()
-    before, after = [event for event in waits(folder / "line.mcap") if event.scan in (SCANS, 0)]
-    assert (before.fields["wait"], before.fields["line"]) == ("axis.configure()", 12)
-    assert (after.fields["wait"], after.fields["line"]) == ("axis.configure()", 13)
+    first, *_, last = waits(folder / "line.mcap")
+    assert (first.fields["wait"], first.fields["line"], first.scan) == ("axis.configure()", 12, 0)
+    assert (last.fields["wait"], last.fields["line"], last.scan) == ("start rises", 16, SCANS)
 
 
 @pytest.mark.parametrize(
@@ -143,7 +152,7 @@ def test_one_that_does_not_fit_the_rack_is_refused_and_the_other_goes_on(
 
 def test_a_session_with_such_an_edit_runs_again_byte_for_byte(line: tuple[Path, JobRun, Editions]) -> None:
     folder, run, _ = line
-    save(line, PROGRAM.replace(RUN, NEXT))
+    save(line, PROGRAM.replace(CONFIGURE, STOP).replace(RUN, NEXT), "cycle")
     run.cpu.run(SCANS)
     run.cpu.close()
     done = CliRunner().invoke(build(), ["rerun", str(folder / "line.mcap"), "--trust"])

@@ -52,10 +52,10 @@ class Edited:
     def write(self, text):
         (self.folder / "cycle.py").write_text(text)
 
-    def edit(self, text):
+    def edit(self, text, restart=""):
         self.write(text)
         job = load_job(str(self.rack))
-        order = Edit(self.run.program.edits + 1, edition_of(job).program)
+        order = Edit(self.run.program.edits + 1, edition_of(job).program, restart)
         self.editions.keep(order.number, edition_of(job), job)
         self.hands.act(order, self.run.cpu.now_ns, self.run.cpu.scan)
 
@@ -70,7 +70,7 @@ def test_sequences_of_an_edited_class_begin_and_are_recorded(tmp_path):
     edited = Edited(tmp_path, record)
     with edited.ports, edited.run.cpu:
         edited.run.cpu.run(8)
-        edited.edit(program(1, 6))
+        edited.edit(program(1, 6), "cycle")
         edited.run.cpu.run(8)
     waits = waits_in(record)
     assert waits[0][0] == 0
@@ -100,7 +100,7 @@ def test_a_rerun_without_the_files_of_an_edit_says_which_are_missing(tmp_path):
     edited = Edited(tmp_path, record)
     with edited.ports, edited.run.cpu:
         edited.run.cpu.run(3)
-        edited.edit(program(1, 6))
+        edited.edit(program(1, 6), "cycle")
         edited.run.cpu.run(3)
     damaged = tmp_path / "damaged.mcap"
     damaged.write_bytes(record.read_bytes().replace(b"edit-1/cycle.py", b"edut-1/cycle.py"))

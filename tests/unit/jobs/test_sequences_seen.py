@@ -115,6 +115,10 @@ def test_why_says_where_they_wait_and_for_which_line_the_axis_sends(rack, trace)
         "after 51 scans, 0.1 s: slot1.command.ABSOLUTE_MOVE is 1 since scan 50 (0.1 s): line.py:24 in cycle, "
         "sent by axis for axis.move_to(400)",
         "    await self.axis.move_to(400, speed=5000, acceleration=100, deceleration=100)",
+        "chain: slot1.command.ABSOLUTE_MOVE on (0.1 s, line.py:24: "
+        "await self.axis.move_to(400, speed=5000, acceleration=100, deceleration=100)) "
+        "<- cycle (0.1 s, line.py:23: start rises is over) "
+        "<- start on (0.1 s, slot 1 input IN_CAPTURE: The capture input is energised.)",
     ]
     by_trace = invoke("why", trace, "slot1.command.ABSOLUTE_MOVE", "--at", "50", "--trust").stdout
     assert by_trace.partition(": ")[2] == by_rack.partition(": ")[2]
@@ -241,6 +245,8 @@ def test_what_an_axis_reads_is_not_what_the_line_has_read(rack, tmp_path):
         "    self.lamp = self.start",
         "  inside of if self.start and not self.lamp [self.start = True, self.lamp = False]",
         "  read before it in that scan: slot 1: IN_CAPTURE 1",
+        "chain: lamp on (0.1 s, line.py:17: self.lamp = self.start) "
+        "<- start on (0.1 s, slot 1 input IN_CAPTURE: The capture input is energised.)",
     ]
     trace = tmp_path / "lamp.mcap"
     assert invoke("run", rack, "--record", trace, "-q").exit_code == 0

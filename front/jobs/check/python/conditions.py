@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import ast
 
-from ..logic import MIRRORED, UNKNOWN, AllOf, AnyOf, Bit, Compare, Condition, Known, negated
+from ..logic import MIRRORED, UNKNOWN, AllOf, AnyOf, Bit, Compare, Condition, FixedTruth, negated
 
 RELATIONS: dict[type[ast.cmpop], str] = {
     ast.Eq: "=",
@@ -21,7 +21,7 @@ RELATIONS: dict[type[ast.cmpop], str] = {
 }
 
 
-class Names:
+class ConditionNames:
     """Names of values, and numbers for texts."""
 
     def __init__(self) -> None:
@@ -51,11 +51,11 @@ def is_plain(node: ast.expr) -> bool:
     return isinstance(node, ast.Name)
 
 
-def condition(node: ast.expr, names: Names) -> Condition:
+def condition(node: ast.expr, names: ConditionNames) -> Condition:
     """Return the condition that an expression is."""
     match node:
         case ast.Constant(value):
-            return Known(bool(value))
+            return FixedTruth(bool(value))
         case ast.UnaryOp(ast.Not(), operand):
             return negated(condition(operand, names))
         case ast.BoolOp(op, values):
@@ -68,7 +68,7 @@ def condition(node: ast.expr, names: Names) -> Condition:
     return Bit(names.of(node)) if is_plain(node) else UNKNOWN
 
 
-def _compared(one: ast.expr, op: ast.cmpop, other: ast.expr, names: Names) -> Condition:
+def _compared(one: ast.expr, op: ast.cmpop, other: ast.expr, names: ConditionNames) -> Condition:
     relation = RELATIONS.get(type(op))
     left, right = _constant(one), _constant(other)
     if relation is None:
@@ -85,7 +85,7 @@ def _compared(one: ast.expr, op: ast.cmpop, other: ast.expr, names: Names) -> Co
             kind = "" if isinstance(right.value, int | float) else " as text"
             return Compare(names.of(one) + kind, relation, number, whole=False)
     if is_plain(one) and is_plain(other) and ast.unparse(one) == ast.unparse(other):
-        return Known(relation in ("=", "<=", ">="))
+        return FixedTruth(relation in ("=", "<=", ">="))
     return UNKNOWN
 
 
@@ -94,7 +94,7 @@ def _of_constants(one: ast.Constant, relation: str, other: ast.Constant) -> Cond
         return UNKNOWN
     a, b = one.value, other.value
     results = {"=": a == b, "<>": a != b, "<": a < b, "<=": a <= b, ">": a > b, ">=": a >= b}  # type: ignore[operator]
-    return Known(results[relation])
+    return FixedTruth(results[relation])
 
 
 def _constant(node: ast.expr) -> ast.Constant | None:

@@ -8,8 +8,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from ..facts import Facts, FileLine
-from ..logic import TRUE, UNKNOWN, AllOf, Condition, Known, always, leaves, negated, never
-from .conditions import Names, condition
+from ..logic import TRUE, UNKNOWN, AllOf, Condition, FixedTruth, always, leaves, negated, never
+from .conditions import ConditionNames, condition
 from .reader import Reader, UnknownError
 
 Function = ast.FunctionDef | ast.AsyncFunctionDef
@@ -48,7 +48,7 @@ class Flow:
 
     def __init__(self, reader: Reader, facts: Facts) -> None:
         self._reader, self._facts = reader, facts
-        self._names = Names()
+        self._names = ConditionNames()
         self._globals = {name for node in reader.tree.body for name in _declared(node)}
 
     def note(self) -> None:
@@ -151,7 +151,7 @@ class Flow:
             own = condition(tested, self._names)
             outer |= {id(inner) for inner in ast.walk(each)}
             several = len(list(leaves(own))) > 1
-            if own == UNKNOWN or (isinstance(own, Known) and not isinstance(each, ast.Compare)):
+            if own == UNKNOWN or (isinstance(own, FixedTruth) and not isinstance(each, ast.Compare)):
                 continue
             text = ast.unparse(tested)
             if never(own):

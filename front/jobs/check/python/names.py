@@ -9,9 +9,9 @@ from dataclasses import replace
 from ....ladder.python.sequences import Input, InputWord, Logic, Output, OutputWord, parts_of
 from ....ladder.python.sequences.blocks import Block
 from ....ladder.python.sequences.logic import fields_of
-from ..facts import Access, Facts, FileLine, Role, Use, Variable
+from ..facts import Access, Facts, FileLine, Role, Touch, Variable
 from ..logic import TRUE, AllOf, Bit, Condition, needed, negated
-from .conditions import Names, condition
+from .conditions import ConditionNames, condition
 from .flow import Function
 
 ROLES = ((Output, Role.OUTPUT), (OutputWord, Role.OUTPUT), (Input, Role.INPUT), (InputWord, Role.INPUT))
@@ -42,7 +42,7 @@ class Accesses:
 
     def __init__(self, facts: Facts, owners: Mapping[str, set[str]], sequences: Sequence[str]) -> None:
         self._facts, self._owners, self._sequences = facts, owners, sequences
-        self._names = Names()
+        self._names = ConditionNames()
         self._file, self._function = "", ""
 
     def note(self, file: str, function: Function) -> None:
@@ -93,7 +93,7 @@ class Accesses:
     def _simple(self, node: ast.stmt, reached: Condition, *, once: bool, top: bool) -> None:
         self._reads(node)
         if isinstance(node, ast.AugAssign):
-            self._write(node.target, Use.BOTH, reached, once=once, top=False)
+            self._write(node.target, Touch.BOTH, reached, once=once, top=False)
         value = node.value if isinstance(node, ast.Assign | ast.AnnAssign) else None
         targets = (
             node.targets
@@ -104,7 +104,7 @@ class Accesses:
         )
         for target in targets:
             for each in target.elts if isinstance(target, ast.Tuple | ast.List) else [target]:
-                use = Use.WRITE if each is not target else _use(value)
+                use = Touch.WRITE if each is not target else _use(value)
                 self._write(each, use, reached, once=once, top=top)
         self._names.forget()
 
@@ -116,15 +116,15 @@ class Accesses:
                 and isinstance(each, ast.Attribute)
                 and isinstance(each.ctx, ast.Load)
             ):
-                self._add(Access(name, "", Use.READ, FileLine(self._file, each.lineno)))
+                self._add(Access(name, "", Touch.READ, FileLine(self._file, each.lineno)))
 
-    def _write(self, target: ast.expr, use: Use, reached: Condition, *, once: bool, top: bool) -> None:
+    def _write(self, target: ast.expr, use: Touch, reached: Condition, *, once: bool, top: bool) -> None:
         name = _field(target)
         if name not in self._facts.variables:
             return
         needs = frozenset(Bit(each.name.replace("self.", "", 1), each.on) for each in needed(reached))
-        is_default = top and self._function == "every_scan" and use is not Use.BOTH
-        use = Use.COIL if is_default else use
+        is_default = top and self._function == "every_scan" and use is not Touch.BOTH
+        use = Touch.COIL if is_default else use
         place = FileLine(self._file, target.lineno)
         self._add(Access(name, "", use, place, needs=needs, once=once, default=is_default))
 
@@ -138,10 +138,10 @@ def _field(node: ast.AST) -> str:
     return node.attr if is_own and isinstance(node, ast.Attribute) else ""
 
 
-def _use(value: ast.expr | None) -> Use:
+def _use(value: ast.expr | None) -> Touch:
     if isinstance(value, ast.Constant) and isinstance(value.value, bool):
-        return Use.LATCH if value.value else Use.UNLATCH
-    return Use.WRITE
+        return Touch.LATCH if value.value else Touch.UNLATCH
+    return Touch.WRITE
 
 
 def called_twice(function: Function, blocks: Mapping[str, Block]) -> Iterator[tuple[ast.Call, str]]:

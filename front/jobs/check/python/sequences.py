@@ -77,11 +77,11 @@ def sequence_facts(path: Path, program: Logic, spec: RackSpec) -> Facts:
         loops = endless(reader.tree, inputs)
         facts.remarks["never-waits"] += (Remark(FileLine(file, line), text) for line, text in loops)
         Flow(reader, facts).note()
-    _Reader(logic, readers, spec, path, facts).note()
+    _SequenceReader(logic, readers, spec, path, facts).note()
     return facts
 
 
-class _Reader:
+class _SequenceReader:
     """Reads what the methods of a class do with its fields, terminals, axes and locks."""
 
     def __init__(

@@ -74,7 +74,7 @@ RULES = (
     Rule(
         "repeated-coil",
         "a bit with two coils, a timer with two rungs, or a value that is written over in each scan",
-        "write it in one place: join the conditions",
+        "join the conditions as branches of one rung, or use OTL and OTU",
         check=data.overwritten,
     ),
     Rule(

@@ -4,21 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ..facts import Access, Role, Use, Variable, overlap
+from ..facts import Access, Role, Touch, Variable, overlap
 from ..subject import Subject, Violation
 
-SET = (Use.COIL, Use.LATCH, Use.WRITE, Use.BOTH)
+SET = (Touch.COIL, Touch.LATCH, Touch.WRITE, Touch.BOTH)
 """Uses that may give a bit another value than 0."""
 
 
 def coil_and_latch(subject: Subject) -> Iterator[Violation]:
     """Find bits that a coil writes in every scan, and that OTL or OTU writes, too."""
     for variable, accesses in subject.by_variable:
-        coils = [each for each in accesses if each.use is Use.COIL]
+        coils = [each for each in accesses if each.use is Touch.COIL]
         for each in accesses:
             own = (other for other in coils if other.part == each.part)
             coil = next((other for other in own if not variable.shown or other.unit == each.unit), None)
-            if each.use in (Use.LATCH, Use.UNLATCH) and coil is not None and not _is_before(each, coil):
+            if each.use in (Touch.LATCH, Touch.UNLATCH) and coil is not None and not _is_before(each, coil):
                 name = f"{variable.name}{each.part}"
                 text = (
                     f"{name} is latched or unlatched here, and line {coil.place.line} writes it in every scan"
@@ -42,7 +42,7 @@ def overwritten(subject: Subject) -> Iterator[Violation]:
                 text = f"{name} is written here in every scan, and in line {before.place.line} already"
                 yield Violation(each.place, text)
                 break
-            if each.use is Use.COIL and each.default:
+            if each.use is Touch.COIL and each.default:
                 before = each
             elif before is not None and (each.unit != before.unit or overlap(each.part, before.part)):
                 before = None
@@ -50,17 +50,17 @@ def overwritten(subject: Subject) -> Iterator[Violation]:
 
 def _overwrites(later: Access, before: Access) -> bool:
     same = later.part == before.part and later.unit == before.unit
-    return same and later.use is Use.COIL and later.default and later.place != before.place
+    return same and later.use is Touch.COIL and later.default and later.place != before.place
 
 
 def move_over_coil(subject: Subject) -> Iterator[Violation]:
     """Find words that are written as a whole, and bit by bit."""
     for variable, accesses in subject.by_variable:
-        bits = [each for each in accesses if each.use is Use.COIL and each.part]
+        bits = [each for each in accesses if each.use is Touch.COIL and each.part]
         for each in accesses:
             under = next((bit for bit in bits if _contains(each.part, bit.part)), None)
             if (
-                each.use is Use.WRITE
+                each.use is Touch.WRITE
                 and not each.once
                 and under is not None
                 and variable.role is not Role.BLOCK
@@ -108,7 +108,7 @@ def never_read(subject: Subject) -> Iterator[Violation]:
         is_timer = variable.type in INTERNAL
         if variable.shown or not (variable.role is Role.PLAIN or is_timer) or not accesses:
             continue
-        if any(each.use is Use.READ or (each.use is Use.BOTH and not is_timer) for each in accesses):
+        if any(each.use is Touch.READ or (each.use is Touch.BOTH and not is_timer) for each in accesses):
             continue
         first = next((each for each in accesses if each.writes), None)
         if first is not None and not first.parameter:
@@ -118,7 +118,10 @@ def never_read(subject: Subject) -> Iterator[Violation]:
 def parameters_never_read(subject: Subject) -> Iterator[Violation]:
     """Find tags that SBR takes, and that nothing reads."""
     for variable, accesses in subject.by_variable:
-        if not any(each.use is Use.READ or each.use is Use.BOTH for each in accesses) and not variable.shown:
+        if (
+            not any(each.use is Touch.READ or each.use is Touch.BOTH for each in accesses)
+            and not variable.shown
+        ):
             for each in accesses:
                 if each.parameter:
                     yield Violation(each.place, f"{each.unit} takes {variable.name}, and nothing reads it")
@@ -129,11 +132,13 @@ def latch_never_cleared(subject: Subject) -> Iterator[Violation]:
     for variable, accesses in subject.by_variable:
         done = set()
         for each in accesses:
-            if each.use is not Use.LATCH or each.part in done or variable.role is Role.INPUT or each.once:
+            if each.use is not Touch.LATCH or each.part in done or variable.role is Role.INPUT or each.once:
                 continue
             done.add(each.part)
             others = [other for other in accesses if overlap(other.part, each.part)]
-            clears = any(other.use in (Use.UNLATCH, Use.WRITE, Use.BOTH, Use.COIL) for other in others)
+            clears = any(
+                other.use in (Touch.UNLATCH, Touch.WRITE, Touch.BOTH, Touch.COIL) for other in others
+            )
             is_guarded = any(not bit.on and _is_of(bit.name, variable, each) for bit in each.needs)
             if not clears and not is_guarded and not subject.facts.reads_all:
                 yield Violation(each.place, f"{variable.name}{each.part} is set here, and nothing clears it")
@@ -156,7 +161,7 @@ def several_writers(subject: Subject) -> Iterator[Violation]:
             continue
         own = [each for each in accesses if not each.task]
         yield from _two_owners(variable, own, "sequence")
-        always = next((each for each in own if each.use is Use.COIL and not each.owner), None)
+        always = next((each for each in own if each.use is Touch.COIL and not each.owner), None)
         other = next((each for each in own if each.writes and each.owner), None)
         if always is not None and other is not None:
             line = always.place.line

@@ -15,7 +15,7 @@ from ....io_images.amci3601.rules import RULES
 from ....io_images.thousands import PARAMETER_MAX, PARAMETER_MIN
 from ....runtime.kinematics import MILLI, PICO
 from ....runtime.kinematics.shape import Shape, ramp_distance, stopping_distance
-from ..facts import Command, Role, Use
+from ..facts import Command, Role, Touch
 from ..ranges import Range
 from ..subject import Subject, Violation
 
@@ -249,7 +249,7 @@ def _while_busy(subject: Subject, command: Command, motions: Sequence[Command]) 
     needed = {command.execute.upper()}
     tag = command.execute.partition(".")[0].partition("[")[0]
     for each in subject.by_key.get(tag, ()):
-        if each.use in (Use.COIL, Use.LATCH) and f"{each.variable}{each.part}" == command.execute:
+        if each.use in (Touch.COIL, Touch.LATCH) and f"{each.variable}{each.part}" == command.execute:
             needed |= {bit.name.partition("#")[0] for bit in each.needs if bit.on}
     for other in motions:
         name = other.text.partition(" ")[2].upper()
@@ -302,7 +302,7 @@ def _never_falls(subject: Subject, execute: str, depth: int = 8) -> bool:
     written = [each for each in subject.by_key.get(name, ()) if each.writes]
     if not written:
         return variable.set
-    return all(each.use is Use.LATCH or (each.use is Use.COIL and each.steady) for each in written)
+    return all(each.use is Touch.LATCH or (each.use is Touch.COIL and each.steady) for each in written)
 
 
 def torn(subject: Subject) -> Iterator[Violation]:

@@ -9,12 +9,12 @@ from pathlib import Path
 from ....io_images.site import Site
 from ....ladder.debug.crossref import Mention, mentions_of
 from ....ladder.model.operands import Constant, Place, first_leaf
-from ....ladder.model.spec import Use as OperandUse
+from ....ladder.model.spec import Use
 from ....ladder.model.tags import OWN, Leaf, Tag, program_of, tag_in
 from ....ladder.model.types import Elementary
 from ....ladder.state.lowered import ADD_ON, AddOnCall, LoweredProgram
 from ...load.program import EXPORT_SUFFIXES
-from ..facts import Access, FileLine, Role, Use, Variable
+from ..facts import Access, FileLine, Role, Touch, Variable
 from ..logic import TRUE, Bit, Condition, leaves, needed
 from .walk import Point, part_of
 
@@ -27,7 +27,7 @@ OPEN = (".py", *EXPORT_SUFFIXES)
 """Suffixes of programs whose tags others read and write."""
 
 COILS = ("OTE",)
-LATCHES = {"OTL": Use.LATCH, "OTU": Use.UNLATCH}
+LATCHES = {"OTL": Touch.LATCH, "OTU": Touch.UNLATCH}
 ASSIGNMENTS = (":=", "[:=]")
 
 
@@ -120,7 +120,7 @@ def accesses_of(
         key = variables.key(each)
         if key:
             use = _use(point, each)
-            default = not point.is_rung and use is Use.COIL
+            default = not point.is_rung and use is Touch.COIL
             takes = step.name == "SBR"
             part = part_of(each.where, _start(key, each))
             yield Access(key, part, use, place, unit, needs, owner, once, default, steady, takes)
@@ -144,23 +144,23 @@ def _handed(lowered: LoweredProgram, call: AddOnCall, site: Site) -> Iterator[Me
         yield Mention(site, operand, operand.text, True, writes, stretch=True)
 
 
-def _use(point: Point, mention: Mention) -> Use:
+def _use(point: Point, mention: Mention) -> Touch:
     step = point.step
     if not mention.writes:
-        return Use.READ
+        return Touch.READ
     if mention.reads:
-        return Use.BOTH
+        return Touch.BOTH
     if step.name in COILS:
-        return Use.COIL
+        return Touch.COIL
     if step.name in LATCHES:
         return LATCHES[step.name]
     if step.name in ASSIGNMENTS and isinstance(mention.where, Place) and mention.where.type.is_bool:
         value = step.operands[1]
         if point.condition == TRUE:
-            return Use.COIL
+            return Touch.COIL
         if isinstance(value, Constant):
-            return Use.LATCH if value.value else Use.UNLATCH
+            return Touch.LATCH if value.value else Touch.UNLATCH
     for use, operand in zip(step.uses, step.operands, strict=False):
-        if operand is mention.where and use is OperandUse.COIL:
-            return Use.COIL
-    return Use.WRITE
+        if operand is mention.where and use is Use.COIL:
+            return Touch.COIL
+    return Touch.WRITE

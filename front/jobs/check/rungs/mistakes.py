@@ -9,7 +9,7 @@ from ....ladder.model.operands import Calculation, Constant, Group, Place, Resol
 from ....ladder.model.spec import InstructionKind
 from ....ladder.state.lowered import ADD_ON, LoweredLine, LoweredProgram, LoweredStep, Node, Parallel
 from ..facts import Facts, FileLine
-from ..logic import TRUE, UNKNOWN, AllOf, AnyOf, Condition, Known, always, leaves, never
+from ..logic import TRUE, UNKNOWN, AllOf, AnyOf, Condition, FixedTruth, always, leaves, never
 from ..ranges import Range
 from .values import COPIES, Values, target_of, type_range, written_value
 from .walk import Point, Walker
@@ -37,7 +37,7 @@ class Mistakes:
     def note(self, point: Point, place: FileLine) -> None:
         """Note the mistakes of an instruction."""
         self._condition(point, place)
-        if point.value not in (TRUE, UNKNOWN) and not isinstance(point.value, Known):
+        if point.value not in (TRUE, UNKNOWN) and not isinstance(point.value, FixedTruth):
             self._decided(replace(point, condition=TRUE), point.value, self._text(point.step), place)
         self._divisions(point.step, place)
         self._conversion(point.step, place)
@@ -51,7 +51,7 @@ class Mistakes:
             self._facts.remark("unreachable", place, "AFI: the rung never acts")
             self._dead = place
         elif own not in (TRUE, UNKNOWN) and self._dead != place:
-            is_loop = isinstance(own, Known) and text.upper().startswith(LOOPS)
+            is_loop = isinstance(own, FixedTruth) and text.upper().startswith(LOOPS)
             if not is_loop:
                 self._decided(point, own, text, place)
         elif not point.is_rung and own == TRUE and never(point.condition):

@@ -18,7 +18,7 @@ from ....ladder.debug import cross_reference
 from ....ladder.debug.crossref import Mention, mentions_of
 from ....ladder.model.chart_checks import unreached
 from ....ladder.model.operands import Constant, Group, Place, first_leaf
-from ....ladder.model.spec import Use as Operand
+from ....ladder.model.spec import Use
 from ....ladder.model.tags import SlotAlias, tag_in
 from ....ladder.state.lowered import AddOnCall, LoweredLine, LoweredProgram, steps_of
 from ....runtime.config.rackspec import RackSpec
@@ -78,10 +78,10 @@ def ladder_facts(program: LadderLogic, path: Path, spec: RackSpec) -> Facts:
     Args:
         path: its file, for messages.
     """
-    return _Reader(program, path, spec).facts()
+    return _ProgramReader(program, path, spec).facts()
 
 
-class _Reader:
+class _ProgramReader:
     def __init__(self, program: LadderLogic, path: Path, spec: RackSpec) -> None:
         self.program, self.path, self.spec = program, path, spec
         self.lowered: LoweredProgram = program.build()
@@ -126,7 +126,7 @@ class _Reader:
         facts.searches = [*self._searches(writes), *self._block_searches()]
         for each in self.program.warnings:
             place = FileLine(each.site.file or str(self.path), each.site.line or 1)
-            facts.remark(each.rule or "repeated-coil", place, f"{each.text}; {each.remedy}")
+            facts.remark(each.rule or "repeated-coil", place, each.text)
         facts.remarks["unreached-step"] += self._unreached()
         facts.remarks["command-held"] += held(writes)
         facts.remarks["no-place"] += self._misplaced()
@@ -510,7 +510,7 @@ def _instance(point: Point) -> str:
     """Return the instance that an instruction runs, in capitals; "" if it runs none."""
     first = point.step.operands[0] if point.step.operands else None
     group = first.instance if isinstance(first, AddOnCall) else first
-    if not isinstance(group, Group) or not (isinstance(first, AddOnCall) or Operand.BLOCK in point.step.uses):
+    if not isinstance(group, Group) or not (isinstance(first, AddOnCall) or Use.BLOCK in point.step.uses):
         return ""
     return "" if any(not isinstance(each, Constant) for each in group.indices) else group.text.upper()
 

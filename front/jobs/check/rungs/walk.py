@@ -39,7 +39,7 @@ from ..logic import (
     Bit,
     Compare,
     Condition,
-    Known,
+    FixedTruth,
     negated,
 )
 from ..ranges import Range
@@ -266,7 +266,7 @@ class Walker:
     def condition(self, operand: Resolved) -> Condition:
         """Return the condition that an expression is."""
         if isinstance(operand, Constant):
-            return Known(bool(operand.value))
+            return FixedTruth(bool(operand.value))
         if isinstance(operand, Place) and operand.type.is_bool:
             return Bit(self._names.of(operand))
         if not isinstance(operand, Calculation):
@@ -293,14 +293,14 @@ class Walker:
             return Bit(self._names.of(one), is_on) if relation in ("=", "<>") else UNKNOWN
         if isinstance(other, Constant):
             if relation in ("=", "<>") and self._is_none_of(one, other.value):
-                return Known(relation == "<>")
+                return FixedTruth(relation == "<>")
             limits = self._limits(one)
             name = self._names.of(one) if isinstance(one, Place) else f"{one!r}#{self._names.all}"
             if isinstance(one, Place | Calculation | Constant):
                 return Compare(name, relation, other.value, limits.least, limits.most, limits.whole)
         if isinstance(one, Place) and isinstance(other, Place) and key_of(one) == key_of(other):
             is_same = relation in ("=", "<=", ">=")
-            return Known(is_same) if "?" not in key_of(one) and one.type.is_integer else UNKNOWN
+            return FixedTruth(is_same) if "?" not in key_of(one) and one.type.is_integer else UNKNOWN
         return UNKNOWN
 
     def _is_none_of(self, operand: Resolved, value: float) -> bool:
