@@ -11,7 +11,7 @@ from pathlib import Path
 from scanrack.jobs.check import RULES, Rule
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
-from check_planted import OF_THE_RACK, PLANTED, Planted  # noqa: E402
+from check_planted import OF_THE_RACK, PLANTED, Planted
 
 PAGE = Path(__file__).parents[2] / "docs/check-rules.md"
 REMEDY = "python tests/tools/check_page.py --write"
