@@ -1,5 +1,6 @@
 """Backwards: the past of a session, another way from a scan of it, and recordings in the same page."""
 
+import time
 from functools import partial
 
 import pytest
@@ -78,6 +79,13 @@ def enabled(page, name):
     """Return the enabled buttons with an accessible name."""
     controls = page.run("return [...document.querySelectorAll('button')]")
     return [each for each in controls if each.accessible_name == name and each.is_enabled()]
+
+
+def stands(page):
+    """Return whether the page shows the same scan for a while: at this speed it shows 15 in this time."""
+    scan = page.handle("scan")
+    time.sleep(0.3)
+    return page.handle("scan") == scan
 
 
 def test_a_recording_is_played(page, recording):

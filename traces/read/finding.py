@@ -80,7 +80,7 @@ def _hop(
     """Add the records from `offset` on; return the defect that ended them before the footer."""
     while offset + RECORD_HEAD.size <= size:
         span = _record_at(file, size, offset, notes)
-        if span.opcode == DRAFT and not drafts:
+        if span is None or (span.opcode == DRAFT and not drafts):
             return UNDER_WAY
         if not _is_known(span.opcode):
             return Damage(f"damaged at byte {offset:,}: no record begins with {span.opcode:#04x}")
@@ -102,10 +102,15 @@ def _note_what_follows(rest: int, offset: int, notes: list[str]) -> None:
         notes.append(Damage(f"damaged at byte {offset + len(MAGIC):,}: {rest:,} bytes follow its end"))
 
 
-def _record_at(file: BinaryIO, size: int, offset: int, notes: list[str]) -> Span:
-    """Return the record at `offset`; a chunk is found despite a damaged opcode or length."""
+def _record_at(file: BinaryIO, size: int, offset: int, notes: list[str]) -> Span | None:
+    """Return the record at `offset`; a chunk is found despite a damaged opcode or length.
+
+    None if the file has become shorter than `size`: a recorder has taken its unfinished chunk back.
+    """
     file.seek(offset)
     head = file.read(_CHUNK_HEAD_BYTES)
+    if len(head) < RECORD_HEAD.size:
+        return None
     opcode, length = RECORD_HEAD.unpack_from(head)
     told = Span(opcode, offset, length)
     content = _chunk_content_bytes(head)
@@ -238,7 +243,8 @@ def _is_chunk(file: BinaryIO, size: int, offset: int) -> bool:
     span = _record_at(file, size, offset, [])
     file.seek(offset)
     return (
-        span.opcode == Opcode.CHUNK
+        span is not None
+        and span.opcode == Opcode.CHUNK
         and span.end <= size
         and _chunk_content_bytes(file.read(_CHUNK_HEAD_BYTES)) == span.length
     )

@@ -36,7 +36,7 @@ WORDS = {
     "plot tag", "plot title", "plot scans", "plot time", "export signal", "export scans", "export time",
     "compare tolerance_time", "compare align_at", "compare realign_at", "replay tolerance_time",
     "ladder routine", "ladder at", "l5x export", "l5x stepper",
-    "why what", "why at", "why until", "xref tag", "fuzz check",
+    "why what", "why at", "why until", "why want", "xref tag", "fuzz check",
     "fuzz duration", "fuzz time", "fuzz only", "fuzz without", "fuzz dask", "drive target", "serve serial",
     "serve tcp", "serve address", "serve pin", "serve thumbwheel", "pcl601 read name", "pcl601 set name",
     "pmc006 read name", "pmc006 set name", "probe port", "probe address", "rules ids", "rules bit",

@@ -14,7 +14,7 @@ from mcap.opcode import Opcode
 from mcap.reader import make_reader
 from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.format.records import MAGIC
-from scanrack.traces.read.finding import find_records
+from scanrack.traces.read.finding import UNDER_WAY, find_records
 from scanrack.traces.read.reader import open_trace
 from scanrack.traces.write.output import SUMMARY_ROOM, Ballast, TraceFile, TraceFull, open_trace_file
 from scanrack.traces.write.recorder import Attachment, ScanRecorder
@@ -115,6 +115,14 @@ def undisturbed() -> bytes:
     disk = Disk(10**9, ballast=0)
     record(TraceFile(disk, "whole"))
     return bytes(disk.content)
+
+
+def test_a_file_that_gets_shorter_while_it_is_read_ends_with_its_last_whole_record() -> None:
+    """The recorder takes an unfinished chunk back behind the reader's look at the size."""
+    content = undisturbed()
+    spans, _ = find_records(io.BytesIO(content), len(content))
+    found, notes = find_records(io.BytesIO(content[: spans[4].offset]), len(content), drafts=False)
+    assert (found, notes) == (spans[:4], [UNDER_WAY])
 
 
 def failure_points(content: bytes) -> list[int]:
