@@ -56,17 +56,16 @@ class Line:
     def __init__(self, memory: bytearray) -> None:
         logic = parse_program(PROGRAM)
         self.source = tags_of(logic, PATTERNS, memory)
-        cells = logic.engine.memory.cells
-        idents = {leaf.path: leaf.ident for leaf in logic.build().layout.leaves.values()}
-        self._fill, self._step, self._bit = (cells[idents[path]] for path in ("Fill.ACC", "Step", "B0"))
+        self._write = logic.engine.memory.write
+        self._fill, self._step, self._bit = map(logic.engine.memory.layout.leaf, ("Fill.ACC", "Step", "B0"))
         self._memory = memory
 
     def move(self, scan: int) -> None:
         """Change what changes in a scan: a word of the module, a timer; a step and a bit every 500 scans."""
         self._memory[4:6] = (scan & 0x7FFF).to_bytes(2, "little")
-        self._fill.cell_contents = 2 * (scan % 1000)
-        self._step.cell_contents = scan // 500 % 3
-        self._bit.cell_contents = scan % 1000 < 500
+        self._write(self._fill, 0, 2 * (scan % 1000))
+        self._write(self._step, 0, scan // 500 % 3)
+        self._write(self._bit, 0, scan % 1000 < 500)
 
 
 def measure(folder: Path, scans: int) -> tuple[float, float]:

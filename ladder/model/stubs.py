@@ -156,8 +156,8 @@ NO_STUBS = Stubs()
 def parse_stub(text: str) -> Ending | Power:
     """Read a stub that is not a Python function.
 
-    >>> str(parse_stub("done after 20 ms")), parse_stub("error 203 after 0.5 ms"), parse_stub("false")
-    ('done after 20 ms', Ending(after_ns=500000, error=203), Power(behind=False))
+    >>> str(parse_stub("done after 20 ms")), str(parse_stub("error 203 after 0.5 ms")), parse_stub("false")
+    ('done after 20 ms', 'error 16#00CB after 0.5 ms', Power(behind=False))
     """
     power = _POWER.get(text.strip().upper())
     if power is not None:
