@@ -42,11 +42,6 @@ class Qualifier(Enum):
         return self.value in ("S", "SL", "DS", "SD")
 
     @property
-    def is_timed(self) -> bool:
-        """Whether PRE of the action counts."""
-        return self.value in ("L", "SL", "D", "DS", "SD")
-
-    @property
     def is_pulse(self) -> bool:
         """Whether the action runs for one scan."""
         return self.value in ("P", "P1", "P0")
