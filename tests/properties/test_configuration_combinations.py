@@ -48,6 +48,7 @@ def test_all_8192_combinations_of_bits_0_to_12(firmware):
     assert accepted > 0
 
 
+@pytest.mark.slow
 def test_every_accepted_combination_is_read_and_written_alike():
     for bits in range(2**13):
         image = Image((0x8000 | bits, bits & 0x3F, 1, 0))

@@ -46,6 +46,7 @@ def test_random_edits_continue_as_a_restart_does_or_are_refused(tmp_path):
     assert results.count("refused") < len(results) // 2
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:coroutine 'Plant:RuntimeWarning")
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_lines_above_that_move_a_program_change_nothing(tmp_path, seed):

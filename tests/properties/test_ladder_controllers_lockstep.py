@@ -96,6 +96,7 @@ def test_both_back_ends_in_lockstep(text, moments):
     check_lockstep(text, moments)
 
 
+@pytest.mark.slow
 @settings(chosen, max_examples=amount(6))
 @given(controllers(), scans, st.data())
 def test_controllers_under_forces_and_breakpoints(text, moments, data):
@@ -109,6 +110,7 @@ def test_a_debugged_controller_does_what_the_compiled_one_does(text, moments, wa
     check_debugged(text, [(*each, {}) for each in moments], watched=watched)
 
 
+@pytest.mark.slow
 @chosen
 @given(controllers())
 def test_a_controller_as_text_reads_as_the_same(text):

@@ -8,6 +8,7 @@ parallel give, whatever way the picture was laid out.
 import re
 from functools import partial
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from ladder_programs import rungs
@@ -129,6 +130,7 @@ def test_a_rung_keeps_to_the_columns_asked_for(circuit, width):
     assert {len(line) for line in rung_text(parse_rung(text), width)} == {width + 2}
 
 
+@pytest.mark.slow
 @given(rungs(), widths, st.data())
 def test_nothing_is_left_out_of_a_picture(text, width, data):
     rung = parse_rung(text)

@@ -12,6 +12,7 @@ from fractions import Fraction
 from math import floor
 from random import Random
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scanrack.io_images.amci3601.bits import InputBit
@@ -190,6 +191,7 @@ def test_steps_to_shaft(
     assert_foretold(machine.steps_to_shaft(direction, target), steps)
 
 
+@pytest.mark.slow
 @given(shaft_specs, seeds, travels, directions)
 def test_steps_to_switch(spec: MachineSpec, seed: int, travel: list[tuple[int, int]], direction: int) -> None:
     machine, plain = after(spec, seed, travel)

@@ -7,6 +7,7 @@ follower's steps from the instant of the update instead of the tick.
 
 from __future__ import annotations
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scanrack.io_images.amci3601 import InputBit
@@ -96,6 +97,7 @@ def _play(spec, script, period_ticks, odd_ns):
     return images
 
 
+@pytest.mark.slow
 @given(
     spec=machines,
     config=st.sampled_from(CONFIGURATIONS),

@@ -34,6 +34,7 @@ def check(controller, scans):
     return before, memory
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("variant", ["mix", "add_ons", "text"])
 def test_both_back_ends_agree_in_a_controller_of_the_real_mix(tmp_path, variant):
     before, after = check(imported(tmp_path, 7, variant), SCANS)

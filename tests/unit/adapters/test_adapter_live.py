@@ -123,6 +123,7 @@ def opened(name: str, port: str, address: int | None = None) -> LiveAdapter[Any]
     return adapter
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "controller"), [("pcl601-adapter", "pcl601"), ("pmc006-adapter", "pmc006")])
 def test_a_move_over_a_pseudo_terminal_ends_where_it_should(name: str, controller: str) -> None:
     with served(controller, "--pty") as (path, _):

@@ -118,6 +118,7 @@ def test_the_limit_behind_ends_a_search(search, limit):
     assert bench.run(3000).motor == bench.position == at
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("first", "home"), [(5000, 5000), (5200, 4999)])
 def test_a_limit_on_the_switch_or_in_its_ramp_is_left_with_it_and_the_switch_met_slowly(first, home):
     # the ramp down is 600 steps long; on the very edge the limit stops the axis where the switch comes on
@@ -130,6 +131,7 @@ def test_a_limit_on_the_switch_or_in_its_ramp_is_left_with_it_and_the_switch_met
     assert (bench.position, bench.motor) == (0, home)
 
 
+@pytest.mark.slow
 def test_a_search_that_makes_no_step_finds_a_limit_and_no_home():
     bench = AdapterBench(Switch(InputBit.HOME, -9000, -5000)).configured()
     bench.give(*move(-1000), ms=1000, until="MOVE_COMPLETE").release()
@@ -161,6 +163,7 @@ def test_the_counter_is_moved_before_its_range_ends():
     assert bench.position == bench.motor > 0
 
 
+@pytest.mark.slow
 def test_a_slew_goes_to_the_end_of_the_counters_range_and_begins_anew_behind_it():
     """Somebody has turned the counter to 7,900,000, which is position 0 then: its end is at 8,000,000."""
     bench = AdapterBench().configured()

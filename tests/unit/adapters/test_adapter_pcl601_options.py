@@ -70,6 +70,7 @@ def test_both_limits_show_and_forbid_both_directions():
     assert bench.motor == 0
 
 
+@pytest.mark.slow
 def test_home_is_found_behind_a_normally_closed_limit():
     """The search turns round at 4000 or a poll later, and leaves 1000..1500 downward at 999."""
     bench = AdapterBench(
@@ -136,6 +137,7 @@ def test_a_switch_met_before_the_proximity_is_no_home():
     assert bench.reasons == ["home before proximity"]
 
 
+@pytest.mark.slow
 def test_a_proximity_that_is_on_at_the_start_is_left_first():
     bench = proximity_bench(Switch(HOME, 1500, 1600))
     places = [at for at, _ in seek(bench, -1000, 3000)]

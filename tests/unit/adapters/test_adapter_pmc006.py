@@ -18,6 +18,7 @@ def test_a_move_ends_on_its_step():
     assert bench.position == bench.motor == 10_000
 
 
+@pytest.mark.slow
 def test_home_is_where_the_switch_is_met():
     bench = AdapterBench006(HOME_SWITCH).configured()
     bench.give(64, 0, 0, 0, 2, 0, 20, 20, ms=9000, until="AT_HOME")

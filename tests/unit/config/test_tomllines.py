@@ -134,6 +134,7 @@ def written(value):
     return str(value)
 
 
+@pytest.mark.slow
 @given(st.lists(st.tuples(KEYS, VALUES), max_size=5, unique_by=lambda pair: pair[0]))
 def test_every_key_of_any_document_is_found_where_it_was_written(pairs):
     text, lines = "", {}

@@ -91,6 +91,7 @@ def test_what_may_be_a_participle_exists() -> None:
     assert PARTICIPLES_ALLOWED.keys() <= {node.name for _, node in classes()}
 
 
+@pytest.mark.slow
 def test_classes_that_meet_have_different_names() -> None:
     ours = {node.name for _, node in classes()}
     renamed = [

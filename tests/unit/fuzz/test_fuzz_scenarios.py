@@ -95,6 +95,7 @@ def test_every_scenario_belongs_to_its_rack_and_can_be_told(spec, data):
     assert on_the_line <= {7}
 
 
+@pytest.mark.slow
 @given(data=st.data())
 def test_json_and_back_is_the_same(spec, data):
     scenario = data.draw(any_scenario(spec))

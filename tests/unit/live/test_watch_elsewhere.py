@@ -51,6 +51,7 @@ def answered(asked, page, count=1):
     return answers(page)
 
 
+@pytest.mark.slow
 def test_the_line_that_changed_a_value_is_named(asked, recording, columns):
     page = Page()
     asked.why(page, 7, str(recording), "line.step", columns)

@@ -177,6 +177,7 @@ def test_what_was_granted_is_taken_back_when_the_next_request_breaks() -> None:
     assert undone == ["first"]
 
 
+@pytest.mark.slow
 def test_the_collector_is_frozen_and_thawed() -> None:
     before = gc.get_freeze_count()
     with frozen_collector():
@@ -215,6 +216,7 @@ def test_a_run_says_first_what_it_got(rack: str, monkeypatch: pytest.MonkeyPatch
     assert re.search(r"^late scans    (none|\d)", out, re.MULTILINE)
 
 
+@pytest.mark.slow
 def test_a_quiet_run_and_one_in_virtual_time_say_nothing_of_it(rack: str) -> None:
     for arguments in (("--realtime", "--scans", "3", "-q"), ("--scans", "3")):
         code, out, err = run(rack, *arguments)
@@ -223,6 +225,7 @@ def test_a_quiet_run_and_one_in_virtual_time_say_nothing_of_it(rack: str) -> Non
         assert "late scans" not in out
 
 
+@pytest.mark.slow
 def test_the_collector_is_frozen_while_scans_run(rack: str, tmp_path: Path) -> None:
     program = "import gc\n\ndef logic(scan):\n    assert (gc.get_freeze_count() > 1000) is {frozen}\n"
     for options, frozen in ((("--realtime",), True), ((), False)):
@@ -235,6 +238,7 @@ def test_spin_without_realtime_is_refused(rack: str) -> None:
     assert (code, err) == (2, "scanrack: --spin goes with --realtime only: virtual time does not wait\n")
 
 
+@pytest.mark.slow
 def test_spin_begins_scans_on_time(rack: str) -> None:
     assert run(rack, "--realtime", "--spin", "--scans", "3")[0] == 0
 

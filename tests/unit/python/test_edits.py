@@ -128,6 +128,7 @@ def test_a_wait_goes_on_and_the_lines_after_it_are_the_edited_ones(dwelling):
     assert dwelling.logic.cycle.waits_for == "dwell 6 ms"
 
 
+@pytest.mark.slow
 def test_the_finally_of_a_replaced_frame_never_runs(dwelling):
     dwelling.edit(("    @sequence", "\n    @sequence"))
     gc.collect()
