@@ -24,6 +24,7 @@ from ...io_images.text_limits import TextKind, TextLimitError, check_text
 from ..machine import EncoderSpec, Jam, Slip, Switch
 from .axis_tables import AxisTable
 from .machine_tables import MachineTable, StationTable, TimelineTable
+from .prove_tables import PropertyTable, ProveTable
 from .rackspec import ForceSpec, IncidentSpec, MisplacedError, RackSpec, SlotSpec
 from .serial_units import UnitSpec
 from .stub_tables import StubStep, StubTable
@@ -198,6 +199,8 @@ _MODELS: Mapping[tuple[str, ...], type[BaseModel] | type[Switch | EncoderSpec | 
     ("incident",): IncidentSpec,
     ("unit",): UnitSpec,
     ("axes", ANY): AxisTable,
+    ("prove",): ProveTable,
+    ("prove", "property"): PropertyTable,
     ("stubs", ANY): StubTable,
     ("stubs", ANY, "table"): StubStep,
     ("slot", "machine"): MachineTable,

@@ -33,6 +33,7 @@ from ..modules.record import LiveModule, Trait
 from ..modules.registry import MODULES, has, live_port, words_of
 from .axis_tables import AxisTable
 from .machine_tables import MachineTable, Table
+from .prove_tables import ProveTable
 from .quantities import Milliseconds, Number, Seconds, between, exact_ns
 from .serial_units import UnitSpec
 from .stub_tables import StubTable
@@ -264,6 +265,7 @@ class RackSpec(Table):
         trace: path of the recording, relative to the rack file.
         keep_traces: number of earlier recordings kept under numbers; 0 = none.
         axes: axes of a ladder program's motion instructions, by tag: the 3601 behind each, or an ideal one.
+        prove: what `scanrack prove` proves of the program, and what it assumes.
         slot: the slots, at least one.
         unit: controllers on a serial line beside the rack.
     """
@@ -282,6 +284,7 @@ class RackSpec(Table):
         default_factory=dict
     )
     axes: dict[str, AxisTable] = Field(default_factory=dict)
+    prove: ProveTable = ProveTable()
     seed: Annotated[int, Field(ge=0)] = 0
     mode: Literal["run", "program", "test"] = "run"
     slot: Annotated[tuple[SlotSpec, ...], Field(strict=False, min_length=1)]
@@ -309,6 +312,7 @@ class RackSpec(Table):
         self._check_times()
         self._check_stubs()
         self._check_axes()
+        self._check_properties()
         self._check_slots()
         self._check_cams()
         self._check_forces()
@@ -343,6 +347,14 @@ class RackSpec(Table):
             if axis.slot in taken:
                 raise MisplacedError(path, axis.slot, f"{taken[axis.slot]} has this slot already")
             taken[axis.slot] = name
+
+    def _check_properties(self) -> None:
+        seen: set[str] = set()
+        for index, each in enumerate(self.prove.property):
+            if each.name.upper() in seen:
+                path: KeyPath = ("prove", "property", index, "name")
+                raise MisplacedError(path, each.name, "another property has this name")
+            seen.add(each.name.upper())
 
     def _check_slots(self) -> None:
         seen: set[int] = set()

@@ -66,7 +66,7 @@ MISTAKES = {
         "sead = 3",
         9,
         "sead: unknown key; did you mean seed? Allowed are program, name, scan_ms, controller, rpi_ms, "
-        "watchdog_ms, run_for_s, trace, keep_traces, tags, stubs, axes, seed, mode, slot, force",
+        "watchdog_ms, run_for_s, trace, keep_traces, tags, stubs, axes, prove, seed, mode, slot, force",
     ),
     "unknown key of a slot": (
         'firmware = "4.1"',
@@ -345,6 +345,36 @@ MISTAKES = {
         "[axes.Feed]\nslot = 2\n[axes.Cut]\nslot = 2\n[[force]]",
         50,
         "axes.Cut.slot = 2: Feed has this slot already",
+    ),
+    "scan times of a proof": (
+        "[[force]]",
+        "[prove]\nscan_ms = [5, 2]\n[[force]]",
+        48,
+        "prove.scan_ms: allowed is shortest and longest, whole milliseconds from 1 to 1000",
+    ),
+    "two claims of a property": (
+        "[[force]]",
+        '[[prove.property]]\nname = "one"\nnever = "A"\nalways = "B"\n[[force]]',
+        50,
+        'prove.property.always = "B": never is given already: one of never, always, reachable',
+    ),
+    "a property without a claim": (
+        "[[force]]",
+        '[[prove.property]]\nname = "one"\n[[force]]',
+        48,
+        'prove.property.name = "one": one is missing: one of never, always, reachable',
+    ),
+    "an empty condition of a property": (
+        "[[force]]",
+        '[[prove.property]]\nname = "one"\nnever = " "\n[[force]]',
+        49,
+        'prove.property.never = " ": allowed is a condition of structured text',
+    ),
+    "two properties of one name": (
+        "[[force]]",
+        '[[prove.property]]\nname = "one"\nnever = "A"\n[[prove.property]]\nname = "One"\nnever = "B"\n[[force]]',
+        51,
+        'prove.property.name = "One": another property has this name',
     ),
     "a name without end": (
         "seed = 3",

@@ -1,0 +1,104 @@
+"""The tables `[prove]` and `[[prove.property]]` of a rack file: what to prove, and what to assume.
+
+[prove]
+scan_ms = [1, 1000]                  # time between two scans
+free = ["Recipe.*"]                  # numbers that change from outside
+written_outside = ["Mode", "Hmi.*"]  # tags that both the program and an operator write
+
+[[prove.property]]
+name = "one direction"
+never = "Fwd AND Rev"                # structured text, on the state after a scan
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Self
+
+from pydantic import AfterValidator, Field, PlainValidator, model_validator
+from pydantic_core import PydanticCustomError
+
+from ...io_images.site import SettingError
+from .machine_tables import Table
+
+LONGEST_SCAN_MS = 1000
+"""The longest time between two scans, as of a rack."""
+
+CLAIMS = ("never", "always", "reachable")
+"""Keys of a property of which it has one."""
+
+
+def _range(given: object) -> tuple[int, int]:
+    if isinstance(given, list | tuple) and [type(each) for each in given] == [int, int]:
+        shortest, longest = given
+        if 1 <= shortest <= longest <= LONGEST_SCAN_MS:
+            return shortest, longest
+    limit = str(LONGEST_SCAN_MS)
+    raise PydanticCustomError(
+        "allowed", "shortest and longest, whole milliseconds from 1 to {limit}", {"limit": limit}
+    )
+
+
+def _not_empty(text: str) -> str:
+    if text.strip():
+        return text
+    raise PydanticCustomError("allowed", "a condition of structured text")
+
+
+Condition = Annotated[str, AfterValidator(_not_empty)]
+Conditions = Annotated[tuple[Condition, ...], Field(strict=False)]
+Patterns = Annotated[tuple[str, ...], Field(strict=False)]
+
+
+class PropertyTable(Table):
+    """A property: one of `never`, `always` and `reachable`.
+
+    Attributes:
+        name: its name in reports, and its folder; each name once.
+        never: a condition that no scan leaves true.
+        always: a condition that each scan leaves true.
+        reachable: a condition that some run makes true; the scenario is that run.
+        assume: conditions that hold in each scan.
+    """
+
+    name: Annotated[str, Field(min_length=1)]
+    never: Condition | None = None
+    always: Condition | None = None
+    reachable: Condition | None = None
+    assume: Conditions = ()
+
+    @property
+    def claim(self) -> str:
+        """The key that is given: never, always or reachable."""
+        return next(each for each in CLAIMS if getattr(self, each) is not None)
+
+    @property
+    def condition(self) -> str:
+        """Its condition."""
+        text: str = getattr(self, self.claim)
+        return text
+
+    @model_validator(mode="after")
+    def _has_one(self) -> Self:
+        given = [each for each in CLAIMS if getattr(self, each) is not None]
+        if len(given) != 1:
+            problem = f"{given[0]} is given already" if given else "one is missing"
+            raise SettingError(given[1] if given else "name", f"{problem}: one of {', '.join(CLAIMS)}")
+        return self
+
+
+class ProveTable(Table):
+    """What is proved of a rack.
+
+    Attributes:
+        scan_ms: the shortest and the longest time between two scans, ms.
+        free: patterns of numbers that nothing in the program writes and that differ from scan to scan.
+        written_outside: patterns of tags that the program writes and that change between scans, too.
+        assume: conditions that hold in each scan, for all properties.
+        property: the properties.
+    """
+
+    scan_ms: Annotated[tuple[int, int], PlainValidator(_range)] = (1, LONGEST_SCAN_MS)
+    free: Patterns = ()
+    written_outside: Patterns = ()
+    assume: Conditions = ()
+    property: Annotated[tuple[PropertyTable, ...], Field(strict=False)] = ()
