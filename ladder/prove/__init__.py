@@ -1,0 +1,1 @@
+"""Proofs about programs: one scan as terms, questions about any number of scans, a solver."""

@@ -1,0 +1,127 @@
+"""The operations of terms on Python numbers: what constants fold to, and what a run of a relation computes.
+
+Truths are `bool`, whole numbers `int` without bounds, floats `float`. A single float is a `float` that is
+rounded after each operation.
+
+| operation | is |
+|---|---|
+| not, and, iff, ite | of truths; the last two operands of `ite` may be of any kind |
+| add, sub, mul, div, rem | exact; `div` cuts off toward zero; both are 0 for a divisor of 0 |
+| band, bor, bxor | of endless two's complement patterns |
+| shr, wrap, bit, setbit, b2i | shift right, keep low bits, read a bit, write a bit, a truth as 0 or 1 |
+| eq, lt | of whole numbers |
+| fadd, fsub, fmul, fdiv, fneg, fabs | of floats, to the nearest, half to even |
+| feq, flt, fle, fnan, ffin | of floats, as IEEE 754 has them; `ffin`: neither infinite nor NaN |
+| i2f, f2f, f2i | conversions; `f2i` is 0 at and beyond 2**62, of infinity and NaN |
+"""
+
+from __future__ import annotations
+
+import math
+import operator
+from collections.abc import Callable
+from typing import Any
+
+from scanrack.ladder.model.arithmetic import finite, quotient, real, real_quotient, remainder, wrap
+
+BOOL, INT, F32, F64 = "b", "i", "f32", "f64"
+"""Kinds of terms: truth, whole number, single and double float."""
+
+FAR = 1 << 62
+"""Floats at and beyond it have no whole number here."""
+
+
+def div(a: int, b: int) -> int:
+    """Divide toward zero; 0 for a divisor of 0."""
+    return quotient(a, b) if b else 0
+
+
+def rem(a: int, b: int) -> int:
+    """Return the remainder with the sign of a; 0 for a divisor of 0."""
+    return remainder(a, b) if b else 0
+
+
+def to_whole(value: float, how: str) -> int:
+    """Round half to even (`rne`) or cut off (`rtz`)."""
+    if not finite(value) or abs(value) >= FAR:
+        return 0
+    return round(value) if how == "rne" else math.trunc(value)
+
+
+def to_float(value: float, kind: str) -> float:
+    """Round a number to the nearest float of a kind; a whole number beyond all floats becomes infinite."""
+    try:
+        double = float(value)
+    except OverflowError:
+        double = math.inf if value > 0 else -math.inf
+    return real(double) if kind == F32 else double
+
+
+def write_bit(word: int, truth: bool, number: int, width: int) -> int:
+    """Set bit `number` of a word of |width| bits."""
+    return wrap(word & ~(1 << number) | truth << number, width)
+
+
+PLAIN: dict[str, Callable[..., Any]] = {
+    "not": operator.not_,
+    "and": lambda a, b: a and b,
+    "iff": operator.eq,
+    "ite": lambda c, a, b: a if c else b,
+    "add": operator.add,
+    "sub": operator.sub,
+    "mul": operator.mul,
+    "div": div,
+    "rem": rem,
+    "band": operator.and_,
+    "bor": operator.or_,
+    "bxor": operator.xor,
+    "b2i": int,
+    "eq": operator.eq,
+    "lt": operator.lt,
+    "feq": operator.eq,
+    "flt": operator.lt,
+    "fle": operator.le,
+    "fnan": math.isnan,
+    "ffin": math.isfinite,
+}
+"""Operations of their operands alone."""
+
+FLOATS: dict[str, Callable[..., float]] = {
+    "fadd": operator.add,
+    "fsub": operator.sub,
+    "fmul": operator.mul,
+    "fdiv": real_quotient,
+    "fneg": operator.neg,
+    "fabs": abs,
+}
+"""Operations whose result is rounded to the kind of the term."""
+
+SETTLED: dict[str, Callable[[Any, Any], Any]] = {
+    "shr": operator.rshift,
+    "wrap": wrap,
+    "bit": lambda word, number: bool(word >> number & 1),
+    "f2i": to_whole,
+}
+"""Operations with a setting: bits to shift by, width, number of a bit, rounding."""
+
+
+def meaning(op: str, kind: str, setting: Any) -> Callable[..., Any]:
+    """Return the function of an operation's operands.
+
+    >>> meaning("wrap", INT, 8)(200), meaning("fdiv", F32, None)(1.0, 3.0)
+    (-56, 0.3333333432674408)
+    """
+    if op in PLAIN:
+        return PLAIN[op]
+    if op in SETTLED:
+        settled = SETTLED[op]
+        return lambda a: settled(a, setting)
+    if op in FLOATS:
+        exact = FLOATS[op]
+        return exact if kind == F64 else lambda *operands: real(exact(*operands))
+    if op in ("i2f", "f2f"):
+        return lambda a: to_float(a, kind)
+    if op == "setbit":
+        number, width = setting
+        return lambda word, truth: write_bit(word, truth, number, width)
+    raise ValueError(f"no operation {op!r}")

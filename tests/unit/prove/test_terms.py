@@ -1,0 +1,101 @@
+"""Terms: each operation against Python's arithmetic, intervals that hold, sharing that can be forgotten."""
+
+from __future__ import annotations
+
+import math
+import struct
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from random_terms import bench
+from scanrack.ladder.prove import terms as t
+from scanrack.ladder.prove.evaluation import evaluate
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 2**32))
+def test_a_term_is_what_python_computes_and_lies_in_its_interval(seed: int) -> None:
+    made = bench(seed)
+    everything = [*made.whole, *made.truths]
+    assert evaluate([term for term, _ in everything], made.values) == [value for _, value in everything]
+    assert all(term.lo <= value <= term.hi for term, value in made.whole)
+
+
+def single(value: float) -> float:
+    try:
+        return float(struct.unpack("f", struct.pack("f", value))[0])
+    except OverflowError:
+        return math.copysign(math.inf, value)
+
+
+FLOATS = st.floats(allow_nan=False, width=32)
+
+
+@given(FLOATS, FLOATS)
+def test_floats_round_after_each_operation(x: float, y: float) -> None:
+    a, b = t.var("a", t.F32), t.var("b", t.F32)
+    made = [
+        t.fop("fadd", a, b),
+        t.fop("fmul", a, b),
+        t.fop("fsub", t.fop("fneg", a), b),
+        t.to_float(a, t.F64),
+    ]
+    found = evaluate([*made, t.lt(a, b), t.le(a, b), t.eq(a, b)], {"a": x, "b": y})
+    wanted = [single(x + y), single(x * y), single(-x - y), x, x < y, x <= y, x == y]
+    assert all(u == v or (u != u and v != v) for u, v in zip(found, wanted, strict=True))
+
+
+@pytest.mark.parametrize(
+    ("value", "even", "cut"),
+    [
+        (2.5, 2, 2),
+        (-2.5, -2, -2),
+        (3.5, 4, 3),
+        (-1.6, -2, -1),
+        (math.inf, 0, 0),
+        (math.nan, 0, 0),
+        (2.0**62, 0, 0),
+    ],
+)
+def test_a_float_becomes_a_whole_number(value: float, even: int, cut: int) -> None:
+    a = t.var("a", t.F64)
+    assert evaluate([t.to_int(a, "rne"), t.to_int(a, "rtz")], {"a": value}) == [even, cut]
+    constant = t.const(value, t.F64)
+    assert (t.to_int(constant, "rne").val, t.to_int(constant, "rtz").val) == (even, cut)
+
+
+def test_a_large_whole_number_becomes_a_float_as_logix_has_it() -> None:
+    n = t.var("n", t.INT, -(2**63), 2**63 - 1)
+    single_of_it, double_of_it = evaluate(
+        [t.to_float(n, t.F32), t.to_float(n, t.F64)], {"n": 2**60 + 2**36 + 1}
+    )
+    assert double_of_it == float(2**60 + 2**36)
+    assert single_of_it == single(double_of_it)
+
+
+def test_equal_terms_are_one_until_they_are_forgotten() -> None:
+    t.forget()
+    first = t.add(t.var("n", t.INT, 0, 9), t.const(1))
+    assert t.add(t.var("n", t.INT, 0, 9), t.const(1)) is first
+    count = t.known()
+    t.forget()
+    assert t.known() == 0 < count
+    again = t.add(t.var("n", t.INT, 0, 9), t.const(1))
+    assert again is not first
+    assert again.id > first.id
+    assert t.not_(t.not_(t.var("b"))) is t.var("b")
+    assert t.const(True) is t.TRUE
+
+
+def test_what_is_known_is_simplified_away() -> None:
+    n, b = t.var("n", t.INT, 0, 9), t.var("b")
+    assert t.lt(n, t.const(10)) is t.TRUE
+    assert t.eq(n, t.const(10)) is t.FALSE
+    assert t.wrap(n, 16) is n
+    assert t.and_(b, t.not_(b)) is t.FALSE
+    assert t.ite(b, t.TRUE, t.FALSE) is b
+    assert t.eq(t.ite(b, t.const(1), t.const(2)), t.const(2)) is t.not_(b)
+    word = t.setbit(t.var("w", t.INT, -128, 127), 3, b, 8)
+    assert t.bit(word, 3) is b
+    assert t.bit(word, 9) is t.bit(word, 7)
