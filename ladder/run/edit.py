@@ -10,14 +10,16 @@ Reading it executes nothing.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 from ...io_images.text_limits import TextKind, check_text
 from ..model.errors import LadderError
 from ..model.schedule import Schedule
-from ..model.tags import Leaf, Tag, tag_in
+from ..model.tags import Layout, Leaf, Tag, tag_in
+from ..model.types import HIDDEN
+from ..state.lowered import LoweredProgram
 from .engine import Engine
 
 NUMBERS = ("~axis", "~number")
@@ -36,19 +38,53 @@ class Edit:
     new: tuple[str, ...]  # new tags, with initial values
     changed: tuple[str, ...]  # tags of another type, with initial values
     dropped: tuple[str, ...]  # removed tags
+    restated: tuple[str, ...] = ()  # `Fill.PRE 1000, not 2000`: kept, though the text gives another value
+
+    @property
+    def keeps(self) -> str:
+        """What keeps its value, in words."""
+        return f"{len(self.kept)} tags keep their values"
+
+    @property
+    def groups(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
+        """The tags that the edit concerns, by what happens to them."""
+        return (
+            ("new", self.new),
+            ("of another type", self.changed),
+            ("gone", self.dropped),
+            ("keep their value", self.restated),
+        )
 
     def __str__(self) -> str:
-        groups = (("new", self.new), ("of another type", self.changed), ("gone", self.dropped))
-        said = [f"{what}: {', '.join(names)}" for what, names in groups if names]
-        return f"edited at {self.now_ns / 1e9:g} s, {len(self.kept)} tags keep their values" + "".join(
-            f"; {each}" for each in said
-        )
+        return edit_text(self)
+
+
+class DescribedEdit(Protocol):
+    """An online edit of any program."""
+
+    @property
+    def now_ns(self) -> int:
+        """Virtual time of the previous scan."""
+
+    @property
+    def keeps(self) -> str:
+        """What keeps its value, in words."""
+
+    @property
+    def groups(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
+        """The names that the edit concerns, by what happens to them."""
+
+
+def edit_text(edit: DescribedEdit) -> str:
+    """Return an edit as a sentence."""
+    said = [f"{what}: {', '.join(names)}" for what, names in edit.groups if names]
+    return "; ".join([f"edited at {edit.now_ns / 1e9:g} s, {edit.keeps}", *said])
 
 
 def carry_over(old: Engine, new: Engine) -> Edit:
     """Continue in a fresh engine from the state of another one, which is unchanged."""
-    before, after = old.lowered.layout, new.lowered.layout
-    kept = [leaf for leaf in after.leaves.values() if _is_same(leaf, before.leaves.get(leaf.path.upper()))]
+    edit, before = planned(old, new.lowered), old.lowered.layout
+    kept = _kept(before, new.lowered.layout)
     for leaf in kept:
         if leaf.path.endswith(NUMBERS):
             continue
@@ -60,7 +96,48 @@ def carry_over(old: Engine, new: Engine) -> Edit:
     new.go_on_from(old)
     if new.lowered.schedule is not None:
         _schedule_new_tasks(new, new.lowered.schedule, {leaf.path for leaf in kept})
-    return _edit_of(old, new, {leaf.path.upper() for leaf in kept})
+    return edit
+
+
+def planned(old: Engine, new: LoweredProgram) -> Edit:
+    """Return what an edit would do; nothing changes."""
+    kept = _kept(old.lowered.layout, new.layout)
+    paths = {leaf.path.upper() for leaf in kept}
+    before, after = old.lowered.layout.tags(), new.layout.tags()
+    lost = {tag_in(path) for path in new.layout.leaves if path not in paths}
+    whole = [name for name in after if name in before and name not in lost]
+    return Edit(
+        old.now_ns,
+        tuple(after[name].name for name in whole),
+        tuple(tag.name for name, tag in after.items() if name not in before),
+        tuple(tag.name for name, tag in after.items() if name in before and name in lost),
+        tuple(tag.name for name, tag in before.items() if name not in after),
+        tuple(_restated(old, new, kept)),
+    )
+
+
+def _kept(before: Layout, after: Layout) -> list[Leaf]:
+    """Return the values of an edited program that it takes over."""
+    return [leaf for leaf in after.leaves.values() if _is_same(leaf, before.leaves.get(leaf.path.upper()))]
+
+
+def _restated(old: Engine, new: LoweredProgram, kept: Iterable[Leaf]) -> Iterator[str]:
+    """Yield the values that are kept though the text gives another one now: `Fill.PRE 1000, not 2000`."""
+    before, after = old.lowered.presets, new.presets
+    places = {leaf.path.upper(): leaf for leaf in kept}
+    for (path, index), value in after.items():
+        leaf = places.get(path.upper())
+        if leaf is None or before.get((path, index), value) == value:
+            continue
+        own = old.memory.read(old.lowered.layout.leaves[path.upper()], index)
+        if own != value and not path.startswith(HIDDEN):
+            yield f"{path} {own}, not {value}"
+    tags = old.lowered.layout.tags()
+    for name, tag in new.layout.tags().items():
+        if name in places and not tag.dims and tag.initial not in (None, tags[name].initial):
+            own = old.tags[tag.name]
+            if own != tag.initial:
+                yield f"{tag.name} {own}, not {tag.initial}"
 
 
 def _is_same(leaf: Leaf, other: Leaf | None) -> bool:
@@ -75,19 +152,6 @@ def _schedule_new_tasks(engine: Engine, schedule: Schedule, kept: set[str]) -> N
         rate = each.task.rate_ns
         if rate and each.due.path not in kept:
             engine.memory.write(each.due, 0, (engine.now_ns // rate + 1) * rate)
-
-
-def _edit_of(old: Engine, new: Engine, kept: set[str]) -> Edit:
-    before, after = old.lowered.layout.tags(), new.lowered.layout.tags()
-    lost = {tag_in(path) for path in new.lowered.layout.leaves if path not in kept}
-    whole = [name for name in after if name in before and name not in lost]
-    return Edit(
-        new.now_ns,
-        tuple(after[name].name for name in whole),
-        tuple(tag.name for name, tag in after.items() if name not in before),
-        tuple(tag.name for name, tag in after.items() if name in before and name in lost),
-        tuple(tag.name for name, tag in before.items() if name not in after),
-    )
 
 
 # --- retentive memory

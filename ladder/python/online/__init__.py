@@ -10,8 +10,9 @@
 | `edition` | the source and the functions of a class |
 | `conditions` | the functions that a wait holds |
 | `fields` | fields that are set and forced from outside |
+| `field_plan` | what an edit does to the fields |
 | `placing` | the frames of a sequence in edited code |
-| `editing` | the whole class: fields, parts, sequences |
+| `editing` | the whole class: parts, sequences, and the edit itself |
 
 A frame can't be moved to other code. So the edited function is compiled once more, in a form that begins at
 the matching `await`; it takes the locals, the iterators and the `with` blocks of the waiting frame, and its
@@ -19,7 +20,8 @@ wait. Whatever can't be taken over for certain is refused by name, before anythi
 `docs/decisions/0017-edits-of-sequences.md` has the reasons.
 """
 
-from .editing import EditRefusal, LogicEdit, edit_logic, plan_edit
+from .editing import LogicEdit, edit_logic, plan_edit
+from .field_plan import EditRefusal
 from .fields import Fields
 
 __all__ = ["EditRefusal", "Fields", "LogicEdit", "edit_logic", "plan_edit"]

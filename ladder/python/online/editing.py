@@ -18,27 +18,18 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
-from enum import Enum
 from typing import Any
 
-from ....io_images.site import SiteError, sites_of
+from ....io_images.site import sites_of
+from ...run.edit import edit_text
 from ..sequences.coroutine import Sequence
-from ..sequences.logic import Field, Logic
+from ..sequences.logic import Logic
 from ..sequences.parts import Part
 from ..sequences.signals import Signal, place_of
 from .edition import Edition
+from .field_plan import EditRefusal, FieldPlan, body_fields, own_fields, plan_fields
 from .fields import forced_fields, hold_forces, release
-from .placing import EditContext, NotPlacedError, SequenceMove, foreign, plan_moves
-
-
-class EditRefusal(SiteError):  # noqa: N818 - it is an answer
-    """An edit that can't continue for certain; nothing has changed.
-
-    Attributes:
-        sequences: the sequences that can't continue; restarting them makes the edit possible.
-    """
-
-    sequences: tuple[str, ...] = ()
+from .placing import EditContext, NotPlacedError, SequenceMove, plan_moves
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,18 +43,27 @@ class LogicEdit:
     dropped: tuple[str, ...]
     continued: tuple[str, ...]  # sequences, each with the line where it waits
     restarted: tuple[str, ...]
+    restated: tuple[str, ...] = ()  # `rounds 7, not 5`: kept, though the class gives another initial value
 
-    def __str__(self) -> str:
-        groups = (
+    @property
+    def keeps(self) -> str:
+        """What keeps its value, in words."""
+        return f"{len(self.kept)} fields and parts keep their values"
+
+    @property
+    def groups(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
+        """The names that the edit concerns, by what happens to them."""
+        return (
             ("new", self.new),
             ("changed", self.changed),
             ("gone", self.dropped),
+            ("keep their value", self.restated),
             ("continue", self.continued),
             ("begin anew", self.restarted),
         )
-        said = [f"{what}: {', '.join(names)}" for what, names in groups if names]
-        text = f"edited at {self.now_ns / 1e9:g} s, {len(self.kept)} fields and parts keep their values"
-        return text + "".join(f"; {each}" for each in said)
+
+    def __str__(self) -> str:
+        return edit_text(self)
 
 
 @dataclass(slots=True)
@@ -74,10 +74,8 @@ class EditPlan:
     fresh: Logic  # an instance of the edited class
     old: Edition
     new: Edition
-    values: dict[str, Any]  # fields that take a value, by name
-    dropped_fields: tuple[str, ...]
-    parts: dict[str, Part]  # the parts from now on
-    kept_parts: tuple[str, ...]
+    fields: FieldPlan
+    parts: PartPlan
     moves: list[SequenceMove]
     restarts: tuple[str, ...]
     edit: LogicEdit
@@ -102,6 +100,34 @@ def edit_logic(logic: Logic, fresh: Logic, restart: Collection[str] = ()) -> Log
 
 def plan_edit(logic: Logic, fresh: Logic, restart: Collection[str] = ()) -> EditPlan:
     """Plan an edit, see `edit_logic`; nothing changes."""
+    old, new = _editions(logic, fresh)
+    parts = _parts(logic, fresh)
+    moves, continued = _sequences(logic, fresh, _context(logic, parts, old, new), restart)
+    fields = plan_fields(logic, fresh, old, new)
+    restarts = tuple(each.name for each in fresh._logic_sequences if each.name in restart)
+    there = _names(fresh, new)
+    begins = {*parts.changed, *fields.values} - {*fields.kept}
+    constants = {name for name in new.constants() if f".{name}" in new.changed_from(old)}
+    known = _names(logic, old)
+    edit = LogicEdit(
+        logic._logic_clock.now_ns,
+        kept=(*fields.kept, *parts.kept),
+        new=tuple(name for name in there if name not in known),
+        changed=tuple(name for name in there if name in known and name in begins | constants),
+        dropped=tuple(name for name in known if name not in there and name not in fields.kept),
+        continued=continued,
+        restarted=restarts,
+        restated=fields.restated,
+    )
+    return EditPlan(logic, fresh, old, new, fields, parts, moves, restarts, edit)
+
+
+def _editions(logic: Logic, fresh: Logic) -> tuple[Edition, Edition]:
+    """Return both editions of a program, the edited one attached to the rack.
+
+    Raises:
+        EditRefusal: they can't be compared.
+    """
     slots = logic._logic_slots
     if slots is None:
         raise EditRefusal("the program has had no scan: load it again")
@@ -109,38 +135,24 @@ def plan_edit(logic: Logic, fresh: Logic, restart: Collection[str] = ()) -> Edit
         raise EditRefusal(f"{type(fresh).__name__} is another class than {type(logic).__name__}")
     if fresh._logic_slots is not slots:
         fresh.__attach_logic__(slots)
-    old, new = Edition(type(logic)), Edition(type(fresh))
-    parts, kept, changed = _parts(logic, fresh)
+    return Edition(type(logic)), Edition(type(fresh))
+
+
+def _context(logic: Logic, parts: PartPlan, old: Edition, new: Edition) -> EditContext:
+    """Return what the placing of sequences needs to know of an edit."""
     before = {each.name: each for each in logic._logic_parts}
-    gone = tuple(each for name, each in before.items() if name not in parts)
-    names = new.changed_from(old)
-    anew = tuple(before[name] for name in changed if name in before)
+    anew = tuple(before[name] for name in parts.changed if name in before)
+    gone = tuple(each for name, each in before.items() if name not in parts.parts)
     codes = frozenset(vars(logic).get("_logic_codes", ()))
     texts = vars(logic).setdefault("_logic_texts", {})
-    context = EditContext(old, new, codes, anew + gone, names, texts)
-    moves, continued = _sequences(logic, fresh, context, restart)
-    values, fields, dropped = _fields(logic, fresh, old, new)
-    restarts = tuple(each.name for each in fresh._logic_sequences if each.name in restart)
-    begins = {*changed, *values} - {*fields}
-    other = begins | {name for name in new.constants() if f".{name}" in names}
-    known, there = _names(logic, old), _names(fresh, new)
-    edit = LogicEdit(
-        logic._logic_clock.now_ns,
-        (*fields, *kept),
-        tuple(name for name in there if name not in known),
-        tuple(name for name in there if name in known and name in other),
-        tuple(name for name in known if name not in there and name not in fields),
-        continued,
-        restarts,
-    )
-    return EditPlan(logic, fresh, old, new, values, dropped, parts, kept, moves, restarts, edit)
+    return EditContext(old, new, codes, anew + gone, new.changed_from(old), texts)
 
 
 def _names(logic: Logic, edition: Edition) -> list[str]:
     """Return the names of fields, constants, parts and sequences, in order of definition."""
     parts = [each.name for each in logic._logic_parts]
     sequences = [each.name for each in logic._logic_sequences]
-    values = _body_fields(logic, edition) | _own_fields(logic) | edition.constants()
+    values = body_fields(logic, edition) | own_fields(logic) | edition.constants()
     return list(dict.fromkeys([*values, *parts, *sequences]))
 
 
@@ -169,28 +181,43 @@ def _sequences(
             own = plan_moves(each, context)
         except NotPlacedError as error:
             errors[each.name] = error
-            continue
-        moves += own
-        frames = own[0].frames
-        line = frames[-1].after[1].node.lineno if frames else each.line
-        said.append(f"{each.name} at line {line}")
+        else:
+            moves += own
+            said.append(_continued(each, own))
     if errors:
-        names = ", ".join(errors)
-        text = "\n".join(map(str, errors.values()))
-        refused = EditRefusal(
-            f"{text}\nthe edit is possible if {names} begins anew",
-            *(site for error in errors.values() for site in sites_of(error)),
-        )
-        refused.sequences = tuple(errors)
-        raise refused
+        raise _refusal(errors)
     return moves, tuple(said)
+
+
+def _continued(sequence: Sequence, moves: list[SequenceMove]) -> str:
+    """Return where a sequence continues, in words."""
+    frames = moves[0].frames
+    line = frames[-1].after[1].node.lineno if frames else sequence.line
+    return f"{sequence.name} at line {line}"
+
+
+def _refusal(errors: Mapping[str, NotPlacedError]) -> EditRefusal:
+    """Return the refusal of an edit, by the sequences that can't continue."""
+    names, text = ", ".join(errors), "\n".join(map(str, errors.values()))
+    sites = (site for error in errors.values() for site in sites_of(error))
+    refused = EditRefusal(f"{text}\nthe edit is possible if {names} begins anew", *sites)
+    refused.sequences = tuple(errors)
+    return refused
 
 
 # --- parts
 
 
-def _parts(logic: Logic, fresh: Logic) -> tuple[dict[str, Part], tuple[str, ...], tuple[str, ...]]:
-    """Return the parts from now on, and the names of those that continue and of those that do not."""
+@dataclass(frozen=True, slots=True)
+class PartPlan:
+    """What an edit does to the parts of an instance."""
+
+    parts: dict[str, Part]  # those from now on
+    kept: tuple[str, ...]  # those that continue
+    changed: tuple[str, ...]  # those that begin anew, and new ones
+
+
+def _parts(logic: Logic, fresh: Logic) -> PartPlan:
     before = {each.name: each for each in logic._logic_parts}
     parts: dict[str, Part] = {}
     kept: list[str] = []
@@ -200,80 +227,7 @@ def _parts(logic: Logic, fresh: Logic) -> tuple[dict[str, Part], tuple[str, ...]
         continues = own is not None and own.continues_as(each)
         parts[each.name] = own if own is not None and continues else each
         (kept if continues else changed).append(each.name)
-    return parts, tuple(kept), tuple(changed)
-
-
-# --- fields
-
-
-def _fields(
-    logic: Logic, fresh: Logic, old: Edition, new: Edition
-) -> tuple[dict[str, Any], tuple[str, ...], tuple[str, ...]]:
-    """Return the fields that take a value, the those that keep theirs, and those that are gone."""
-    own, theirs = _own_fields(logic), _own_fields(fresh)
-    bodies, others = _body_fields(logic, old), _body_fields(fresh, new)
-    values: dict[str, Any] = {}
-    kept = []
-    before, after = bodies | own, others | theirs
-    for name, initial in after.items():
-        if name not in before:
-            if name in theirs:
-                values[name] = initial
-            continue
-        value, first = before[name], (bodies | _first_values(old, name)).get(name, before[name])
-        if _is_of_another_type(first, initial):
-            values[name] = initial
-            continue
-        kept.append(name)
-        values[name] = _taken_over(name, value, old, new)
-    alive = new.stored | {*dir(type(fresh)), *theirs}
-    dropped = tuple(name for name in before if name not in alive)
-    for name in own:
-        if name not in after and name not in dropped:
-            kept.append(name)
-            values[name] = _taken_over(name, own[name], old, new)
-    return values, tuple(kept), dropped
-
-
-def _first_values(edition: Edition, name: str) -> dict[str, Any]:
-    found = getattr(edition.kind, name, None)
-    return {} if found is None else {name: found}
-
-
-def _own_fields(logic: Logic) -> dict[str, Any]:
-    return {
-        name: value
-        for name, value in vars(logic).items()
-        if not name.startswith("_logic_") and name != "_places" and not isinstance(value, Part | Sequence)
-    }
-
-
-def _body_fields(logic: Logic, edition: Edition) -> dict[str, Any]:
-    """Return the initial values of a class body that methods assign."""
-    found = {}
-    for name in dir(type(logic)):
-        value = getattr(type(logic), name)
-        plain = not callable(value) and not hasattr(type(value), "__get__") and not isinstance(value, Part)
-        if plain and name in edition.stored and not name.startswith(("__", "_logic_")):
-            found[name] = value
-    return found
-
-
-def _is_of_another_type(one: Any, other: Any) -> bool:
-    return isinstance(one, Field) and isinstance(other, Field) and type(one) is not type(other)
-
-
-def _taken_over(name: str, value: Any, old: Edition, new: Edition) -> Any:
-    """Return a field's value for the edited program; an EditRefusal if it is of a class that is no more."""
-    kind = type(value)
-    if isinstance(value, Enum) and kind.__module__ in old.modules:
-        edited: Any = new.modules.get(kind.__module__, {}).get(kind.__qualname__)
-        if isinstance(edited, type) and issubclass(edited, Enum) and value.name in edited.__members__:
-            return edited[value.name]
-    why = foreign(value, old)
-    if why:
-        raise EditRefusal(f"field {name} is {why}: its value can't be taken over")
-    return value
+    return PartPlan(parts, tuple(kept), tuple(changed))
 
 
 # --- the edit
@@ -286,9 +240,9 @@ def _carry_out(plan: EditPlan) -> None:
     _share_modules(logic, fresh, plan.old, plan.new)
     release(type(logic), list(forced_fields(logic)))
     logic.__class__ = kind
-    for name in [each for each in plan.dropped_fields if each in own]:
+    for name in [each for each in plan.fields.dropped if each in own]:
         del own[name]
-    own.update(plan.values)
+    own.update(plan.fields.values)
     logic._logic_forced = {
         name: value for name, value in forced_fields(logic).items() if own.get(name) == value
     }
@@ -306,17 +260,17 @@ def _take_parts(plan: EditPlan, own: dict[str, Any]) -> None:
     for name in [name for name, each in own.items() if isinstance(each, Part)]:
         del own[name]
     fresh = {each.name: each for each in plan.fresh._logic_parts}
-    for name, part in plan.parts.items():
-        if name in plan.kept_parts:
+    for name, part in plan.parts.parts.items():
+        if name in plan.parts.kept:
             part.continue_as(fresh[name])
         else:
             part.attach(slots, logic._logic_clock)
             part.reset_part()
         if not hasattr(type(part), "__get__"):
             own[name] = part
-    logic._logic_parts = tuple(plan.parts.values())
+    logic._logic_parts = tuple(plan.parts.parts.values())
     logic._places = {
-        each.name: place_of(each, slots) for each in plan.parts.values() if isinstance(each, Signal)
+        each.name: place_of(each, slots) for each in plan.parts.parts.values() if isinstance(each, Signal)
     }
     logic._logic_take_turns()
 

@@ -175,34 +175,41 @@ def _setting(
     for node in statements:
         if (node.lineno, node.col_offset) >= end:
             continue
-        heads: list[Any] = [
-            value
-            for field, value in ast.iter_fields(node)
-            if field not in _BLOCKS and not isinstance(node, NESTED)
-        ]
-        names = _stored([each for value in heads for each in _nodes(value)])
-        read = _loaded([each for value in heads for each in _nodes(value)])
-        own = f"{above}{ast.unparse(node).splitlines()[0]}"
         if isinstance(node, NESTED):
             yield f"{above}{ast.unparse(node)}", frozenset({getattr(node, "name", "")}), frozenset()
             continue
+        own = f"{above}{ast.unparse(node).splitlines()[0]}"
+        names, read = _in_head(node)
         if names:
             yield own, names, read
-        inner = f"{own} " if isinstance(node, ast.If | ast.Match) else above
-        for field in _BLOCKS:
-            for each in getattr(node, field, []):
-                if isinstance(each, ast.ExceptHandler | ast.match_case):
-                    head = ast.unparse(each).strip().splitlines()[0]
-                    bound = (
-                        frozenset({each.name})
-                        if isinstance(each, ast.ExceptHandler) and each.name
-                        else _captured(each)
-                    )
-                    if bound:
-                        yield f"{inner}{head}", bound, _loaded([each])
-                    yield from _setting(each.body, end, f"{inner}{head} ")
-                elif isinstance(each, ast.stmt):
-                    yield from _setting([each], end, inner)
+        yield from _setting_inside(node, end, f"{own} " if isinstance(node, ast.If | ast.Match) else above)
+
+
+def _in_head(node: ast.stmt) -> tuple[Names, Names]:
+    """Return the names that a statement sets and reads outside of its blocks."""
+    heads: list[Any] = [value for field, value in ast.iter_fields(node) if field not in _BLOCKS]
+    nodes = [each for value in heads for each in _nodes(value)]
+    return _stored(nodes), _loaded(nodes)
+
+
+def _setting_inside(node: ast.stmt, end: tuple[int, int], above: str) -> Iterator[tuple[str, Names, Names]]:
+    """Yield what the blocks of a statement set, see `_setting`."""
+    for each in (each for field in _BLOCKS for each in getattr(node, field, [])):
+        if isinstance(each, ast.stmt):
+            yield from _setting([each], end, above)
+        elif isinstance(each, ast.ExceptHandler | ast.match_case):
+            head = f"{above}{ast.unparse(each).strip().splitlines()[0]}"
+            bound = _bound(each)
+            if bound:
+                yield head, bound, _loaded([each])
+            yield from _setting(each.body, end, f"{head} ")
+
+
+def _bound(head: ast.ExceptHandler | ast.match_case) -> Names:
+    """Return the names that `except ... as` or a pattern sets."""
+    if isinstance(head, ast.match_case):
+        return _captured(head)
+    return frozenset({head.name} if head.name else ())
 
 
 def _nodes(value: object) -> list[ast.AST]:

@@ -6,7 +6,7 @@ import pytest
 from scanrack.ladder import Controller, LadderError
 from scanrack.ladder.debug import Debugger
 from scanrack.ladder.files.rungfile import parse_program
-from scanrack.ladder.run.edit import retain, retained_text
+from scanrack.ladder.run.edit import planned, retain, retained_text
 
 BEFORE = """PROGRAM line
 TYPE Step (Time : DINT, Open : BOOL)
@@ -201,3 +201,17 @@ def test_a_retained_value_that_is_too_short_is_told_and_not_taken(tag, value, sa
     before = program.engine.tags[tag]
     assert retain(program.engine, json.dumps(stored)) == [said]
     assert program.engine.tags[tag] == before
+
+
+def test_an_edit_names_values_that_stay_though_the_text_gives_others():
+    program = "PROGRAM p\nTAG Fill : TIMER\nTAG N : DINT := {}\nTAG Run : BOOL\nROUTINE Main\n{}\nEND\n"
+    old = parse_program(program.format(5, "XIC(Run)TON(Fill,1000,0);"))
+    old.step()
+    new = parse_program(program.format(7, "XIC(Run)TON(Fill,2000,0);"))
+    plan = planned(old.engine, new.build())
+    assert plan.restated == ("Fill.PRE 1000, not 2000", "N 5, not 7")
+    assert old.tags["Fill.PRE"] == 1000
+    assert new.take_over(old) == plan
+    assert (new.tags["Fill.PRE"], new.tags.N) == (1000, 5)
+    same = parse_program(program.format(5, "XIC(Run)XIC(Run)TON(Fill,1000,0);"))
+    assert planned(new.engine, same.build()).restated == ()

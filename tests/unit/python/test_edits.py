@@ -276,3 +276,12 @@ def test_the_finally_of_a_lost_edit_says_its_place(dwelling):
         dwelling.edit(("STEP = 1", "STEP = 1\n"))
     dwelling.text = dwelling.text.replace("STEP = 1\n\n", "STEP = 1\n", 1)
     dwelling.edit(('name = "plant"', 'name = "plants"'))  # its lines stay, so its frame can
+
+
+def test_a_plan_names_fields_that_stay_though_the_class_gives_others(plant):
+    plant.scan(8)
+    rounds = plant.logic.rounds
+    edit = plant.edit(("rounds = 0", "rounds = 100"), ("STEP = 1\n", "STEP = 2\n"))
+    assert edit.restated == (f"rounds {rounds}, not 100",)
+    assert "rounds" in edit.kept
+    assert plant.logic.rounds == rounds

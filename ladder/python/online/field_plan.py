@@ -1,0 +1,100 @@
+"""What an edit of a class of logic does to its fields: most keep their values."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any
+
+from ....io_images.site import SiteError
+from ..sequences.coroutine import Sequence
+from ..sequences.logic import Field, Logic
+from ..sequences.parts import Part
+from .edition import Edition
+from .placing import foreign
+
+
+class EditRefusal(SiteError):  # noqa: N818 - it is an answer
+    """An edit that can't continue for certain; nothing has changed.
+
+    Attributes:
+        sequences: the sequences that can't continue; restarting them makes the edit possible.
+    """
+
+    sequences: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class FieldPlan:
+    """What an edit does to the fields of an instance."""
+
+    values: dict[str, Any]  # fields that take a value, by name
+    kept: tuple[str, ...]  # those that keep theirs
+    dropped: tuple[str, ...]
+    restated: tuple[str, ...]  # `rounds 7, not 5`: kept, though the class gives another initial value
+
+
+def plan_fields(logic: Logic, fresh: Logic, old: Edition, new: Edition) -> FieldPlan:
+    """Plan the fields of an edit; an EditRefusal if one is of a class that is no more."""
+    own, theirs = own_fields(logic), own_fields(fresh)
+    before, after = body_fields(logic, old) | own, body_fields(fresh, new) | theirs
+    alive = new.stored | {*dir(type(fresh)), *theirs}
+    dropped = tuple(name for name in before if name not in alive)
+    stays = [name for name in after if name in before and not _is_retyped(name, before, after, old)]
+    stays += [name for name in own if name not in after and name not in dropped]
+    both = before.keys() & after.keys()
+    takes = [name for name in (*after, *own) if name in stays or name in theirs or name in both]
+    values = {
+        name: _taken_over(name, before[name], old, new) if name in stays else after[name] for name in takes
+    }
+    return FieldPlan(values, tuple(stays), dropped, tuple(_restated(values, stays, old, new)))
+
+
+def own_fields(logic: Logic) -> dict[str, Any]:
+    """Return the fields that an instance has by itself, with their values."""
+    return {
+        name: value
+        for name, value in vars(logic).items()
+        if not name.startswith("_logic_") and name != "_places" and not isinstance(value, Part | Sequence)
+    }
+
+
+def body_fields(logic: Logic, edition: Edition) -> dict[str, Any]:
+    """Return the initial values of a class body that methods assign."""
+    found = {}
+    for name in dir(type(logic)):
+        value = getattr(type(logic), name)
+        plain = not callable(value) and not hasattr(type(value), "__get__") and not isinstance(value, Part)
+        if plain and name in edition.stored and not name.startswith(("__", "_logic_")):
+            found[name] = value
+    return found
+
+
+def _is_retyped(name: str, before: Mapping[str, Any], after: Mapping[str, Any], old: Edition) -> bool:
+    """Whether the edit gives a field another type than its initial value had."""
+    first = getattr(old.kind, name, None)
+    one, other = before[name] if first is None else first, after[name]
+    return isinstance(one, Field) and isinstance(other, Field) and type(one) is not type(other)
+
+
+def _restated(values: Mapping[str, Any], kept: list[str], old: Edition, new: Edition) -> Iterator[str]:
+    """Yield the fields that keep their value though the class body now gives another one."""
+    for name in kept:
+        one, other = getattr(old.kind, name, None), getattr(new.kind, name, None)
+        fields = isinstance(one, Field) and isinstance(other, Field)
+        if fields and one != other and values[name] != other:
+            yield f"{name} {values[name]}, not {other}"
+
+
+def _taken_over(name: str, value: Any, old: Edition, new: Edition) -> Any:
+    """Return a field's value for the edited program; an EditRefusal if it is of a class that is no more."""
+    kind = type(value)
+    if isinstance(value, Enum) and kind.__module__ in old.modules:
+        edited: Any = new.modules.get(kind.__module__, {}).get(kind.__qualname__)
+        if isinstance(edited, type) and issubclass(edited, Enum) and value.name in edited.__members__:
+            return edited[value.name]
+    why = foreign(value, old)
+    if why:
+        raise EditRefusal(f"field {name} is {why}: its value can't be taken over")
+    return value
