@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from scanrack.ladder.prove.meaning import BOOL, meaning
-from scanrack.ladder.prove.terms import T, reach
+from .meaning import BOOL, meaning
+from .terms import T, reach
 
 
 class Evaluator:

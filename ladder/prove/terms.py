@@ -15,8 +15,8 @@ from collections.abc import Iterable
 from itertools import count
 from typing import Any
 
-from scanrack.ladder.prove.meaning import BOOL, F32, F64, FAR, INT, meaning
-from scanrack.ladder.prove.meaning import div as _quotient
+from .meaning import BOOL, F32, F64, FAR, INT, meaning
+from .meaning import div as _quotient
 
 
 class T:

@@ -1,0 +1,228 @@
+"""Terms as terms of a solver: bit vectors as wide as their intervals, floats, truths.
+
+A solver is whatever takes operations by their names in SMT-LIB 2.6: bitwuzla's objects, or text.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, Protocol
+
+from .meaning import F32, F64, FAR, INT
+from .terms import T, bits_of
+
+Sort = str | int
+"""`BOOL`, `F32`, `F64`, or the width of a bit vector."""
+
+FIELDS = {F32: (8, 24), F64: (11, 53)}
+"""Bits of exponent and significand."""
+
+WIDEST_DIRECT = 54
+"""Whole numbers wider than this are rounded to double before they are rounded to single, as in Logix rows."""
+
+
+class Sink(Protocol):
+    """Makes terms of one solver."""
+
+    def declare(self, sort: Sort, name: str) -> Any:
+        """Return a new variable."""
+
+    def value(self, sort: Sort, value: Any) -> Any:
+        """Return a constant; that of a bit vector is its signed value."""
+
+    def apply(self, op: str, args: Sequence[Any], indices: Sequence[int] = ()) -> Any:
+        """Return an operation by its name in SMT-LIB."""
+
+    def state(self, formula: Any) -> None:
+        """Assert a truth."""
+
+
+def width(t: T) -> int:
+    """Return the bits of a whole number's signed pattern."""
+    return bits_of(t.lo, t.hi)
+
+
+def sort_of(t: T) -> Sort:
+    """Return the solver's sort of a term."""
+    return width(t) if t.kind == INT else t.kind
+
+
+def signed(pattern: int, bits: int) -> int:
+    """Return the signed value of the low bits.
+
+    >>> signed(0xFF, 8), signed(0x17F, 8)
+    (-1, 127)
+    """
+    pattern &= (1 << bits) - 1
+    return pattern - (1 << bits) if pattern >> bits - 1 else pattern
+
+
+def declare(sink: Sink, t: T, name: str) -> Any:
+    """Return a new variable that lies in the interval of its term."""
+    made = sink.declare(sort_of(t), name)
+    if t.kind == INT:
+        bits = width(t)
+        if t.lo != -(1 << bits - 1):
+            sink.state(sink.apply("bvsle", [sink.value(bits, t.lo), made]))
+        if t.hi != (1 << bits - 1) - 1:
+            sink.state(sink.apply("bvsle", [made, sink.value(bits, t.hi)]))
+    return made
+
+
+def translate(sink: Sink, root: T, lookup: Callable[[T], Any], memo: dict[int, Any]) -> Any:
+    """Return the solver's term; `lookup` gives that of a variable, `memo` those known by id."""
+    missing: dict[int, T] = {}
+    todo = [root]
+    while todo:
+        t = todo.pop()
+        if t.id not in memo and t.id not in missing:
+            missing[t.id] = t
+            todo.extend(t.args)
+    for number in sorted(missing):
+        t = missing[number]
+        memo[number] = lookup(t) if t.op == "var" else _one(sink, t, [memo[a.id] for a in t.args])
+    return memo[root.id]
+
+
+def fit(sink: Sink, made: Any, have: int, want: int) -> Any:
+    """Extend or cut a signed pattern."""
+    if want > have:
+        return sink.apply("sign_extend", [made], [want - have])
+    return sink.apply("extract", [made], [want - 1, 0]) if want < have else made
+
+
+def _one(sink: Sink, t: T, made: list[Any]) -> Any:
+    if t.op == "const":
+        return sink.value(sort_of(t), t.val)
+    special = _SPECIAL.get(t.op)
+    if special is not None:
+        return special(sink, t, made)
+    if t.op in _WHOLE:
+        return _whole(sink, t, made)
+    rounded = [_ROUND, *made] if t.op in ("fadd", "fsub", "fmul", "fdiv") else made
+    return sink.apply(_DIRECT[t.op], rounded)
+
+
+_ROUND = "RNE"
+"""The rounding mode of arithmetic, as the first operand: sinks know its name."""
+
+_DIRECT = {
+    "not": "not",
+    "and": "and",
+    "iff": "=",
+    "fadd": "fp.add",
+    "fsub": "fp.sub",
+    "fmul": "fp.mul",
+    "fdiv": "fp.div",
+    "fneg": "fp.neg",
+    "fabs": "fp.abs",
+    "feq": "fp.eq",
+    "flt": "fp.lt",
+    "fle": "fp.leq",
+    "fnan": "fp.isNaN",
+}
+_WHOLE = {
+    "add": "bvadd",
+    "sub": "bvsub",
+    "mul": "bvmul",
+    "div": "bvsdiv",
+    "rem": "bvsrem",
+    "band": "bvand",
+    "bor": "bvor",
+    "bxor": "bvxor",
+    "eq": "=",
+    "lt": "bvslt",
+}
+
+
+def _whole(sink: Sink, t: T, made: list[Any]) -> Any:
+    """Operands as wide as the widest of them and the result: nothing overflows."""
+    bits = max(width(a) for a in t.args)
+    if t.kind == INT:
+        bits = max(bits, width(t)) + (t.op in ("div", "rem"))
+    wide = [fit(sink, each, width(a), bits) for each, a in zip(made, t.args, strict=True)]
+    result = sink.apply(_WHOLE[t.op], wide)
+    if t.kind != INT:
+        return result
+    if t.op in ("div", "rem") and t.args[1].lo <= 0 <= t.args[1].hi:
+        zero = sink.value(bits, 0)
+        result = sink.apply("ite", [sink.apply("=", [wide[1], zero]), zero, result])
+    return fit(sink, result, bits, width(t))
+
+
+def _ite(sink: Sink, t: T, made: list[Any]) -> Any:
+    if t.kind == INT:
+        arms = [fit(sink, each, width(a), width(t)) for each, a in zip(made[1:], t.args[1:], strict=True)]
+        made = [made[0], *arms]
+    return sink.apply("ite", made)
+
+
+def _shr(sink: Sink, t: T, made: list[Any]) -> Any:
+    bits = width(t.args[0])
+    low = min(t.val, bits - 1)
+    return fit(sink, sink.apply("extract", made, [bits - 1, low]), bits - low, width(t))
+
+
+def _wrap(sink: Sink, t: T, made: list[Any]) -> Any:
+    bits = abs(t.val)
+    have = width(t.args[0])
+    low = sink.apply("extract", [fit(sink, made[0], have, max(bits, have))], [bits - 1, 0])
+    return low if t.val > 0 else sink.apply("zero_extend", [low], [1])
+
+
+def _b2i(sink: Sink, t: T, made: list[Any]) -> Any:
+    return sink.apply("ite", [made[0], sink.value(2, 1), sink.value(2, 0)])
+
+
+def _bit(sink: Sink, t: T, made: list[Any]) -> Any:
+    number = min(t.val, width(t.args[0]) - 1)
+    return sink.apply("=", [sink.apply("extract", made, [number, number]), sink.value(1, -1)])
+
+
+def _setbit(sink: Sink, t: T, made: list[Any]) -> Any:
+    bits, (number, _) = width(t), t.val
+    word = fit(sink, made[0], width(t.args[0]), bits)
+    one, rest = signed(1 << number, bits), signed(~(1 << number), bits)
+    on = sink.apply("bvor", [word, sink.value(bits, one)])
+    off = sink.apply("bvand", [word, sink.value(bits, rest)])
+    return sink.apply("ite", [made[1], on, off])
+
+
+def _i2f(sink: Sink, t: T, made: list[Any]) -> Any:
+    if t.kind == F32 and width(t.args[0]) > WIDEST_DIRECT:
+        double = sink.apply("to_fp_signed", [_ROUND, *made], FIELDS[F64])
+        return sink.apply("to_fp", [_ROUND, double], FIELDS[F32])
+    return sink.apply("to_fp_signed", [_ROUND, *made], FIELDS[t.kind])
+
+
+def _f2f(sink: Sink, t: T, made: list[Any]) -> Any:
+    return sink.apply("to_fp", [_ROUND, *made], FIELDS[t.kind])
+
+
+def _f2i(sink: Sink, t: T, made: list[Any]) -> Any:
+    bits, kind = width(t), t.args[0].kind
+    near = [
+        sink.apply("fp.lt", [made[0], sink.value(kind, float(FAR))]),
+        sink.apply("fp.lt", [sink.value(kind, -float(FAR)), made[0]]),
+    ]
+    whole = sink.apply("fp.to_sbv", ["RNE" if t.val == "rne" else "RTZ", *made], [bits])
+    return sink.apply("ite", [sink.apply("and", near), whole, sink.value(bits, 0)])
+
+
+def _ffin(sink: Sink, t: T, made: list[Any]) -> Any:
+    unusual = [sink.apply(name, made) for name in ("fp.isInfinite", "fp.isNaN")]
+    return sink.apply("not", [sink.apply("or", unusual)])
+
+
+_SPECIAL: dict[str, Callable[[Sink, T, list[Any]], Any]] = {
+    "ite": _ite,
+    "shr": _shr,
+    "wrap": _wrap,
+    "b2i": _b2i,
+    "bit": _bit,
+    "setbit": _setbit,
+    "i2f": _i2f,
+    "f2f": _f2f,
+    "f2i": _f2i,
+    "ffin": _ffin,
+}

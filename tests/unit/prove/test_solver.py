@@ -1,0 +1,139 @@
+"""The solver: verdicts agree with z3 on random terms, models with Python's arithmetic, limits are steps."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from random_terms import bench
+from scanrack.ladder.prove import terms as t
+from scanrack.ladder.prove.evaluation import evaluate
+from scanrack.ladder.prove.smtlib import Script
+from scanrack.ladder.prove.solver import Solver
+from scanrack.ladder.prove.terms import T
+from scanrack.ladder.prove.translation import declare, translate
+
+pytestmark = pytest.mark.extra("prove")
+
+
+def asked(sink: Any, roots: list[T]) -> dict[str, tuple[T, Any]]:
+    """State truths; return the variables."""
+    known: dict[str, tuple[T, Any]] = {}
+
+    def lookup(v: T) -> Any:
+        if v.val not in known:
+            known[v.val] = v, declare(sink, v, v.val)
+        return known[v.val][1]
+
+    memo: dict[int, Any] = {}
+    for root in roots:
+        sink.state(translate(sink, root, lookup, memo))
+    return known
+
+
+def second_opinion(roots: list[T]) -> str:
+    z3 = pytest.importorskip("z3")
+    script = Script()
+    asked(script, roots)
+    other = z3.Solver()
+    other.set("rlimit", 20_000_000)
+    other.from_string(script.text())
+    return str(other.check())
+
+
+def question(made: Any) -> list[T]:
+    """Return truths that some values of the variables may satisfy: some of them do, some are turned over."""
+    chosen = made.rng.sample(made.truths, min(5, len(made.truths)))
+    wanted = [term if value else t.not_(term) for term, value in chosen]
+    (a, x), (b, _) = made.rng.choice(made.whole), made.rng.choice(made.whole)
+    wanted.append(t.eq(a, t.const(x)))
+    if made.rng.random() < 0.6:
+        wanted.append(t.not_(made.rng.choice([wanted[0], t.eq(a, b), t.lt(a, b)])))
+    return wanted
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 2**32))
+def test_two_solvers_agree_and_a_model_is_one(seed: int) -> None:
+    roots = question(bench(seed, steps=25))
+    solver = Solver()
+    known = asked(solver, roots)
+    verdict = solver.check()
+    assert verdict in (second_opinion(roots), "unknown")
+    if verdict == "sat":
+        values = {name: solver.found(made, v) for name, (v, made) in known.items()}
+        assert all(v.lo <= values[name] <= v.hi for name, (v, _) in known.items() if v.kind == t.INT)
+        assert all(evaluate(roots, values))
+
+
+X, Y = t.var("x", t.F32), t.var("y", t.F32)
+BIG = t.var("n", t.INT, -(2**63), 2**63 - 1)
+FINITE = [t.mk("ffin", (each,), t.BOOL) for each in (X, Y)]
+FLOATS = {
+    "a sum in single precision": [t.eq(t.fop("fadd", X, t.const(1.0, t.F32)), X), *FINITE],
+    "a quotient by zero": [
+        t.eq(Y, t.const(0.0, t.F32)),
+        t.lt(t.const(1e30, t.F32), t.fop("fdiv", X, Y)),
+        *FINITE,
+    ],
+    "NaN": [t.mk("fnan", (t.fop("fmul", X, Y),), t.BOOL)],
+    "half to even": [t.eq(t.to_int(X, "rne"), t.const(4)), t.lt(X, t.const(4.0, t.F32))],
+    "cut off": [t.eq(t.to_int(X, "rtz"), t.const(-4)), t.lt(X, t.const(-4.5, t.F32))],
+    "never beyond": [t.eq(t.to_int(X, "rtz"), t.const(4)), t.lt(X, t.const(4.0, t.F32))],
+    "twice rounded": [
+        t.eq(BIG, t.const(2**60 + 2**36 + 1)),
+        t.eq(t.to_float(BIG, t.F32), t.const(2.0**60, t.F32)),
+    ],
+    "a double of a single": [t.not_(t.eq(t.to_float(t.to_float(X, t.F64), t.F32), X)), *FINITE],
+}
+
+
+@pytest.mark.parametrize("name", FLOATS)
+def test_floats_are_those_of_python(name: str) -> None:
+    roots, solver = FLOATS[name], Solver()
+    known = asked(solver, roots)
+    verdict = solver.check()
+    assert verdict == second_opinion(roots)
+    assert verdict == ("unsat" if name in ("never beyond", "a double of a single") else "sat")
+    if verdict == "sat":
+        values = {key: solver.found(made, v) for key, (v, made) in known.items()}
+        assert all(evaluate(roots, values)), values
+
+
+def factors() -> list[T]:
+    """Two factors of a product of primes: hard for a solver."""
+    a, b = (t.var(name, t.INT, 2, 2**20) for name in "ab")
+    return [t.eq(t.mul(a, b), t.const(1_048_573 * 1_048_571)), t.lt(a, t.const(1_048_571))]
+
+
+def test_a_limit_is_steps_and_gives_the_same_answer_again() -> None:
+    spent = []
+    for steps in (50, 50, 100_000, 100_000):
+        solver = Solver(steps)
+        asked(solver, factors())
+        spent.append((solver.check(), solver.spent))
+    assert spent[0] == spent[1] == ("unknown", 51)
+    assert spent[2] == spent[3]
+    assert spent[2][0] == "unsat"
+
+
+def test_a_question_adds_its_truths_for_a_moment() -> None:
+    solver = Solver()
+    a, b = (solver.declare(t.BOOL, name) for name in "ab")
+    solver.state(solver.apply("or", [a, b]))
+    neither = [solver.apply("not", [each]) for each in (a, b)]
+    assert solver.check(*neither) == "unsat"
+    assert solver.check(neither[0]) == "sat"
+    assert solver.found(b, t.TRUE) is True
+
+
+def test_values_of_floats_survive() -> None:
+    solver = Solver()
+    for kind in (t.F32, t.F64):
+        for value in (1.5, -0.0, math.inf, 1e-40):
+            made = solver.value(kind, value)
+            assert solver.check() == "sat"
+            assert solver.found(made, t.var("x", kind)) == t.const(value, kind).val
