@@ -12,7 +12,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 from ...io_images.text_limits import TextKind, check_text
 from ..model.errors import LadderError
@@ -56,29 +56,8 @@ class Edit:
         )
 
     def __str__(self) -> str:
-        return edit_text(self)
-
-
-class DescribedEdit(Protocol):
-    """An online edit of any program."""
-
-    @property
-    def now_ns(self) -> int:
-        """Virtual time of the previous scan."""
-
-    @property
-    def keeps(self) -> str:
-        """What keeps its value, in words."""
-
-    @property
-    def groups(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
-        """The names that the edit concerns, by what happens to them."""
-
-
-def edit_text(edit: DescribedEdit) -> str:
-    """Return an edit as a sentence."""
-    said = [f"{what}: {', '.join(names)}" for what, names in edit.groups if names]
-    return "; ".join([f"edited at {edit.now_ns / 1e9:g} s, {edit.keeps}", *said])
+        said = [f"{what}: {', '.join(names)}" for what, names in self.groups if names]
+        return "; ".join([f"edited at {self.now_ns / 1e9:g} s, {self.keeps}", *said])
 
 
 def carry_over(old: Engine, new: Engine) -> Edit:

@@ -21,7 +21,6 @@ from dataclasses import dataclass
 from typing import Any
 
 from ....io_images.site import sites_of
-from ...run.edit import edit_text
 from ..sequences.coroutine import Sequence
 from ..sequences.logic import Logic
 from ..sequences.parts import Part
@@ -63,7 +62,8 @@ class LogicEdit:
         )
 
     def __str__(self) -> str:
-        return edit_text(self)
+        said = [f"{what}: {', '.join(names)}" for what, names in self.groups if names]
+        return "; ".join([f"edited at {self.now_ns / 1e9:g} s, {self.keeps}", *said])
 
 
 @dataclass(slots=True)
