@@ -79,6 +79,7 @@ class LadderLogic(ABC):
         self.declares_missing = False  # whether undeclared tags are declared by their use
         self.declared_missing: list[Tag] = []  # those tags, once it is built
         self.refused: Sequence[str] = ()  # parts of an export that are left out, as texts
+        self.monitors: Callable[[Lowering], None] | None = None  # lowers what follows the routines
         self.left_out: Mapping[str, str] = {}  # stubbed routines of an export, and what they do
         self._names: set[str] = set()
         self._lowered: LoweredProgram | None = None
@@ -104,6 +105,8 @@ class LadderLogic(ABC):
     def _checked(self, lowering: Lowering, problems: list[Problem]) -> tuple[LoweredProgram, list[Problem]]:
         """Return what was lowered with its warnings, or raise a BuildError; `problems` are those so far."""
         problems += lower_axes(lowering, self.axes, self.motion)
+        if self.monitors is not None:
+            self.monitors(lowering)
         lowered = lowering.lowered
         lowered.recursive = recursive_routines(lowered)
         problems = lowering.problems + check_whole(lowered) + problems
@@ -169,7 +172,11 @@ class LadderLogic(ABC):
         if self._engine is not None:
             raise LadderError(f"{self.kind} {self.name} runs already: its axes stay")
         self.axes = axes
-        self._lowered = self._scanner = None
+        self.forget()
+
+    def forget(self) -> None:
+        """Forget what was built: it is built again when it is used."""
+        self._lowered = self._scanner = self._memory = self._engine = None
 
     @property
     def stubs_in_use(self) -> tuple[str, ...]:

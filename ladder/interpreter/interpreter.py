@@ -315,14 +315,13 @@ class Interpreter(PlaceValues):
         Jumps are not taken. An instruction with a subscript out of range is skipped: its tags are not current
         yet.
         """
-        schedule = self.lowered.schedule
-        if name is None and schedule is not None:
-            for program in schedule.programs:
-                if program.main is not None:
-                    self.prescan(program.main)
+        if name is None:
+            schedule = self.lowered.schedule
+            mains = [self.lowered.main] if schedule is None else [each.main for each in schedule.programs]
+            for each in (*filter(None, mains), *self.lowered.monitors):
+                self.prescan(each)
             return
-        routine = self.lowered.routines.get(self.lowered.main if name is None else name)
-        for step in self._each(routine):
+        for step in self._each(self.lowered.routines.get(name)):
             self._prescan_step(step)
 
     def _each(self, routine: LoweredRoutine | None) -> Iterator[LoweredStep]:

@@ -253,6 +253,11 @@ class Layout:
         """Yield the full names of the tags of programs."""
         yield from (each.name for each in self.declarations.values() if program_of(each.name))
 
+    def declare(self, tag: Tag) -> None:
+        """Add a tag behind all others."""
+        self.declarations[tag.name.upper()] = self._folded[tag.name.upper()] = tag
+        self._ordered = False
+
     def hidden(self, path: str, kind: Elementary) -> Leaf:
         """Add and return a leaf without an address."""
         return self._add(path, kind, ())

@@ -338,6 +338,7 @@ class LoweredProgram:
     charts: dict[str, LoweredChart] = field(default_factory=dict)  # by routine in capitals
     chart_options: ChartOptions = DEFAULT_OPTIONS
     written_inputs: set[str] = field(default_factory=set)  # identifiers of the inputs that it writes
+    monitors: tuple[str, ...] = ()  # routines behind each scan of a proof, in capitals
 
     @property
     def ideal_names(self) -> tuple[str, ...]:

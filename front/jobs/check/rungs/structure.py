@@ -11,6 +11,7 @@ from ....ladder.files.rungreader import load_library
 from ....ladder.model.statements import operands_in, statements_in
 from ....ladder.model.tags import program_of
 from ....ladder.model.tree import Address, Operand, Routine, addresses_in, instructions_of
+from ....ladder.prove.claims import NEVER
 from ....ladder.state.lowered import (
     Act,
     Arms,
@@ -126,7 +127,8 @@ class Structure:
             is_run = (
                 not program_of(routine.name) or self._lowered.schedule is None or self._runs(routine.name)
             )
-            if not routine.frame and name not in reached and routine.lines and is_run:
+            is_monitor = name.rpartition(".")[2] == NEVER
+            if not (routine.frame or is_monitor or name in reached) and routine.lines and is_run:
                 text = f"nothing calls routine {routine.name}"
                 self._facts.remark("unreachable", self._place(routine.lines[0]), text)
 

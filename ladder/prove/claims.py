@@ -1,0 +1,122 @@
+"""What is asked of a program: conditions that never hold, always hold, can be reached, or are assumed.
+
+    // prove: never Fwd AND Rev
+    // prove: always NOT Valve OR Pump
+    // prove: reachable Done
+    // prove: assume NOT Maintenance
+
+These are comments of rungs and of lines of structured text; their names are those of the routine's program. A
+rack file has the same claims in `[[prove.property]]`.
+"""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from enum import StrEnum
+
+from ...io_images.site import NOWHERE, Site
+from ..model.errors import LadderError
+from ..model.tags import program_of
+from ..state.lowered import LoweredLine, LoweredProgram, LoweredRoutine
+
+NEVER = "NEVER"
+"""Name of a routine that is a monitor, in any case; nothing calls it."""
+
+
+class ClaimKind(StrEnum):
+    """What a claim says of its condition."""
+
+    NEVER = "never"
+    ALWAYS = "always"
+    REACHABLE = "reachable"
+    ASSUME = "assume"
+
+
+@dataclass(frozen=True, slots=True)
+class Claim:
+    """A condition of structured text on the state after a scan; `old(Tag)` is the value before the scan."""
+
+    name: str
+    kind: ClaimKind
+    text: str
+    assume: tuple[str, ...] = ()  # conditions that hold in each scan, for this claim only
+    scope: str = ""  # the program whose names it uses; "" for the controller's
+    site: Site = NOWHERE  # the rung whose comment or power it is
+
+    @property
+    def sentence(self) -> str:
+        """Its text as a comment has it: `never Fwd AND Rev`."""
+        return f"{self.kind} {self.text}"
+
+
+_CLAIM = re.compile(r"^\W*prove\s*:\s*(?P<kind>\S+)(?:\s+(?P<text>.*?))?[;\s]*$", re.IGNORECASE)
+"""A line of a comment; marks such as `//` and `*` may stand before it."""
+
+
+def claims_in(lowered: LoweredProgram) -> list[Claim]:
+    """Return the claims in the comments of a program, in the order of its routines and rungs.
+
+    Raises:
+        LadderError: an unknown claim, one without a condition, or one in an add-on instruction.
+    """
+    found = []
+    for routine in lowered.routines.values():
+        for line in routine.lines:
+            found += [_with_place(lowered, routine, line, each) for each in _read(line)]
+    return named_apart(found)
+
+
+def named_apart(claims: Iterable[Claim]) -> list[Claim]:
+    """Return claims with a number after each name that has been used: `never Fwd`, `never Fwd (2)`.
+
+    >>> twice = [Claim(name, ClaimKind.NEVER, "Fwd") for name in ("one way", "One way")]
+    >>> [each.name for each in named_apart(twice)]
+    ['one way', 'One way (2)']
+    """
+    taken: dict[str, int] = {}
+    found = []
+    for each in claims:
+        number = taken[each.name.upper()] = taken.get(each.name.upper(), 0) + 1
+        found.append(each if number == 1 else replace(each, name=f"{each.name} ({number})"))
+    return found
+
+
+def _read(line: LoweredLine) -> Iterator[tuple[str, str]]:
+    """Yield kind and condition of each claim in a comment."""
+    for text in line.comment.splitlines():
+        found = _CLAIM.match(text)
+        if found:
+            yield found["kind"], found["text"] or ""
+
+
+def _with_place(
+    lowered: LoweredProgram, routine: LoweredRoutine, line: LoweredLine, read: tuple[str, str]
+) -> Claim:
+    kind, text = read
+    site = place_of_line(lowered, routine, line)
+    if kind.lower() not in list(ClaimKind):
+        close = difflib.get_close_matches(kind.lower(), list(ClaimKind), n=1)
+        hint = f"did you mean {close[0]}" if close else f"claims are {', '.join(ClaimKind)}"
+        raise LadderError(f"{site.where}: prove: {kind}: {hint}", site)
+    if not text:
+        raise LadderError(f"{site.where}: prove: {kind.lower()}: a condition is missing", site)
+    if routine.frame:
+        raise LadderError(
+            f"{site.where}: prove: {kind.lower()} {text}: an add-on instruction has no claims; "
+            "write it at a rung that calls it",
+            site,
+        )
+    return Claim(
+        f"{kind.lower()} {text}", ClaimKind(kind.lower()), text, scope=program_of(routine.name), site=site
+    )
+
+
+def place_of_line(lowered: LoweredProgram, routine: LoweredRoutine, line: LoweredLine) -> Site:
+    """Return the place of a rung or a line."""
+    program = program_of(routine.name) or lowered.name
+    unit = "rung" if routine.body is None else "line"
+    origin = line.origin
+    return Site(program, routine.name, line.number, "", unit, file=origin.file, line=origin.line or None)

@@ -1,0 +1,343 @@
+"""Monitors: a program with lines behind its scan that say which claims its state breaks.
+
+A claim becomes a line of structured text, compiled with the program:
+
+    Prove__1 := Fwd AND Rev;              never Fwd AND Rev
+    Prove__2 := NOT (Valve OR Idle);      always Valve OR Idle
+    Prove__3 := Done;                     reachable Done
+    Old__1 := Count;                      behind all claims, for old(Count)
+
+A routine `NEVER` is a monitor, too. No controller runs it: nothing calls it. Each of its rungs claims that
+power never comes to its end; in structured text, each bit that a statement sets claims that it never is 1. It
+may have timers and one-shots, and `AFI()` at the end of a rung that only prepares others.
+
+    XIC(Valve)XIO(Open)TON(Late,2000,0)XIC(Late.DN)NOP();
+
+So the machine of terms, the interpreter and the compiled program answer with the same rows: all run
+`LoweredProgram.monitors` after a scan.
+"""
+
+from __future__ import annotations
+
+import copy
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from ...io_images.site import Site
+from ..build.checks import calls_of
+from ..build.lowering import Lowering
+from ..build.runnable import LadderLogic
+from ..instructions import BY_NAME
+from ..model.errors import BuildError, LadderError
+from ..model.expressions import parse_address
+from ..model.operands import Constant, Place
+from ..model.resolver import AddressError
+from ..model.statements import Assignment
+from ..model.tags import OVERRIDE, SlotAlias, Tag, program_of, scoped
+from ..model.tree import Address, Instruction, Operand, Operation, Routine, Rung, number
+from ..model.types import BOOL
+from ..run.engine import Engine
+from ..st import parse_statements
+from .claims import NEVER, Claim, ClaimKind, claims_in, named_apart
+
+Key = tuple[str, int]
+"""A value: path of its leaf in capitals, index."""
+
+
+@dataclass(frozen=True, slots=True)
+class Watched:
+    """A claim and the bit that says after each scan whether its state breaks it, or reaches it."""
+
+    claim: Claim
+    bit: Key
+    assume: tuple[Key, ...] = ()  # bits of its own assumptions
+
+    def holds(self, engine: Engine) -> bool:
+        """Whether the last scan of an engine left the bit false."""
+        return not engine.memory.read(engine.lowered.layout.leaf(self.bit[0]), self.bit[1])
+
+
+@dataclass(frozen=True, slots=True)
+class Monitored:
+    """A program with its monitors.
+
+    Attributes:
+        program: a copy of the program; its engines run the monitors after each scan.
+        properties: its claims but the assumptions.
+        assume: bits that are true after each scan of a run in question.
+        assumptions: the claims of these bits.
+    """
+
+    program: LadderLogic
+    properties: tuple[Watched, ...]
+    assume: tuple[Key, ...]
+    assumptions: tuple[Claim, ...]
+
+
+def monitored(program: LadderLogic, claims: Sequence[Claim] = (), slots: Sequence[int] = ()) -> Monitored:
+    """Return a program with monitors: the given claims, those of its comments, those of its routines NEVER.
+
+    Args:
+        program: it stays as it is.
+        claims: further claims, before the program's own.
+        slots: slots of the rack; `slot1.status.IN_ESTOP` then names a bit of slot 1.
+
+    Raises:
+        LadderError: a condition can't be used, with the claim's name; a routine NEVER is called.
+    """
+    built = program.build()
+    asked = named_apart([*claims, *claims_in(built)])
+    maker = _Maker(asked, _never_routines(program, built.roots))
+    with_them = _copy(program, slots)
+    with_them.monitors = maker.lower
+    try:
+        lowered = with_them.build()
+    except BuildError as error:
+        raise maker.refusal(error) from None
+    lowered.monitors = tuple(maker.routines)
+    lowered.closing = (*lowered.closing, run_monitors)
+    maker.keep_initials(with_them)
+    properties = [each for each in maker.watched if each.claim.kind is not ClaimKind.ASSUME]
+    assumed = [each for each in maker.watched if each.claim.kind is ClaimKind.ASSUME]
+    return Monitored(
+        with_them,
+        tuple(properties),
+        tuple(each.bit for each in assumed),
+        tuple(each.claim for each in assumed),
+    )
+
+
+def run_monitors(engine: Engine) -> None:
+    """Run the monitors of a program after a scan."""
+    enable_monitors(engine.interpreter)
+    for name in engine.lowered.monitors:
+        engine.call_routine(name, ())
+
+
+def enable_monitors(machine: Any) -> None:
+    """End the first scan and an open MCR zone before monitors: their rungs have power.
+
+    Args:
+        machine: an interpreter, or the machine of terms.
+    """
+    machine.set_status("S:FS", False)
+    if machine.lowered.override:
+        machine.set_status(OVERRIDE, False)
+
+
+def _copy(program: LadderLogic, slots: Sequence[int]) -> LadderLogic:
+    """Return a program that is not built, with the same parts, and names of the slots."""
+    found = copy.copy(program)
+    found.forget()
+    known = {each.name.upper() for each in program.declarations}
+    named = [SlotAlias(f"slot{each}", each) for each in slots if f"SLOT{each}" not in known]
+    found.declarations = [*program.declarations, *named]
+    return found
+
+
+def _never_routines(program: LadderLogic, roots: frozenset[str]) -> list[Routine]:
+    """Return the monitors that a program has as routines; a LadderError if one of them is called."""
+    found = [each for each in program.routines if _short(each.name).upper() == NEVER]
+    called = {name for routine in program.build().routines.values() for name in calls_of(routine)}
+    for each in found:
+        if each.name.upper() in called | roots:
+            raise LadderError(
+                f"routine {each.name} is called: a routine {NEVER} is a monitor of `scanrack prove`, "
+                "which no controller runs; give it another name"
+            )
+        if each.chart is not None:
+            raise LadderError(f"routine {each.name} is a chart: a monitor is rungs or structured text")
+    return found
+
+
+@dataclass(slots=True)
+class _Maker:
+    """Lowers monitors behind the routines of a program."""
+
+    claims: Sequence[Claim]
+    never: Sequence[Routine]
+    watched: list[Watched] = field(default_factory=list)
+    routines: list[str] = field(default_factory=list)  # monitors in their order, full names in capitals
+    _old: dict[tuple[str, str], tuple[str, Place]] = field(default_factory=dict)  # tag by scope and text
+    _lines: dict[tuple[str, int], Claim] = field(default_factory=dict)  # claim of a monitor's line
+    _bits: int = 0
+
+    def lower(self, lowering: Lowering) -> None:
+        """Lower all monitors; problems are those of the lowering."""
+        for routine in self.never:
+            self._never(lowering, routine)
+        for each in self.claims:
+            self._claim(lowering, each)
+        latches: dict[str, list[Assignment]] = {}
+        for (scope, text), (name, _) in self._old.items():
+            latches.setdefault(scope, []).append(Assignment(Address(name), parse_address(text)))
+        for scope, statements in latches.items():
+            self._statements(lowering, scope, "Old__0", statements)
+
+    # --- routines NEVER
+
+    def _never(self, lowering: Lowering, routine: Routine) -> None:
+        scope = program_of(routine.name)
+        if routine.statements is not None:
+            self._add(lowering, scope, replace(routine, name=f"{_short(routine.name)}__"))
+            for each in routine.statements:
+                if isinstance(each, Assignment) and _is_bit(lowering, each.target):
+                    site = Site(scope, routine.name, each.line, unit="line", file=each.origin.file)
+                    name = f"{_short(routine.name)} line {each.line}"
+                    self._claim(lowering, Claim(name, ClaimKind.NEVER, str(each.target), (), scope, site))
+            return
+        bits, rungs = [], []
+        for index, rung in enumerate(routine.rungs):
+            bits.append(self._new_bit(lowering))
+            coil = Instruction("OTE", (Address(bits[-1]),))
+            rungs.append(replace(rung, series=(*rung.series, coil)))
+            self.watched.append(Watched(_claim_of(routine, index, rung), (bits[-1].upper(), 0)))
+        cleared = [Assignment(Address(each), number(0)) for each in bits]
+        self._statements(lowering, scope, "Never__0", cleared)  # a jump may leave rungs out
+        self._add(lowering, scope, replace(routine, name=f"{_short(routine.name)}__", rungs=tuple(rungs)))
+
+    # --- claims
+
+    def _claim(self, lowering: Lowering, claim: Claim) -> None:
+        own = tuple(self._condition(lowering, claim, each) for each in claim.assume)
+        negated = claim.kind is ClaimKind.ALWAYS
+        bit = self._condition(lowering, claim, claim.text, negated=negated)
+        self.watched.append(Watched(claim, bit, own))
+
+    def _condition(self, lowering: Lowering, claim: Claim, text: str, *, negated: bool = False) -> Key:
+        """Lower a condition to a monitor of one line; return its bit."""
+        lowering.enter(claim.scope)
+        value = self._parsed(lowering, claim, text)
+        name = self._new_bit(lowering)
+        if negated:
+            value = Operation("NOT", (value,))
+        self._statements(lowering, claim.scope, name, [Assignment(Address(name), value)], claim)
+        return name.upper(), 0
+
+    def _parsed(self, lowering: Lowering, claim: Claim, text: str) -> Operand:
+        """Return a condition as an operand, with a tag in place of each `old(...)`."""
+        try:
+            plain = _with_latches(text, lambda inner: self._latch(lowering, claim.scope, inner))
+            block = parse_statements(f"Claim := ({plain}\n);", specs=BY_NAME)
+        except LadderError as error:
+            raise LadderError(f"{_named(claim)}: {text}: {error.reason}", claim.site) from None
+        if len(block) != 1 or not isinstance(block[0], Assignment):
+            raise LadderError(f"{_named(claim)}: {text}: one condition is needed", claim.site)
+        return block[0].value
+
+    def _latch(self, lowering: Lowering, scope: str, text: str) -> str:
+        """Return the tag of `old(text)`."""
+        known = self._old.get((scope, text))
+        if known is not None:
+            return known[0]
+        try:
+            place = lowering.resolver.address(parse_address(text))
+        except AddressError as error:
+            raise LadderError(f"{error}; {error.remedy}") from None
+        if not isinstance(place, Place) or place.fixed_index is None or not _is_fixed_bit(place):
+            raise LadderError(f"old({text}): one value at a fixed place is needed")
+        name = f"Old__{len(self._old) + 1}"
+        kind = BOOL if place.bit is not None else place.type
+        lowering.lowered.layout.declare(Tag(name, kind))
+        self._old[scope, text] = name, place
+        return name
+
+    def keep_initials(self, program: LadderLogic) -> None:
+        """Begin each `old(...)` with the initial value of its tag."""
+        if not self._old:
+            return
+        memory = program.interpret().memory
+        presets = program.build().presets
+        for name, place in self._old.values():
+            value = memory.read(place.leaf, place.fixed_index or 0)
+            if place.bit is not None:
+                value = int(value) >> int(place.bit.value) & 1  # type: ignore[union-attr]
+            presets[name, 0] = bool(value) if place.bit is not None or place.type.is_bool else value
+
+    # --- lowering
+
+    def _new_bit(self, lowering: Lowering) -> str:
+        self._bits += 1
+        name = f"Prove__{self._bits}"
+        lowering.lowered.layout.declare(Tag(name, BOOL))
+        return name
+
+    def _statements(
+        self,
+        lowering: Lowering,
+        scope: str,
+        name: str,
+        statements: Sequence[Assignment],
+        claim: Claim | None = None,
+    ) -> None:
+        full = self._add(lowering, scope, Routine(name, (), statements=tuple(statements)))
+        if claim is not None:
+            self._lines[full, 0] = claim
+
+    def _add(self, lowering: Lowering, scope: str, routine: Routine) -> str:
+        """Lower a routine as the next monitor; return its full name in capitals."""
+        lowering.enter(scope)
+        lowering.routine(routine)
+        full = scoped(scope, routine.name).upper()
+        self.routines.append(full)
+        return full
+
+    def refusal(self, error: BuildError) -> LadderError:
+        """Return the error of a program that can't be built with its monitors, with the claims' names."""
+        said = []
+        for each in error.problems:
+            claim = self._lines.get((each.site.routine.upper(), 0))
+            where = _named(claim) + f": {claim.text}" if claim else each.where
+            said.append(f"{where}: {each.text}; {each.remedy}")
+        return LadderError("\n".join(said), *(each.site for each in error.problems))
+
+
+def _with_latches(text: str, latch: Callable[[str], str]) -> str:
+    """Replace each `old(...)` of a condition by what `latch` returns for the text in it."""
+    parts, at = [], 0
+    for found in _OLD.finditer(text):
+        if found.start() < at:
+            raise LadderError("old(...) in old(...): name one value")
+        end = text.find(")", found.end())
+        if end < 0:
+            raise LadderError("old( has no closing parenthesis")
+        parts += [text[at : found.start()], latch(text[found.end() : end].strip())]
+        at = end + 1
+    return "".join([*parts, text[at:]])
+
+
+_OLD = re.compile(r"\bold\s*\(", re.IGNORECASE)
+
+
+def _named(claim: Claim) -> str:
+    """Return what an error calls a claim: its name, and its place if it is in the program."""
+    where = f"{claim.site.where}: " if claim.site.routine else ""
+    return f"{where}property {claim.name!r}" if claim.name != claim.sentence else f"{where}prove"
+
+
+def _claim_of(routine: Routine, index: int, rung: Rung) -> Claim:
+    """Return the claim of a rung of a routine NEVER."""
+    origin = rung.origin
+    site = Site(program_of(routine.name), routine.name, index, file=origin.file, line=origin.line or None)
+    said = rung.comment.splitlines()
+    name = said[0].strip() if said else f"{_short(routine.name)} rung {index}"
+    return Claim(name, ClaimKind.NEVER, str(rung), (), program_of(routine.name), site)
+
+
+def _short(routine: str) -> str:
+    """Return a routine's name without its program."""
+    return routine.rpartition(".")[2]
+
+
+def _is_bit(lowering: Lowering, address: Address) -> bool:
+    try:
+        place = lowering.resolver.address(address)
+    except AddressError:
+        return False  # a problem of the routine itself
+    return isinstance(place, Place) and (place.bit is not None or place.type.is_bool)
+
+
+def _is_fixed_bit(place: Place) -> bool:
+    return place.bit is None or isinstance(place.bit, Constant)
