@@ -22,7 +22,7 @@ def _run(machine: Interpreter, power: bool, call: AddOnCall) -> bool:
     with machine.within(call):
         machine.call(routine, ())
     machine.copy_parameters(call.outputs)
-    return bool(machine.get(call.enable_out))
+    return machine.truth(machine.get(call.enable_out))
 
 
 def _write(rungs: RungWriter, power: str, call: AddOnCall) -> str:
@@ -71,4 +71,12 @@ def _special(
     machine.copy_parameters(call.outputs, prescan=prescan)
 
 
-ADD_ON_CALL = always(ADD_ON, run=_run, write=_write, prescan=_prescan, postscan=_postscan, decides=True)
+ADD_ON_CALL = always(
+    ADD_ON,
+    run=_run,
+    write=_write,
+    prove=lambda machine, power, call: machine.call_add_on(power, call),
+    prescan=_prescan,
+    postscan=_postscan,
+    decides=True,
+)

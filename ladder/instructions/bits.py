@@ -41,7 +41,7 @@ def _edge(name: str, instead: str, *, rising: bool) -> Spec:
     """Return OSR or OSF: the output is true in the scan in which the rung becomes true, or false."""
 
     def run(machine: Interpreter, power: bool, storage: Place, output: Place) -> None:
-        before = bool(machine.get(storage))
+        before = machine.truth(machine.get(storage))
         machine.put(storage, power)
         machine.put(output, power and not before if rising else before and not power)
 

@@ -49,7 +49,7 @@ def _write_cpt(rungs: RungWriter, target: Place, expression: Resolved) -> None:
 def _trn(machine: Interpreter, source: Resolved, target: Place) -> None:
     machine.clear_flags()
     value = machine.number(source, width_of(source))
-    if isinstance(value, float):
+    if machine.is_float(value):
         if not arithmetic.finite(value):
             machine.fault_log.overflow(machine.site)
         value = arithmetic.truncated(value)

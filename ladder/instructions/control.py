@@ -250,6 +250,7 @@ JMP = action(
     Use.LABEL,
     run=lambda machine, label: machine.jump(label),
     write=_write_jmp,
+    prove=lambda machine, power, label: machine.jump_to(power, label),
     leaves=True,
     captions=("Label",),
     instead="write IF, or a loop",
@@ -271,17 +272,27 @@ JSR = action(
     resolve=_resolve_jsr,
     run=_jsr,
     write=_write_jsr,
+    prove=lambda machine, power, call: machine.call_with(power, call),
     prescan=_prescan_jsr,
     postscan=_postscan_jsr,
     captions=("Routine", "Inputs"),
 )
-RET = action("RET", Use.PARAMETERS, resolve=_resolve_ret, run=_ret, write=_write_ret, leaves=True)
+RET = action(
+    "RET",
+    Use.PARAMETERS,
+    resolve=_resolve_ret,
+    run=_ret,
+    write=_write_ret,
+    prove=lambda machine, power, *values: machine.return_from(power, machine.values_of(values)),
+    leaves=True,
+)
 SBR = condition(
     "SBR",
     Use.PARAMETERS,
     resolve=_resolve_sbr,
     run=_sbr,
     write=_write_sbr,
+    prove=lambda machine, power, *places: machine.enter_with(power, places),
     inline=lambda *_places: False,
     alone=True,
 )
@@ -289,6 +300,7 @@ TND = action(
     "TND",
     run=lambda machine: machine.leave(()),
     write=lambda rungs: rungs.writer.line("return ()"),
+    prove=lambda machine, power: machine.return_from(power, ()),
     leaves=True,
 )
 FOR = action(

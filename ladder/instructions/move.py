@@ -44,7 +44,7 @@ def _write_mov(rungs: RungWriter, source: Resolved, target: Place | Group) -> No
 
 
 def _mvm(machine: Interpreter, source: Resolved, mask: Resolved, target: Place) -> None:
-    before, bits = int(machine.get(target)), machine.filled(mask)
+    before, bits = machine.whole(machine.get(target)), machine.filled(mask)
     machine.store_bits(target, before & ~bits | machine.filled(source) & bits)
 
 
@@ -88,7 +88,7 @@ def _btd(
     value = arithmetic.distributed(
         machine.filled(source),
         int(source_bit.value),
-        int(machine.get(target)),
+        machine.whole(machine.get(target)),
         int(target_bit.value),
         int(length.value),
         target.type.wraps,

@@ -5,6 +5,8 @@ They are not in `FAMILIES`: no rung names them. `lowering_statements` makes step
 
 from __future__ import annotations
 
+from typing import Any
+
 from ..compiler.rungs import RungWriter
 from ..interpreter import Interpreter
 from ..model.operands import Group, Place, Resolved, width_of
@@ -94,16 +96,24 @@ CONDITION = condition(
 )
 """Condition of IF, ELSIF, WHILE, UNTIL and FOR, and expression as argument of an add-on instruction."""
 
-CASE = condition("CASE", Use.EXPRESSION, Use.PARAMETERS, run=_select, write=_write_select)
+def _prove_select(machine: Any, power: Any, selector: Resolved, *labels: Resolved) -> Any:
+    return machine.select(power, lambda: machine.number(selector, width_of(selector, *labels)))
+
+
+CASE = condition(
+    "CASE", Use.EXPRESSION, Use.PARAMETERS, run=_select, write=_write_select, prove=_prove_select
+)
 EXIT = action(
     "EXIT",
     run=lambda machine: machine.leave_loop(),
     write=lambda rungs: rungs.writer.line("break"),
+    prove=lambda machine, power: machine.exit_loop(power),
     leaves=True,
 )
 RETURN = action(
     "RETURN",
     run=lambda machine: machine.leave(()),
     write=lambda rungs: rungs.writer.line("return ()"),
+    prove=lambda machine, power: machine.return_from(power, ()),
     leaves=True,
 )

@@ -29,19 +29,17 @@ def _cleared_by_res(structure: Group) -> Iterator[tuple[Place, Elementary]]:
 
 def _count_time(machine: Interpreter, timer: Group) -> None:
     """Add the whole ms since the last call; keep the remainder."""
-    last = timer.member("~last_ns")
-    elapsed = (machine.now_ns - int(machine.get(last))) // _MS
     accumulated = timer.member("ACC")
-    machine.put(accumulated, min(int(machine.get(accumulated)) + elapsed, DINT.highest))
-    machine.put(last, int(machine.get(last)) + elapsed * _MS)
+    exact = machine.whole(machine.get(accumulated)) + machine.elapsed(timer.member("~last_ns"), _MS)
+    machine.put(accumulated, machine.least(exact, DINT.highest))
 
 
 def _start_time(machine: Interpreter, timer: Group) -> None:
-    machine.put(timer.member("~last_ns"), machine.now_ns)
+    machine.start_clock(timer.member("~last_ns"))
 
 
 def _reached(machine: Interpreter, timer: Group) -> bool:
-    preset, accumulated = int(machine.get(timer.member("PRE"))), int(machine.get(timer.member("ACC")))
+    preset, accumulated = (machine.whole(machine.get(timer.member(name))) for name in ("PRE", "ACC"))
     if preset < 0 or accumulated < 0:
         machine.fault_log.negative_timer(machine.site, timer.text, preset, accumulated)
     return accumulated >= preset
@@ -107,13 +105,13 @@ def put_done(machine: Interpreter, counter: Group) -> None:
     """Set DN of a counter."""
     over, under = machine.get(counter.member("OV")), machine.get(counter.member("UN"))
     reached = machine.get(counter.member("ACC")) >= machine.get(counter.member("PRE"))
-    machine.put(counter.member("DN"), bool(over or (reached and not under)))
+    machine.put(counter.member("DN"), machine.truth(over or (reached and not under)))
 
 
 def one_count(machine: Interpreter, counter: Group, by: int) -> None:
     """Count by 1 or -1; a wrapped count sets OV or UN, or clears the other one."""
     accumulated = counter.member("ACC")
-    exact = int(machine.get(accumulated)) + by
+    exact = machine.whole(machine.get(accumulated)) + by
     machine.put(accumulated, arithmetic.wrap(exact, 32))
     if exact != machine.get(accumulated):
         beyond, back = ("OV", "UN") if by > 0 else ("UN", "OV")

@@ -24,7 +24,7 @@ class Members:
         """Set members, without flags and faults."""
         for name, value in members.items():
             place = self._group.member(name)
-            self._machine.put(place, converted(place.type, value))
+            self._machine.put(place, self._machine.converted(place.type, value))
 
 
 class Control(Members):
@@ -32,7 +32,7 @@ class Control(Members):
 
     def __getitem__(self, name: str) -> int:
         """Return a member; a bit is 0 or 1."""
-        return int(super().__getitem__(name))
+        return self._machine.whole(super().__getitem__(name))
 
     def check(self) -> None:
         """Fault if LEN or POS is negative."""

@@ -62,6 +62,9 @@ class _Exit(Exception):  # noqa: N818
 class Interpreter(PlaceValues):
     """Runs a lowered program on a memory."""
 
+    argument_type: type[InterpretedAddOnStore] = InterpretedAddOnStore
+    """Class of the arguments of add-on instructions."""
+
     def __init__(
         self, lowered: LoweredProgram, memory: Memory, fault_log: FaultLog, call_python: Caller
     ) -> None:
@@ -268,7 +271,7 @@ class Interpreter(PlaceValues):
         inner = count_of((*settled, *open_dims)[leaf.outer :])
         if isinstance(operand, Place) and operand.bit is not None:
             bit = self.subscript(operand.bit, leaf.type.bits, operand.text)
-        return InterpretedAddOnStore(self.memory, path + rest, first * inner + flat, left, bit)
+        return self.argument_type(self.memory, path + rest, first * inner + flat, left, bit)
 
     def value(self, operand: Resolved) -> Passed:
         """Return a value to pass to a routine; of a structure or an array its bytes."""

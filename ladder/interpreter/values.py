@@ -20,11 +20,11 @@ from ..model.operands import (
 )
 from ..model.operators import BITWISE, FUNCTIONS, RELATIONS
 from ..model.tags import Layout, Leaf
-from ..model.types import DINT
+from ..model.types import DINT, Elementary
 from ..state.fault_log import FaultLog
 from ..state.lowered import LoweredProgram
 from ..state.memory import Memory, Store, Value, set_text_in, text_in
-from ..state.regions import ArrayRegion, End, region_of
+from ..state.regions import ArrayRegion, End, converted, region_of
 
 MOST_REGIONS = 1 << 16
 """Maximum regions of operands that are remembered."""
@@ -90,21 +90,58 @@ class PlaceValues:
             value = arithmetic.wrap(word | mask if value else word & ~mask, place.leaf.type.wraps)
         store.write(place.leaf, index, value)
 
+    def whole(self, value: Value) -> int:
+        """Return a number as a whole one, cut off, or a truth as 0 or 1."""
+        return int(value)
+
+    def truth(self, value: Value) -> bool:
+        """Return whether a value is not 0."""
+        return bool(value)
+
+    def is_float(self, value: Value) -> bool:
+        """Whether a number is REAL or LREAL."""
+        return isinstance(value, float)
+
+    def least(self, value: int, most: int) -> int:
+        """Return the smaller of a number and a limit."""
+        return min(value, most)
+
+    def converted(self, kind: Elementary, value: Value) -> Value:
+        """Return a number converted to a type, without flags and faults."""
+        return converted(kind, value)
+
+    def start_clock(self, since: Place) -> None:
+        """Set a hidden place to the current instant."""
+        self.put(since, self.now_ns)
+
+    def elapsed(self, since: Place, unit_ns: int) -> int:
+        """Return the whole units of time since the instant in a hidden place, which moves on by them."""
+        last = int(self.get(since))
+        units = (self.now_ns - last) // unit_ns
+        self.put(since, last + units * unit_ns)
+        return units
+
     def integer(self, operand: Resolved) -> int:
         """Return the value of an integer operand."""
-        return int(self.number(operand, DINT.bits))
+        return self.whole(self.number(operand, DINT.bits))
 
     def number(self, operand: Resolved, width: int) -> Value:
         """Return the value of an expression, computed in integers of that width, or in SINGLE or DOUBLE."""
         if isinstance(operand, Calculation):
             if is_truth(operand):
-                return self.condition(operand) + (0 if width > 0 else 0.0)
+                return self.rounded(self.whole(self.condition(operand)), width)
             if width <= 0 and operand.name in BITWISE:
-                return _rounded(self.number(operand, width_of(operand)), width)
+                return self.rounded(self.number(operand, width_of(operand)), width)
             values = [self.number(each, width) for each in operand.operands]
             return self._calculate(operand.name, values, width)
         value = operand.value if isinstance(operand, Constant) else self.get(place_of(operand))
-        return value if width > 0 else _rounded(value, width)
+        return value if width > 0 else self.rounded(value, width)
+
+    def rounded(self, value: Value, width: int) -> Value:
+        """Return a number in the precision SINGLE or DOUBLE; unchanged for a width of integers."""
+        if width > 0:
+            return value
+        return arithmetic.real(value) if width == SINGLE else float(value)
 
     def _calculate(self, name: str, values: Sequence[Any], width: int) -> Value:
         if width <= 0:
@@ -121,7 +158,8 @@ class PlaceValues:
     def _calculate_real(self, name: str, values: Sequence[Any], width: int) -> float:
         if name in ("/", "MOD") and values[1] == 0:
             self.fault_log.zero_divisor(self.site)
-        result = _rounded(_REAL[name](*values), width)
+        exact = _REAL[name](*values)
+        result = arithmetic.real(exact) if width == SINGLE else float(exact)
         if not arithmetic.finite(result) and all(map(arithmetic.finite, values)):
             self.fault_log.overflow(self.site)
         return result
@@ -171,7 +209,7 @@ class PlaceValues:
         if name not in ("+", "-", "NEG"):
             return False
         mask = (1 << width) - 1
-        values = [int(self.number(each, width)) & mask for each in operands]
+        values = [self.whole(self.number(each, width)) & mask for each in operands]
         if name == "+":
             return values[0] + values[1] > mask
         return values[0] < values[1] if name == "-" else values[0] != 0
@@ -224,7 +262,7 @@ class PlaceValues:
     def condition(self, condition: Resolved) -> bool:
         """Return the value of a condition; all parts are computed."""
         if isinstance(condition, (Place, Constant)):
-            return bool(self.get(condition) if isinstance(condition, Place) else condition.value)
+            return self.truth(self.get(condition) if isinstance(condition, Place) else condition.value)
         assert isinstance(condition, Calculation)
         if condition.name in RELATIONS and not any(map(is_truth, condition.operands)):
             return self.compare(condition.name, *condition.operands)
@@ -242,11 +280,6 @@ class PlaceValues:
         stored = arithmetic.wrap(value, target.type.wraps)
         self.put(target, stored)
         self.set_flags(stored)
-
-
-def _rounded(value: Value, width: int) -> float:
-    """Round a number to the precision SINGLE or DOUBLE."""
-    return arithmetic.real(value) if width == SINGLE else float(value)
 
 
 _RELATIONS: Mapping[str, Callable[[Any, Any], bool]] = {

@@ -124,6 +124,8 @@ class Spec:
         run: executes it, see `interpreter.Interpreter`.
         write: writes it as Python, see `compiler.rungs.RungWriter`; None makes the compiled program call
             `run`: for rare and slow instructions that do not jump, call or leave a routine.
+        prove: what `run` means for all values at once, called with the machine, the power before it and the
+            operands, returns the power after it, see `prove.machine`; None runs `run` on terms.
         partly: whether `write` leaves rare cases to `run`, by `interpret(site)`.
         prescan: called like `run` without the condition; None if prescan does nothing.
         postscan: the same on the last scan of an SFC action with automatic reset; None for a false rung, in
@@ -148,6 +150,7 @@ class Spec:
     operands: tuple[Use, ...] = ()
     run: Callable[..., Any] = field(kw_only=True)
     write: Callable[..., Any] | None = field(default=None, kw_only=True)
+    prove: Callable[..., Any] | None = field(default=None, kw_only=True)
     partly: bool = field(default=False, kw_only=True)
     prescan: Callable[..., None] | None = field(default=None, kw_only=True)
     postscan: Callable[..., None] | None = field(default=None, kw_only=True)

@@ -1,0 +1,75 @@
+"""Faults of a scan on terms: minor ones are conditions of their flags, major ones end a path."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NoReturn
+
+from .paths import Faulted
+from .symbols import NotModelled
+from .terms import FALSE, T, TRUE, add, and_, b2i, or_
+
+if TYPE_CHECKING:
+    from .values import TermValues
+
+
+class TermFaults:
+    """The fault log of a scan on terms.
+
+    Attributes:
+        minor: where an overflow, a zero divisor or another minor fault is noted, by instruction and kind.
+    """
+
+    def __init__(self, values: TermValues) -> None:
+        self._values = values
+        self.minor: dict[tuple[int, str], T] = {}
+
+    @property
+    def overflows(self) -> Any:
+        """Return how many overflows this path has noted so far."""
+        return self._values.symbol(self._values.paths.overflows)
+
+    def overflow_if(self, t: T, kind: str = "overflow") -> None:
+        """Note an overflow where a truth holds."""
+        if t is FALSE:
+            return
+        values = self._values
+        values.paths.overflows = add(values.paths.overflows, b2i(t))
+        for name in ("S:V", "S:MINOR") if values.lowered.flags else ("S:MINOR",):
+            leaf = values.lowered.layout.leaf(name)
+            values.poke(leaf, 0, or_(values.peek(leaf, 0), t))
+        self._note(t, kind)
+
+    def zero_divisor_if(self, t: T) -> None:
+        """Note a zero divisor where a truth holds."""
+        self.overflow_if(t, "zero divisor")
+
+    def _note(self, t: T, kind: str) -> None:
+        place = self._values.site, kind
+        known = self.minor.get(place, FALSE)
+        self.minor[place] = or_(known, and_(self._values.here(), t))
+
+    def overflow(self, _site: int, _text: str = "") -> None:
+        """Note an overflow on this path."""
+        self.overflow_if(TRUE)
+
+    def zero_divisor(self, _site: int) -> None:
+        """Note a zero divisor on this path."""
+        self.zero_divisor_if(TRUE)
+
+    def record(self, _site: int, text: str, code: int) -> None:
+        """Note another minor fault on this path."""
+        leaf = self._values.lowered.layout.leaf("S:MINOR")
+        self._values.poke(leaf, 0, TRUE)
+        self._note(TRUE, f"minor fault 4/{code}")
+
+    def major(self, *_parts: object) -> NoReturn:
+        """End this path."""
+        raise Faulted
+
+    subscript = negative_timer = negative_control = major
+
+    def jumped_back(self, _site: int, _times: int = 1) -> None:
+        """Count nothing: passes have a limit of their own."""
+
+    def __getattr__(self, name: str) -> Any:
+        raise NotModelled(f"the fault log is used by its {name}")

@@ -1,0 +1,126 @@
+"""Paths through the Python code of one instruction: forked at each truth that it asks for, merged behind it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from ..model.errors import LadderFault
+from .places import Key
+from .symbols import NotModelled, term_of
+from .terms import BOOL, FALSE, T, TRUE, and_, const, ite, not_, or_
+
+MOST_PATHS = 256
+"""Maximum paths of one instruction."""
+
+
+class Faulted(Exception):  # noqa: N818 - control flow, not an error
+    """A path ends in a major fault."""
+
+
+@dataclass(slots=True)
+class Path:
+    """A path: what was decided, what it wrote, what it returned."""
+
+    decided: list[tuple[T, bool]] = field(default_factory=list)
+    written: dict[Key, T] = field(default_factory=dict)
+    result: Any = None
+    faulted: bool = False
+
+
+class Paths:
+    """The paths of the instruction that runs."""
+
+    def __init__(self) -> None:
+        self.path: Path | None = None  # the one that runs
+        self.overflows = const(0)  # noted on this path
+        self._trail: list[tuple[T, bool]] = []
+        self._at = 0
+
+    def decide(self, t: T) -> bool:
+        """Decide a truth on this path: as before, or true first."""
+        if t.op == "const":
+            return bool(t.val)
+        if self.path is None:
+            raise NotModelled("a truth is needed outside of an instruction")
+        for known, truth in self._trail[: self._at]:
+            if known is t or known is not_(t):
+                return truth is (known is t)
+        if self._at == len(self._trail):
+            self._trail.append((t, True))
+        self._at += 1
+        return self._trail[self._at - 1][1]
+
+    def here(self) -> T:
+        """Return the condition of this path so far."""
+        return _all_of(self._trail[: self._at])
+
+    def walk(self, run: Callable[[], Any]) -> list[Path]:
+        """Run on every path; return them in the order of a tree, true first."""
+        if self.path is not None:
+            raise NotModelled("an instruction within an instruction")
+        self._trail, paths = [], []
+        try:
+            while True:
+                paths.append(self._one(run))
+                while self._trail and not self._trail[-1][1]:
+                    self._trail.pop()
+                if not self._trail:
+                    return paths
+                if len(paths) == MOST_PATHS:
+                    raise NotModelled(f"more than {MOST_PATHS} paths")
+                self._trail[-1] = self._trail[-1][0], False
+        finally:
+            self.path, self._at = None, 0
+
+    def _one(self, run: Callable[[], Any]) -> Path:
+        path = Path()
+        self.path, self._at, self.overflows = path, 0, const(0)
+        try:
+            path.result = run()
+        except (Faulted, LadderFault):
+            path.faulted = True
+        path.decided = list(self._trail)
+        return path
+
+
+def _all_of(decided: list[tuple[T, bool]]) -> T:
+    found = TRUE
+    for t, truth in decided:
+        found = and_(found, t if truth else not_(t))
+    return found
+
+
+def written_by(paths: list[Path]) -> dict[Key, None]:
+    """Return the places that any path writes, in order."""
+    return dict.fromkeys(key for path in paths for key in path.written)
+
+
+def merged(paths: list[Path], value: Callable[[Path], T]) -> T:
+    """Return the value of the path that is taken; a scan that faults may go on as any other."""
+    return _merged([each for each in paths if not each.faulted] or paths[:1], value, 0)
+
+
+def _merged(paths: list[Path], value: Callable[[Path], T], depth: int) -> T:
+    if len(paths) == 1:
+        return value(paths[0])
+    split = sum(path.decided[depth][1] for path in paths)  # those that decide it true come first
+    if split in (0, len(paths)):
+        return _merged(paths, value, depth + 1)
+    condition = paths[0].decided[depth][0]
+    return ite(condition, _merged(paths[:split], value, depth + 1), _merged(paths[split:], value, depth + 1))
+
+
+def faults_of(paths: list[Path]) -> T:
+    """Return whether the path that is taken faults."""
+    found = FALSE
+    for path in paths:
+        if path.faulted:
+            found = or_(found, _all_of(path.decided))
+    return found
+
+
+def result_of(path: Path) -> T:
+    """Return the truth of a path's result."""
+    return FALSE if path.result is None else term_of(path.result, BOOL)

@@ -1,0 +1,122 @@
+"""Places of a program as terms: its memory, and arguments of add-on instructions."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from ..model.tags import Layout, Leaf
+from ..model.types import Elementary
+from ..state.memory import InterpretedAddOnStore
+from .symbols import NotModelled, Symbol, term_of
+from .terms import BOOL, F32, F64, INT, T, bit, const, eq, interval_of, ite, setbit, sub
+
+if TYPE_CHECKING:
+    from .values import TermValues
+
+Key = tuple[str, int]
+"""A place: path of the leaf in capitals, flat index."""
+
+CLOCK = "~LAST_NS"
+"""End of the path of a hidden member that holds an instant; its term is the time since then, ms."""
+
+AGE = 1 << 32
+"""Most ms that are known of the time since an instant: more than any timer counts."""
+
+MOST_ELEMENTS = 2048
+"""Maximum elements among which a computed subscript chooses."""
+
+
+def kind_of(kind: Elementary) -> tuple[str, int, int]:
+    """Return kind and interval of a type's terms."""
+    if kind.is_bool:
+        return BOOL, 0, 0
+    if kind.is_real or kind.is_double:
+        return (F32 if kind.is_real else F64), 0, 0
+    return INT, *interval_of(kind.wraps)
+
+
+class TermMemory:
+    """The memory of a scan on terms, for what reads and writes places by `Store`."""
+
+    def __init__(self, values: TermValues, layout: Layout) -> None:
+        self.layout, self.left, self._values = layout, 1, values
+
+    def read(self, leaf: Leaf, index: Any = 0) -> Any:
+        """Return a value; a computed index chooses among the elements."""
+        values = self._values
+        if not isinstance(index, Symbol):
+            return values.symbol(values.peek(leaf, index))
+        found = [values.peek(leaf, at) for at in self._elements(leaf, index)]
+        return values.symbol(chosen(found, index.t))
+
+    def write(self, leaf: Leaf, index: Any, value: Any) -> None:
+        """Set a value of the leaf's type."""
+        if not isinstance(index, Symbol):
+            self._values.poke(leaf, index, term_of(value))
+            return
+        for at in self._elements(leaf, index):
+            self._values.poke(leaf, at, term_of(value), eq(index.t, const(at)))
+
+    @staticmethod
+    def _elements(leaf: Leaf, index: Symbol) -> range:
+        first, last = max(0, index.t.lo), min(leaf.size - 1, index.t.hi)
+        if last - first >= MOST_ELEMENTS:
+            raise NotModelled(f"a computed subscript among {last - first + 1} elements")
+        return range(first, last + 1)
+
+    def column(self, *_where: object) -> None:
+        """No places are in a list."""
+
+    def bytes_at(self, *_where: object) -> None:
+        """No places are bytes."""
+
+    def bit_of(self, word: Any, number: Any) -> Any:
+        """Return a bit of a word."""
+        t = term_of(word, INT)
+        if not isinstance(number, Symbol):
+            return self._values.symbol(bit(t, number))
+        found = [bit(t, k) for k in range(number.t.lo, number.t.hi + 1)]
+        return self._values.symbol(chosen(found, number.t))
+
+    def with_bit(self, word: Any, number: Any, truth: Any, kind: Elementary) -> Any:
+        """Return a word of a type with a bit set to a truth."""
+        t, on = term_of(word, INT), term_of(truth, BOOL)
+        if not isinstance(number, Symbol):
+            return self._values.symbol(setbit(t, number, on, kind.wraps))
+        changed = t
+        for k in range(number.t.lo, min(number.t.hi, kind.bits - 1) + 1):
+            changed = ite(eq(number.t, const(k)), setbit(t, k, on, kind.wraps), changed)
+        return self._values.symbol(changed)
+
+    def __getattr__(self, name: str) -> Any:
+        raise NotModelled(f"memory is used by its {name}")
+
+
+def chosen(values: list[T], index: T) -> T:
+    """Return the value of a number; the first is that of its lowest value, or of 0 if that is negative."""
+    number, k = sub(index, const(max(0, index.lo))), 0
+    while len(values) > 1:
+        truth = bit(number, k)
+        pairs = [values[at : at + 2] for at in range(0, len(values), 2)]
+        values = [ite(truth, each[-1], each[0]) for each in pairs]
+        k += 1
+    return values[0]
+
+
+class TermArgument(InterpretedAddOnStore):
+    """An argument of an add-on instruction; its place may be computed."""
+
+    __slots__ = ()
+
+    def read(self, leaf: Leaf, index: Any = 0) -> Any:
+        """Return a value."""
+        value = self._memory.read(*self._where(leaf, index))
+        return value if self.bit is None else self._memory.bit_of(value, self.bit)
+
+    def write(self, leaf: Leaf, index: Any, value: Any) -> None:
+        """Set a value of the leaf's type."""
+        where, at = self._where(leaf, index)
+        if self.bit is not None:
+            word = self._memory.read(where, at)
+            value = self._memory.with_bit(word, self.bit, value, where.type)
+        self._memory.write(where, at, value)

@@ -1,0 +1,242 @@
+"""Numbers that Python code of instructions computes with, although only a term of them is known.
+
+A `Symbol` behaves as a number of Python: its operators return symbols, and constants once the result is known.
+Asked for its truth it asks the machine, which takes one path after the other. What needs a Python number, such
+as `int`, `float`, `range` or a key of a dict, is refused.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NoReturn
+
+from .terms import (
+    BOOL,
+    F32,
+    F64,
+    INT,
+    T,
+    add,
+    and_,
+    b2i,
+    bitop,
+    const,
+    eq,
+    fop,
+    iff,
+    inv,
+    ite,
+    le,
+    lt,
+    mul,
+    not_,
+    or_,
+    rem,
+    shr,
+    sub,
+    to_float,
+    wrap,
+)
+
+FLOATS = (F32, F64)
+
+Decide = Callable[[T], bool]
+"""Decides a truth on the current path."""
+
+
+class NotModelled(Exception):  # noqa: N818 - control flow, not an error
+    """An instruction does something that has no terms; what it may write becomes unknown."""
+
+
+def truth_of(t: T) -> T:
+    """Return whether a number is not 0."""
+    if t.kind == BOOL:
+        return t
+    return not_(eq(t, const(0) if t.kind == INT else const(0.0, t.kind)))
+
+
+def whole_of(t: T) -> T:
+    """Return a truth as 0 or 1; a whole number unchanged."""
+    if t.kind in FLOATS:
+        raise NotModelled("a floating-point number where a whole one is needed")
+    return b2i(t) if t.kind == BOOL else t
+
+
+def term_of(value: Any, kind: str | None = None) -> T:
+    """Return the term of a number or a symbol, of a kind if one is given."""
+    if isinstance(value, Symbol):
+        t = value.t
+    elif isinstance(value, float):
+        t = const(value, kind if kind in FLOATS else F64)
+    else:
+        t = const(value)
+    if kind is None or t.kind == kind:
+        return t
+    if kind in FLOATS:
+        return to_float(t, kind)
+    return truth_of(t) if kind == BOOL else whole_of(t)
+
+
+def alike(a: Any, b: Any) -> tuple[T, T]:
+    """Return the terms of two numbers in one kind: whole, or a float that holds both."""
+    kinds = {_kind(a), _kind(b)} - {INT, BOOL}
+    kind = INT if not kinds else F32 if kinds == {F32} else F64
+    return term_of(a, kind), term_of(b, kind)
+
+
+def _kind(value: Any) -> str:
+    if isinstance(value, Symbol):
+        return value.t.kind
+    if isinstance(value, float):
+        return F32 if value != value or const(value, F32).val == value else F64
+    return INT
+
+
+class Symbol:
+    """A number of which a term is known."""
+
+    __slots__ = ("decide", "t")
+
+    def __init__(self, t: T, decide: Decide) -> None:
+        self.t, self.decide = t, decide
+
+    def __repr__(self) -> str:
+        return f"<{self.t!r}>"
+
+    def __bool__(self) -> bool:
+        return self.decide(truth_of(self.t))
+
+    def _refuse(self, *_others: object) -> NoReturn:
+        raise NotModelled("a Python number is needed")
+
+    __int__ = __index__ = __float__ = __format__ = __str__ = __iter__ = __round__ = __trunc__ = _refuse
+    __floor__ = __ceil__ = __len__ = _refuse
+
+    def __hash__(self) -> int:
+        self._refuse()
+
+    def of(self, t: T) -> Any:
+        """Return the symbol of another term, or its value if it is constant."""
+        return t.val if t.op == "const" else Symbol(t, self.decide)
+
+    # --- arithmetic
+
+    def _arithmetic(self, a: Any, b: Any, whole: Callable[[T, T], T], real: str) -> Any:
+        if not (isinstance(a, (Symbol, int, float)) and isinstance(b, (Symbol, int, float))):
+            return NotImplemented
+        one, other = alike(a, b)
+        if one.kind == INT:
+            return self.of(whole(one, other))
+        return self.of(fop(real, to_float(one, F64), to_float(other, F64)))  # as Python computes
+
+    def __add__(self, other: Any) -> Any:
+        return self._arithmetic(self, other, _sum, "fadd")
+
+    __radd__ = __add__
+
+    def __sub__(self, other: Any) -> Any:
+        return self._arithmetic(self, other, _difference, "fsub")
+
+    def __rsub__(self, other: Any) -> Any:
+        return self._arithmetic(other, self, _difference, "fsub")
+
+    def __mul__(self, other: Any) -> Any:
+        return self._arithmetic(self, other, mul, "fmul")
+
+    __rmul__ = __mul__
+
+    def __mod__(self, other: Any) -> Any:
+        if not isinstance(other, int) or other <= 0 or self.t.kind != INT or self.t.lo < 0:
+            self._refuse()
+        return self.of(rem(self.t, const(other)))
+
+    def __neg__(self) -> Any:
+        if self.t.kind in FLOATS:
+            return self.of(fop("fneg", self.t))
+        return self.of(sub(const(0), whole_of(self.t)))
+
+    def __abs__(self) -> Any:
+        if self.t.kind in FLOATS:
+            return self.of(fop("fabs", self.t))
+        t = whole_of(self.t)
+        return self if t.lo >= 0 else self.of(ite(lt(t, const(0)), sub(const(0), t), t))
+
+    # --- bits
+
+    def _bits(self, other: Any, op: str, truth: Callable[[T, T], T]) -> Any:
+        if not isinstance(other, (Symbol, int)):
+            return NotImplemented
+        if self.t.kind == BOOL and _is_truth(other):
+            return self.of(truth(self.t, term_of(other)))
+        return self.of(bitop(op, term_of(self, INT), term_of(other, INT)))
+
+    def __and__(self, other: Any) -> Any:
+        return self._bits(other, "band", and_)
+
+    def __or__(self, other: Any) -> Any:
+        return self._bits(other, "bor", or_)
+
+    def __xor__(self, other: Any) -> Any:
+        return self._bits(other, "bxor", lambda a, b: not_(iff(a, b)))
+
+    __rand__, __ror__, __rxor__ = __and__, __or__, __xor__
+
+    def __invert__(self) -> Any:
+        return self.of(inv(whole_of(self.t)))
+
+    def __lshift__(self, count: Any) -> Any:
+        if not isinstance(count, int):
+            self._refuse()
+        return self * (1 << count)
+
+    def __rshift__(self, count: Any) -> Any:
+        if not isinstance(count, int):
+            self._refuse()
+        return self.of(shr(whole_of(self.t), count))
+
+    # --- comparing
+
+    def __eq__(self, other: object) -> Any:
+        if not isinstance(other, (Symbol, int, float)):
+            return NotImplemented
+        if self.t.kind == BOOL and _is_truth(other):
+            return self.of(iff(self.t, term_of(other)))
+        return self.of(eq(*alike(self, other)))
+
+    def __ne__(self, other: object) -> Any:
+        equal = self == other
+        return self.of(not_(equal.t)) if isinstance(equal, Symbol) else not equal
+
+    def __lt__(self, other: Any) -> Any:
+        return self.of(lt(*alike(self, other)))
+
+    def __gt__(self, other: Any) -> Any:
+        return self.of(lt(*alike(other, self)))
+
+    def __le__(self, other: Any) -> Any:
+        return self.of(le(*alike(self, other)))
+
+    def __ge__(self, other: Any) -> Any:
+        return self.of(le(*alike(other, self)))
+
+
+def _is_truth(value: Any) -> bool:
+    return value is True or value is False or (isinstance(value, Symbol) and value.t.kind == BOOL)
+
+
+def _sum(a: T, b: T) -> T:
+    return _wrapped(a, b) or add(a, b)
+
+
+def _difference(a: T, b: T) -> T:
+    return (_wrapped(a, const(-b.val)) if b.op == "const" else None) or sub(a, b)
+
+
+def _wrapped(a: T, b: T) -> T | None:
+    """Return ((x + half) & (2 * half - 1)) - half as the low bits of x, as `arithmetic.wrap` computes them."""
+    if b.op != "const" or b.val >= 0 or a.op != "band" or a.args[1].op != "const":
+        return None
+    half, mask = -b.val, a.args[1].val
+    if mask != 2 * half - 1 or half & (half - 1):
+        return None
+    return wrap(add(a.args[0], const(-half)), half.bit_length())

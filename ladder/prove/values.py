@@ -1,0 +1,402 @@
+"""Values of a scan on terms: places, computing, comparing, converting; see `interpreter.values`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from ...io_images.site import Site
+from ..interpreter import Interpreter
+from ..model.operands import SINGLE, Calculation, Group, Place, Resolved, is_truth
+from ..model.operators import RELATIONS
+from ..model.tags import Leaf
+from ..model.types import BOOL as BOOL_TYPE, Elementary
+from ..state.lowered import LoweredProgram
+from .faults import TermFaults
+from .paths import Faulted, Paths, faults_of, merged, result_of, written_by
+from .places import AGE, CLOCK, Key, TermArgument, TermMemory, kind_of
+from .symbols import FLOATS, NotModelled, Symbol, term_of, truth_of, whole_of
+from .terms import (
+    BOOL,
+    F32,
+    F64,
+    FALSE,
+    INT,
+    T,
+    TRUE,
+    add,
+    and_,
+    bitop,
+    const,
+    div,
+    eq,
+    fop,
+    iff,
+    inv,
+    ite,
+    le,
+    least,
+    lt,
+    mk,
+    mul,
+    not_,
+    or_,
+    rem,
+    sub,
+    to_float,
+    to_int,
+    var,
+    wrap,
+)
+
+_FAR = 2.0**62
+"""Floats from here on have no exact term as a whole number."""
+
+_LARGEST = {F32: 1 << 128, F64: 1 << 1024}
+
+
+class TermValues(Interpreter):
+    """Reads and writes terms; `active` is whether the current instruction is reached at all."""
+
+    argument_type = TermArgument
+
+    def __init__(self, lowered: LoweredProgram, dt: tuple[int, int]) -> None:
+        self.state: dict[Key, T] = {}  # values now
+        self.vars: dict[Key, T] = {}  # values before the scan: variables
+        self.kinds: dict[Key, Leaf] = {}
+        self.written: set[Key] = set()
+        self.havocs: dict[str, Site] = {}  # variables for what is not modelled, and the instruction
+        self.faults: list[tuple[int, T]] = []  # major faults: number of the instruction, condition
+        self.active: T = TRUE
+        self.dt = var("~dt", INT, *dt)
+        self.paths = Paths()
+        faults = TermFaults(self)
+        super().__init__(lowered, TermMemory(self, lowered.layout), faults, _no_python)  # type: ignore[arg-type]
+
+    @property
+    def now_ns(self) -> int:
+        """Refuse the clock: `start_clock` and `elapsed` have its place."""
+        raise NotModelled("the clock is read")
+
+    @now_ns.setter
+    def now_ns(self, _value: int) -> None:
+        """Take no time."""
+
+    def symbol(self, t: T) -> Any:
+        """Return a term as a number for rows, a constant as its value."""
+        return t.val if t.op == "const" else Symbol(t, self.paths.decide)
+
+    # --- places
+
+    def peek(self, leaf: Leaf, index: int) -> T:
+        """Return the term of a place."""
+        key = leaf.path.upper(), index
+        path = self.paths.path
+        if path is not None and key in path.written:
+            return path.written[key]
+        known = self.state.get(key)
+        return self._first(key, leaf) if known is None else known
+
+    def _first(self, key: Key, leaf: Leaf) -> T:
+        """Make the variable of a place."""
+        name = f"{key[0]}[{key[1]}]"
+        if key[0].endswith(CLOCK):
+            own = var(name, INT, 0, AGE)
+            now = least(add(own, self.dt), AGE)
+        else:
+            own = now = var(name, *kind_of(leaf.type))
+        self.vars[key], self.kinds[key], self.state[key] = own, leaf, now
+        return now
+
+    def poke(self, leaf: Leaf, index: int, t: T, guard: T = TRUE) -> None:
+        """Set a place where the guard holds, to a value of its type."""
+        key = leaf.path.upper(), index
+        old = self.peek(leaf, index)
+        self.written.add(key)
+        t = self._fitting(t, leaf, key)
+        path = self.paths.path
+        if path is not None:
+            path.written[key] = ite(guard, t, old)
+        else:
+            self.state[key] = ite(and_(self.active, guard), t, old)
+
+    @staticmethod
+    def _fitting(t: T, leaf: Leaf, key: Key) -> T:
+        kind = leaf.type
+        if kind.is_bool:
+            return truth_of(t)
+        if kind.is_real or kind.is_double:
+            return to_float(t, F32 if kind.is_real else F64)
+        return least(t, AGE) if key[0].endswith(CLOCK) else wrap(whole_of(t), kind.wraps)
+
+    def get(self, place: Place) -> Any:
+        """Return the value of a place."""
+        value = self.store_of(place.leaf.root).read(place.leaf, self._index(place))
+        if place.bit is None:
+            return value
+        number = self.subscript(place.bit, place.leaf.type.bits, place.text)
+        return self.memory.bit_of(value, number)  # type: ignore[attr-defined]
+
+    def put(self, place: Place, value: Any) -> None:
+        """Set a place to a value of its type."""
+        index, store = self._index(place), self.store_of(place.leaf.root)
+        if place.bit is not None:
+            number = self.subscript(place.bit, place.leaf.type.bits, place.text)
+            word = store.read(place.leaf, index)
+            value = self.memory.with_bit(word, number, value, place.leaf.type)  # type: ignore[attr-defined]
+        store.write(place.leaf, index, value)
+
+    def subscript(self, index: Resolved, length: int, tag: str) -> Any:
+        """Return a subscript or bit number below `length`, or fault."""
+        value = self.integer(index)
+        if not isinstance(value, Symbol) and not isinstance(length, Symbol):
+            if not 0 <= value < length:
+                raise Faulted
+            return value
+        t, most = term_of(value, INT), term_of(length, INT)
+        if self.paths.decide(or_(lt(t, const(0)), le(most, t))):
+            raise Faulted
+        return self.symbol(_below(t, most.hi))
+
+    # --- conversions of rows
+
+    def whole(self, value: Any) -> Any:
+        """Return a number as a whole one, cut off, or a truth as 0 or 1."""
+        if not isinstance(value, Symbol):
+            return int(value)
+        if value.t.kind in FLOATS:
+            return self.symbol(self._cut(value.t))
+        return self.symbol(term_of(value, INT))
+
+    def truth(self, value: Any) -> Any:
+        """Return whether a value is not 0."""
+        return self.symbol(term_of(value, BOOL))
+
+    def is_float(self, value: Any) -> bool:
+        """Whether a number is REAL or LREAL."""
+        return value.t.kind in FLOATS if isinstance(value, Symbol) else isinstance(value, float)
+
+    def least(self, value: Any, most: int) -> Any:
+        """Return the smaller of a number and a limit."""
+        return self.symbol(least(term_of(value, INT), most))
+
+    def converted(self, kind: Elementary, value: Any) -> Any:
+        """Return a number converted to a type, without flags and faults."""
+        if not isinstance(value, Symbol):
+            return super().converted(kind, value)
+        if kind.is_bool:
+            return self.truth(value)
+        if kind.is_real or kind.is_double:
+            return self.symbol(to_float(value.t, F32 if kind.is_real else F64))
+        if value.t.kind not in FLOATS:
+            return self.symbol(wrap(whole_of(value.t), kind.wraps))
+        return self.symbol(self._rounded_to(value.t, kind)[0])
+
+    def start_clock(self, since: Place) -> None:
+        """Begin to measure the time in a hidden place."""
+        self.put(since, 0)
+
+    def elapsed(self, since: Place, unit_ns: int) -> Any:
+        """Return the whole units of time since then; the rest stays."""
+        age, unit = term_of(self.get(since), INT), const(unit_ns // 1_000_000)
+        if unit.val == 1:
+            self.put(since, 0)
+            return self.symbol(age)
+        rest = ite(eq(age, const(AGE)), self.unknown(INT, 0, unit.val - 1), rem(age, unit))
+        self.put(since, self.symbol(rest))
+        return self.symbol(div(age, unit))
+
+    # --- what is unknown
+
+    def unknown(self, kind: str, lo: int = 0, hi: int = 0) -> T:
+        """Return a new variable for what is not modelled."""
+        found = var(f"?{len(self.havocs)}", kind, lo, hi)
+        self.havocs[found.val] = self.lowered.sites[self.site]
+        return found
+
+    def unknown_of(self, kind: Elementary) -> T:
+        """Return a new variable of a type."""
+        return self.unknown(*kind_of(kind))
+
+    # --- computing
+
+    def rounded(self, value: Any, width: int) -> Any:
+        """Return a number in the precision SINGLE or DOUBLE; unchanged for a width of integers."""
+        if not isinstance(value, Symbol):
+            return super().rounded(value, width)
+        return value if width > 0 else self.symbol(to_float(value.t, F32 if width == SINGLE else F64))
+
+    def _calculate(self, name: str, values: Sequence[Any], width: int) -> Any:
+        if not any(isinstance(each, Symbol) for each in values):
+            return super()._calculate(name, values, width)
+        if width <= 0:
+            return self.symbol(self._calculated_real(name, values, F32 if width == SINGLE else F64))
+        terms = [term_of(each, INT) for each in values]
+        if name in ("/", "MOD"):
+            zero = eq(terms[1], const(0))
+            self.fault_log.zero_divisor_if(zero)  # type: ignore[attr-defined]
+            exact = _DIVISIONS[name](*terms)
+            return self.symbol(ite(zero, terms[0], self._wrapped(exact, width, not_(zero))))
+        return self.symbol(self._wrapped(self._exact(name, terms), width))
+
+    def _exact(self, name: str, terms: Sequence[T]) -> T:
+        if name not in _WHOLE:
+            raise NotModelled(f"{name} of integers")
+        return _WHOLE[name](*terms)
+
+    def _wrapped(self, exact: T, width: int, guard: T = TRUE) -> T:
+        """Return the low bits of a result; note an overflow where the guard holds."""
+        result = wrap(exact, width)
+        self.overflow_if(and_(guard, not_(eq(result, exact))))
+        return result
+
+    def _calculated_real(self, name: str, values: Sequence[Any], kind: str) -> T:
+        terms = [term_of(each, kind) for each in values]
+        if name == "/":
+            self.fault_log.zero_divisor_if(not_(truth_of(terms[1])))  # type: ignore[attr-defined]
+        if name not in _REAL:
+            raise NotModelled(f"{name} of floating-point numbers")
+        result = fop(_REAL[name], *terms)
+        if name not in ("NEG", "ABS"):
+            finite = TRUE
+            for each in terms:
+                finite = and_(finite, is_finite(each))
+            self.overflow_if(and_(finite, not_(is_finite(result))))
+        return result
+
+    def overflow_if(self, t: T) -> None:
+        """Note an overflow where a truth holds."""
+        self.fault_log.overflow_if(t)  # type: ignore[attr-defined]
+
+    def store(self, place: Place, value: Any) -> None:
+        """Convert to the type of a place and set it."""
+        kind = place.type
+        if kind.is_bool:
+            self.put(place, self.truth(value))
+            return
+        if not isinstance(value, Symbol):
+            super().store(place, value)
+            return
+        stored = self.symbol(self._stored(value.t, kind))
+        self.put(place, stored)
+        self.set_flags(stored)
+
+    def _stored(self, t: T, kind: Elementary) -> T:
+        if kind.is_real or kind.is_double:
+            found = to_float(t, F32 if kind.is_real else F64)
+            if kind.is_real and t.kind == F64:
+                self.overflow_if(and_(not_(is_finite(found)), is_finite(t)))
+            return found
+        if t.kind not in FLOATS:
+            return self._wrapped(whole_of(t), kind.wraps)
+        found, lost = self._rounded_to(t, kind)
+        self.overflow_if(lost)
+        return found
+
+    def _rounded_to(self, t: T, kind: Elementary) -> tuple[T, T]:
+        """Return a float as an integer of a type, and whether it does not fit.
+
+        The low bits of a large REAL are 0; those of a large LREAL, and the upper ones of a large REAL as a
+        LINT, are unknown.
+        """
+        exact = to_int(t, "rne")
+        found = wrap(exact, kind.wraps)
+        big = not_(and_(lt(t, const(_FAR, t.kind)), lt(const(-_FAR, t.kind), t)))
+        lost = or_(big, not_(eq(found, exact)))
+        if t.kind == F64 or kind.bits > 32:
+            far = and_(big, is_finite(t))
+            found, lost = ite(far, self.unknown_of(kind), found), ite(far, self.unknown_of(BOOL_TYPE), lost)
+        return found, lost
+
+    def _cut(self, t: T) -> T:
+        """Return a float without its fraction, as a whole number; a large one is unknown."""
+        big = not_(and_(lt(t, const(_FAR, t.kind)), lt(const(-_FAR, t.kind), t)))
+        far = and_(big, is_finite(t))
+        return ite(far, self.unknown(INT, -_LARGEST[t.kind], _LARGEST[t.kind]), to_int(t, "rtz"))
+
+    # --- comparing
+
+    def text(self, _operand: Resolved) -> bytes:
+        """Refuse strings."""
+        raise NotModelled("a string")
+
+    def set_text(self, _target: Group, _value: bytes) -> None:
+        """Refuse strings."""
+        raise NotModelled("a string")
+
+    def condition(self, condition: Resolved) -> Any:
+        """Return the value of a condition; all parts are computed."""
+        if not isinstance(condition, Calculation):
+            return super().condition(condition)
+        if condition.name in RELATIONS and not any(map(is_truth, condition.operands)):
+            return self.compare(condition.name, *condition.operands)
+        terms = [term_of(self.condition(each), BOOL) for each in condition.operands]
+        return self.symbol(_TRUTH[condition.name](*terms))
+
+    # --- paths
+
+    def on_paths(self, run: Callable[[], Any]) -> T:
+        """Run on every path; write what they write; return the truth of the result."""
+        paths = self.paths.walk(run)
+        for key in written_by(paths):
+            old = self.state[key]
+            now = merged(paths, lambda path, key=key, old=old: path.written.get(key, old))  # type: ignore[misc]
+            self.state[key] = ite(self.active, now, old)
+        bad = faults_of(paths)
+        if bad is not FALSE:  # the scan ends there; here it goes on, which allows more
+            self.faults.append((self.site, and_(self.active, bad)))
+        return merged(paths, result_of)
+
+    def here(self) -> T:
+        """Return whether the current path is taken."""
+        return and_(self.active, self.paths.here())
+
+
+def _no_python(name: str, _inputs: object) -> Any:
+    raise NotModelled(f"routine {name} in Python")
+
+
+def _below(t: T, most: int) -> T:
+    """Return a number that is below a limit, and not negative, with an interval that says so."""
+    mask = (1 << max(0, most - 1).bit_length()) - 1
+    return t if t.lo >= 0 and t.hi <= mask else bitop("band", t, const(mask))
+
+
+def is_finite(t: T) -> T:
+    """Return whether a float is neither infinite nor NaN."""
+    return mk("ffin", (t,), BOOL)
+
+
+def _absolute(t: T) -> T:
+    return t if t.lo >= 0 else ite(lt(t, const(0)), sub(const(0), t), t)
+
+
+_DIVISIONS = {"/": div, "MOD": rem}
+
+_WHOLE: dict[str, Callable[..., T]] = {
+    "+": add,
+    "-": sub,
+    "*": mul,
+    "AND": lambda a, b: bitop("band", a, b),
+    "OR": lambda a, b: bitop("bor", a, b),
+    "XOR": lambda a, b: bitop("bxor", a, b),
+    "NOT": inv,
+    "NEG": lambda a: sub(const(0), a),
+    "ABS": _absolute,
+    "TRN": lambda a: a,
+}
+
+_REAL = {"+": "fadd", "-": "fsub", "*": "fmul", "/": "fdiv", "NEG": "fneg", "ABS": "fabs"}
+
+_TRUTH: dict[str, Callable[..., T]] = {
+    "AND": and_,
+    "OR": or_,
+    "XOR": lambda a, b: not_(iff(a, b)),
+    "NOT": not_,
+    "=": iff,
+    "<>": lambda a, b: not_(iff(a, b)),
+    "<": lambda a, b: and_(not_(a), b),
+    "<=": lambda a, b: or_(not_(a), b),
+    ">": lambda a, b: and_(a, not_(b)),
+    ">=": lambda a, b: or_(a, not_(b)),
+}
