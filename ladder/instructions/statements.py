@@ -96,6 +96,7 @@ CONDITION = condition(
 )
 """Condition of IF, ELSIF, WHILE, UNTIL and FOR, and expression as argument of an add-on instruction."""
 
+
 def _prove_select(machine: Any, power: Any, selector: Resolved, *labels: Resolved) -> Any:
     return machine.select(power, lambda: machine.number(selector, width_of(selector, *labels)))
 

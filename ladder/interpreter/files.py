@@ -6,7 +6,7 @@ from ..model.operand_checks import array_of
 from ..model.operands import Group, Resolved
 from ..model.types import DataType, count_of
 from ..state.memory import Value
-from ..state.regions import converted, put, take
+from ..state.regions import put, take
 from .values import PlaceValues
 
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 from .paths import Faulted
 from .symbols import NotModelled
-from .terms import FALSE, T, TRUE, add, and_, b2i, or_
+from .terms import FALSE, TRUE, T, add, and_, b2i, or_
 
 if TYPE_CHECKING:
     from .values import TermValues

@@ -11,8 +11,9 @@ program, never fewer. Where it stops following the program, `deep` says under wh
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import partial
 from typing import Any
 
 from ...io_images.site import Site
@@ -33,8 +34,9 @@ from ..state.lowered import (
     Parallel,
     Selection,
 )
+from .meaning import BOOL
 from .symbols import NotModelled, term_of
-from .terms import BOOL, FALSE, T, TRUE, and_, not_, or_
+from .terms import FALSE, TRUE, T, and_, not_, or_
 from .values import TermValues
 
 MOST_PASSES = 64
@@ -57,6 +59,9 @@ _READ = frozenset(
 
 _REFUSED = (NotModelled, TypeError, AttributeError, KeyError, ValueError, IndexError, ArithmeticError)
 """What a row on terms raises if it does something that has none."""
+
+_OF_ROUTINE = ("active", "site", "inputs", "_pending", "_labels", "_number", "_answers", "_depth")
+"""What a call keeps and restores."""
 
 Answer = tuple[T, tuple[Any, ...]]
 """Results of a routine, and where it returns them."""
@@ -86,7 +91,7 @@ class ScanMachine(TermValues):
         self.deep: T = FALSE
         self.rungs: list[tuple[LoweredLine, T, T]] = []
         self.cut: list[tuple[Site, str, str]] = []
-        self._labels: dict[str, int] = {}
+        self._labels: Mapping[str, int] = {}
         self._pending: dict[str, T] = {}  # where a jump to a label further down is taken
         self._number = 0  # of the rung that runs
         self._answers: list[Answer] = []
@@ -208,15 +213,15 @@ class ScanMachine(TermValues):
             raise NotModelled("a routine in Python")
         if self._depth >= MOST_CALLS:
             raise NotModelled(f"calls more than {MOST_CALLS} deep")
-        kept = self.active, self._pending, self._labels, self._number, self._answers, self.site, self.inputs
-        self._pending, self._labels, self._answers = {}, dict(routine.labels), []
+        kept = {each: getattr(self, each) for each in _OF_ROUTINE}
+        self._pending, self._labels, self._answers = {}, routine.labels, []
         self._depth += 1
         try:
             self._lines(routine, inputs)
             return self._answers
         finally:
-            self._depth -= 1
-            self.active, self._pending, self._labels, self._number, self._answers, self.site, self.inputs = kept
+            for each, value in kept.items():
+                setattr(self, each, value)
 
     def _lines(self, routine: LoweredRoutine, inputs: Sequence[Any]) -> None:
         if routine.body is not None:
@@ -255,7 +260,7 @@ class ScanMachine(TermValues):
     def take_values(self, places: Sequence[Place | Group], values: Sequence[Any]) -> None:
         """Set tags to arguments or results, as many as both have."""
         for place, value in zip(places, values, strict=False):
-            self.on_paths(lambda place=place, value=value: self.take([place], [value]))
+            self.on_paths(partial(self.take, [place], [value]))
 
     def enter_with(self, power: T, places: Sequence[Place | Group]) -> T:
         """Take the arguments of the routine where power holds."""
@@ -371,6 +376,3 @@ class ScanMachine(TermValues):
         """Take the selector of a CASE."""
         self.selected = value()
         return power
-
-
-

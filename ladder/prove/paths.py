@@ -1,4 +1,4 @@
-"""Paths through the Python code of one instruction: forked at each truth that it asks for, merged behind it."""
+"""Paths through the Python code of one instruction: forked at each truth it asks for, merged behind it."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from ..model.errors import LadderFault
+from .meaning import BOOL
 from .places import Key
 from .symbols import NotModelled, term_of
-from .terms import BOOL, FALSE, T, TRUE, and_, const, ite, not_, or_
+from .terms import FALSE, TRUE, T, and_, const, ite, not_, or_
 
 MOST_PATHS = 256
 """Maximum paths of one instruction."""

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from ..model.tags import Layout, Leaf
 from ..model.types import Elementary
 from ..state.memory import InterpretedAddOnStore
+from .meaning import BOOL, F32, F64, INT
 from .symbols import NotModelled, Symbol, term_of
-from .terms import BOOL, F32, F64, INT, T, bit, const, eq, interval_of, ite, setbit, sub
+from .terms import T, bit, const, eq, interval_of, ite, setbit, sub
 
 if TYPE_CHECKING:
     from .values import TermValues
@@ -108,15 +109,19 @@ class TermArgument(InterpretedAddOnStore):
 
     __slots__ = ()
 
+    @property
+    def _terms(self) -> TermMemory:
+        return cast(TermMemory, self._memory)
+
     def read(self, leaf: Leaf, index: Any = 0) -> Any:
         """Return a value."""
         value = self._memory.read(*self._where(leaf, index))
-        return value if self.bit is None else self._memory.bit_of(value, self.bit)
+        return value if self.bit is None else self._terms.bit_of(value, self.bit)
 
     def write(self, leaf: Leaf, index: Any, value: Any) -> None:
         """Set a value of the leaf's type."""
         where, at = self._where(leaf, index)
         if self.bit is not None:
             word = self._memory.read(where, at)
-            value = self._memory.with_bit(word, self.bit, value, where.type)
+            value = self._terms.with_bit(word, self.bit, value, where.type)
         self._memory.write(where, at, value)

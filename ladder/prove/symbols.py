@@ -1,8 +1,8 @@
 """Numbers that Python code of instructions computes with, although only a term of them is known.
 
-A `Symbol` behaves as a number of Python: its operators return symbols, and constants once the result is known.
-Asked for its truth it asks the machine, which takes one path after the other. What needs a Python number, such
-as `int`, `float`, `range` or a key of a dict, is refused.
+A `Symbol` behaves as a number of Python: its operators return symbols, or constants once the result is
+known. Asked for its truth it asks the machine, which takes one path after the other. What needs a Python
+number, such as `int`, `float`, `range` or a key of a dict, is refused.
 """
 
 from __future__ import annotations
@@ -10,11 +10,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, NoReturn
 
+from .meaning import BOOL, F32, F64, INT
 from .terms import (
-    BOOL,
-    F32,
-    F64,
-    INT,
     T,
     add,
     and_,
@@ -233,7 +230,7 @@ def _difference(a: T, b: T) -> T:
 
 
 def _wrapped(a: T, b: T) -> T | None:
-    """Return ((x + half) & (2 * half - 1)) - half as the low bits of x, as `arithmetic.wrap` computes them."""
+    """Return ((x + half) & (2 * half - 1)) - half, as `arithmetic.wrap` computes, as the low bits of x."""
     if b.op != "const" or b.val >= 0 or a.op != "band" or a.args[1].op != "const":
         return None
     half, mask = -b.val, a.args[1].val

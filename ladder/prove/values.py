@@ -10,20 +10,18 @@ from ..interpreter import Interpreter
 from ..model.operands import SINGLE, Calculation, Group, Place, Resolved, is_truth
 from ..model.operators import RELATIONS
 from ..model.tags import Leaf
-from ..model.types import BOOL as BOOL_TYPE, Elementary
+from ..model.types import BOOL as BOOL_TYPE
+from ..model.types import Elementary
 from ..state.lowered import LoweredProgram
 from .faults import TermFaults
+from .meaning import BOOL, F32, F64, INT
 from .paths import Faulted, Paths, faults_of, merged, result_of, written_by
 from .places import AGE, CLOCK, Key, TermArgument, TermMemory, kind_of
 from .symbols import FLOATS, NotModelled, Symbol, term_of, truth_of, whole_of
 from .terms import (
-    BOOL,
-    F32,
-    F64,
     FALSE,
-    INT,
-    T,
     TRUE,
+    T,
     add,
     and_,
     bitop,
@@ -146,9 +144,9 @@ class TermValues(Interpreter):
             value = self.memory.with_bit(word, number, value, place.leaf.type)  # type: ignore[attr-defined]
         store.write(place.leaf, index, value)
 
-    def subscript(self, index: Resolved, length: int, tag: str) -> Any:
+    def subscript(self, index: Resolved, length: Any, tag: str) -> Any:
         """Return a subscript or bit number below `length`, or fault."""
-        value = self.integer(index)
+        value: Any = self.integer(index)
         if not isinstance(value, Symbol) and not isinstance(length, Symbol):
             if not 0 <= value < length:
                 raise Faulted
