@@ -5,7 +5,8 @@
 | `Variable` | a tag, a bit of an image | the same | a field, an output, an input |
 | `Access` | an operand | a side of an assignment | `self.name`, read or assigned |
 | `Command` | a motion block | the same | a method of an axis |
-| `Configured` | eight constant words | the same | `Configuration(...)` |
+| `StepAction` | `EQU(Step,20)MOV(30,Step)` | `CASE Step OF` | `if self.step == "feed":` |
+| `SentCommand` | eight constant words | the same | `Configuration(...)` |
 
 A mistake that shows in one place is a `Remark` at once: `facts.remark("recursion", place, text)`.
 """
@@ -21,6 +22,9 @@ from typing import NamedTuple
 from ...io_images.site import Site
 from .logic import Bit
 from .ranges import ANY, Range
+
+Step = float | str
+"""A step of a program: a number, or a text."""
 
 
 class FileLine(NamedTuple):
@@ -173,6 +177,40 @@ class Command:
         return self.values.get(name, ANY)
 
 
+@dataclass(frozen=True, slots=True)
+class StepAction:
+    """What a program that goes from step to step does in some of them.
+
+    Attributes:
+        machine: the number, or the text, that says the step.
+        steps: in which it may happen; None for all.
+        goes: the step that follows; None if it is not this action that goes on.
+        ends: whether its condition says that a motion has ended, or that time has passed.
+        moves: whether its condition needs that an axis moves.
+        axis: the axis that it commands; "" if it commands none.
+        kind: the command, as in `Command`; "" for a write that gives none.
+        text: the command in words.
+        sets: bits of the command word that it sets; 0 for a block.
+        clears: bits of the command word that it clears.
+    """
+
+    machine: str
+    steps: frozenset[Step] | None
+    place: FileLine
+    goes: Step | None = None
+    ends: bool = False
+    moves: bool = False
+    axis: str = ""
+    kind: str = ""
+    text: str = ""
+    sets: int = 0
+    clears: int = 0
+
+    def happens_in(self, step: Step) -> bool:
+        """Whether it may happen in a step."""
+        return self.steps is None or step in self.steps
+
+
 UsesBit = Callable[[int, str, str, int, int], bool]
 """Whether a program uses a bit of a card: slot, image "I" or "O", name, word, bit."""
 
@@ -186,6 +224,7 @@ class Facts:
         variables: by key.
         computed: slots whose output words the program computes.
         escaped: axes that parts of the program get which are not followed.
+        actions: what the program does in its steps.
         at_once: commands that are sent together with their parameters.
         uses_bit: tests whether it uses a bit of a card; None if that is unknown.
         reads_all: whether parts that are not read here may use any variable.
@@ -201,6 +240,7 @@ class Facts:
     searches: list[SentCommand] = field(default_factory=list)
     computed: set[int] = field(default_factory=set)
     escaped: set[str] = field(default_factory=set)
+    actions: list[StepAction] = field(default_factory=list)
     at_once: list[Remark] = field(default_factory=list)
     uses_bit: UsesBit | None = None
     reads_all: bool = False

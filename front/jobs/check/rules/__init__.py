@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 from ..subject import Subject, Violation
-from . import data, motion, rack
+from . import data, motion, rack, steps
 
 Check = Callable[[Subject], Iterator[Violation]]
 
@@ -185,8 +185,9 @@ RULES = (
     ),
     Rule(
         "command-held",
-        "a command bit that is set and never taken back",
+        "a command bit that is set and never taken back, or not before the next command",
         "zero the command word after the command",
+        check=steps.not_zeroed,
     ),
     Rule(
         "torn-command",
@@ -240,7 +241,7 @@ RULES = (
         "move-interrupted",
         "a motion that begins before the one before it is complete",
         "wait for its end",
-        check=motion.interrupted,
+        check=lambda subject: _each(subject, motion.interrupted, steps.unfinished),
     ),
     # sequences
     Rule(

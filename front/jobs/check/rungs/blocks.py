@@ -1,4 +1,4 @@
-"""Commands of the motion blocks of `USE axis3601`, and mistakes in their calls."""
+"""Commands of the motion blocks of `USE axis3601`."""
 
 from __future__ import annotations
 

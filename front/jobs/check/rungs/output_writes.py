@@ -70,6 +70,7 @@ class Write:
     first_scan: bool = False  # whether its rung needs the first scan
     status: int = 0  # bits of input word 0 that its rung needs
     command: int = 0  # bits of output word 0 that its rung needs
+    site: int = -1  # of the instruction, in `LoweredProgram.sites`
 
     def takes_back(self, bit: int) -> bool:
         """Whether this clears a command bit after the command has been given."""
@@ -168,14 +169,13 @@ class WriteReader:
         place: FileLine,
         needs: Write | None,
     ) -> Iterator[Write]:
-        base = replace(needs, place=place) if needs else Write(place, slot, 0, 0, 0)
+        plain = Write(place, slot, 0, 0, 0, site=step.site)
+        base = replace(needs, place=place, site=step.site) if needs else plain
         bit = operand.bit if isinstance(operand, Place) else None
         if isinstance(bit, Constant):
             mask = 1 << int(bit.value)
             sets, clears = (mask * each for each in _of_bit(step))
-            rung = (
-                base if step.name in ("OTL", "OTU") else Write(place, slot, 0, 0, 0)
-            )  # a false rung acts, too
+            rung = base if step.name in ("OTL", "OTU") else plain  # a false rung acts, too
             yield replace(rung, word=word, sets=sets, clears=clears)
             return
         for at, value in enumerate(self._values(step), word):

@@ -48,6 +48,10 @@ from .values import Values, type_range
 COMPARISONS = {"EQU": "=", "NEQ": "<>", "LES": "<", "LEQ": "<=", "GRT": ">", "GEQ": ">="}
 
 
+EDGE = "ONS "
+"""Begins the names of one-shots, whose power says nothing about their bits."""
+
+
 @dataclass(frozen=True, slots=True)
 class Point:
     """An instruction, and when it acts.
@@ -96,6 +100,7 @@ def _fixed(index: Resolved) -> str:
 class _Names:
     """The names of values, which change as the program writes them."""
 
+    places: dict[str, Place] = field(default_factory=dict)
     written: dict[str, int] = field(default_factory=dict)
     all: int = 0
 
@@ -103,6 +108,7 @@ class _Names:
         key = key_of(place)
         if "?" in key:
             self.all += 1  # another element each time
+        self.places.setdefault(key, place)
         return f"{key}#{self.all}.{self.written.get(place.leaf.path.upper(), 0)}"
 
     def note(self, step: LoweredStep) -> None:
@@ -128,7 +134,8 @@ class Walker:
 
     def __init__(self, values: Values) -> None:
         self._values = values
-        self._names = _Names()
+        self.places: dict[str, Place] = {}  # operands by their keys
+        self._names = _Names(self.places)
         self._routine: LoweredRoutine
         self._points: list[Point] = []
 
@@ -137,10 +144,10 @@ class Walker:
         self._routine, self._points = routine, []
         if routine.body is None:
             for line in routine.lines:
-                self._names = _Names()
+                self._names = _Names(self.places)
                 self._series(line, line.nodes, TRUE)
         else:
-            self._names = _Names()
+            self._names = _Names(self.places)
             self._body(routine.body, TRUE if routine.chart is None else UNKNOWN)
         return self._points
 
@@ -251,6 +258,9 @@ class Walker:
             return Bit(self._names.of(given[0]), step.name == "XIC")
         if step.name in COMPARISONS:
             return self.compared(given[0], COMPARISONS[step.name], given[1])
+        if step.name == "ONS" and isinstance(given[0], Place):
+            self._names.all += 1
+            return Bit(f"{EDGE}{self._names.of(given[0])}")
         if step.name == "LIM":
             return self._limited(*given)
         if step.name in ("CMP", "IF"):

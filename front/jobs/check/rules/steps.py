@@ -1,0 +1,121 @@
+"""Rules about programs that go from step to step: what a command finds when it is reached."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from ..facts import Step, StepAction
+from ..subject import Subject, Violation
+from .motion import ENDING, MOTIONS
+
+
+class _Machine:
+    """The steps of a program, as far as one axis is concerned."""
+
+    def __init__(self, actions: Sequence[StepAction], axis: str) -> None:
+        self._goes = [each for each in actions if each.goes is not None and each.steps is not None]
+        self._own = [each for each in actions if each.axis == axis]
+        self.motions = [each for each in self._own if each.kind in MOTIONS and each.steps is not None]
+
+    def onward(self, step: Step) -> Iterator[StepAction]:
+        """Yield what goes on from a step."""
+        return (each for each in self._goes if each.steps == frozenset((step,)) and each.goes != step)
+
+    def clears(self, step: Step, bits: int) -> bool:
+        """Whether something may clear bits of the command word in a step."""
+        return any(each.clears & bits for each in self._own if each.happens_in(step))
+
+    def clears_before(self, step: Step, bits: int) -> bool:
+        """Whether something may clear bits of the command word in a step before its motion."""
+        return any(each.clears & bits for each in self._own if each.happens_in(step) and not each.moves)
+
+    def motions_in(self, step: Step) -> Iterator[StepAction]:
+        """Yield the motions of a step."""
+        return (each for each in self.motions if each.steps == frozenset((step,)))
+
+
+def unfinished(subject: Subject) -> Iterator[Violation]:
+    """Find motions of a step that begin while that of an earlier step may be under way."""
+    for machine in _machines(subject):
+        for first in machine.motions:
+            for start in first.steps or () if first.kind in ENDING else ():
+                later = _next_unfinished(machine, first, start)
+                if later is not None:
+                    text = (
+                        f"{later.text} of step {_name(later)} begins while {first.text} of line "
+                        f"{first.place.line}, step {_text(start)}, may be under way: "
+                        "nothing between waits for its end"
+                    )
+                    yield Violation(later.place, text)
+
+
+def _next_unfinished(machine: _Machine, first: StepAction, start: Step) -> StepAction | None:
+    """Return the first motion behind a step that no condition on the way delays until the one before ends."""
+    seen: set[tuple[Step, bool]] = set()
+    todo: list[tuple[Step, bool]] = [(start, machine.clears(start, first.sets))]
+    while todo:
+        step, is_cleared = todo.pop(0)
+        for edge in machine.onward(step):
+            if edge.ends or edge.goes is None or (edge.goes, is_cleared) in seen:
+                continue
+            seen.add((edge.goes, is_cleared))
+            for other in machine.motions_in(edge.goes):
+                is_new = is_cleared or not other.sets & first.sets
+                if is_new and not other.ends:
+                    return other
+            todo.append((edge.goes, is_cleared or machine.clears(edge.goes, first.sets)))
+    return None
+
+
+def not_zeroed(subject: Subject) -> Iterator[Violation]:
+    """Find commands that the module does not see, since their bit is still set from the one before."""
+    for machine in _machines(subject):
+        for first in machine.motions:
+            for start in first.steps or () if first.sets else ():
+                later = _next_unseen(machine, first, start)
+                if later is not None:
+                    text = (
+                        f"{later.text} of step {_name(later)} is no new one: its bit is still set from line "
+                        f"{first.place.line}, step {_text(start)}, and no step between clears it"
+                    )
+                    yield Violation(later.place, text)
+
+
+def _next_unseen(machine: _Machine, first: StepAction, start: Step) -> StepAction | None:
+    """Return the first motion behind a step whose bit nothing clears before, though a motion has ended."""
+    if machine.clears(start, first.sets):
+        return None
+    seen: set[tuple[Step, bool]] = set()
+    todo: list[tuple[Step, bool]] = [(start, False)]
+    while todo:
+        step, has_ended = todo.pop(0)
+        for edge in machine.onward(step):
+            here = edge.goes
+            ended = has_ended or edge.ends
+            if here is None or (here, ended) in seen or machine.clears_before(here, first.sets):
+                continue
+            seen.add((here, ended))
+            for other in machine.motions_in(here):
+                if ended and other.sets & first.sets:
+                    return other
+            if not machine.clears(here, first.sets):
+                todo.append((here, ended))
+    return None
+
+
+def _machines(subject: Subject) -> Iterator[_Machine]:
+    """Yield the steps of each axis, if they command it at all."""
+    found: dict[str, list[StepAction]] = {}
+    for each in subject.facts.actions:
+        found.setdefault(each.machine, []).append(each)
+    for actions in found.values():
+        for axis in dict.fromkeys(each.axis for each in actions if each.kind in MOTIONS):
+            yield _Machine(actions, axis)
+
+
+def _name(action: StepAction) -> str:
+    return _text(next(iter(action.steps or ()), ""))
+
+
+def _text(step: Step) -> str:
+    return step if isinstance(step, str) else f"{step:g}"

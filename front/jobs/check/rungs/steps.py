@@ -1,0 +1,269 @@
+"""The steps of a ladder program: a number says the step, and comparisons with it say what happens in it.
+
+EQU(State,20)MOV(2,axis.O.Data[0]);                       a command in step 20
+EQU(State,20)XIC(axis.status.MOVING_CW)MOV(30,State);     from 20 to 30
+EQU(State,30)TON(Pause,400,0);  XIC(Pause.DN)MOV(40,State);     from 30 to 40: the timer runs in 30
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from functools import cached_property
+
+from ....io_images.amci3601 import StatusMsw
+from ....ladder.model.operands import Constant, Place
+from ....ladder.state.lowered import ADD_ON, Call, LoweredStep
+from ..facts import Command, FileLine, Step, StepAction
+from ..logic import (
+    TRUE,
+    AllOf,
+    Bit,
+    Compare,
+    Condition,
+    FixedTruth,
+    leaves,
+    needed,
+    negated,
+    never,
+)
+from .output_writes import MODE_CONFIG, Write
+from .sent_words import KINDS
+from .values import Values, target_of, written_value
+from .walk import EDGE, Point, key_of
+
+Placed = Sequence[tuple[Point, FileLine]]
+
+MOVING = StatusMsw.MOVING_CW | StatusMsw.MOVING_CCW
+OFF_AT_END = MOVING | StatusMsw.POSITION_INVALID
+"""Status bits that are off when a motion has ended; of the others none says so while it is off."""
+
+UNDER_WAY = ("BUSY", "ACTIVE", "TT", "EN")
+"""Members of blocks and timers that are on until they are done."""
+
+DEPTH = 3
+"""Tags behind a tag whose conditions are looked at."""
+
+
+class Steps:
+    """The steps of a program.
+
+    Args:
+        points: of the user's routines, with their lines.
+        places: operands by their keys.
+        steppers: slots with 3601s.
+    """
+
+    def __init__(
+        self, points: Placed, values: Values, places: Mapping[str, Place], steppers: Collection[int]
+    ) -> None:
+        self._points, self._values, self._places, self._steppers = points, values, places, steppers
+
+    def actions(self, writes: Iterable[Write], commands: Iterable[Command]) -> Iterator[StepAction]:
+        """Yield what the program does in its steps.
+
+        Args:
+            writes: to output words.
+            commands: of blocks.
+        """
+        if not self._machines:
+            return
+        for point, place in self._points:
+            target = target_of(point.step)
+            machine = self._machine(target)
+            value = written_value(point.step)
+            if machine and isinstance(value, Constant):
+                yield from self._in_steps(point, place, only=machine, goes=float(value.value))
+        points = {point.step.site: point for point, _ in self._points}
+        for write in writes:
+            if write.site in points and write.word == 0:
+                yield from self._written(points[write.site], write)
+        for each in commands:
+            for point, place in self._starting(each.execute):
+                yield from self._in_steps(point, place, axis=each.axis, kind=each.kind, text=each.text)
+
+    def _written(self, point: Point, write: Write) -> Iterator[StepAction]:
+        bits = 0 if write.sets & MODE_CONFIG else write.sets
+        kind = next((kind for bit, kind in KINDS.items() if bits & bit), "")
+        given = {"axis": f"slot {write.slot}", "kind": kind, "text": f"the command {kind}"}
+        if not write.known:
+            yield from self._in_steps(point, write.place, axis=given["axis"], clears=write.clears)
+        else:
+            clears = write.clears | (0xFFFF if write.sets & MODE_CONFIG else 0)
+            yield from self._in_steps(point, write.place, **given, sets=bits, clears=clears)
+
+    def _in_steps(
+        self,
+        point: Point,
+        place: FileLine,
+        *,
+        only: str = "",
+        goes: Step | None = None,
+        axis: str = "",
+        kind: str = "",
+        text: str = "",
+        sets: int = 0,
+        clears: int = 0,
+    ) -> Iterator[StepAction]:
+        """Yield an action of each machine."""
+        condition = self._implied(self._called(point))
+        ends, moves = self._ends(condition, DEPTH), self._needs_motion(condition)
+        for machine, steps in self._machines.items():
+            if only in ("", machine):
+                there = _steps_in(condition, machine, steps)
+                yield StepAction(machine, there, place, goes, ends, moves, axis, kind, text, sets, clears)
+
+    # --- machines
+
+    @cached_property
+    def _machines(self) -> dict[str, frozenset[float]]:
+        """The numbers that say a step, with all their steps."""
+        found: dict[str, set[float]] = {}
+        for point, _ in self._points:
+            for each in leaves(point.own):
+                if isinstance(each, Compare) and each.relation in ("=", "<=", ">="):
+                    machine = self._machine(self._places.get(_base(each.name)))
+                    if machine:
+                        found.setdefault(machine, set()).add(each.number)
+        for point, _ in self._points:
+            value = written_value(point.step)
+            machine = self._machine(target_of(point.step))
+            if machine in found and isinstance(value, Constant):
+                found[machine].add(float(value.value))
+        return {machine: frozenset(steps) for machine, steps in found.items()}
+
+    def _machine(self, place: Place | None) -> str:
+        """Return the key of a number that only gets constants; "" of another one."""
+        if place is None or place.bit is not None or place.indices or not place.type.is_integer:
+            return ""
+        if place.leaf.slot is not None or place.leaf.frame:
+            return ""
+        written = self._values.written(place)
+        return key_of(place) if len(written) > 1 and all(each.is_constant for each in written) else ""
+
+    # --- conditions
+
+    @cached_property
+    def _calls(self) -> dict[str, list[Point]]:
+        """The calls of each routine."""
+        found: dict[str, list[Point]] = {}
+        for point, _ in self._points:
+            for each in point.step.operands:
+                if isinstance(each, Call):
+                    found.setdefault(each.routine, []).append(point)
+        return found
+
+    @cached_property
+    def _writers(self) -> dict[str, list[Point]]:
+        """The instructions that write each bit, or run each timer, by key."""
+        found: dict[str, list[Point]] = {}
+        for point, _ in self._points:
+            for key in _written_keys(point.step):
+                found.setdefault(key, []).append(point)
+        return found
+
+    def _called(self, point: Point) -> Condition:
+        """Return the condition of a point, with that of the one call of its routine."""
+        calls = self._calls.get(point.routine.name.upper(), [])
+        is_sole = len(calls) == 1 and calls[0].routine is not point.routine
+        return AllOf((calls[0].condition, point.condition)) if is_sole else point.condition
+
+    def _implied(self, condition: Condition, depth: int = DEPTH) -> Condition:
+        """Return a condition with those of the timers and the coils that it needs."""
+        found = [condition]
+        for bit in needed(condition) if depth else ():
+            base = _base(bit.name)
+            timer = base.removesuffix(".DN").removesuffix(".TT")
+            writers = self._writers.get(timer if timer != base else base, [])
+            if bit.on and len(writers) == 1 and writers[0].step.name in ("TON", "OTE", ":="):
+                found.append(self._implied(_power(writers[0]), depth - 1))
+        return AllOf(tuple(found)) if len(found) > 1 else condition
+
+    def _starting(self, execute: str) -> Iterator[tuple[Point, FileLine]]:
+        """Yield the coils of a bit."""
+        for point, place in self._points:
+            if execute and point.step.name == "OTE" and execute in _written_keys(point.step):
+                yield point, place
+
+    def _ends(self, condition: Condition, depth: int) -> bool:
+        return any(self._says_end(each, depth) for each in leaves(condition))
+
+    def _says_end(self, part: Condition, depth: int) -> bool:
+        """Whether a part of a condition may say that a motion has ended, or that time has passed."""
+        if isinstance(part, FixedTruth):
+            return False
+        if isinstance(part, Compare):
+            return _base(part.name) not in self._machines
+        if not isinstance(part, Bit):
+            return True
+        base = _base(part.name)
+        place = self._places.get(base)
+        if place is None or base.startswith("S:FS"):
+            return not base.startswith((EDGE, "S:FS"))
+        if place.leaf.slot is not None:
+            return self._status_ends(place, on=part.on)
+        member = base.rpartition(".")[2]
+        if "." in place.leaf.path:
+            return part.on != (member in UNDER_WAY)
+        powers = [
+            _power(each) if each.step.name != "OTU" else negated(_power(each))
+            for each in self._writers.get(base, [])
+        ]
+        return depth > 0 and any(self._ends(each if part.on else negated(each), depth - 1) for each in powers)
+
+    def _status_ends(self, place: Place, *, on: bool) -> bool:
+        """Whether a bit of an image says the end of a motion."""
+        if place.leaf.slot not in self._steppers or place.leaf.output:
+            return False
+        bit = _status(place)
+        return bit is None or (not bit & MOVING if on else bool(bit & OFF_AT_END))
+
+    def _needs_motion(self, condition: Condition) -> bool:
+        """Whether a condition needs that an axis moves."""
+        places = (
+            self._places.get(_base(each.name))
+            for each in leaves(condition)
+            if isinstance(each, Bit) and each.on
+        )
+        return any(
+            (_status(each) or 0) & MOVING
+            for each in places
+            if each is not None and each.leaf.slot in self._steppers and not each.leaf.output
+        )
+
+
+def _status(place: Place) -> int | None:
+    """Return the status bit of word 0 that an operand is, None for another one."""
+    is_bit = place.fixed_index == 0 and isinstance(place.bit, Constant)
+    return 1 << int(place.bit.value) if is_bit and isinstance(place.bit, Constant) else None
+
+
+def _base(name: str) -> str:
+    return name.partition("#")[0]
+
+
+def _power(point: Point) -> Condition:
+    return point.condition if point.value == TRUE else AllOf((point.condition, point.value))
+
+
+def _written_keys(step: LoweredStep) -> Iterator[str]:
+    """Yield the key of the bit that an instruction writes, or of the timer that it runs."""
+    first = step.operands[0] if step.operands and step.name != ADD_ON else None
+    if isinstance(first, Place) and first.type.is_bool and step.name in ("OTE", "OTL", "OTU", ":="):
+        yield key_of(first)
+    elif step.name in ("TON", "RTO", "TOF") and first is not None:
+        yield first.text.upper()
+
+
+def _steps_in(condition: Condition, machine: str, steps: frozenset[float]) -> frozenset[Step] | None:
+    """Return the steps in which a condition can hold; None if it is all of them."""
+    names = {
+        each.name for each in leaves(condition) if isinstance(each, Compare) and _base(each.name) == machine
+    }
+    if not names:
+        return None
+    there = frozenset(
+        step
+        for step in steps
+        if not never(AllOf((condition, *(Compare(name, "=", step) for name in sorted(names)))))
+    )
+    return None if there == steps else there

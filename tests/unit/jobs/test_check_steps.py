@@ -1,0 +1,57 @@
+"""`scanrack check` of programs that go from step to step: what a command finds when it is reached."""
+
+import pytest
+from check_programs import check
+from check_steps import FEEDER, PACKER
+
+WAITS = "EQU(State,30)XIC(feed.status.MOVE_COMPLETE)MOV(10,State);"
+ZEROES = "    rung(step == 4, status.MOVING_CW, CLR(words[0]), MOV(5, step))\n"
+
+PLANTED = {
+    "no wait for the end": ("feeder.rung", FEEDER, WAITS, "EQU(State,30)MOV(10,State);", "move-interrupted"),
+    "a wait for its begin": (
+        "feeder.rung",
+        FEEDER,
+        WAITS,
+        "EQU(State,30)XIC(feed.status.MOVING_CW)MOV(10,State);",
+        "move-interrupted",
+    ),
+    "a bit that stays": (
+        "packer.py",
+        PACKER,
+        ZEROES,
+        ZEROES.replace("CLR(words[0]), ", ""),
+        "command-held",
+    ),
+}
+"""What is replaced in a sound program by what, and the rule that finds it."""
+
+
+@pytest.mark.parametrize("name", PLANTED)
+def test_a_command_that_comes_too_soon_is_found(name, tmp_path):
+    file, text, old, new, rule = PLANTED[name]
+    assert old in text
+    assert [each.rule for each in check(tmp_path, file, text.replace(old, new)).findings] == [rule]
+
+
+@pytest.mark.parametrize(("name", "text"), [("feeder.rung", FEEDER), ("packer.py", PACKER)])
+def test_steps_that_wait_have_no_findings(name, text, tmp_path):
+    assert check(tmp_path, name, text).findings == ()
+
+
+@pytest.mark.parametrize(
+    "wait",
+    [
+        "EQU(State,30)XIO(feed.status.MOVING_CW)XIO(feed.status.MOVING_CCW)MOV(10,State);",
+        "EQU(State,30)GEQ(feed.I.Data[2],5)MOV(10,State);",
+        "EQU(State,30)TON(Pause,900,0);\nXIC(Pause.DN)MOV(10,State);",
+        "EQU(State,30)XIC(feed.status.MOVE_COMPLETE)OTE(There);\nXIC(There)EQU(State,30)MOV(10,State);",
+    ],
+    ids=["still", "position", "time", "coil"],
+)
+def test_other_waits_count_too(wait, tmp_path):
+    text = FEEDER.replace(WAITS, wait)
+    for name, kind in (("Pause", "TIMER"), ("There", "BOOL")):
+        if name in wait:
+            text = text.replace("TAG Faulted", f"TAG {name} : {kind}\nTAG Faulted")
+    assert check(tmp_path, "feeder.rung", text).findings == ()
