@@ -1,0 +1,56 @@
+"""One contract of the 3601: a fact about its images that a proof may rely on."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import IntEnum
+
+from .fact import Fact, Side
+
+
+class Reach(IntEnum):
+    """The images that a contract speaks of, and so where it holds.
+
+    IMAGE: any input image.
+    UPDATE: two input images with at most one update of the module in between; a scan that exchanges images
+        several times may break it.
+    OUTPUTS: two input images with one update in between, and the outputs that were in force: those of the
+        scan before, if images are exchanged once in a scan (`EndOfScan`).
+    """
+
+    IMAGE = 0
+    UPDATE = 1
+    OUTPUTS = 2
+
+
+@dataclass(frozen=True, slots=True)
+class Contract:
+    """A fact about the images of a 3601.
+
+    Contracts that speak of two images hold as long as the PLC does not lose the module in between: a lost
+    link freezes the image, and what happened meanwhile shows all at once.
+
+    Attributes:
+        name: a word or two for reports, such as "position lost".
+        says: the contract as a sentence.
+        rules: ids of the rows of `RULES` that it follows from.
+        fact: what is true of the images.
+        adapters: whether images of the adapters keep it, too.
+        readings: options of the simulated 3601 that it depends on, with the value that it needs.
+    """
+
+    name: str
+    says: str
+    rules: tuple[str, ...]
+    fact: Fact
+    adapters: bool = False
+    readings: Mapping[str, bool] = field(default_factory=dict)
+
+    @property
+    def reach(self) -> Reach:
+        """Where it holds; follows from the images that the fact speaks of."""
+        sides = self.fact.speaks_of
+        if Side.TOLD in sides:
+            return Reach.OUTPUTS
+        return Reach.UPDATE if Side.WAS in sides else Reach.IMAGE

@@ -1,0 +1,208 @@
+"""Facts about images: what a contract says, as data that a checker and a prover read alike.
+
+A fact speaks of up to three images of one module:
+
+    outputs |<-- told --->|     words in force between two updates
+    inputs  ^ was         ^ now
+
+`now(POSITION_INVALID)` is a bit of the later inputs, `was(...)` of the earlier ones, `told(...)` of the
+outputs in between. `&`, `|` and `~` connect facts.
+
+>>> from scanrack.io_images.amci3601.bits import CommandMsw, StatusMsw
+>>> lost = now(StatusMsw.POSITION_INVALID) & ~was(StatusMsw.POSITION_INVALID)
+>>> lost.only_with(now(StatusMsw.STOPPED)).holds(now=(0x4408, 0), was=(0x4001, 0))
+True
+>>> lost.only_with(told(CommandMsw.IMMEDIATE_STOP)).speaks_of == {Side.NOW, Side.WAS, Side.TOLD}
+True
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+from functools import reduce
+from operator import and_, or_
+from typing import Protocol, TypeVar
+
+from typing_extensions import override
+
+from ..bits import CommandLsw, CommandMsw, StatusLsw, StatusMsw
+
+Truth = TypeVar("Truth")
+
+
+class Side(Enum):
+    """One of the images that a fact speaks of."""
+
+    WAS = "was"
+    NOW = "now"
+    TOLD = "told"
+
+
+class Reading(Protocol[Truth]):
+    """The images as truths of a kind: bools to check with, terms to prove with."""
+
+    def any_of(self, side: Side, word: int, mask: int) -> Truth:
+        """Return whether a bit of the mask is set in word 0 to 7."""
+
+    def within(self, side: Side, word: int, least: int, most: int) -> Truth:
+        """Return whether a signed word lies in a range."""
+
+    def both(self, first: Truth, second: Truth) -> Truth:
+        """Return the conjunction."""
+
+    def negated(self, truth: Truth) -> Truth:
+        """Return the negation."""
+
+
+class Fact(ABC):
+    """What is true or false of images."""
+
+    @abstractmethod
+    def read(self, images: Reading[Truth]) -> Truth:
+        """Return the truth of the fact."""
+
+    @property
+    @abstractmethod
+    def speaks_of(self) -> frozenset[Side]:
+        """The images that the fact needs."""
+
+    def __and__(self, other: Fact) -> Fact:
+        return Both(self, other)
+
+    def __or__(self, other: Fact) -> Fact:
+        return ~(~self & ~other)
+
+    def __invert__(self) -> Fact:
+        return Negated(self)
+
+    def only_with(self, other: Fact) -> Fact:
+        """Return the fact that `other` is true whenever this is."""
+        return ~(self & ~other)
+
+    def same_as(self, other: Fact) -> Fact:
+        """Return the fact that both are true or both false."""
+        return self.only_with(other) & other.only_with(self)
+
+    def holds(
+        self, now: Sequence[int], was: Sequence[int] = (0,) * 8, told: Sequence[int] = (0,) * 8
+    ) -> bool:
+        """Return whether images have the fact; words are signed or unsigned, 16 bits."""
+        return self.read(_Words({Side.NOW: now, Side.WAS: was, Side.TOLD: told}))
+
+
+@dataclass(frozen=True, slots=True)
+class AnyOf(Fact):
+    """A bit of the mask is set."""
+
+    side: Side
+    word: int
+    mask: int
+
+    @override
+    def read(self, images: Reading[Truth]) -> Truth:
+        return images.any_of(self.side, self.word, self.mask)
+
+    @property
+    @override
+    def speaks_of(self) -> frozenset[Side]:
+        return frozenset({self.side})
+
+
+@dataclass(frozen=True, slots=True)
+class Within(Fact):
+    """A signed word lies in a range."""
+
+    side: Side
+    word: int
+    least: int
+    most: int
+
+    @override
+    def read(self, images: Reading[Truth]) -> Truth:
+        return images.within(self.side, self.word, self.least, self.most)
+
+    @property
+    @override
+    def speaks_of(self) -> frozenset[Side]:
+        return frozenset({self.side})
+
+
+@dataclass(frozen=True, slots=True)
+class Both(Fact):
+    """Two facts."""
+
+    first: Fact
+    second: Fact
+
+    @override
+    def read(self, images: Reading[Truth]) -> Truth:
+        return images.both(self.first.read(images), self.second.read(images))
+
+    @property
+    @override
+    def speaks_of(self) -> frozenset[Side]:
+        return self.first.speaks_of | self.second.speaks_of
+
+
+@dataclass(frozen=True, slots=True)
+class Negated(Fact):
+    """The opposite of a fact."""
+
+    fact: Fact
+
+    @override
+    def read(self, images: Reading[Truth]) -> Truth:
+        return images.negated(self.fact.read(images))
+
+    @property
+    @override
+    def speaks_of(self) -> frozenset[Side]:
+        return self.fact.speaks_of
+
+
+@dataclass(frozen=True, slots=True)
+class _Words:
+    """Images as numbers."""
+
+    images: dict[Side, Sequence[int]]
+
+    def any_of(self, side: Side, word: int, mask: int) -> bool:
+        return bool(self.images[side][word] & mask)
+
+    def within(self, side: Side, word: int, least: int, most: int) -> bool:
+        signed = (self.images[side][word] + 0x8000 & 0xFFFF) - 0x8000
+        return least <= signed <= most
+
+    def both(self, first: bool, second: bool) -> bool:
+        return first and second
+
+    def negated(self, truth: bool) -> bool:
+        return not truth
+
+
+def now(*bits: StatusMsw | StatusLsw) -> Fact:
+    """Return that one of the bits is set in the later inputs."""
+    return _set(Side.NOW, *bits)
+
+
+def was(*bits: StatusMsw | StatusLsw) -> Fact:
+    """Return that one of the bits was set in the earlier inputs."""
+    return _set(Side.WAS, *bits)
+
+
+def told(*bits: CommandMsw | CommandLsw) -> Fact:
+    """Return that one of the bits was set in the outputs between both."""
+    return _set(Side.TOLD, *bits)
+
+
+def every(*facts: Fact) -> Fact:
+    """Return that all facts hold."""
+    return reduce(and_, facts)
+
+
+def _set(side: Side, *bits: StatusMsw | StatusLsw | CommandMsw | CommandLsw) -> Fact:
+    places = (AnyOf(side, int(isinstance(bit, StatusLsw | CommandLsw)), bit.value) for bit in bits)
+    return reduce(or_, places)
