@@ -89,7 +89,7 @@ def monitored(program: LadderLogic, claims: Sequence[Claim] = (), slots: Sequenc
     """
     built = program.build()
     asked = named_apart([*claims, *claims_in(built)])
-    maker = _Maker(asked, _never_routines(program, built.roots))
+    maker = _Maker(asked, never_routines(program))
     with_them = _copy(program, slots)
     with_them.monitors = maker.lower
     try:
@@ -137,12 +137,13 @@ def _copy(program: LadderLogic, slots: Sequence[int]) -> LadderLogic:
     return found
 
 
-def _never_routines(program: LadderLogic, roots: frozenset[str]) -> list[Routine]:
-    """Return the monitors that a program has as routines; a LadderError if one of them is called."""
+def never_routines(program: LadderLogic) -> list[Routine]:
+    """Return the monitors that a program has as routines; a LadderError if one can't be a monitor."""
     found = [each for each in program.routines if _short(each.name).upper() == NEVER]
-    called = {name for routine in program.build().routines.values() for name in calls_of(routine)}
+    built = program.build()
+    called = {name for routine in built.routines.values() for name in calls_of(routine)} if found else set()
     for each in found:
-        if each.name.upper() in called | roots:
+        if each.name.upper() in called | built.roots:
             raise LadderError(
                 f"routine {each.name} is called: a routine {NEVER} is a monitor of `scanrack prove`, "
                 "which no controller runs; give it another name"

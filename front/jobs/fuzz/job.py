@@ -23,6 +23,7 @@ from ...runtime.loop.scan import ScanLogic
 from ...runtime.machine.spec import input_name
 from ...traces.plot import Mark, save_page
 from ...traces.read.reader import open_trace
+from ..load.claims import has_claims, with_monitors
 from ..load.loading import Job, load_job
 from ..load.program import load_program
 from ..record.recording import recorder_for
@@ -32,6 +33,7 @@ from ..trust.owned import in_use
 from . import STANDARD, Counterexample, Invariant, InvariantError, Scenario, TrialBench, load_invariants
 from .drawing import Kind
 from .folder_lock import write_text
+from .laws.claimed import invariants_in
 from .report import report
 from .scenarios.drivescript import DriveScript, obstacle
 from .scenarios.rackdoc import rack_text
@@ -74,9 +76,11 @@ def bench_of(setup: Setup) -> TrialBench:
         ValueError: an unusable rack, program or invariant.
     """
     job = load_job(setup.rack)
-    return TrialBench(
-        with_needs(job), logic_maker(job, setup.rack), invariants_of(setup), setup.scans, _tags_of
-    )
+    made, asked = logic_maker(job, setup.rack), invariants_of(setup)
+    if has_claims(job):
+        found = with_monitors(job)
+        made, asked = found.program.compile, [*asked, *invariants_in(found)]
+    return TrialBench(with_needs(job), made, asked, setup.scans, _tags_of)
 
 
 NEEDS_FIRMWARE = "NEEDS_FIRMWARE"

@@ -15,6 +15,7 @@ from typing_extensions import override
 from ...io_images.amci3601 import RULES, StatusMsw
 from ...ladder.python.sequences import Sequence as LogicSequence
 from ...runtime.config.rackspec import RackSpec
+from ...runtime.live.hands import GivenOrder, Hands
 from ...runtime.loop.cpu import Cpu, ScanFlag
 from ...runtime.loop.events import JsonValue
 from ...runtime.loop.faults import Cause, CpuFault, Fault
@@ -24,6 +25,7 @@ from ...runtime.loop.rack import Rack
 from ...runtime.loop.scan import ScanLogic
 from ..load.building import build_cpu, build_rack
 from ..record.logic_wrapper import LogicWrapper
+from ..record.order_repeater import OrderRepeater
 from ..record.sequence_watch import sequences_in, standing
 from .laws.busy import axes_in
 from .laws.invariants import Invariant, Watch
@@ -285,6 +287,20 @@ class TrialBench:
         return replace(verdict, spent={**spent, BUILDING: wall_ns() - start_ns - sum(spent.values())})
 
 
+@dataclass(frozen=True, slots=True)
+class _Desk:
+    """The tags of a program, which a scenario's orders set."""
+
+    tags: Any
+
+    def force(self, tag: str, value: object) -> None:
+        """Refuse to hold a tag."""
+        raise ValueError(f"{tag} is a tag: a scenario writes tags, and forces images")
+
+    def unforce(self, tag: str | None = None) -> None:
+        """Release nothing: no tag is forced."""
+
+
 class _Run:
     """One run: a new rack, a new logic, fresh watches.
 
@@ -298,7 +314,7 @@ class _Run:
         self._scans = bench.scans
         self._without = without
         self._printed = _LineCounter()
-        self._spec = scenario.laid_over(bench.spec)
+        self._spec, self._orders = scenario.laid_over(bench.spec), scenario.orders
         self._rack = build_rack(self._spec)
         with self._kept_quiet(aloud=False):
             logic = bench.fresh_logic()
@@ -315,10 +331,12 @@ class _Run:
 
         Raises:
             InvariantError: an invariant raised.
+            ValueError: an order of the scenario can't be carried out.
         """
         watcher = self._watcher
         listening = [*listeners(self._spec, self._rack), watcher]
         watcher.cpu = cpu = build_cpu(self._spec, self._timed, self._rack, listeners=listening)
+        repeated = self._operator(cpu)
         start_ns = wall_ns()
         try:
             with self._kept_quiet(aloud=aloud):
@@ -329,9 +347,21 @@ class _Run:
                 raise error.__cause__ from None  # an invariant that raised, not the program
             broken = watcher.faulted(error.fault)
             watcher.broken = None if {NO_FAULT, broken.key} & self._without else broken
+        if repeated is not None and repeated.refused:
+            raise ValueError(f"scenario: {repeated.refused[0]}")
         spent = {PROGRAM: self._timed.spent_ns, ASKING: watcher.spent_ns}
         spent[RUNNING] = wall_ns() - start_ns - sum(spent.values())
         return Verdict(cpu.scan, watcher.rules, watcher.broken, spent, watcher.applied, self._printed.lines)
+
+    def _operator(self, cpu: Cpu) -> OrderRepeater | None:
+        """Return the giver of the scenario's orders; None without any."""
+        if not self._orders:
+            return None
+        given = [GivenOrder(each.at_ns // self._spec.scan_ns, each.order) for each in self._orders]
+        repeated = OrderRepeater(cpu, Hands(cpu, self._rack, _Desk(self._watcher.moment.tags)), given)
+        cpu.add_listener(repeated)
+        repeated.begin()
+        return repeated
 
     def _place(self) -> str:
         """Return the line that last changed an output word.

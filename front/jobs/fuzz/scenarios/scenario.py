@@ -16,6 +16,7 @@ from pydantic import (
     ConfigDict,
     Field,
     PlainSerializer,
+    PlainValidator,
     StrictBool,
     StrictInt,
     StrictStr,
@@ -25,6 +26,7 @@ from pydantic import (
 
 from ....io_images.amci3601.firmware import Firmware
 from ....runtime.config.rackspec import IncidentSpec, RackSpec, SlotSpec
+from ....runtime.live.orders import Force, Order, Unforce, Write, order_of, said_of
 from ....runtime.loop.incidents import FaultKind, Incident
 from ....runtime.machine import MachineSpec, Slip, TimelineEntry
 from ....runtime.machine.spec import InputName
@@ -103,6 +105,39 @@ class LostSteps(Part):
 
 
 @dataclass(frozen=True, slots=True)
+class Given:
+    """An operator's order before a scan: a tag is written, a tag or an image is forced or released."""
+
+    at_ns: int
+    order: Order
+
+
+OPERATOR = {"write": Write, "force": Force, "unforce": Unforce}
+"""The orders in a scenario, by name."""
+
+
+def _orders(given: object) -> object:
+    """Return orders from JSON objects: `{"at_ns": 0, "do": "write", "tag": "Start", "value": true}`."""
+    rows = list(given) if isinstance(given, list | tuple) else [given]
+    return tuple(each if isinstance(each, Given) else _order(each) for each in rows)
+
+
+def _order(given: object) -> Given:
+    if not isinstance(given, Mapping) or type(given.get("at_ns")) is not int or given["at_ns"] < 0:
+        raise ValueError("an order is an object with at_ns, a whole number from 0, and do")
+    return Given(
+        given["at_ns"], order_of({key: each for key, each in given.items() if key != "at_ns"}, OPERATOR)
+    )
+
+
+def _order_rows(orders: tuple[Given, ...]) -> list[dict[str, Any]]:
+    return [{"at_ns": each.at_ns, **said_of(each.order)} for each in orders]
+
+
+Orders = Annotated[tuple[Given, ...], PlainValidator(_orders), PlainSerializer(_order_rows)]
+
+
+@dataclass(frozen=True, slots=True)
 class Scenario:
     """The surroundings of a program in one run."""
 
@@ -115,6 +150,7 @@ class Scenario:
     lost: tuple[LostSteps, ...] = ()  # lost steps
     pushes: tuple[Push, ...] = ()  # people's actions on the contacts of cards
     signals: tuple[Signal, ...] = ()
+    orders: Orders = ()  # an operator's, of a proof's scenario
 
     def laid_over(self, spec: RackSpec) -> RackSpec:
         """Return a rack with this scenario added."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from ....runtime.live.orders import Force, Order, Unforce, Write
 from ....runtime.loop.incidents import FaultKind, Incident
 from ....runtime.machine.spec import input_name
 from .scenario import Press, Push, Scenario, Signal
@@ -37,6 +38,7 @@ def told(scenario: Scenario) -> list[str]:
     timed += [(each.at_ns, _input(each, "operated")) for each in scenario.pushes]
     timed += [(each.at_ns, _input(each, f"{each.value:g}")) for each in scenario.signals]
     timed += [(each.at_ns, _incident(each)) for each in scenario.incidents]
+    timed += [(each.at_ns, _given(each.order)) for each in scenario.orders]
     lines = list(_from_the_start(scenario))
     lines += [f"{at_ns / 1e9:g} s: {text}" for at_ns, text in sorted(timed, key=lambda entry: entry[0])]
     return lines or ["nothing: the rack as its file has it"]
@@ -67,6 +69,13 @@ def _incident(incident: Incident) -> str:
     replies = "replies" if incident.for_ns else "a reply"
     text = HAPPENS[incident.what].format(slot=incident.slot, words=words, replies=replies)
     return text + _for(incident.for_ns)
+
+
+def _given(order: Order) -> str:
+    if isinstance(order, Unforce):
+        return f"the force of {order.tag} is released"
+    assert isinstance(order, Write | Force)
+    return f"{order.tag} is {'forced to' if isinstance(order, Force) else 'set to'} {order.value}"
 
 
 def _for(time_ns: int) -> str:
