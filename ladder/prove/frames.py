@@ -1,0 +1,68 @@
+"""Scans one after the other in a solver: each gives every variable a term of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from .meaning import BOOL, INT
+from .solver import Solver
+from .system import System
+from .terms import TRUE, T, const
+from .translation import declare, fit, translate, width
+
+
+class Frame:
+    """One scan.
+
+    Args:
+        system: what is scanned.
+        solver: where its terms are made.
+        before: the scan before; None for the first of a run, or for any.
+        first: whether it is the first after power-up: states have their initial values.
+    """
+
+    def __init__(
+        self, system: System, solver: Solver, before: Frame | None = None, *, first: bool = False
+    ) -> None:
+        self.system, self.solver, self.before, self.first = system, solver, before, first
+        self.number: int = 0 if before is None else before.number + 1
+        self.chosen: dict[str, tuple[T, Any]] = {}  # variables whose values the solver chooses
+        self._memo: dict[int, Any] = {}
+        if system.contract is not TRUE:
+            solver.state(self.term(system.contract))
+
+    def term(self, t: T) -> Any:
+        """Return the solver's term of a term in this scan."""
+        return translate(self.solver, t, self._lookup, self._memo)
+
+    def _lookup(self, v: T) -> Any:
+        system, name = self.system, v.val
+        if name in system.held or (self.first and (name in system.next or name in system.late)):
+            return self._constant(v, system.initial[name])
+        if self.before is not None and name in system.next:
+            after = system.next[name]
+            made = self.before.term(after)
+            return fit(self.solver, made, width(after), width(v)) if v.kind == INT else made
+        known = self.chosen.get(name)
+        if known is None:
+            known = self.chosen[name] = v, declare(self.solver, v, f"{name}@{self.number}")
+        return known[1]
+
+    def _constant(self, v: T, value: Any) -> Any:
+        if v.kind == INT:
+            return self.solver.value(width(v), int(value))
+        return self.solver.value(v.kind, bool(value) if v.kind == BOOL else const(value, v.kind).val)
+
+    def __iter__(self) -> Iterator[Frame]:
+        """Yield the scans up to this one, the earliest first."""
+        frames: list[Frame] = []
+        frame: Frame | None = self
+        while frame is not None:
+            frames.append(frame)
+            frame = frame.before
+        return reversed(frames)
+
+    def values(self) -> dict[str, Any]:
+        """Return the values that the solver chose, by name, after sat."""
+        return {name: self.solver.found(made, v) for name, (v, made) in self.chosen.items()}

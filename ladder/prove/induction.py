@@ -1,0 +1,304 @@
+"""Verdicts: a property proved for every run, a run that breaks it, or neither within the limits.
+
+Two questions alternate. Base: is it broken in scan k + 1 after power-up? Step: does it follow from k scans in
+which it held, whatever the state before them? From k = 1 on invariants help the step.
+
+A run that the solver finds is done by the compiled program, and its memory decides. If an instruction that is
+not modelled computed something else than the solver chose, the solver gets that value and tries again. If the
+program faults, its runs end there: later runs do without that fault.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+from typing import Any
+
+from ..model.errors import LadderFault
+from .frames import Frame
+from .invariants import Invariant, invariants
+from .meaning import BOOL, INT
+from .replaying import Replayed, ScanOf, breaks, first_broken, replay, scenario
+from .solver import SAT, STEPS, UNKNOWN, UNSAT, Solver
+from .stretching import STRETCHED_MS, in_short_scans, stretched
+from .system import CLOCK, Key, Problem, System
+from .terms import FALSE, TRUE, T, and_, not_
+from .translation import sort_of
+
+MOST_TRIES = 10
+"""Maximum runs of the program for one property."""
+
+STRETCHED_FROM = 8
+"""Scans after which a run with longer scans is sought."""
+
+
+class Kind(StrEnum):
+    """How a property stands."""
+
+    PROVED = "proved"
+    REFUTED = "refuted"
+    UNKNOWN = "unknown"
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """Limits of a proof, in steps: the same verdict on every machine.
+
+    Attributes:
+        scans: longest run that is sought.
+        k: most scans of an induction.
+        steps: of the solver, for one question.
+        total: of the solver, for one property.
+        helped: whether invariants are sought.
+        replays: whether a run that the solver finds is done by the compiled program.
+    """
+
+    scans: int = 20
+    k: int = 6
+    steps: int = STEPS
+    total: int = 10 * STEPS
+    helped: bool = True
+    replays: bool = True
+
+
+@dataclass(slots=True)
+class Verdict:
+    """An answer.
+
+    Attributes:
+        kind: proved, refuted, unknown.
+        k: scans of the induction, or the scan that breaks the property, from 1.
+        scans: the run that breaks it, confirmed on the compiled program.
+        invariants: what helped the proof.
+        assumed: held numbers, and faults that end runs.
+        blame: instructions or limits, if unknown.
+        states: how many state values decide the property.
+        values: how many variables decide it in all.
+    """
+
+    kind: Kind = Kind.UNKNOWN
+    k: int = 0
+    scans: tuple[ScanOf, ...] = ()
+    invariants: tuple[str, ...] = ()
+    assumed: tuple[str, ...] = ()
+    blame: tuple[str, ...] = ()
+    states: int = 0
+    values: int = 0
+
+    def __bool__(self) -> bool:
+        return self.kind is Kind.PROVED
+
+
+def prove(problem: System, bad: T | Key, limits: Limits = Limits()) -> Verdict:
+    """Decide whether a truth is false after every scan.
+
+    Args:
+        problem: a program, or a system without one: then nothing is replayed.
+        bad: a term of the values before a scan, or the place of a bit after it.
+        limits: of the search.
+    """
+    return _Proof(problem, bad, limits).verdict()
+
+
+class _Again(Exception):  # noqa: N818 - control flow, not an error
+    """The contract has changed: the search starts again."""
+
+
+@dataclass(slots=True)
+class _Proof:
+    system: System
+    asked: T | Key
+    limits: Limits
+    tries: int = MOST_TRIES
+    result: Verdict = field(default_factory=Verdict)
+    key: Key | None = None
+    bad: T = FALSE
+
+    def verdict(self) -> Verdict:
+        """Decide."""
+        system, result = self.system, self.result
+        if isinstance(self.asked, tuple):
+            assert isinstance(system, Problem)
+            self.key, self.bad = self.asked, system.after(self.asked)
+        else:
+            self.bad = self.asked
+        cone = system.cone([self.bad])
+        result.states, result.values = sum(name in system.next for name in cone), len(cone)
+        if isinstance(system, Problem):
+            result.assumed = (*system.assumed(cone), *result.assumed)
+        self._decide(cone)
+        if result.kind is Kind.UNKNOWN:
+            result.blame = tuple(dict.fromkeys((*result.blame, *system.blame(cone))))
+        return result
+
+    def _decide(self, cone: dict[str, T]) -> None:
+        if self.bad is FALSE:
+            self._proved(0)
+            return
+        kept = self.system.contract
+        try:
+            while self.tries > 0:
+                try:
+                    self._search(cone)
+                    return
+                except _Again:
+                    continue
+        finally:
+            self.system.contract = kept
+
+    # --- the two questions
+
+    def _search(self, cone: dict[str, T]) -> None:
+        system, limits = self.system, self.limits
+        base, step = Solver(limits.steps), Solver(limits.steps)
+        run: Frame | None = None
+        chain: Frame | None = None
+        found: Sequence[Invariant] = ()
+        can_step = True
+        for k in range(limits.scans):
+            run = Frame(system, base, run, first=run is None)
+            broken = run.term(self.bad)
+            answer = base.check(broken)
+            if answer == SAT:
+                self._refute(base, run, broken)
+                return
+            if answer == UNKNOWN or base.spent + step.spent > limits.total:
+                self._unknown(f"the limit of steps, in scan {k + 1}")
+                return
+            if system.contract is not TRUE and base.check() != SAT:
+                self._unknown(f"no run of {k + 1} scans keeps what is assumed")
+                return
+            base.state(base.apply("not", [broken]))
+            if can_step and k <= limits.k:
+                if k == 1 and limits.helped:
+                    found = invariants(system, cone, limits.steps)
+                    step, chain = Solver(limits.steps), None
+                    for _ in range(k):
+                        chain = self._link(step, chain, found)
+                        step.state(step.apply("not", [chain.term(self.bad)]))
+                chain = self._link(step, chain, found)
+                broken = chain.term(self.bad)
+                answer = step.check(broken)
+                if answer == UNSAT:
+                    self._proved(k, found)
+                    return
+                can_step = answer == SAT
+                step.state(step.apply("not", [broken]))
+            if k == STRETCHED_FROM and self._refute_stretched(cone):
+                return
+        self._unknown(f"the limit of {limits.scans} scans")
+
+    def _link(self, step: Solver, before: Frame | None, found: Sequence[Invariant]) -> Frame:
+        frame = Frame(self.system, step, before)
+        for each in found:
+            step.state(frame.term(each.term))
+        return frame
+
+    # --- answers
+
+    def _proved(self, k: int, found: Sequence[Invariant] = ()) -> None:
+        if not self._follows():
+            return
+        self.result.kind, self.result.k = Kind.PROVED, k
+        self.result.invariants = tuple(each.text for each in found)
+
+    def _follows(self) -> bool:
+        """Whether the relation follows the program in every run."""
+        system = self.system
+        if system.deep is FALSE or self.bad is system.deep:
+            return True
+        if system.follows is None:
+            system.follows = bool(prove(system, system.deep, replace(self.limits, replays=False)))
+        if not system.follows:
+            self._unknown(*system.limits_met())
+        return system.follows
+
+    def _unknown(self, *blame: str) -> None:
+        self.result.blame = (*self.result.blame, *blame)
+
+    def _refute(self, base: Solver, run: Frame, broken: Any) -> None:
+        """Run what the solver found; learn from a run that does not break the property."""
+        frames = list(run)
+        pins: list[Any] = []
+        while True:
+            scans = [frame.values() for frame in frames]
+            if not isinstance(self.system, Problem) or not self.limits.replays:
+                self._refuted(scans)
+                return
+            self.tries -= 1
+            replayed = replay(self.system, scans, breaks(self.system, self.bad, self.key))
+            if replayed.confirmed:
+                self._refuted(scans)
+                return
+            pins = self._learnt(base, frames, replayed)
+            if not pins or self.tries <= 0 or base.check(broken, *pins) != SAT:
+                return
+
+    def _learnt(self, base: Solver, frames: list[Frame], replayed: Replayed) -> list[Any]:
+        """Return what a run says of values that the solver chose; none if it can't help."""
+        if replayed.fault is not None:
+            self._learn_fault(replayed.fault)
+        if replayed.differs and not replayed.computed:
+            path, index = replayed.differs[0]
+            self._unknown(f"the relation and the program differ at {path}[{index}]: a defect of scanrack")
+        pins = []
+        for (number, name), value in replayed.computed.items():
+            known = frames[number].chosen.get(name)
+            if known is not None:
+                v, made = known
+                literal = base.value(sort_of(v), value if v.kind != INT else int(value))
+                pins.append(base.apply("=" if v.kind in (BOOL, INT) else "fp.eq", [made, literal]))
+        return pins
+
+    def _learn_fault(self, fault: LadderFault) -> None:
+        """Let no later run have the fault: runs end with it."""
+        system = self.system
+        assert isinstance(system, Problem)
+        sites = system.lowered.sites
+        for number, condition in system.machine.faults:
+            if sites[number] == fault.site and condition is not FALSE:
+                learnt = and_(system.contract, not_(condition))
+                if learnt is not system.contract and self.tries > 0:
+                    system.contract = learnt
+                    self.result.assumed += (f"no run goes on after a fault: {fault.site.where}",)
+                    raise _Again
+        self._unknown(f"a fault ends the run: {fault}")
+
+    def _refuted(self, scans: list[dict[str, Any]]) -> None:
+        self.result.kind, self.result.k = Kind.REFUTED, len(scans)
+        self.result.scans = scenario(self.system, scans)
+
+    # --- longer scans than the rack's
+
+    def _refute_stretched(self, cone: dict[str, T]) -> bool:
+        """Seek a run with longer scans, and do it with the rack's own scans, inputs held."""
+        system, key = self.system, self.key
+        if not isinstance(system, Problem) or key is None or system.bounds.high_ms >= STRETCHED_MS:
+            return False
+        if not any(name.endswith(CLOCK + "[0]") for name in cone):
+            return False
+        longer = stretched(system)
+        solver, run = Solver(self.limits.steps), None
+        for _ in range(self.limits.scans):
+            run = Frame(longer, solver, run, first=run is None)
+            broken = run.term(longer.after(key))
+            answer = solver.check(broken)
+            if answer == SAT:
+                return self._done_in_short_scans(longer, [frame.values() for frame in run])
+            if answer == UNKNOWN:
+                return False
+            solver.state(solver.apply("not", [broken]))
+        return False
+
+    def _done_in_short_scans(self, longer: Problem, scans: list[dict[str, Any]]) -> bool:
+        system, key = self.system, self.key
+        assert isinstance(system, Problem)
+        assert key is not None
+        for inputs_first in (False, True):
+            short = in_short_scans(system.bounds, longer, scans, inputs_first=inputs_first)
+            number = first_broken(system, short, key)
+            if number is not None:
+                self._refuted(short[: number + 1])
+                return True
+        return False

@@ -1,0 +1,173 @@
+"""Runs a solver's scenario on the compiled program, whose memory decides."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from typing import Any
+
+from ..model.errors import LadderFault
+from ..run.engine import Engine
+from .evaluation import Evaluator
+from .system import CLOCK, DT, Key, Problem, System
+from .terms import T, reach
+
+Values = Mapping[str, Any]
+"""Values of variables in a scan, by name."""
+
+Broken = Callable[[Engine, "dict[str, Any]"], bool]
+"""Whether a state after a scan is bad: the engine after it, the values of variables before it."""
+
+
+@dataclass(frozen=True, slots=True)
+class ScanOf:
+    """A scan of a scenario: ms since the scan before, inputs that change before it."""
+
+    ms: int
+    inputs: dict[Key, Any]
+
+
+@dataclass(slots=True)
+class Replayed:
+    """What became of a scenario.
+
+    Attributes:
+        confirmed: whether the program breaks the property, as the solver says.
+        fault: the major fault that ended it.
+        computed: what instructions that are not modelled computed, by scan and variable.
+        differs: a place where relation and program differ: a defect, unless it is in the shade of a havoc.
+    """
+
+    confirmed: bool = False
+    fault: LadderFault | None = None
+    computed: dict[tuple[int, str], Any] = field(default_factory=dict)
+    differs: tuple[Key, ...] = ()
+
+
+class Run:
+    """One run of the compiled program with given inputs."""
+
+    def __init__(self, problem: Problem) -> None:
+        self.problem, self.engine, self._started = problem, problem.program.compile(), False
+
+    def scan(self, values: Values) -> dict[str, Any]:
+        """Do a scan with a solver's values; return those of all variables before it."""
+        problem, memory = self.problem, self.engine.memory
+        for name, value in values.items():
+            key = problem.key_of.get(name)
+            if key is not None and problem.role(name) == "free":
+                memory.write(problem.machine.kinds[key], key[1], value)
+        ms = values.get(DT, problem.least_ms)
+        before = self._before() if self._started else dict(problem.initial)
+        before.update(values)
+        before[DT] = ms
+        self.engine.step(ms)
+        self._started = True
+        return before
+
+    def _before(self) -> dict[str, Any]:
+        problem, engine = self.problem, self.engine
+        found: dict[str, Any] = {}
+        for key, v in problem.machine.vars.items():
+            value = engine.memory.read(problem.machine.kinds[key], key[1])
+            if key[0].endswith(CLOCK):
+                value = min(v.hi, max(0, engine.now_ns - int(value)) // 1_000_000)
+            found[v.val] = value
+        return found
+
+    def after(self, key: Key) -> Any:
+        """Return the value of a place now."""
+        return self.engine.memory.read(self.problem.machine.kinds[key], key[1])
+
+
+def replay(problem: Problem, scans: Sequence[Values], broken: Broken) -> Replayed:
+    """Run a scenario; its last scan is to break the property."""
+    run, result = Run(problem), Replayed()
+    before: dict[str, Any] = {}
+    remembered = [name for name in problem.next if name.startswith("~was:")]
+    for number, values in enumerate(scans):
+        was = {name: before.get(name[5:], problem.initial[name]) for name in remembered}
+        try:
+            before = run.scan(values) | was
+        except LadderFault as fault:
+            result.fault = fault
+            return result
+        if problem.havocs:
+            _learn(problem, run, number, before, result)
+        if not all(run.after(key) for key in problem.assume):
+            return result
+    result.confirmed = broken(run.engine, before)
+    if not result.confirmed:
+        result.differs = _differences(problem, run, before)
+    return result
+
+
+def _learn(problem: Problem, run: Run, number: int, before: dict[str, Any], result: Replayed) -> None:
+    """Find what instructions that are not modelled computed in a scan, where its end still shows it."""
+    for _ in range(3):  # a value may decide where another one is seen
+        found = _seen_havocs(problem, run, before)
+        if all(before.get(name) == value for name, value in found.items()):
+            break
+        before.update(found)
+    for name, value in found.items():
+        result.computed[number, name] = value
+
+
+def _seen_havocs(problem: Problem, run: Run, before: Values) -> dict[str, Any]:
+    keys = [key for key in problem.machine.written if problem.machine.state[key].op in ("ite", "var")]
+    keys.sort()
+    roots = [problem.machine.state[key] for key in keys]
+    conditions = [t.args[0] for t in reach(roots) if t.op == "ite"]
+    values = dict(zip([t.id for t in conditions], Evaluator(conditions)(before), strict=True))
+    found: dict[str, Any] = {}
+    for key, root in zip(keys, roots, strict=True):
+        t = root
+        while t.op == "ite":
+            t = t.args[1] if values[t.args[0].id] else t.args[2]
+        if t.op == "var" and t.val in problem.havocs:
+            found[t.val] = run.after(key)
+    return found
+
+
+def _differences(problem: Problem, run: Run, before: Values) -> tuple[Key, ...]:
+    """Return places where the program left something else than the relation says."""
+    machine = problem.machine
+    keys = sorted(key for key in machine.written if not key[0].endswith(CLOCK))[:2000]
+    got = Evaluator([machine.state[key] for key in keys])(before)
+    return tuple(key for key, value in zip(keys, got, strict=True) if value != run.after(key))[:3]
+
+
+def breaks(problem: Problem, bad: T, key: Key | None = None) -> Broken:
+    """Return the judge of a property: a bit after the scan, or a term of the values before it."""
+    if key is not None:
+        leaf = problem.leaf(key)
+        return lambda engine, _before: bool(engine.memory.read(leaf, key[1]))
+    evaluator = Evaluator([bad])
+    return lambda _engine, before: bool(evaluator(before)[0])
+
+
+def first_broken(problem: Problem, scans: Sequence[Values], key: Key) -> int | None:
+    """Return the first scan, from 0, after which a bit is true; None if a run has none or faults before."""
+    run = Run(problem)
+    with suppress(LadderFault):
+        for number, values in enumerate(scans):
+            run.scan(values)
+            if not all(run.after(each) for each in problem.assume):
+                return None
+            if run.after(key):
+                return number
+    return None
+
+
+def scenario(system: System, scans: Sequence[Values]) -> tuple[ScanOf, ...]:
+    """Return the times and the inputs that change, of values that a solver chose."""
+    found, now = [], dict(system.initial)
+    for number, values in enumerate(scans):
+        inputs: dict[Key, Any] = {}
+        for name, value in values.items():
+            key = system.key_of.get(name)
+            if key is not None and system.role(name) == "free" and now.get(name) != value:
+                inputs[key] = now[name] = value
+        found.append(ScanOf(values.get(DT, system.least_ms) if number else 0, inputs))
+    return tuple(found)

@@ -1,0 +1,347 @@
+"""A program as a transition system: which values are state, which are free in each scan, which are held.
+
+| value before a scan | role |
+|---|---|
+| the scan may write it, or it is the time since an instant | state |
+| of a module's input image or fault, of a consumed tag, of the status file of an SLC | free |
+| a bit that nothing writes | free |
+| a number that nothing writes | held at its initial value, unless `free` names it |
+| named by `written_outside` | free, from the second scan on |
+| what an instruction that is not modelled leaves | free |
+
+States have their values after prescan before the first scan.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
+from functools import partial
+from typing import Any, Protocol
+
+from ..instructions.slc.processor import before_scan
+from ..instructions.slc.status import STATUS
+from ..model.errors import LadderError, LadderFault
+from ..model.tags import Layout, Leaf
+from ..run.engine import Engine
+from ..state.lowered import LoweredProgram
+from . import terms
+from .machine import ScanMachine
+from .meaning import BOOL
+from .terms import FALSE, TRUE, T, and_, var, variables
+
+Key = tuple[str, int]
+"""A place: path of the leaf in capitals, flat index."""
+
+CLOCK = "~LAST_NS"
+"""End of the path of a hidden member whose term is the ms since an instant."""
+
+DT = "~dt"
+"""Name of the variable with the ms since the scan before."""
+
+FIRST_SCAN = ("S:FS", 0)
+
+
+class Runnable(Protocol):
+    """A program that runs on an interpreter, and compiled."""
+
+    def build(self) -> LoweredProgram:
+        """Return the lowered program."""
+
+    def interpret(self) -> Engine:
+        """Return an engine on the interpreter."""
+
+    def compile(self) -> Engine:
+        """Return an engine on the compiled program."""
+
+
+@dataclass(frozen=True, slots=True)
+class ScanBounds:
+    """Least and most time between two scans, ms; `whole` if it is always whole ms.
+
+    Raises:
+        ValueError: not 0 < low <= high, or more than a day.
+    """
+
+    low_ms: int = 1
+    high_ms: int = 1000
+    whole: bool = True
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.low_ms <= self.high_ms <= 86_400_000 or self.high_ms == 0:
+            raise ValueError(
+                f"scan time from {self.low_ms} to {self.high_ms} ms; allowed are 1 ms to a day, least first"
+            )
+
+    @classmethod
+    def of(cls, low_ms: float, high_ms: float) -> ScanBounds:
+        """Return bounds of times that need not be whole.
+
+        >>> ScanBounds.of(2.5, 10)
+        ScanBounds(low_ms=2, high_ms=10, whole=False)
+        """
+        whole = float(low_ms).is_integer() and float(high_ms).is_integer()
+        return cls(math.floor(low_ms), math.floor(high_ms), whole)
+
+
+@dataclass(slots=True)
+class System:
+    """States, their next values, and what else decides them.
+
+    Attributes:
+        next: the term after a scan of each state, by the name of its variable.
+        initial: values of states and held values, and of free ones that the first scan finds unchanged.
+        held: names of variables that keep their initial value.
+        late: names of free variables that have their initial value in the first scan.
+        contract: what holds in each scan of a run in question.
+        deep: where the relation does not follow the program.
+        havocs: variables of what is not modelled, and what to blame.
+        key_of: the place of each variable that has one.
+        least_ms: least time between scans.
+        follows: whether `deep` never holds; None before it is known.
+    """
+
+    next: dict[str, T] = field(default_factory=dict)
+    initial: dict[str, Any] = field(default_factory=dict)
+    held: set[str] = field(default_factory=set)
+    late: set[str] = field(default_factory=set)
+    contract: T = TRUE
+    deep: T = FALSE
+    havocs: dict[str, str] = field(default_factory=dict)
+    key_of: dict[str, Key] = field(default_factory=dict)
+    least_ms: int = 1
+    follows: bool | None = None
+
+    def role(self, name: str) -> str:
+        """`state`, `held`, or `free`."""
+        return "state" if name in self.next else "held" if name in self.held else "free"
+
+    def cone(self, roots: Iterable[T]) -> dict[str, T]:
+        """Return the variables that decide terms in any number of scans, the nearest first."""
+        seen: dict[str, T] = {}
+        todo = [*roots, *([] if self.contract is TRUE else [self.contract])]
+        while todo:
+            fresh = [v for v in variables(todo) if v.val not in seen]
+            seen.update((v.val, v) for v in fresh)
+            todo = [self.next[v.val] for v in fresh if v.val in self.next]
+        return seen
+
+    def blame(self, cone: Iterable[str]) -> tuple[str, ...]:
+        """Return the instructions that are not modelled and decide a cone."""
+        return tuple(dict.fromkeys(self.havocs[name] for name in cone if name in self.havocs))
+
+    def limits_met(self) -> tuple[str, ...]:
+        """Return where the relation does not follow the program."""
+        return ("a loop or call beyond the limits",)
+
+
+Contract = Callable[["Problem"], T]
+"""Makes a truth of each scan; `Problem.now` and `Problem.previous` give it values."""
+
+
+class Problem(System):
+    """A program of which something is to be proved.
+
+    Args:
+        program: with or without monitors, see `monitors.monitored`.
+        bounds: of the time between scans.
+        free: tags whose numbers are free in each scan: `Recipe`, `Recipe.*`.
+        written_outside: tags that both the program and somebody outside write.
+        assume: bits that are true after each scan of a run in question.
+        contracts: truths of inputs that hold in each scan.
+        beside: another problem, whose terms stay shared: to compare two programs.
+
+    Raises:
+        LadderError: what is not proved about, by name; a name in `free` or `written_outside` that no tag has.
+    """
+
+    def __init__(
+        self,
+        program: Runnable,
+        bounds: ScanBounds = ScanBounds(),
+        *,
+        free: Sequence[str] = (),
+        written_outside: Sequence[str] = (),
+        assume: Sequence[Key] = (),
+        contracts: Sequence[Contract] = (),
+        beside: Problem | None = None,
+    ) -> None:
+        super().__init__()
+        if beside is None:
+            terms.forget()
+        self.program, self.bounds, self.assume = program, bounds, tuple(assume)
+        self.engine = program.interpret()
+        self.lowered = self.engine.lowered
+        refuse(self.lowered)
+        self._free = _named(self.lowered.layout, "free", free)
+        self._outside = _named(self.lowered.layout, "written_outside", written_outside)
+        self._beside = _written_beside(self.lowered)
+        self.settings: dict[str, Any] = {
+            "free": free,
+            "written_outside": written_outside,
+            "assume": assume,
+            "contracts": contracts,
+        }
+        self.machine = ScanMachine(self.lowered, (bounds.low_ms, bounds.high_ms))
+        self.machine.scan_terms()
+        self.rungs = list(self.machine.rungs)
+        self._run_monitors()
+        self.least_ms = bounds.low_ms
+        self._begin()
+        self._settle()
+        for each in assume:
+            self.contract = and_(self.contract, self.after(each))
+        for make in contracts:
+            self.contract = and_(self.contract, make(self))
+        self._settle()
+
+    def _run_monitors(self) -> None:
+        names = getattr(self.lowered, "monitors", ())
+        if names:
+            from .monitors import enable_monitors
+
+            enable_monitors(self.machine)
+            for name in names:
+                self.machine.call_routine(name, ())
+
+    def _begin(self) -> None:
+        try:
+            self.engine.interpreter.prescan()
+        except LadderFault:
+            return
+        if self.engine.scheduler is not None:
+            self.engine.scheduler.begin(0)
+
+    def _settle(self) -> None:
+        """Find the role of each variable that has none yet."""
+        machine = self.machine
+        self.deep = machine.deep
+        for name, site in machine.havocs.items():
+            self.havocs.setdefault(name, f"{site.routine} {site.place}: {site.instruction}, not modelled")
+        for key, v in list(machine.vars.items()):
+            if v.val not in self.key_of:
+                self.key_of[v.val] = key
+                self._give_role(key, v)
+            elif v.val in self.next:
+                self.next[v.val] = self._next(key)
+
+    def _next(self, key: Key) -> T:
+        if key == FIRST_SCAN and self.lowered.schedule is None:
+            return FALSE
+        return self.machine.state[key]
+
+    def _give_role(self, key: Key, v: T) -> None:
+        path, leaf = key[0], self.machine.kinds[key]
+        is_state = key in self.machine.written or path.endswith(CLOCK)
+        if key == FIRST_SCAN and self.lowered.schedule is None:
+            self.next[v.val], self.initial[v.val] = FALSE, True
+            return
+        value = 0 if path.endswith(CLOCK) else self.engine.memory.read(leaf, key[1])
+        self.initial[v.val] = value
+        if path in self._outside:
+            self.late.add(v.val)
+        elif is_state and not self._is_written_beside(path):
+            self.next[v.val] = self._next(key)
+        elif not self._changes_outside(path, leaf, v):
+            self.held.add(v.val)
+
+    def _changes_outside(self, path: str, leaf: Leaf, v: T) -> bool:
+        """Whether a value that nothing writes is free in each scan."""
+        if leaf.slot is not None:
+            return not leaf.output
+        if path in self._free or self._is_written_beside(path):
+            return True
+        if self.lowered.connections and not path.startswith(("~", "S:")):
+            return True  # a consumed tag may be any of them
+        return (v.kind == BOOL and not path.startswith(("~", "S:"))) or path == FIRST_SCAN[0]
+
+    def _is_written_beside(self, path: str) -> bool:
+        return any(path == each or path.startswith(each + ".") for each in self._beside)
+
+    # --- values for contracts and questions
+
+    def leaf(self, key: Key) -> Leaf:
+        """Return the leaf of a place."""
+        return self.lowered.layout.leaf(key[0])
+
+    def after(self, key: Key) -> T:
+        """Return the term of a place after a scan."""
+        known = self.machine.state.get(key)
+        if known is None:
+            known = self.machine.peek(self.leaf(key), key[1])
+            self._settle()
+        return known
+
+    def now(self, key: Key) -> T:
+        """Return the value of a place before a scan: of an input, that of this scan."""
+        self.after(key)
+        return self.machine.vars[key]
+
+    def previous(self, key: Key) -> T:
+        """Return the value that `now` had in the scan before; in the first scan the initial one."""
+        here = self.now(key)
+        before = var(f"~was:{here.val}", here.kind, here.lo, here.hi)
+        self.next[before.val], self.initial[before.val] = here, self.initial[here.val]
+        return before
+
+    # --- what a verdict depends on
+
+    def limits_met(self) -> tuple[str, ...]:
+        """Return where the relation does not follow the program."""
+        return tuple(
+            f"{site.routine} {site.place}: {name}, {why}" for site, name, why in self.machine.cut[:3]
+        )
+
+    def assumed(self, cone: Iterable[str]) -> tuple[str, ...]:
+        """Return the numbers of a cone that are held."""
+        held = [name for name in cone if name in self.held and not name.startswith("~")]
+        return tuple(f"{shown(name)} = {self.initial[name]}" for name in sorted(held))
+
+
+def refuse(lowered: LoweredProgram) -> None:
+    """Raise a LadderError for what no proof covers: it would be proved around."""
+    schedule = lowered.schedule
+    found = [f"routine {name} in Python" for name in sorted(lowered.functions)]
+    if schedule is not None:
+        found += [f"task {each.task.name}, which preempts" for each in schedule.tasks if each.task.preempt]
+        found += [f"fault routine {each.fault}" for each in schedule.programs if each.fault is not None]
+    if lowered.axes or lowered.ideal is not None:
+        found.append("motion axes")
+    if found:
+        raise LadderError(
+            f"{lowered.name} has {', '.join(found)}: nothing is proved about such a program, "
+            "as a proof does not cover it"
+        )
+
+
+def _written_beside(lowered: LoweredProgram) -> tuple[str, ...]:
+    """Return starts of paths that others than rungs write: status file of an SLC, messages under way."""
+    found = [STATUS] if before_scan in lowered.opening else []
+    if any(isinstance(each, partial) for each in lowered.closing):
+        ends = (".~WAITING", ".~STARTED_NS")
+        found += [path[: path.rfind(".")] for path in lowered.layout.leaves if path.endswith(ends)]
+    return tuple(found)
+
+
+def _named(layout: Layout, what: str, patterns: Sequence[str]) -> frozenset[str]:
+    """Return the paths, in capitals, that patterns name; a structure names all its members."""
+    found: set[str] = set()
+    paths = [*layout.leaves] if patterns else []
+    for each in patterns:
+        wanted = each.upper().replace("[", "[[]")
+        hits = [
+            path
+            for path in paths
+            if path == each.upper() or path.startswith(each.upper() + ".") or fnmatchcase(path, wanted)
+        ]
+        if not hits:
+            raise LadderError(f"{what}: no tag is called {each!r}")
+        found.update(hits)
+    return frozenset(found)
+
+
+def shown(name: str) -> str:
+    """Return a variable's name as a person writes it: without the subscript of what has none."""
+    return name.removesuffix("[0]")
