@@ -16,15 +16,15 @@ from enum import StrEnum
 from typing import Any
 
 from ..model.errors import LadderFault
-from .frames import Frame
-from .invariants import Invariant, invariants
 from .meaning import BOOL, INT
 from .replaying import Replayed, ScanOf, breaks, first_broken, replay, scenario
-from .solver import SAT, STEPS, UNKNOWN, UNSAT, Solver
+from .solving.frames import Frame
+from .solving.invariants import Invariant, invariants
+from .solving.solver import SAT, STEPS, UNKNOWN, UNSAT, Solver
+from .solving.translation import sort_of
 from .stretching import STRETCHED_MS, in_short_scans, stretched
 from .system import CLOCK, Key, Problem, System
 from .terms import FALSE, TRUE, T, and_, not_
-from .translation import sort_of
 
 MOST_TRIES = 10
 """Maximum runs of the program for one property."""

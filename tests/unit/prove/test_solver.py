@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 from random_terms import bench
 from scanrack.ladder.prove import terms as t
 from scanrack.ladder.prove.evaluation import evaluate
-from scanrack.ladder.prove.smtlib import Script
-from scanrack.ladder.prove.solver import Solver
+from scanrack.ladder.prove.solving.smtlib import Script
+from scanrack.ladder.prove.solving.solver import Solver
+from scanrack.ladder.prove.solving.translation import declare, translate
 from scanrack.ladder.prove.terms import T
-from scanrack.ladder.prove.translation import declare, translate
 
 pytestmark = pytest.mark.extra("prove")
 

@@ -11,9 +11,9 @@ from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
-from .meaning import BOOL, F32, INT
+from ..meaning import BOOL, F32, INT
+from ..terms import T
 from .smtlib import pattern_of
-from .terms import T
 from .translation import FIELDS, Sort, signed, width
 
 STEPS = 20_000

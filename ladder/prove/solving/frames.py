@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from .meaning import BOOL, INT
+from ..meaning import BOOL, INT
+from ..system import System
+from ..terms import TRUE, T, const
 from .solver import Solver
-from .system import System
-from .terms import TRUE, T, const
 from .translation import declare, fit, translate, width
 
 

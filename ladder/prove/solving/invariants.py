@@ -18,12 +18,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from random import Random
 from typing import Any, NamedTuple
 
-from .evaluation import Evaluator
+from ..evaluation import Evaluator
+from ..meaning import BOOL, INT
+from ..system import CLOCK, System, shown
+from ..terms import TRUE, T, and_, const, lt, not_, or_
 from .frames import Frame
-from .meaning import BOOL, INT
 from .solver import SAT, UNSAT, Solver
-from .system import CLOCK, System, shown
-from .terms import TRUE, T, and_, const, lt, not_, or_
 
 SCANS, RESTART = 300, 60
 """Random scans, and after how many of them a run starts again."""
