@@ -99,6 +99,7 @@ class System:
         deep: where the relation does not follow the program.
         havocs: variables of what is not modelled, and what to blame.
         key_of: the place of each variable that has one.
+        likely: values that random scans give a free variable often, by its name.
         least_ms: least time between scans.
         follows: whether `deep` never holds; None before it is known.
     """
@@ -111,6 +112,7 @@ class System:
     deep: T = FALSE
     havocs: dict[str, str] = field(default_factory=dict)
     key_of: dict[str, Key] = field(default_factory=dict)
+    likely: dict[str, Sequence[int]] = field(default_factory=dict)
     least_ms: int = 1
     follows: bool | None = None
 
@@ -279,12 +281,15 @@ class Problem(System):
         self.after(key)
         return self.machine.vars[key]
 
-    def previous(self, key: Key) -> T:
-        """Return the value that `now` had in the scan before; in the first scan the initial one."""
-        here = self.now(key)
-        before = var(f"~was:{here.val}", here.kind, here.lo, here.hi)
-        self.next[before.val], self.initial[before.val] = here, self.initial[here.val]
-        return before
+    def before(self, name: str, value: T, first: bool | int) -> T:
+        """Return the value that a term had in the scan before, `first` in the first scan.
+
+        Args:
+            name: tells it from others; the same name is the same term.
+        """
+        known = var(f"~was:{name}", value.kind, value.lo, value.hi)
+        self.next[known.val], self.initial[known.val] = value, first
+        return known
 
     # --- what a verdict depends on
 

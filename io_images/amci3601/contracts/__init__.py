@@ -16,9 +16,9 @@ from collections.abc import Mapping, Sequence
 
 from .contract import Contract, Reach
 from .fact import Fact, Reading, Side
-from .rows import ROWS
+from .rows import ROWS, TYPICAL
 
-__all__ = ["CONTRACTS", "Contract", "Fact", "Reach", "Reading", "Side", "broken", "contracts_of"]
+__all__ = ["CONTRACTS", "TYPICAL", "Contract", "Fact", "Reach", "Reading", "Side", "broken", "contracts_of"]
 
 CONTRACTS: tuple[Contract, ...] = ROWS
 """All contracts."""

@@ -54,8 +54,17 @@ def words(least: int, most: int, *numbers: int) -> Fact:
     return every(*(Within(Side.NOW, number, least, most) for number in numbers))
 
 
-# One rule of the manual is one row here; the formatter would spread each over ten lines.
 # fmt: off
+TYPICAL = (
+    0x6400, 0x4400, 0x4000,  # powered up, configured, position preset
+    0x4021, 0x4001, 0x4042, 0x4402,  # motions
+    0x4080, 0x4480, 0x4010, 0x4004, 0x4008, 0x4408, 0x4C08,  # results
+    0x5080, 0x5010, 0x5208, 0x5001, 0x4D00, 0x4900,  # errors
+    0xC000, 0xE000, 0xC43E, 0,  # configuration mode; removed
+)
+"""Input word 0 as a module often shows it: random scans that look for invariants choose from them."""
+
+# One rule of the manual is one row here; the formatter would spread each over ten lines.
 
 ROWS: tuple[Contract, ...] = (
     # -- one image

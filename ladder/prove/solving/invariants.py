@@ -21,12 +21,15 @@ from typing import Any, NamedTuple
 from ..evaluation import Evaluator
 from ..meaning import BOOL, INT
 from ..system import CLOCK, System, shown
-from ..terms import TRUE, T, and_, const, lt, not_, or_
+from ..terms import TRUE, T, and_, bits_of, const, lt, not_, or_
 from .frames import Frame
 from .solver import SAT, UNSAT, Solver
 
 SCANS, RESTART = 300, 60
 """Random scans, and after how many of them a run starts again."""
+
+MOST_TRIES = 8
+"""Choices of free values for a scan, if contracts forbid some."""
 
 MOST_STATES = 120
 """States up to which many suggestions are made."""
@@ -76,16 +79,43 @@ def simulate(system: System, cone: Mapping[str, T], roots: Sequence[T], seed: in
         first = number % RESTART == 0
         if first:
             values = {name: system.initial[name] for name in cone if name in system.initial}
-        for name, v in cone.items():
-            kept = system.role(name) != "free" or (first and name in system.late)
-            if not kept and (name not in values or rng.random() < 0.3):
-                values[name] = any_value(rng, v)
-        got = every(values)
-        if got[-1]:
-            values.update(zip(states, got, strict=False))
-            for each, value in zip(out, got[len(states) : -1], strict=True):
-                each.append(value)
+        for _ in range(1 if system.contract is TRUE else MOST_TRIES):
+            tried = values | _chosen(rng, system, cone, values, first=first)
+            got = every(tried)
+            if got[-1]:
+                values = tried | dict(zip(states, got, strict=False))
+                for each, value in zip(out, got[len(states) : -1], strict=True):
+                    each.append(value)
+                break
     return out
+
+
+def _chosen(
+    rng: Random, system: System, cone: Mapping[str, T], values: Mapping[str, Any], *, first: bool
+) -> dict[str, Any]:
+    """Return new values for some of the free variables; without a value before, for all."""
+    chosen = {}
+    for name, v in cone.items():
+        kept = system.role(name) != "free" or (first and name in system.late)
+        if not kept and (name not in values or rng.random() < 0.3):
+            if name in system.likely and rng.random() < 0.7:
+                chosen[name] = _signed(v, rng.choice(system.likely[name]))
+                continue
+            turned = name in values and v.kind == INT and rng.random() < 0.5
+            chosen[name] = _one_bit_turned(rng, v, values[name]) if turned else any_value(rng, v)
+    return chosen
+
+
+def _signed(v: T, word: int) -> int:
+    """Return an unsigned word as the variable has it."""
+    return word if word <= v.hi else word - 0x10000
+
+
+def _one_bit_turned(rng: Random, v: T, value: int) -> int:
+    """Return a value near another one as words are: one bit differs, or two."""
+    bits = bits_of(v.lo, v.hi) - 1
+    turned = value ^ 1 << rng.randrange(bits) ^ (1 << rng.randrange(bits) if rng.random() < 0.3 else 0)
+    return turned if v.lo <= turned <= v.hi else value
 
 
 def any_value(rng: Random, v: T) -> Any:

@@ -1,0 +1,90 @@
+"""Contracts of modules as terms: what the inputs of a slot never do, in each scan of a run in question.
+
+    scan        n-1            n
+    inputs      was            now
+    outputs        told ------->     what scan n-1 left: in force until the inputs of scan n
+
+In the first scan `was` is 0: Module OK is clear there, so a contract of two images says nothing of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import Protocol
+
+from ...io_images.amci3601.contracts import TYPICAL, Contract, Reading, Side
+from ..state.lowered import LoweredProgram
+from .terms import FALSE, TRUE, T, and_, bit, const, le, not_, or_
+
+Key = tuple[str, int]
+
+
+class Sight(Protocol):
+    """A program with terms of its values, such as a `Problem`."""
+
+    lowered: LoweredProgram
+    likely: dict[str, Sequence[int]]
+
+    def now(self, key: Key) -> T:
+        """Return the value of a place that a scan begins with."""
+
+    def before(self, name: str, value: T, first: bool | int) -> T:
+        """Return the value that a term had in the scan before."""
+
+
+def kept_by(slot: int, contracts: Iterable[Contract]) -> Callable[[Sight], T]:
+    """Return what makes the truth that a slot's images keep contracts.
+
+    Args:
+        slot: number of the slot.
+        contracts: those that its module keeps in this rack, see `contracts_of`.
+    """
+    rows = tuple(contracts)
+
+    def narrowed(program: Sight) -> T:
+        images, kept = _Terms(program, slot), TRUE
+        program.likely[images.word(Side.NOW, 0)[1].val] = TYPICAL
+        for each in rows:
+            kept = and_(kept, each.fact.read(images))
+        return kept
+
+    return narrowed
+
+
+class _Terms(Reading[T]):
+    """The images of a slot as terms."""
+
+    def __init__(self, program: Sight, slot: int) -> None:
+        layout = program.lowered.layout
+        self._program = program
+        self._paths = {output: layout.image(slot, output=output).path.upper() for output in (False, True)}
+
+    def any_of(self, side: Side, word: int, mask: int) -> T:
+        found = FALSE
+        for number in range(16):
+            if mask >> number & 1:
+                found = or_(found, self._bit(side, word, number))
+        return found
+
+    def within(self, side: Side, word: int, least: int, most: int) -> T:
+        path, value = self.word(side, word)
+        if side is Side.WAS:
+            value = self._program.before(f"{path}[{word}]", value, 0)
+        return and_(le(const(least), value), le(value, const(most)))
+
+    def both(self, first: T, second: T) -> T:
+        return and_(first, second)
+
+    def negated(self, truth: T) -> T:
+        return not_(truth)
+
+    def _bit(self, side: Side, word: int, number: int) -> T:
+        """Return a bit; one of the scan before is a truth of its own, so that invariants speak of it."""
+        path, value = self.word(side, word)
+        here = bit(value, number)
+        return self._program.before(f"{path}[{word}].{number}", here, False) if side is Side.WAS else here
+
+    def word(self, side: Side, word: int) -> tuple[str, T]:
+        """Return path and value of a word that is there before the scan."""
+        path = self._paths[side is Side.TOLD]
+        return path, self._program.now((path, word))
