@@ -28,8 +28,8 @@ from ..model.tags import Layout, Leaf
 from ..run.engine import Engine
 from ..state.lowered import LoweredProgram
 from . import terms
-from .machine import ScanMachine
 from .meaning import BOOL
+from .noting import NotingMachine
 from .terms import FALSE, TRUE, T, and_, var, variables
 
 Key = tuple[str, int]
@@ -186,9 +186,10 @@ class Problem(System):
             "assume": assume,
             "contracts": contracts,
         }
-        self.machine = ScanMachine(self.lowered, (bounds.low_ms, bounds.high_ms))
+        self.machine = NotingMachine(self.lowered, (bounds.low_ms, bounds.high_ms))
         self.machine.scan_terms()
         self.rungs = list(self.machine.rungs)
+        self.machine.noting = False  # monitors are no part of the program
         self._run_monitors()
         self.least_ms = bounds.low_ms
         self._begin()
