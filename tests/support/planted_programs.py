@@ -16,8 +16,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from scanrack.jobs.fuzz import Scenario, TrialBench
-from scanrack.jobs.fuzz.drawing import Kind, kinds_for
 from scanrack.jobs.fuzz.job import Setup, bench_of
+from scanrack.jobs.fuzz.scenarios.kinds import Kind, kinds_for
 from scanrack.jobs.load.loading import load_job, scans_to_run
 
 FOLDER = Path(__file__).parents[2] / "benchmarks" / "fuzz_programs"
@@ -69,5 +69,5 @@ def version_of(name: str, folder: Path, *, with_mistake: bool) -> Version:
     scans = scans_to_run(job.spec, None, None, endless=False)
     assert scans is not None
     kinds = kinds_for(job.spec)
-    setup = Setup(str(rack), (rack.parent / "must_hold.py",), (), scans, kinds, rack.parent)
+    setup = Setup(str(rack), (rack.parent / "must_hold.py",), (), scans, kinds)
     return Version(bench_of(setup), kinds)
