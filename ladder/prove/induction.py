@@ -129,29 +129,32 @@ class _Proof:
             self.key, self.bad = self.asked, system.after(self.asked)
         else:
             self.bad = self.asked
-        cone = system.cone([self.bad])
+        own, system.contract = system.contract, system.narrowed([self.bad])
+        try:
+            self._answer(system.cone([self.bad]))
+        finally:
+            system.contract = own
+        return result
+
+    def _answer(self, cone: dict[str, T]) -> None:
+        system, result = self.system, self.result
         result.states, result.values = sum(name in system.next for name in cone), len(cone)
         if isinstance(system, Problem):
             result.assumed = (*system.assumed(cone), *result.assumed)
         self._decide(cone)
         if result.kind is Kind.UNKNOWN:
             result.blame = tuple(dict.fromkeys((*result.blame, *system.blame(cone))))
-        return result
 
     def _decide(self, cone: dict[str, T]) -> None:
         if self.bad is FALSE:
             self._proved(0)
             return
-        kept = self.system.contract
-        try:
-            while self.tries > 0:
-                try:
-                    self._search(cone)
-                    return
-                except _Again:
-                    self.before = self.result.spent
-        finally:
-            self.system.contract = kept
+        while self.tries > 0:
+            try:
+                self._search(cone)
+                return
+            except _Again:
+                self.before = self.result.spent
 
     # --- the two questions
 
@@ -290,6 +293,7 @@ class _Proof:
         if not any(name.endswith(CLOCK + "[0]") for name in cone):
             return False
         longer = stretched(system)
+        longer.contract = longer.narrowed([longer.after(key)])
         solver, run = Solver(self.limits.steps), None
         for _ in range(self.limits.scans):
             run = Frame(longer, solver, run, first=run is None)
