@@ -51,6 +51,7 @@ COMMANDS = {
     "l5x": Entry(".programs.l5x", "Say what an exported controller has, what runs, and what does not."),
     "why": Entry(".programs.why", "Say why a tag is as it is."),
     "xref": Entry(".programs.why", "List where tags are read and written."),
+    "prove": Entry(".programs.prove", "Prove properties of a ladder program, or find what breaks them."),
     "fuzz": Entry(".programs.fuzz", "Look for surroundings that break a program."),
     "drive": Entry(".wire.drive", "Put one module or controller on the bench."),
     "serve": Entry(".wire.serve", "Serve a simulated controller at a port."),

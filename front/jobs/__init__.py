@@ -2,6 +2,7 @@
 
 | room | content |
 |---|---|
+| `prove/` | claims for every input: verdicts, and scenarios that the rack replays |
 | `fuzz/` | a search for surroundings that break a program: scenarios, laws, campaigns |
 | `check/`, `bench/`, `drive/` | mistakes without a run; a rack in a test; one module alone |
 | `why/` | which line of a program changed what, and what the modules wait for |

@@ -6,7 +6,7 @@ import re
 from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..compiler import Scanner, scanner_of, source_of
 from ..instructions.motion.axes import MotionData
@@ -35,6 +35,9 @@ from .guess import type_at
 from .lowering import Lowering
 from .storage import choose_bytes
 from .type_inference import Guesses
+
+if TYPE_CHECKING:
+    from ..prove.answers import Answer
 
 MOST_BYTES = 1 << 25
 """Maximum size of a tag, 32 MiB: more than the memory of the largest controllers."""
@@ -409,6 +412,30 @@ class LadderLogic(ABC):
         edit = carry_over(running.engine, engine)
         self._engine = engine
         return edit
+
+    # --- proving
+
+    def prove(self, **asked: Any) -> Answer:
+        """Decide a claim for every input, every scan time in a range and any number of scans.
+
+            assert program.prove(never="Fwd AND Rev")
+
+        Args:
+            asked: one of `never`, `always` and `reachable`, a condition of structured text on the state
+                after a scan; `assume`, conditions that hold in each scan; `free`, patterns of numbers that
+                differ from scan to scan; `written_outside`, patterns of tags that an operator writes, too;
+                `scan_ms`, least and most ms between two scans, 1 to 1,000 if left out.
+
+        Returns:
+            The answer: true if it is proved, or reached; its text is the scenario.
+
+        Raises:
+            LadderError: a condition can't be used, or the program has what no proof covers.
+            SolverMissingError: the extra `prove` is not installed.
+        """
+        from ..prove.answers import ask
+
+        return ask(self, **asked)
 
     # --- reading
 

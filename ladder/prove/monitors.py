@@ -89,7 +89,7 @@ def monitored(program: LadderLogic, claims: Sequence[Claim] = (), slots: Sequenc
     """
     built = program.build()
     asked = named_apart([*claims, *claims_in(built)])
-    maker = _Maker(asked, never_routines(program))
+    maker = _Maker(asked, never_routines(program), slots)
     with_them = _copy(program, slots)
     with_them.monitors = maker.lower
     try:
@@ -159,6 +159,7 @@ class _Maker:
 
     claims: Sequence[Claim]
     never: Sequence[Routine]
+    slots: Sequence[int]
     watched: list[Watched] = field(default_factory=list)
     routines: list[str] = field(default_factory=list)  # monitors in their order, full names in capitals
     _old: dict[tuple[str, str], tuple[str, Place]] = field(default_factory=dict)  # tag by scope and text
@@ -166,7 +167,12 @@ class _Maker:
     _bits: int = 0
 
     def lower(self, lowering: Lowering) -> None:
-        """Lower all monitors; problems are those of the lowering."""
+        """Lower all monitors, and lay out both images of each slot in use, for what is known of them."""
+        layout = lowering.lowered.layout
+        used = {leaf.slot for leaf in (*layout.images, *layout.faults)}
+        for slot in (each for each in self.slots if each in used):
+            for output in (False, True):
+                layout.image(slot, output=output)
         for routine in self.never:
             self._never(lowering, routine)
         for each in self.claims:

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from check_machines import MACHINES
 from check_programs import SOUND, USED
-from check_stations import STATIONS
 
 CONVEYOR = """\
 PROGRAM conveyor
@@ -552,7 +551,6 @@ class Follow(Logic):
 SOUND = {
     **SOUND,
     **MACHINES,
-    **STATIONS,
     "conveyor.rung": CONVEYOR,
     "steps.rung": STEPS,
     "tank.rung": TANK,

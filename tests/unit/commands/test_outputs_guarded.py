@@ -25,6 +25,7 @@ INPUTS = {
     "compare b", "repair trace",
     "replay path", "replay rack", "replay program", "rerun path", "ladder file", "l5x file",
     "l5x against", "why file", "xref file", "fuzz rack", "fuzz invariants", "fuzz scenario", "check rack",
+    "prove rack",
     "serve program", "pclt check files", "pclt list file", "pcl601 program write file",
     "pmc006 program check file", "pmc006 program write file",
 }  # fmt: skip
@@ -80,6 +81,7 @@ OUTPUTS = {
     "ladder svg of a program": Output("ladder line.rung --svg {}", "new.svg", ("line.rung",)),
     "serve record": Output("serve pcl601 --pty --program unit.pclt --record {}", "new.mcap", ("unit.pclt",)),
     "show folder": Output("show run.mcap --extract {}", "new", ("run.mcap",)),
+    "prove out": Output("prove claims.toml -q --out {}", "new", ("claims.toml", "line.rung")),
     "fuzz out": Output("fuzz line.toml --runs 1 -j 1 -q --out {}", "new", RUN),
 }
 """The outputs by command and parameter."""
@@ -90,16 +92,18 @@ DEFAULTS = {
     "run, trace in the rack file": Output(f"run named.toml {ONE}", "named.trace", (), "named.trace"),
     "plot": Output("plot run.mcap -q", "run.html", (), "run.html"),
     "fuzz": Output("fuzz line.toml --runs 1 -j 1 -q", "line-fuzz", (), "line-fuzz"),
+    "prove": Output("prove claims.toml -q", "claims-prove", (), "claims-prove"),
 }
 """Outputs that no option names."""
 
-ELSEWHERE = ("serve record", "watch record", "export parquet", "fuzz out")
+ELSEWHERE = ("serve record", "watch record", "export parquet", "fuzz out", "prove out")
 """Commands that take long to end, or need more than is installed for sure: tests of theirs let them run."""
 
-FOLDERS = ("show folder", "fuzz out")
+FOLDERS = ("show folder", "fuzz out", "prove out")
 """Outputs that are a folder; the system says that a file is none."""
 
 RACK = 'program = "{}"\n[[slot]]\nnumber = 1\nmodule = "amci3601"\n'
+CLAIM = '[[prove.property]]\nname = "off"\nnever = "A"\n'
 UNIT = '[[unit]]\naddress = 1\nprogram = "unit.pclt"\n'
 
 
@@ -151,6 +155,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "lib.py").write_text("def step(scan):\n    pass\n")
     (folder / "unit.pclt").write_text("END\n")
     (folder / "rungs.toml").write_text(RACK.format("line.rung"))
+    (folder / "claims.toml").write_text(f"{RACK.format('line.rung')}{CLAIM}")
     (folder / "line.rung").write_text("PROGRAM line\nTAG A : BOOL\nROUTINE Main\nOTE(A);\nEND\n")
     with pytest.MonkeyPatch.context() as here:
         here.chdir(folder)

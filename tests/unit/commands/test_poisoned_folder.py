@@ -97,6 +97,7 @@ WORDS = {
     "why p.mcap O:1.4 --trust": 0,
     "xref feeder.toml Feeding": 0,
     "fuzz line.toml --for 20ms --runs 2 --jobs 1 --invariants must.py": 1,
+    "prove feeder.toml": 0,
     "drive pcl601": 0,
     "serve pcl601 --program missing": 2,
     "pcl601 --tcp 127.0.0.1:1 status": 1,

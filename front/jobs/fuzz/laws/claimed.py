@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 
 from ....ladder.prove.claims import ClaimKind
 from ....ladder.prove.monitors import Monitored, Watched
@@ -17,7 +18,7 @@ def invariants_in(program: Monitored) -> Iterator[Invariant]:
     """
     for each in program.properties:
         if each.claim.kind is not ClaimKind.REACHABLE:
-            yield Invariant(each.claim.name, each.claim.sentence, lambda each=each: _watch(program, each))
+            yield Invariant(each.claim.name, each.claim.sentence, partial(_watch, program, each))
 
 
 def _watch(program: Monitored, asked: Watched) -> Watch:

@@ -1,1 +1,0 @@
-"""The search aims: parts at random, near what changes in a run."""

@@ -1,0 +1,99 @@
+"""Answers as lines and as JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any
+
+from ...ladder.prove.induction import Kind
+from .proving import Result
+from .subject import Subject
+
+HELD_SHOWN = 12
+"""Held numbers that the text lists."""
+
+BLAME_SHOWN = 3
+"""Reasons of an unknown claim that the text lists."""
+
+
+def line_of(result: Result, width: int) -> str:
+    """Return the line of a claim: name, verdict, and what comes with it.
+
+    Args:
+        width: columns of the name.
+    """
+    found = result.answer
+    return f"{result.name:<{width}}  {found.word:<8}  {_detail(result)}".rstrip()
+
+
+def _detail(result: Result) -> str:
+    found, verdict = result.answer, result.answer.verdict
+    if found.steps:
+        return f"scan {verdict.k:,}   {result.scenario}"
+    if verdict.kind is Kind.PROVED:
+        reached = "no run reaches it   " if not found else ""
+        return f"{reached}{result.spent_ns / 1e9:.2f} s   ({found.deciding:,} tags of {found.tags:,})"
+    more = len(verdict.blame) - BLAME_SHOWN
+    said = "; ".join(verdict.blame[:BLAME_SHOWN])
+    return f"{said}; and {more:,} more" if more > 0 else said
+
+
+def below(result: Result) -> Iterator[str]:
+    """Yield the lines below that of a claim: its scenario, and what the rack did."""
+    for number, step in enumerate(result.answer.steps, start=1):
+        yield f"scan {number}: {step}"
+    if result.rack is not None:
+        yield str(result.rack)
+
+
+def assumptions(subject: Subject, results: Iterable[Result]) -> list[str]:
+    """Return what the answers depend on, a sentence each: the report's list of assumptions."""
+    held: dict[str, Any] = {}
+    said: dict[str, None] = {}
+    for each in results:
+        held |= dict(each.answer.held)
+        said |= dict.fromkeys(each.answer.assumed)
+    bounds = subject.problem.bounds
+    lines = [f"scans are {bounds.low_ms:,} to {bounds.high_ms:,} ms apart", *subject.assumed, *said]
+    if held:
+        shown = [f"{name} = {value}" for name, value in sorted(held.items())]
+        more = [f"and {len(shown) - HELD_SHOWN:,} more (--json lists all)"] * (len(shown) > HELD_SHOWN)
+        lines.append(f"held, as nothing writes them: {', '.join([*shown[:HELD_SHOWN], *more])}")
+    return lines
+
+
+def as_json(subject: Subject, results: Sequence[Result]) -> dict[str, Any]:
+    """Return the answers in JSON's types; times in ns, scans from 1."""
+    return {
+        "properties": [_row(each) for each in results],
+        "scan_ms": [subject.problem.bounds.low_ms, subject.problem.bounds.high_ms],
+        "modules": list(subject.assumed),
+    }
+
+
+def _row(result: Result) -> dict[str, Any]:
+    found, verdict, site = result.answer, result.answer.verdict, result.answer.claim.site
+    return {
+        "name": result.name,
+        "claim": found.claim.sentence,
+        "routine": site.routine,
+        "number": site.rung,
+        "verdict": found.word,
+        "spent_ns": result.spent_ns,
+        "k": verdict.k,
+        "values": found.deciding,
+        "tags": found.tags,
+        "invariants": list(verdict.invariants),
+        "held": dict(found.held),
+        "assumed": list(found.assumed),
+        "blame": list(verdict.blame),
+        "scans": [{"ms": each.ms, "set": dict(each.changes)} for each in found.steps],
+        "scenario": None if result.scenario is None else str(result.scenario),
+        "rack": None if result.rack is None else _on_rack(result),
+    }
+
+
+def _on_rack(result: Result) -> dict[str, Any]:
+    rack = result.rack
+    assert rack is not None
+    return {"confirmed": rack.confirmed, "scan": rack.scan, "forced": list(rack.forced), "why": rack.why}

@@ -1,0 +1,71 @@
+"""A run of the prover as an operator's orders on a rack, and as the scenario of `scanrack fuzz`.
+
+    prover      scan 1      scan 2                          scan 3
+    ms          0           35                              70
+    rack        |  |  |  |  |  |  |  |  |  |  |  |  |  |  | |         scans of its own time
+    inputs      at once     before the last of the scans in between, or before the first of them
+
+A tag is written; a word of a module's inputs is forced.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from ...ladder.model.tags import Layout
+from ...ladder.prove.answers import tag_text
+from ...ladder.prove.monitors import Key
+from ...ladder.prove.replaying import ScanOf
+from ...runtime.live.orders import Force, Order, Write
+from ..fuzz.scenarios.scenario import Given, Scenario
+
+
+@dataclass(frozen=True, slots=True)
+class RackScenario:
+    """Orders before scans of a rack, and the number of its scans."""
+
+    orders: tuple[tuple[int, Order], ...]
+    scans: int
+
+    def scenario(self, scan_ns: int) -> Scenario:
+        """Return it as `scanrack fuzz` replays it."""
+        return Scenario(orders=tuple(Given(scan * scan_ns, order) for scan, order in self.orders))
+
+    def without_forces(self) -> RackScenario:
+        """Return it without what modules are to say."""
+        kept = tuple(each for each in self.orders if not isinstance(each[1], Force))
+        return RackScenario(kept, self.scans)
+
+    @property
+    def forced(self) -> tuple[str, ...]:
+        """Words of modules that are forced, each once."""
+        return tuple(dict.fromkeys(order.tag for _, order in self.orders if isinstance(order, Force)))
+
+
+def on_scans_of(
+    layout: Layout, scans: Sequence[ScanOf], scan_ns: int, *, inputs_first: bool = False
+) -> RackScenario:
+    """Return a run as orders on a rack with scans of `scan_ns`.
+
+    Args:
+        inputs_first: inputs change before the first of the scans that take the place of a long one.
+    """
+    orders: list[tuple[int, Order]] = []
+    at = 0
+    for number, each in enumerate(scans):
+        count = max(1, round(each.ms * 1_000_000 / scan_ns)) if number else 0
+        first = at + (1 if inputs_first and number else count)
+        orders += [(first, order) for order in _orders(layout, each.inputs)]
+        at += count
+    return RackScenario(tuple(orders), at + 1)
+
+
+def _orders(layout: Layout, inputs: dict[Key, Any]) -> Iterator[Order]:
+    for key, value in sorted(inputs.items()):
+        leaf = layout.leaf(key[0])
+        if leaf.is_image:
+            yield Force(f"Local:{leaf.slot}:I.Data[{key[1]}]", int(value))
+        elif leaf.slot is None and not key[0].startswith(("S:", "~")):
+            yield Write(tag_text(layout, key), value)

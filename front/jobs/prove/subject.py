@@ -1,0 +1,74 @@
+"""What is proved about: a rack, a program or an export, with its monitors, as a problem for the prover."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from ...io_images.amci3601.contracts import Reach, contracts_of
+from ...io_images.amci3601.words import is_stepper
+from ...ladder.prove.contracts import kept_by
+from ...ladder.prove.monitors import Monitored
+from ...ladder.prove.system import Contract, Problem, ScanBounds
+from ...runtime.modules.record import Trait
+from ...runtime.modules.registry import has
+from ..check.alone import load_any
+from ..load.claims import with_monitors
+from ..load.loading import Job
+
+
+@dataclass(frozen=True, slots=True)
+class Subject:
+    """A program of which something is to be proved.
+
+    Attributes:
+        name: stem of its file.
+        alone: whether it is a program or an export without a rack file.
+        assumed: what the proofs assume of the modules, a sentence each.
+    """
+
+    name: str
+    job: Job
+    alone: bool
+    program: Monitored
+    problem: Problem
+    assumed: tuple[str, ...]
+
+
+def subject_of(file: str, beside: Problem | None = None) -> Subject:
+    """Load a rack with its program, or a program or an export alone.
+
+    Args:
+        beside: another problem, whose terms stay: to compare two programs.
+
+    Raises:
+        ValueError: a file can't be used, or no proof covers the program, with what it has.
+    """
+    job, alone = load_any(file)
+    program = with_monitors(job)
+    given = job.spec.prove
+    rows = list(_contracts(job, program))
+    problem = Problem(
+        program.program,
+        ScanBounds(*given.scan_ms, whole=not job.spec.scan_ns % 1_000_000),
+        free=given.free,
+        written_outside=given.written_outside,
+        assume=program.assume,
+        contracts=[contract for contract, _ in rows],
+        beside=beside,
+    )
+    name = Path(file.partition(":")[0]).stem
+    return Subject(name, job, alone, program, problem, tuple(said for _, said in rows))
+
+
+def _contracts(job: Job, program: Monitored) -> Iterator[tuple[Contract, str]]:
+    """Yield what the inputs of each 3601 in use keep, with a sentence about it."""
+    reach = Reach.OUTPUTS if job.spec.controller == "micrologix" else Reach.IMAGE
+    used = {leaf.slot for leaf in program.program.build().layout.images}
+    for slot in job.spec.slot:
+        if slot.number in used and is_stepper(slot.words):
+            adapter = has(slot.module, Trait.LINE)
+            rows = contracts_of(slot.options, reach=reach, adapter=adapter)
+            said = f"slot {slot.number} keeps {len(rows)} contracts of the 3601, and its link holds"
+            yield kept_by(slot.number, rows), said

@@ -1,0 +1,199 @@
+"""Answers: a claim, its verdict, and the run that breaks it in words.
+
+>>> from scanrack.ladder import BOOL, OTE, XIC, Program
+>>> motor = Program("motor")
+>>> left, right, fwd, rev = motor.declare("Left Right Fwd Rev", BOOL)
+>>> @motor.routine
+... def Main(rung):
+...     rung(left, OTE(fwd))
+...     rung(right, OTE(rev))
+>>> print(motor.prove(never="Fwd AND Rev"))
+refuted: never Fwd AND Rev
+  scan 1: Left = 1, Right = 1
+>>> bool(motor.prove(never="Fwd AND Rev", assume=["NOT (Left AND Right)"]))
+True
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+from ..build.runnable import LadderLogic
+from ..model.errors import LadderError
+from ..model.tags import Layout
+from ..state.memory import element_text
+from .claims import Claim, ClaimKind
+from .induction import Kind, Limits, Verdict, prove
+from .monitors import Key, Monitored, Watched, monitored
+from .replaying import ScanOf
+from .smallest import smallest
+from .system import Problem, ScanBounds
+from .terms import and_
+
+LIMITS = Limits()
+
+REACHED = "reached"
+"""The word for a claim `reachable` that a run makes true."""
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """A scan of a scenario: ms since the scan before, and what changes before it, by tag."""
+
+    ms: int
+    changes: tuple[tuple[str, Any], ...]
+
+    def __str__(self) -> str:
+        said = [f"{name} = {_shown(value)}" for name, value in self.changes]
+        return ", ".join([*([f"{self.ms:,} ms later"] if self.ms else []), *said]) or "power-up"
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What is known of a claim; true if it holds.
+
+    Attributes:
+        claim: what was asked.
+        verdict: of its condition, see `induction`; of `reachable`, refuted means reached.
+        scans: the run that breaks or reaches it, confirmed on the compiled program, see `smallest`.
+        steps: its scans with the names of the tags.
+        held: numbers that nothing writes, with the values that the proof assumes.
+        assumed: what else it assumes, a sentence each.
+        deciding: number of values that decide it.
+        tags: number of the program's values.
+    """
+
+    claim: Claim
+    verdict: Verdict
+    scans: tuple[ScanOf, ...]
+    steps: tuple[Step, ...]
+    held: tuple[tuple[str, Any], ...]
+    assumed: tuple[str, ...]
+    deciding: int
+    tags: int
+
+    def __bool__(self) -> bool:
+        return self.word in (Kind.PROVED, REACHED)
+
+    @property
+    def word(self) -> str:
+        """Proved, refuted, unknown; of a claim `reachable` reached, refuted, unknown."""
+        kind = self.verdict.kind
+        if self.claim.kind is not ClaimKind.REACHABLE or kind is Kind.UNKNOWN:
+            return kind
+        return REACHED if kind is Kind.REFUTED else Kind.REFUTED
+
+    def __str__(self) -> str:
+        lines = [f"{self.word}: {self.claim.sentence}"]
+        lines += [f"  scan {number}: {step}" for number, step in enumerate(self.steps, start=1)]
+        lines += [f"  {each}" for each in self.verdict.blame]
+        return "\n".join(lines)
+
+    __repr__ = __str__
+
+
+def answer(problem: Problem, program: Monitored, asked: Watched, limits: Limits = LIMITS) -> Answer:
+    """Decide a claim of a program."""
+    with _assuming(problem, asked.assume):
+        cone = problem.cone([problem.after(asked.bit)])
+        known = problem.assumed(cone)
+        verdict = prove(problem, asked.bit, limits)
+        bits = problem.assume
+    scans = verdict.scans and smallest(program.program, verdict.scans, asked.bit, bits)
+    own = [Claim("", ClaimKind.ASSUME, text) for text in asked.claim.assume]
+    further = [each for each in verdict.assumed if each not in known]
+    layout = problem.lowered.layout
+    held = sorted(_numbers_held(problem, cone))
+    return Answer(
+        asked.claim,
+        verdict,
+        scans,
+        tuple(steps_of(layout, scans)),
+        tuple(
+            (tag_text(layout, key), problem.engine.memory.read(layout.leaf(key[0]), key[1])) for key in held
+        ),
+        (*[each.text for each in (*program.assumptions, *own)], *further),
+        sum(name in problem.key_of for name in cone),
+        len(problem.machine.vars),
+    )
+
+
+def ask(
+    program: LadderLogic,
+    *,
+    never: str = "",
+    always: str = "",
+    reachable: str = "",
+    assume: Sequence[str] = (),
+    free: Sequence[str] = (),
+    written_outside: Sequence[str] = (),
+    scan_ms: tuple[float, float] = (1, 1000),
+    limits: Limits = LIMITS,
+) -> Answer:
+    """Decide one claim about a program without a rack, see `LadderLogic.prove`."""
+    given = {"never": never, "always": always, "reachable": reachable}
+    named = [(ClaimKind(kind), text) for kind, text in given.items() if text]
+    if len(named) != 1:
+        raise LadderError(f"give one of {', '.join(given)}, not {len(named)} of them")
+    kind, text = named[0]
+    claim = Claim(f"{kind} {text}", kind, text, tuple(assume))
+    watched = monitored(program, [claim])
+    problem = Problem(
+        watched.program,
+        ScanBounds.of(*scan_ms),
+        free=free,
+        written_outside=written_outside,
+        assume=watched.assume,
+    )
+    asked = next(each for each in watched.properties if each.claim is claim)
+    return answer(problem, watched, asked, limits)
+
+
+def _numbers_held(problem: Problem, cone: Iterable[str]) -> Iterator[Key]:
+    """Yield the places of a cone whose numbers nothing writes; none of modules or hidden ones."""
+    for name in cone:
+        key = problem.key_of.get(name)
+        if key is None or name not in problem.held or name.startswith("~"):
+            continue
+        if problem.leaf(key).slot is None:
+            yield key
+
+
+@contextmanager
+def _assuming(problem: Problem, bits: Sequence[Key]) -> Iterator[None]:
+    """Let bits be true after each scan of the runs in question."""
+    kept = problem.contract, problem.assume
+    try:
+        for each in bits:
+            problem.contract = and_(problem.contract, problem.after(each))
+        problem.assume = (*problem.assume, *bits)
+        yield
+    finally:
+        problem.contract, problem.assume = kept
+
+
+def steps_of(layout: Layout, scans: Sequence[ScanOf]) -> Iterator[Step]:
+    """Yield the scans of a run with the names of what changes."""
+    for each in scans:
+        yield Step(
+            each.ms, tuple((tag_text(layout, key), value) for key, value in sorted(each.inputs.items()))
+        )
+
+
+def tag_text(layout: Layout, key: Key) -> str:
+    """Return the address of a value as its program writes it."""
+    leaf = layout.leaf(key[0])
+    return element_text(leaf.path, leaf.dims, key[1]) if leaf.dims else leaf.path
+
+
+def _shown(value: Any) -> str:
+    return (
+        str(int(value))
+        if isinstance(value, bool)
+        else f"{value:g}"
+        if isinstance(value, float)
+        else str(value)
+    )

@@ -1,0 +1,91 @@
+"""The smallest inputs of a run that still break a claim: what the solver chose for no reason is left out.
+
+First whole values, each in all scans; then single bits of words of modules. The program decides. What is left
+is a part of the run that the prover found: the inputs left out may have been anything.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from dataclasses import replace
+from functools import partial
+from itertools import islice
+
+from ..build.runnable import LadderLogic
+from ..model.errors import LadderFault
+from ..model.tags import Layout
+from .monitors import Key
+from .replaying import ScanOf
+
+MOST_RUNS = 150
+"""Maximum runs of the program."""
+
+BITS = 16
+
+
+def smallest(
+    program: LadderLogic, scans: Sequence[ScanOf], bit: Key, assume: Sequence[Key] = ()
+) -> tuple[ScanOf, ...]:
+    """Return a run with fewer inputs whose last scan sets a bit, as that of `scans` does."""
+    kept, layout = tuple(scans), program.build().layout
+    for simpler in islice(_simplifications(layout, kept), MOST_RUNS):
+        made = simpler(kept)
+        if made != kept and breaks(program, made, bit, assume):
+            kept = made
+    return kept
+
+
+def _simplifications(
+    layout: Layout, scans: Sequence[ScanOf]
+) -> Iterator[Callable[[Sequence[ScanOf]], tuple[ScanOf, ...]]]:
+    """Yield what leaves out an input, then, of a module's word, each of its bits."""
+    for key in _keys(scans):
+        yield partial(_dropped, key)
+    for key in _keys(scans):
+        if layout.leaf(key[0]).is_image:
+            for number in range(BITS):
+                yield partial(_masked, key, 1 << number)
+
+
+def _keys(scans: Sequence[ScanOf]) -> list[Key]:
+    """Return the inputs of a run, those of modules first."""
+    keys = {key for each in scans for key in each.inputs}
+    return sorted(keys, key=lambda key: (not key[0].startswith("LOCAL:"), key))
+
+
+def _dropped(key: Key, scans: Sequence[ScanOf]) -> tuple[ScanOf, ...]:
+    return tuple(_without(each, key) for each in scans)
+
+
+def _without(scan: ScanOf, key: Key) -> ScanOf:
+    return replace(scan, inputs={name: value for name, value in scan.inputs.items() if name != key})
+
+
+def _masked(key: Key, mask: int, scans: Sequence[ScanOf]) -> tuple[ScanOf, ...]:
+    """Return scans with some bits of a word cleared; a word that does not change is left out."""
+    before, found = 0, []
+    for each in scans:
+        value = each.inputs.get(key)
+        word = before & 0xFFFF if value is None else int(value) & 0xFFFF & ~mask
+        after = word - 0x10000 if word >= 0x8000 else word
+        found.append(
+            _without(each, key) if after == before else replace(each, inputs={**each.inputs, key: after})
+        )
+        before = after
+    return tuple(found)
+
+
+def breaks(program: LadderLogic, scans: Sequence[ScanOf], bit: Key, assume: Sequence[Key]) -> bool:
+    """Whether the last scan of a run sets a bit, and each scan those that are assumed."""
+    engine = program.compile()
+    layout, memory = engine.lowered.layout, engine.memory
+    with suppress(LadderFault):
+        for each in scans:
+            for (path, index), value in each.inputs.items():
+                memory.write(layout.leaf(path), index, value)
+            engine.step(each.ms)
+            if not all(memory.read(layout.leaf(path), index) for path, index in assume):
+                return False
+        return bool(memory.read(layout.leaf(bit[0]), bit[1]))
+    return False

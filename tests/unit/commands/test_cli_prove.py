@@ -1,0 +1,151 @@
+"""`scanrack prove`: lines, statuses, scenarios that fuzz, why and the rack replay, refusals by name."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from scanrack.commands import build
+from typer.testing import CliRunner
+
+LINE = """\
+PROGRAM line
+TAG A : BOOL
+TAG B : BOOL
+TAG Fwd : BOOL
+TAG Rev : BOOL
+TAG Limit : DINT := 5
+TAG Count : DINT
+TAG Dwell : TIMER
+SLOT axis : 1
+ROUTINE Main
+XIC(A)TON(Dwell,500,0);
+XIC(Dwell.DN)OTE(Fwd);
+XIC(B)XIC(axis.status.IN_ESTOP)OTE(Rev);
+LES(Count,Limit)ADD(Count,1,Count);
+END
+"""
+SLOT = '[[slot]]\nnumber = 1\nmodule = "amci3601"\n'
+RACK = 'program = "line.rung"\nscan_ms = 10\n[prove]\nscan_ms = [1, 100]\n{properties}' + SLOT
+
+
+def claim(name: str, *keys: str) -> str:
+    return "\n".join(["[[prove.property]]", f'name = "{name}"', *keys, ""])
+
+
+HOLDS = claim("bounded", 'never = "Count > 5"')
+BROKEN = claim("one direction", 'never = "Fwd AND Rev"')
+ASSUMED = claim("with B off", 'never = "Fwd AND Rev"', 'assume = ["NOT B"]')
+
+
+@pytest.fixture
+def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "line.rung").write_text(LINE)
+    return tmp_path
+
+
+def scanrack(*words: str) -> tuple[int, str]:
+    done = CliRunner().invoke(build(), list(words))
+    assert done.exception is None or isinstance(done.exception, SystemExit), done.exc_info
+    return done.exit_code, done.output
+
+
+def proved(properties: str, *words: str) -> tuple[int, str]:
+    Path("line.toml").write_text(RACK.format(properties=properties))
+    return scanrack("prove", "line.toml", *words)
+
+
+def test_what_holds_is_proved_with_its_assumptions(place: Path) -> None:
+    status, said = proved(HOLDS + ASSUMED)
+    assert status == 0
+    assert [line.split("  ")[0] for line in said.splitlines()[:2]] == ["bounded", "with B off"]
+    assert said.count("  proved  ") == 2
+    assert "scans are 1 to 100 ms apart" in said
+    assert "    NOT B\n" in said
+    assert "held, as nothing writes them: Dwell.PRE = 500, Limit = 5" in said
+    assert not (place / "line-prove").exists()
+
+
+def test_a_refuted_property_has_a_scenario_that_others_replay(place: Path) -> None:
+    status, said = proved(BROKEN)
+    assert status == 1
+    scenario = "line-prove/one_direction/scenario.json"
+    # 500 ms in scans of at most 100 ms: the sixth scan; on the rack scan 50 at 10 ms
+    assert said.splitlines()[0] == f"one direction  refuted   scan 6   {scenario}"
+    assert "on the rack: scan 50 with Local:1:I.Data[1] forced" in said
+    assert "A = 1" in said
+    status, said = scanrack("fuzz", "line.toml", "--scenario", scenario)
+    assert status == 1
+    assert "broken: never Fwd AND Rev [one direction]: scan 50, 0.5 s" in said
+    status, said = scanrack("why", "line-prove/one_direction/trace.mcap", "Fwd", "--at", "50")
+    assert status == 0
+    assert "chain: Fwd on (0.5 s" in said
+
+
+def test_two_runs_say_the_same_but_for_times(place: Path) -> None:
+    first, second = (json.loads(proved(BROKEN + HOLDS, "--json")[1]) for _ in range(2))
+    for each in (first, second):
+        for row in each["properties"]:
+            assert row.pop("spent_ns") > 0
+    assert first == second
+    row = first["properties"][0]
+    assert (row["verdict"], row["claim"], row["k"]) == ("refuted", "never Fwd AND Rev", 6)
+    assert row["rack"]["forced"] == ["Local:1:I.Data[1]"]
+    assert sum(each["ms"] for each in row["scans"]) >= 500
+    assert first["properties"][1]["held"] == {"Limit": 5}
+
+
+def test_a_state_is_reached_or_not(place: Path) -> None:
+    status, said = proved(claim("done", 'reachable = "Dwell.DN"'))
+    assert (status, said.split()[:4]) == (0, ["done", "reached", "scan", "6"])
+    assert "on the rack: scan 50, as its modules answer" in said
+    status, said = proved(claim("more", 'reachable = "Count = 6"'))
+    assert (status, said.split()[:6]) == (1, ["more", "refuted", "no", "run", "reaches", "it"])
+
+
+def test_a_program_without_a_rack_has_the_claims_of_its_comments(place: Path) -> None:
+    (place / "line.rung").write_text(
+        LINE.replace("XIC(Dwell.DN)", "// prove: never Fwd AND NOT A\nXIC(Dwell.DN)")
+    )
+    status, said = scanrack("prove", "line.rung")
+    assert status == 0
+    assert said.startswith("never Fwd AND NOT A  proved")
+
+
+def test_numbers_that_change_from_outside_are_free(place: Path) -> None:
+    changing = HOLDS.replace("[[", 'free = ["Limit"]\n[[', 1)
+    status, said = proved(changing)
+    assert status == 1
+    assert "Limit = " in said
+
+
+@pytest.mark.parametrize(
+    ("program", "says"),
+    [
+        ("line.py", "the program is a Python function: what is proved is ladder logic"),
+        ("twice.rung", "routine \\Main.Fault"),
+    ],
+)
+def test_what_no_proof_covers_is_refused_by_name(place: Path, program: str, says: str) -> None:
+    (place / "line.py").write_text("def logic(scan):\n    pass\n")
+    (place / "twice.rung").write_text(
+        "CONTROLLER two\nPROGRAM Main MAIN Go FAULT Fault\nTAG A : BOOL\n"
+        "ROUTINE Go\nOTE(A);\nEND\nROUTINE Fault\nNOP();\nEND\nEND PROGRAM\n"
+    )
+    (place / "rack.toml").write_text(f'program = "{program}"\n{SLOT}')
+    status, said = scanrack("prove", "rack.toml")
+    assert status == 2
+    assert says.upper() in said.upper()
+
+
+def test_nothing_to_prove_says_what_to_write(place: Path) -> None:
+    status, said = proved("")
+    assert (status, said.split(":")[0]) == (0, "nothing to prove")
+
+
+def test_a_mistake_in_a_property_names_it(place: Path) -> None:
+    status, said = proved(claim("typo", 'never = "Fdw"'))
+    assert status == 2
+    assert "property 'typo': Fdw: there is no tag Fdw (did you mean Fwd?)" in said
