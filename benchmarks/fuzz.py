@@ -27,8 +27,8 @@ from hunt3601 import scripts_of
 from lockstep3601 import GivenUp, Lockstep
 from oracle_bits import CONFIGURE
 from scanrack.jobs.fuzz import search
-from scanrack.jobs.fuzz.drawing import kinds_for, scenarios
 from scanrack.jobs.fuzz.job import Setup, bench_of
+from scanrack.jobs.fuzz.scenarios.kinds import kinds_for
 from steps3601 import Recover
 from stories3601 import THEMES
 
@@ -98,11 +98,10 @@ def shares(scripts) -> dict[str, float]:
 
 
 def report_program(runs: int) -> None:
-    setup = Setup(str(FEEDER), (), ("no-command-error",), SCANS, frozenset(), Path())
+    setup = Setup(str(FEEDER), (), ("no-command-error",), SCANS, frozenset())
     bench = bench_of(setup)
-    strategy = scenarios(bench.spec, bench.scans, kinds_for(bench.spec))
     start = process_time()
-    report = search(bench, strategy, examples=runs)
+    report = search(bench, kinds_for(bench.spec), examples=runs)
     seconds = process_time() - start
     print(f"scanrack fuzz, examples/feeder: {report.runs:,} runs in {seconds:.1f} s")
     print(f"  runs               {report.runs / seconds:>10,.1f} per second")

@@ -15,8 +15,9 @@ from ..model.operands import Group
 from ..model.spec import InstructionKind
 from ..state.lowered import LoweredStep, Node, Parallel, steps_of
 from ..state.memory import Value
+from .cells import Cell
 from .crossref import BOTH_WAYS
-from .executed import Cell, Execution, LineRun, Read, StepRun, TracedEngine, Write
+from .executed import Execution, LineRun, Read, StepRun, TracedEngine, Write
 from .replay import Replayer, ScanInputs
 
 KEPT = 64
@@ -115,7 +116,7 @@ class Causes:
         found = list(self._in_scan(cells, scan, order))
         if found or scan == 0:
             return found
-        last = self._past.last_change(lambda engine: [_now(engine, each) for each in cells], scan - 1)
+        last = self._past.last_change_of(cells, scan - 1)
         return [] if last is None else list(self._in_scan(cells, last, None))
 
     def _in_scan(self, cells: Iterable[Cell], scan: int, order: int | None) -> Iterator[CellChange]:
@@ -337,8 +338,3 @@ def _series(nodes: Sequence[Node], run: LineRun) -> bool | None:
 
 def _changed(node: Node, run: LineRun, before: LineRun) -> bool:
     return _truth(node, run) is not _truth(node, before)
-
-
-def _now(engine: object, cell: Cell) -> Value:
-    assert isinstance(engine, TracedEngine)
-    return cell.of(engine.memory.read(cell.leaf, cell.index))

@@ -6,14 +6,13 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 from ...io_images.site import Site
-from ..model.operands import Constant, Group, Place, leaves_in
 from ..model.resolver import Resolver
 from ..state.lowered import LoweredProgram
 from ..state.memory import Value
 from .causes import Cause, Causes, CellChange
-from .executed import Cell, StepRun
+from .cells import Cell, cells_of
+from .executed import StepRun
 from .links import CauseLink, Operand, linked
-from .why import is_counted
 
 EARLIER = "earlier scans are not kept"
 """Text of a link behind which nothing can be repeated."""
@@ -63,10 +62,7 @@ class Chains:
 
     def cells(self, tag: str) -> list[Cell]:
         """Return the cells of a tag; of a timer or counter its bits; ValueError for an unknown name."""
-        where = Resolver(self.lowered.layout).named(tag)
-        if isinstance(where, Place):
-            return [cell_of(where)]
-        return list(_cells_of(where))
+        return cells_of(Resolver(self.lowered.layout).named(tag))
 
     def of(self, origin: CellChange, name: str, deep: int) -> CauseLink:
         """Return the link of a change."""
@@ -188,37 +184,12 @@ class Chains:
         return " ".join(texts) or sites[entry.number].instruction
 
 
-def cell_of(where: Place) -> Cell:
-    """Return the cell of a place with fixed subscripts; ValueError if they are computed."""
-    index = where.fixed_index
-    if index is None or where.can_fault:
-        raise ValueError(f"{where.text} has no fixed place: ask about one element")
-    mask = 1 << int(where.bit.value) if isinstance(where.bit, Constant) else None
-    return Cell(where.leaf, index, mask)
-
-
 def where(cell: Cell) -> str:
     """Return the place of an input in the rack: `slot 2 input 1`, of a word `slot 2 input word 3`."""
     side = "output" if cell.leaf.output else "input"
     if cell.mask is None:
         return f"slot {cell.leaf.slot} {side} word {cell.index}"
     return f"slot {cell.leaf.slot} {side} {16 * cell.index + cell.mask.bit_length() - 1}"
-
-
-def _cells_of(group: Group) -> Iterator[Cell]:
-    fixed = [int(each.value) for each in group.indices if isinstance(each, Constant)]
-    if len(fixed) != len(group.indices):
-        raise ValueError(f"{group.text} has no fixed place: ask about one element")
-    for leaf in leaves_in(group):
-        if "~" in leaf.path or (is_counted(group) and not leaf.type.is_bool):
-            continue
-        first, rest = 0, leaf.dims[len(fixed) :]
-        for index, length in zip(fixed, leaf.dims, strict=False):
-            first = first * length + index
-        size = 1
-        for length in rest:
-            size *= length
-        yield from (Cell(leaf, first * size + number) for number in range(size))
 
 
 def _value(cell: Cell, value: Value) -> Value:

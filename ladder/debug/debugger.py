@@ -18,7 +18,8 @@ from ..run.engine import STEP_MS
 from ..run.view import Tags
 from ..state.memory import Value, checked
 from .causes import Causes
-from .chains import Chains, Outside, cell_of, outside_unknown
+from .cells import cell_of
+from .chains import Chains, Outside, outside_unknown
 from .crossref import CrossReference
 from .executed import TracedEngine
 from .forces import Forces

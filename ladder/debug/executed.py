@@ -22,37 +22,13 @@ from ..model.spec import InstructionKind, Use
 from ..model.tags import Leaf
 from ..model.types import HIDDEN
 from ..state.lowered import Body, LoweredLine, LoweredStep
-from ..state.memory import InterpretedAddOnStore, Passed, Value, element_text
+from ..state.memory import InterpretedAddOnStore, Passed, Value
+from .cells import Cell
 from .watched import WatchedInterpreter, WatchedMemory
 from .watching import WatchedEngine
 
 COPIES = ("COP", "CPS")
 """Instructions that copy values byte by byte."""
-
-
-@dataclass(frozen=True, slots=True)
-class Cell:
-    """A value in memory, or some bits of one."""
-
-    leaf: Leaf
-    index: int  # flat index in the leaf
-    mask: int | None = None  # its bits; None for the whole value
-
-    @property
-    def name(self) -> str:
-        """Its address."""
-        name = element_text(self.leaf.path, self.leaf.dims, self.index)
-        return name if self.mask is None else f"{name}.{self.mask.bit_length() - 1}"
-
-    def of(self, value: Value) -> Value:
-        """Return its part of a value of the leaf."""
-        return value if self.mask is None else int(value) & self.mask
-
-    def overlaps(self, other: Cell) -> bool:
-        """Whether two cells share memory."""
-        if self.leaf is not other.leaf or self.index != other.index:
-            return False
-        return self.mask is None or other.mask is None or bool(self.mask & other.mask)
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,12 +6,13 @@ from collections.abc import Container
 
 from ..model.operands import Place
 from ..model.resolver import Resolver
+from .cells import cells_of, is_counted
 from .chart_waits import waits_of
 from .crossref import CrossReference
 from .replay import Replayer
 from .watched import Change, shown
 from .watching import WatchedEngine
-from .why import bits_of, cause, changes_of, is_counted, state_of, telling, told, untouched
+from .why import cause, changes_of, state_of, telling, told, untouched
 
 
 class Inquiry:
@@ -32,11 +33,9 @@ class Inquiry:
     def last_change(self, tag: str) -> Change | None:
         """Return the last remembered change of a tag from scan to scan, or None."""
         where = self._resolver.named(tag)
-        scan = None
-        if is_counted(where):  # ACC changes in most scans, and says less than the bits
-            scan = self._past.last_change(lambda engine: bits_of(engine.tags[tag]), self._latest)
-        if scan is None:
-            scan = self._past.last_change(lambda engine: engine.tags[tag], self._latest)
+        scan = self._past.last_change_of(cells_of(where), self._latest)
+        if scan is None and is_counted(where):  # ACC changes in most scans, and says less than the bits
+            scan = self._past.last_change_of(cells_of(where, counts=True), self._latest)
         if scan is None:
             return None
         return telling(changes_of(self._past.again(scan).history, where), where)

@@ -15,9 +15,8 @@ from typing import Any
 from ..model.errors import LadderFault
 from ..model.operands import Constant, Group, Place
 from ..state.memory import Value
-from .chains import cell_of
+from .cells import Cell, cell_of
 from .crossref import CrossReference, Mention, overlap
-from .executed import Cell
 from .replay import Replayer, restore, snapshot
 from .watched import shown
 from .watching import WatchedEngine

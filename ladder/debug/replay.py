@@ -13,7 +13,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from itertools import islice
+from functools import cached_property
+from itertools import islice, pairwise
 from typing import Any, NamedTuple, Protocol
 
 from ..compiler.observed import LineKey
@@ -21,6 +22,7 @@ from ..model.errors import LadderFault
 from ..model.tags import Leaf
 from ..state.memory import Memory, Value
 from ..state.tag_bytes import TagBytes
+from .cells import Cell
 from .forces import Forces
 from .watching import WatchedEngine
 
@@ -41,6 +43,23 @@ class ScanInputs(NamedTuple):
     images: Sequence[bytes] | None  # in layout order; None = the program does not run
     writes: tuple[Write, ...] = ()
     forces: Forces | None = None  # None = as before, without external writes
+
+
+ONE_BY_ONE = 24
+"""Stretches of the latest scans that are searched one by one."""
+
+SIDE_BY_SIDE = 5_000
+"""Most stretches that are searched at once."""
+
+
+class Stretch(NamedTuple):
+    """Scans from a snapshot to the next one."""
+
+    first: int
+    last: int
+    values: Mapping[str, Any]  # before the first scan, by identifier
+    inputs: Sequence[ScanInputs]  # none if something was forced, or if they are not known
+    after: Mapping[str, Any]  # the values after the last one
 
 
 class Source(Protocol):
@@ -131,6 +150,51 @@ class Replayer:
                     return found
                 end = start - 1
         return None
+
+    def last_change_of(self, cells: Sequence[Cell], end: int) -> int | None:
+        """Return the last scan that changed one of some values, up to one; None without one.
+
+        The latest scans run one by one; the ones before from all snapshots at once, see `lanes`.
+        """
+
+        def read(engine: WatchedEngine) -> list[Value]:
+            return [each.of(engine.memory.read(each.leaf, each.index)) for each in cells]
+
+        starts = list(islice((each for each in self._source.snapshots(end) if each <= end), self._stretches))
+        for number, start in enumerate(starts[:ONE_BY_ONE]):
+            found = self._change_in(start, starts[number - 1] - 1 if number else end, read)
+            if found is not None:
+                return found
+        for at in range(ONE_BY_ONE, len(starts), SIDE_BY_SIDE):
+            found = self._change_in_many(starts[at - 1 : at + SIDE_BY_SIDE], cells, read)
+            if found is not None:
+                return found
+        return None
+
+    def _change_in_many(
+        self, starts: Sequence[int], cells: Sequence[Cell], read: Callable[[WatchedEngine], Any]
+    ) -> int | None:
+        """Return the last change in the stretches that begin at the second and the further snapshots."""
+        stretches = [self._stretch(start, end) for end, start in pairwise(starts)]
+        for stretch, known in zip(stretches, self._lanes.last_changes(cells, stretches), strict=True):
+            found: int | None = known.scan
+            if not known.known:
+                found = self._change_in(stretch.first, stretch.last, read)
+            if found is not None:
+                return found
+        return None
+
+    def _stretch(self, start: int, end: int) -> Stretch:
+        count, known = self._source.inputs(start, end - 1)
+        values, forces = self._source.snapshot(start)
+        inputs = list(known) if count == end - start and not forces else []
+        return Stretch(start, end - 1, values, inputs, self._source.snapshot(end)[0])
+
+    @cached_property
+    def _lanes(self) -> Any:
+        from .lanes import Lanes  # most runs ask nothing
+
+        return Lanes(self.engine.lowered, self.engine.memory, self.images)
 
     def _change_in(self, start: int, last: int, read: Callable[[WatchedEngine], Any]) -> int | None:
         count, known = self._source.inputs(start, last)

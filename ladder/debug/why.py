@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from ..model.operands import Constant, Group, Place
-from ..model.types import COUNTER, HIDDEN, TIMER
+from ..model.types import HIDDEN
 from ..state.lowered import LoweredProgram
 from ..state.memory import element_text
+from .cells import is_counted
 from .crossref import Mention, overlap
 from .watched import Change, shown
 
@@ -22,16 +23,6 @@ def telling(changes: Sequence[Change], where: Place | Group) -> Change | None:
     bits = [each for each in changes if each.leaf.type.is_bool] if is_counted(where) else []
     ranked = bits or changes
     return ranked[-1] if ranked else None
-
-
-def is_counted(where: Place | Group) -> bool:
-    """Whether this is one timer or counter."""
-    return isinstance(where, Group) and not where.dims and where.type in (TIMER, COUNTER)
-
-
-def bits_of(value: Mapping[str, object]) -> tuple[object, ...]:
-    """Return the status bits of a timer or counter."""
-    return tuple(each for each in value.values() if isinstance(each, bool))
 
 
 def state_of(where: Place | Group, value: object) -> str:

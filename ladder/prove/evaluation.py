@@ -14,12 +14,16 @@ class Evaluator:
 
     Args:
         roots: the terms.
+
+    Attributes:
+        variables: those that decide them.
     """
 
     def __init__(self, roots: Sequence[T]) -> None:
         order = reach(roots)
         slots = {t.id: number for number, t in enumerate(order)}
         self._found: list[Any] = [t.val for t in order]
+        self.variables = [t for t in order if t.op == "var"]
         self._variables = [
             (slot, t.val, False if t.kind == BOOL else 0) for slot, t in enumerate(order) if t.op == "var"
         ]

@@ -15,6 +15,7 @@ from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import Any
 
+from ...io_images.site import Site
 from ..model.errors import LadderFault
 from .meaning import BOOL, INT
 from .replaying import Replayed, ScanOf, breaks, first_broken, replay, scenario
@@ -75,6 +76,7 @@ class Verdict:
         blame: instructions or limits, if unknown.
         states: how many state values decide the property.
         values: how many variables decide it in all.
+        spent: steps of the solver.
     """
 
     kind: Kind = Kind.UNKNOWN
@@ -85,20 +87,22 @@ class Verdict:
     blame: tuple[str, ...] = ()
     states: int = 0
     values: int = 0
+    spent: int = 0
 
     def __bool__(self) -> bool:
         return self.kind is Kind.PROVED
 
 
-def prove(problem: System, bad: T | Key, limits: Limits = Limits()) -> Verdict:
+def prove(problem: System, bad: T | Key, limits: Limits = Limits(), *, fault: Site | None = None) -> Verdict:
     """Decide whether a truth is false after every scan.
 
     Args:
         problem: a program, or a system without one: then nothing is replayed.
         bad: a term of the values before a scan, or the place of a bit after it.
         limits: of the search.
+        fault: where the major fault happens that `bad` is the condition of; None if it is none.
     """
-    return _Proof(problem, bad, limits).verdict()
+    return _Proof(problem, bad, limits, fault).verdict()
 
 
 class _Again(Exception):  # noqa: N818 - control flow, not an error
@@ -110,10 +114,12 @@ class _Proof:
     system: System
     asked: T | Key
     limits: Limits
+    fault: Site | None = None
     tries: int = MOST_TRIES
     result: Verdict = field(default_factory=Verdict)
     key: Key | None = None
     bad: T = FALSE
+    before: int = 0  # steps of searches that learnt something
 
     def verdict(self) -> Verdict:
         """Decide."""
@@ -123,29 +129,32 @@ class _Proof:
             self.key, self.bad = self.asked, system.after(self.asked)
         else:
             self.bad = self.asked
-        cone = system.cone([self.bad])
+        own, system.contract = system.contract, system.narrowed([self.bad])
+        try:
+            self._answer(system.cone([self.bad]))
+        finally:
+            system.contract = own
+        return result
+
+    def _answer(self, cone: dict[str, T]) -> None:
+        system, result = self.system, self.result
         result.states, result.values = sum(name in system.next for name in cone), len(cone)
         if isinstance(system, Problem):
             result.assumed = (*system.assumed(cone), *result.assumed)
         self._decide(cone)
         if result.kind is Kind.UNKNOWN:
             result.blame = tuple(dict.fromkeys((*result.blame, *system.blame(cone))))
-        return result
 
     def _decide(self, cone: dict[str, T]) -> None:
         if self.bad is FALSE:
             self._proved(0)
             return
-        kept = self.system.contract
-        try:
-            while self.tries > 0:
-                try:
-                    self._search(cone)
-                    return
-                except _Again:
-                    continue
-        finally:
-            self.system.contract = kept
+        while self.tries > 0:
+            try:
+                self._search(cone)
+                return
+            except _Again:
+                self.before = self.result.spent
 
     # --- the two questions
 
@@ -160,10 +169,11 @@ class _Proof:
             run = Frame(system, base, run, first=run is None)
             broken = run.term(self.bad)
             answer = base.check(broken)
+            self.result.spent = self.before + base.spent + step.spent
             if answer == SAT:
                 self._refute(base, run, broken)
                 return
-            if answer == UNKNOWN or base.spent + step.spent > limits.total:
+            if answer == UNKNOWN or self.result.spent > limits.total:
                 self._unknown(f"the limit of steps, in scan {k + 1}")
                 return
             if system.contract is not TRUE and base.check() != SAT:
@@ -228,12 +238,16 @@ class _Proof:
                 return
             self.tries -= 1
             replayed = replay(self.system, scans, breaks(self.system, self.bad, self.key))
-            if replayed.confirmed:
+            if replayed.confirmed or self._is_the_fault(replayed, len(scans)):
                 self._refuted(scans)
                 return
             pins = self._learnt(base, frames, replayed)
             if not pins or self.tries <= 0 or base.check(broken, *pins) != SAT:
                 return
+
+    def _is_the_fault(self, replayed: Replayed, scans: int) -> bool:
+        fault = replayed.fault
+        return fault is not None and fault.site == self.fault and replayed.done == scans - 1
 
     def _learnt(self, base: Solver, frames: list[Frame], replayed: Replayed) -> list[Any]:
         """Return what a run says of values that the solver chose; none if it can't help."""
@@ -279,6 +293,7 @@ class _Proof:
         if not any(name.endswith(CLOCK + "[0]") for name in cone):
             return False
         longer = stretched(system)
+        longer.contract = longer.narrowed([longer.after(key)])
         solver, run = Solver(self.limits.steps), None
         for _ in range(self.limits.scans):
             run = Frame(longer, solver, run, first=run is None)

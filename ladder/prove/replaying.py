@@ -36,6 +36,7 @@ class Replayed:
         confirmed: whether the program breaks the property, as the solver says.
         fault: the major fault that ended it.
         computed: what instructions that are not modelled computed, by scan and variable.
+        done: scans without a fault.
         differs: a place where relation and program differ: a defect, unless it is in the shade of a havoc.
     """
 
@@ -43,6 +44,7 @@ class Replayed:
     fault: LadderFault | None = None
     computed: dict[tuple[int, str], Any] = field(default_factory=dict)
     differs: tuple[Key, ...] = ()
+    done: int = 0
 
 
 class Run:
@@ -93,6 +95,7 @@ def replay(problem: Problem, scans: Sequence[Values], broken: Broken) -> Replaye
         except LadderFault as fault:
             result.fault = fault
             return result
+        result.done += 1
         if problem.havocs:
             _learn(problem, run, number, before, result)
         if not all(run.after(key) for key in problem.assume):

@@ -28,8 +28,8 @@ from ..model.tags import Layout, Leaf
 from ..run.engine import Engine
 from ..state.lowered import LoweredProgram
 from . import terms
-from .machine import ScanMachine
 from .meaning import BOOL
+from .noting import NotingMachine
 from .terms import FALSE, TRUE, T, and_, var, variables
 
 Key = tuple[str, int]
@@ -96,6 +96,7 @@ class System:
         held: names of variables that keep their initial value.
         late: names of free variables that have their initial value in the first scan.
         contract: what holds in each scan of a run in question.
+        kept: contracts of modules; each counts for what its module's inputs decide, see `narrowed`.
         deep: where the relation does not follow the program.
         havocs: variables of what is not modelled, and what to blame.
         key_of: the place of each variable that has one.
@@ -109,6 +110,7 @@ class System:
     held: set[str] = field(default_factory=set)
     late: set[str] = field(default_factory=set)
     contract: T = TRUE
+    kept: list[T] = field(default_factory=list)
     deep: T = FALSE
     havocs: dict[str, str] = field(default_factory=dict)
     key_of: dict[str, Key] = field(default_factory=dict)
@@ -129,6 +131,18 @@ class System:
             seen.update((v.val, v) for v in fresh)
             todo = [self.next[v.val] for v in fresh if v.val in self.next]
         return seen
+
+    def narrowed(self, roots: Iterable[T]) -> T:
+        """Return the contract with those of modules whose inputs decide terms."""
+        roots, contract, left = list(roots), self.contract, [*self.kept]
+        while True:
+            inputs = {name for name in self.cone([*roots, contract]) if self.role(name) == "free"}
+            counts = [each for each in left if any(v.val in inputs for v in variables([each]))]
+            if not counts:
+                return contract
+            left = [each for each in left if each not in counts]
+            for each in counts:
+                contract = and_(contract, each)
 
     def blame(self, cone: Iterable[str]) -> tuple[str, ...]:
         """Return the instructions that are not modelled and decide a cone."""
@@ -186,17 +200,17 @@ class Problem(System):
             "assume": assume,
             "contracts": contracts,
         }
-        self.machine = ScanMachine(self.lowered, (bounds.low_ms, bounds.high_ms))
+        self.machine = NotingMachine(self.lowered, (bounds.low_ms, bounds.high_ms))
         self.machine.scan_terms()
         self.rungs = list(self.machine.rungs)
+        self.machine.noting = False  # monitors are no part of the program
         self._run_monitors()
         self.least_ms = bounds.low_ms
         self._begin()
         self._settle()
         for each in assume:
             self.contract = and_(self.contract, self.after(each))
-        for make in contracts:
-            self.contract = and_(self.contract, make(self))
+        self.kept = [make(self) for make in contracts]
         self._settle()
 
     def _run_monitors(self) -> None:

@@ -166,6 +166,8 @@ TAGS = {
     "Average": "REAL",
     "Halt": "MC_Halt",
     "On": "BOOL",
+    "OutC": "CONTROL",
+    "Hold": "BOOL",
     "Blend": "ProgramBlend3601",
     "Curve": "RunBlend3601",
     "Lengths": "DINT[17] := [1000, 1000, 1000]",
@@ -243,6 +245,69 @@ TEXT = [
     ("no-place", "SLOT axis : 1", "SLOT axis : 3", None),
 ]
 """The same in structured text."""
+
+SHARED = [
+    (
+        "tracking.rung",
+        "control-mixed",
+        "FFU(Weights[0],WeightOut,WeightC,20,0)",
+        "FFU(Weights[0],WeightOut,OutC,20,0)",
+    ),
+    ("tracking.rung", "control-mixed", "BSL(Line[0],LineC,Bad,96)", "BSL(Line[0],AveC,Bad,10)"),
+    (
+        "tracking.rung",
+        "repeated-coil",
+        "XIC(Kicker)CTU(Rejects,0,0);",
+        "XIC(Kicker)CTU(Rejects,0,0);\nXIC(Bad)CTU(Rejects,0,0);",
+    ),
+    (
+        "tracking.rung",
+        "contradiction",
+        "[XIC(Jam.DN),",
+        "[XIC(Jam.TT)XIC(Jam.DN),",
+    ),
+    ("tracking.rung", "never-waits", "XIC(Kicker)CTU", "LBL(up)XIC(Photo)NOP();\nJMP(up);\nXIC(Kicker)CTU"),
+    (
+        "washer.rung",
+        "repeated-coil",
+        "Drain,Rinse,5000,Local:3:O.Data.1",
+        "Drain,Rinse,5000,Local:3:O.Data.0",
+    ),
+    ("lift.rung", "subscript", "FOR J := 1 TO 3 DO", "FOR J := 1 TO 40 DO"),
+    (
+        "lift.rung",
+        "never-waits",
+        "Goal := 0;\nFOR",
+        "Goal := 0;\nWHILE Goal < 3 DO Floor := Goal; END_WHILE;\nFOR",
+    ),
+    ("press_st.rung", "never-waits", "FOR K := 0 TO 15 DO", "FOR K := 0 TO 15 BY 0 DO"),
+    (
+        "lift.rung",
+        "never-written",
+        "IF Call1 THEN Calls.0 := 1; END_IF;",
+        "IF Call1 AND Hold THEN Calls.0 := 1; Hold := 0; END_IF;",
+    ),
+    (
+        "drill.rung",
+        "move-interrupted",
+        "MC_MoveAbsolute(Drill, Z, Step = 30",
+        "MC_MoveAbsolute(Drill, Z, Step = 20",
+    ),
+    (
+        "drill.rung",
+        "move-interrupted",
+        "    IF Approach.Done THEN Step := 30; END_IF;",
+        "    IF Clamped THEN Step := 30; END_IF;",
+    ),
+    ("feeder.rung", "out-of-range", "TAG FeedSpeed : DINT := 6000", "TAG FeedSpeed : DINT := 150"),
+    (
+        "words_st.rung",
+        "command-held",
+        "        axis.O.Data[0] := 0;\n        Step := 50",
+        "        FOR I := 1 TO 7 DO axis.O.Data[I] := 0; END_FOR;\n        Step := 50",
+    ),
+]
+"""Program, rule, old text and new text, in programs of rungs and of structured text."""
 
 FUNCTION = [
     ("constant-condition", "if status.MODE_CONFIG and not status.CONFIG_ERROR:", "if 0 > 1:"),
@@ -809,6 +874,7 @@ PLANTED = [
     *_planted("text.rung", TEXT),
     *_planted("function.py", FUNCTION),
     *_planted("sequence.py", SEQUENCE),
+    *(Planted(*each, anywhere=True) for each in SHARED),
     *FURTHER,
 ]
 
@@ -830,7 +896,9 @@ def text_of(planted):
     assert planted.old in text, planted
     text = text.replace(planted.old, planted.new, 1 if planted.anywhere else -1)
     for name, kind in TAGS.items():
-        if planted.program.endswith(".rung") and re.search(rf"\b{name}\b", planted.new):
+        if name in ("OutC", "Hold") and re.search(rf"\b{name}\b", planted.new):
+            text = text.replace("TAG ", f"TAG {name} : {kind}\nTAG ", 1)
+        elif planted.program.endswith(".rung") and re.search(rf"\b{name}\b", planted.new):
             text = text.replace("TAG Run : BOOL", f"TAG Run : BOOL\nTAG {name} : {kind}", 1)
     if "Small" in planted.new and "Step" in text and planted.program == "steps.rung":
         text = text.replace("TAG Cycle", "TAG Small : INT\nTAG Cycle")

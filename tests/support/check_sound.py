@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from check_machines import MACHINES
 from check_programs import SOUND, USED
+from check_stations import STATIONS
 
 CONVEYOR = """\
 PROGRAM conveyor
@@ -551,6 +552,7 @@ class Follow(Logic):
 SOUND = {
     **SOUND,
     **MACHINES,
+    **STATIONS,
     "conveyor.rung": CONVEYOR,
     "steps.rung": STEPS,
     "tank.rung": TANK,

@@ -13,10 +13,10 @@ import typer
 from ...io_images.input_files import read_checked
 from ...io_images.text_limits import TextKind
 from ...jobs.fuzz import STANDARD, Scenario
-from ...jobs.fuzz.drawing import Kind, kinds_for, possible_kinds
 from ...jobs.fuzz.folder_lock import locked
 from ...jobs.fuzz.job import Setup, bench_of, replay
 from ...jobs.fuzz.learning import LearnedScenario, learn
+from ...jobs.fuzz.scenarios.kinds import Kind, kinds_for, possible_kinds
 from ...jobs.load.loading import Job, load_job, scans_to_run
 from ...runtime.config.quantities import parse_duration
 from ...terminal.as_json import JsonOption, say_json
@@ -132,7 +132,6 @@ def _fuzz_command(
             checks=_checks(check or [], list(files)),
             scans=_scans(job, duration, learned),
             kinds=_kinds(job, only or [], without or []),
-            notes=folder,
         )
         bench_of.cache_clear()  # the files may have changed since another call in this process
         bench_of(setup)  # refuse unusable files before a search begins

@@ -18,6 +18,9 @@ from dataclasses import dataclass
 MOST = 128
 """Alternatives that are looked at."""
 
+ON_DELAY = "t"
+"""Ends the names of bits of on-delay timers: DN and TT exclude each other [1756-RM003, TON]."""
+
 OPPOSITE = {"=": "<>", "<>": "=", "<": ">=", ">=": "<", ">": "<=", "<=": ">"}
 """The relation that holds where the other one does not."""
 
@@ -162,7 +165,10 @@ def _is_impossible(term: Term) -> bool:
             return True
         if isinstance(each, Compare):
             compared.setdefault(each.name, []).append(each)
-    return any(map(_is_empty, compared.values()))
+    timed = (
+        name.replace(".TT#", ".DN#") for name in on if on[name] and ".TT#" in name and name.endswith(ON_DELAY)
+    )
+    return any(on.get(each) for each in timed) or any(map(_is_empty, compared.values()))
 
 
 def _is_empty(compared: list[Compare]) -> bool:

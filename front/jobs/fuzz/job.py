@@ -31,11 +31,12 @@ from ..record.sequence_watch import watching
 from ..trust.attachments import forget_imported
 from ..trust.owned import in_use
 from . import STANDARD, Counterexample, Invariant, InvariantError, Scenario, TrialBench, load_invariants
-from .drawing import Kind
+from .aim.branches import branches_noted
 from .folder_lock import write_text
 from .laws.claimed import invariants_in
 from .report import report
 from .scenarios.drivescript import DriveScript, obstacle
+from .scenarios.kinds import Kind
 from .scenarios.rackdoc import rack_text
 
 RESERVE = 100
@@ -54,12 +55,11 @@ class Setup:
     checks: tuple[str, ...]  # standard invariants by name
     scans: int
     kinds: frozenset[Kind]
-    notes: Path
 
     def from_anywhere(self) -> Setup:
         """Return the same with absolute paths, for a worker in another folder."""
         files = tuple(file.absolute() for file in self.invariants)
-        return replace(self, rack=os.path.abspath(self.rack), invariants=files, notes=self.notes.absolute())
+        return replace(self, rack=os.path.abspath(self.rack), invariants=files)
 
     @property
     def words(self) -> list[str]:
@@ -75,7 +75,8 @@ def bench_of(setup: Setup) -> TrialBench:
     Raises:
         ValueError: an unusable rack, program or invariant.
     """
-    job = load_job(setup.rack)
+    with branches_noted():
+        job = load_job(setup.rack)
     made, asked = logic_maker(job, setup.rack), invariants_of(setup)
     if has_claims(job):
         found = with_monitors(job)
@@ -153,13 +154,15 @@ def logic_maker(job: Job, rack: str) -> Callable[[], ScanLogic]:
 
 def _function(address: str, folder: Path) -> ScanLogic:
     forget_imported(folder)
-    logic: ScanLogic = load_program(address).function
+    with branches_noted():
+        logic: ScanLogic = load_program(address).function
     return logic
 
 
 def _of_rack(rack: str, folder: Path) -> ScanLogic:
     forget_imported(folder)
-    return load_job(rack).logic
+    with branches_noted():
+        return load_job(rack).logic
 
 
 def _tags_of(logic: ScanLogic) -> Any:

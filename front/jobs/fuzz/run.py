@@ -27,6 +27,7 @@ from ..load.building import build_cpu, build_rack
 from ..record.logic_wrapper import LogicWrapper
 from ..record.order_repeater import OrderRepeater
 from ..record.sequence_watch import sequences_in, standing
+from .aim.probe import Probe
 from .laws.busy import axes_in
 from .laws.invariants import Invariant, Watch
 from .laws.output_line import Places
@@ -268,18 +269,20 @@ class TrialBench:
         *,
         without: Iterable[str] = (),
         listeners: Listeners = _no_listeners,
+        probe: Probe | None = None,
         aloud: bool = False,
     ) -> Verdict:
         """Run the program in a scenario until an invariant is broken or the time is over.
 
         Args:
             without: names of invariants to skip, and keys of failures to ignore.
+            probe: notes what changes.
 
         Raises:
             InvariantError: an invariant raised.
         """
         start_ns = wall_ns()
-        run = _Run(self, scenario, frozenset(without), traced=False)
+        run = _Run(self, scenario, frozenset(without), traced=False, probe=probe)
         verdict = run.go(listeners, aloud=aloud)
         if verdict.broken is not None and verdict.broken.cause == UNPLACED:
             verdict = _Run(self, scenario, frozenset(without), traced=True).go(_no_listeners, aloud=False)
@@ -309,7 +312,13 @@ class _Run:
     """
 
     def __init__(
-        self, bench: TrialBench, scenario: Scenario, without: frozenset[str], *, traced: bool
+        self,
+        bench: TrialBench,
+        scenario: Scenario,
+        without: frozenset[str],
+        *,
+        traced: bool,
+        probe: Probe | None = None,
     ) -> None:
         self._scans = bench.scans
         self._without = without
@@ -318,6 +327,10 @@ class _Run:
         self._rack = build_rack(self._spec)
         with self._kept_quiet(aloud=False):
             logic = bench.fresh_logic()
+        self._probe = probe
+        if probe is not None:
+            logic = probe.prepared(logic)
+            probe.watch(logic, self._rack)
         self._places = Places(logic, self._rack) if traced else None
         self._timed = _TimedLogic(logic if self._places is None else self._places)
         asked = [_InvariantWatch(each) for each in bench.invariants if each.name not in without]
@@ -334,7 +347,8 @@ class _Run:
             ValueError: an order of the scenario can't be carried out.
         """
         watcher = self._watcher
-        listening = [*listeners(self._spec, self._rack), watcher]
+        probes = [] if self._probe is None else [self._probe]
+        listening = [*listeners(self._spec, self._rack), *probes, watcher]
         watcher.cpu = cpu = build_cpu(self._spec, self._timed, self._rack, listeners=listening)
         repeated = self._operator(cpu)
         start_ns = wall_ns()

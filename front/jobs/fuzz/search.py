@@ -1,6 +1,7 @@
 """The search: scenario after scenario, until an invariant is broken, and then the smallest that breaks it.
 
-Hypothesis draws scenarios     one breaks something that is not known yet
+the run without events         shows where something changes, see `aim.probe`
+drawn scenarios (`aim.draws`)  one breaks something that is not known yet
 delta debugging (`shrink`)     the smallest that breaks the same
 confirmation                   the same failure in another process
 and the search goes on, past what is known
@@ -11,15 +12,13 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass, field
-from typing import Any
-
-from hypothesis import HealthCheck, Phase, Verbosity, given, seed, settings, target
-from hypothesis import strategies as st
-from hypothesis.errors import Flaky
+from random import Random
 
 from ...runtime.loop.pace import wall_ns
-from .drawing import buttons, sensors
+from .aim.draws import Draws
+from .aim.probe import Probe
 from .run import ASKING, BUILDING, HANGS, PROGRAM, RUNNING, BrokenInvariant, TrialBench, Verdict
+from .scenarios.kinds import Kind, buttons, sensors
 from .scenarios.scenario import Scenario
 from .scenarios.words import told
 from .shrink import smallest
@@ -69,10 +68,6 @@ class UnsteadyError(ValueError):
     """A program that behaves differently in two runs of the same scenario."""
 
 
-class _BrokenError(Exception):
-    """The exception that makes an example a failure for Hypothesis."""
-
-
 Confirm = Callable[[Counterexample, Collection[str]], bool]
 """Repeats a failure in another process, which ignores known ones.
 
@@ -86,10 +81,11 @@ def _taken_at_its_word(_found: Counterexample, _without: Collection[str]) -> boo
 
 def search(
     bench: TrialBench,
-    strategy: st.SearchStrategy[Scenario],
+    kinds: Collection[Kind],
     *,
     examples: int,
     start: int = 0,
+    base: Scenario | None = None,
     known: Iterable[str] = (),
     progress: Callable[[int], None] = lambda _runs: None,
     confirm: Confirm = _taken_at_its_word,
@@ -100,8 +96,10 @@ def search(
     Failures of one invariant differ by their cause.
 
     Args:
+        kinds: random events, as far as they are possible in the rack.
         examples: number of scenarios in all, without those of shrinking.
         start: seed of the search; the same seed gives the same results.
+        base: a scenario to vary; None = none.
         known: names of invariants, and keys of failures, to ignore.
 
     Raises:
@@ -110,22 +108,26 @@ def search(
     """
     report = SearchReport()
     start_ns = wall_ns()
-    given_up = set(known)
-    left, attempt = examples, 0
-    while left > 0 and bench.names - given_up:
-        hunt = _Hunt(bench, frozenset(given_up), report, progress)
-        found = hunt.go(strategy, left, start + attempt)
-        left -= hunt.used
-        attempt += 1
-        if found is None:
+    hunt = _Hunt(bench, report, set(known))
+    draws = Draws(bench.spec, bench.scans, kinds, Random(start))
+    probe = Probe()
+    scenario = base or Scenario()
+    for example in range(examples):
+        if not bench.names - hunt.known:
             break
-        without = behind(bench, found.broken, given_up)
-        given_up.add(found.broken.key)
-        found = shrunk(bench, found, without, report)
-        found_ns = wall_ns()
-        if confirm(found, without):
-            report.found.append(found)
-        report.spent[CONFIRMING] += wall_ns() - found_ns
+        found = hunt.try_one(scenario, None if example else probe)
+        progress(report.runs)
+        if found is not None:
+            without = behind(bench, found.broken, hunt.known)
+            hunt.known.add(found.broken.key)
+            found = shrunk(bench, found, without, report)
+            found_ns = wall_ns()
+            if confirm(found, without):
+                report.found.append(found)
+            report.spent[CONFIRMING] += wall_ns() - found_ns
+        if not example:
+            probe.edges.close()
+        scenario = draws.scenario(probe.edges, base)
     report.spent[DRAWING] = wall_ns() - start_ns - report.spent.total()
     return report
 
@@ -180,69 +182,41 @@ def shrunk(
     return Counterexample(scenario, broken, found.after)
 
 
+@dataclass(slots=True)
 class _Hunt:
-    """A search until something is broken."""
+    """Runs of a search, with what is known."""
 
-    def __init__(
-        self,
-        bench: TrialBench,
-        without: frozenset[str],
-        report: SearchReport,
-        progress: Callable[[int], None],
-    ) -> None:
-        self._bench, self._without = bench, without
-        self._report, self._progress = report, progress
-        self._found: Counterexample | None = None
-        self.used = 0
+    bench: TrialBench
+    report: SearchReport
+    known: set[str]
 
-    def go(self, strategy: st.SearchStrategy[Scenario], examples: int, start: int) -> Counterexample | None:
-        """Search; return the counterexample, or None.
+    def try_one(self, scenario: Scenario, probe: Probe | None) -> Counterexample | None:
+        """Run a scenario; return its failure, or None.
 
         Raises:
             UnsteadyError: the program is not deterministic.
         """
-        trial = seed(start)(settings(**HYPOTHESIS, max_examples=examples)(given(strategy)(self._try)))
-        try:
-            trial()
-        except _BrokenError:
-            return self._found
-        except Flaky:
-            assert self._found is not None
-            raise UnsteadyError(unsteady(self._found, self._uses(self._found.scenario))) from None
-        return None
+        broken = self._run(scenario, probe)
+        if broken is None:
+            return None
+        found = Counterexample(scenario, broken, self.report.runs)
+        again = self._run(scenario, None)
+        if again is not None and again.key == broken.key:
+            return found
+        if broken.cause == HANGS:  # the machine may have been busy
+            return None
+        raise UnsteadyError(unsteady(found, self._uses(scenario)))
+
+    def _run(self, scenario: Scenario, probe: Probe | None) -> BrokenInvariant | None:
+        verdict = self.bench.run(scenario, without=self.known, probe=probe)
+        self.report.add(scenario, verdict)
+        return verdict.broken
 
     def _uses(self, scenario: Scenario) -> str:
         """Return the program's sources of differences between runs."""
         uses = Uses()
-        uses.watching(self._bench).run(scenario)
+        uses.watching(self.bench).run(scenario)
         return str(uses)
-
-    def _try(self, scenario: Scenario) -> None:
-        verdict = self._bench.run(scenario, without=self._without)
-        self._report.add(scenario, verdict)
-        self._progress(self._report.runs)
-        broken = verdict.broken
-        if self._found is None:
-            self.used += 1
-            target(float(len(verdict.rules)), label="rules of the manual that fire")
-            if broken is not None and broken.cause == HANGS:  # the machine may have been busy
-                broken = self._bench.run(scenario, without=self._without).broken
-        if broken is None or (self._found is not None and broken.key != self._found.broken.key):
-            return
-        self._found = self._found or Counterexample(scenario, broken, self._report.runs)
-        raise _BrokenError
-
-
-HYPOTHESIS: dict[str, Any] = {
-    "database": None,
-    "deadline": None,
-    "phases": [Phase.generate, Phase.target],
-    "suppress_health_check": list(HealthCheck),
-    "report_multiple_bugs": False,
-    "verbosity": Verbosity.quiet,
-    "print_blob": False,
-}
-"""Hypothesis only draws the scenarios; `shrink` makes them small."""
 
 
 def unsteady(found: Counterexample, uses: str = "") -> str:

@@ -16,7 +16,7 @@ Times stay on the grid of the scans.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import fields, replace
+from dataclasses import replace
 from itertools import takewhile
 from types import MappingProxyType
 from typing import Any
@@ -25,15 +25,11 @@ from ...io_images.amci3601.bits import InputBit
 from ...io_images.amci3601.firmware import KNOWN
 from ...runtime.loop.incidents import Incident
 from .run import BrokenInvariant
+from .scenarios.parts import Part, parts_of, scenario_of
 from .scenarios.scenario import LostSteps, Press, Push, Scenario, Shift, Signal
 
 Inputs = Mapping[int, Sequence[InputBit]]
 """Inputs by slot number, those that are simpler to press first."""
-
-Part = tuple[str, Any]
-"""A part of a scenario: its field, and itself."""
-
-FIELDS = tuple(each.name for each in fields(Scenario))
 
 STEPS = (1, 2, 5)
 """Leading digits of round numbers."""
@@ -114,16 +110,6 @@ class _Shrinker:
             return False
         self.scenario, self.broken = scenario, broken
         return True
-
-
-def parts_of(scenario: Scenario) -> list[Part]:
-    """Return the parts of a scenario; the inverse of `scenario_of`."""
-    return [(name, part) for name in FIELDS for part in getattr(scenario, name)]
-
-
-def scenario_of(parts: Sequence[Part]) -> Scenario:
-    """Return the scenario of some parts."""
-    return Scenario(**{name: tuple(part for field, part in parts if field == name) for name in FIELDS})
 
 
 def simpler_parts(part: Any, inputs: Inputs, scan_ns: int) -> Iterator[Any]:

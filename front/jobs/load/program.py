@@ -14,11 +14,12 @@ import inspect
 import sys
 import traceback
 from collections.abc import Callable, Collection, Mapping
+from contextvars import ContextVar
 from dataclasses import dataclass, field
 from enum import StrEnum
 from importlib.machinery import ModuleSpec
 from pathlib import Path, PurePath
-from types import FunctionType, ModuleType
+from types import CodeType, FunctionType, ModuleType
 from typing import TYPE_CHECKING, Any
 
 from ...io_images.input_files import read_input
@@ -370,9 +371,17 @@ def _check_text(path: Path, data: bytes) -> None:
         raise ProgramError(f"{path}: the program is not UTF-8 text: {error}") from None
 
 
+def _compiled(data: bytes, file: str) -> CodeType:
+    return compile(data, file, "exec")
+
+
+COMPILER: ContextVar[Callable[[bytes, str], CodeType]] = ContextVar("COMPILER", default=_compiled)
+"""Compiles the Python programs that are loaded; a search has them note their branches."""
+
+
 def _execute(path: Path, data: bytes) -> ModuleType:
     try:
-        code = compile(data, str(path), "exec")
+        code = COMPILER.get()(data, str(path))
     except (SyntaxError, ValueError) as error:  # null bytes are one or the other, by Python version
         line, text = getattr(error, "lineno", None) or 1, getattr(error, "msg", error)
         site = Site(file=str(path), line=line)

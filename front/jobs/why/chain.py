@@ -10,7 +10,7 @@ from ...io_images.addresses import Address
 from ...io_images.amci3601 import COMPLETION_BITS, MOTIONS, StatusMsw
 from ...ladder.debug import CauseLink, Chains, linked
 from ...ladder.debug.causes import CellChange
-from ...ladder.debug.executed import Cell
+from ...ladder.debug.cells import Cell
 from ...ladder.state.memory import Value
 from ...runtime.loop.incidents import FaultKind
 from ...runtime.loop.scan import ScanFlag

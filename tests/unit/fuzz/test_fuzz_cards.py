@@ -8,9 +8,10 @@ from typing import Any
 
 import pytest
 from hypothesis import find
-from scanrack.jobs.fuzz.drawing import Kind, card_buttons, possible_kinds, scenarios
+from scanrack.jobs.fuzz.drawing import scenarios
 from scanrack.jobs.fuzz.laws.scan_view import Moment
 from scanrack.jobs.fuzz.laws.standard import STANDARD
+from scanrack.jobs.fuzz.scenarios.kinds import Kind, card_buttons, possible_kinds
 from scanrack.jobs.fuzz.scenarios.rackdoc import rack_text
 from scanrack.jobs.fuzz.scenarios.scenario import Push, Scenario, one_at_a_time
 from scanrack.jobs.fuzz.scenarios.words import told

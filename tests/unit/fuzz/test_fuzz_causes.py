@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from scanrack.io_images.amci3601 import Configuration, Idle, InputBit, Move, MoveKind, StatusView
 from scanrack.jobs.fuzz import STANDARD, Press, Scenario, TrialBench, never, search, undisturbed
-from scanrack.jobs.fuzz.drawing import Kind, scenarios
+from scanrack.jobs.fuzz.scenarios.kinds import Kind
 from scanrack.runtime.config.rackspec import RackSpec
 
 MS = 1_000_000
@@ -60,8 +60,7 @@ def found(report):
 @pytest.mark.slow
 def test_two_places_are_two_failures_each_with_its_own_smallest_scenario():
     planted = bench(configured(two_ways), STANDARD["one-motion"])
-    strategy = scenarios(SPEC, planted.scans, {Kind.INPUTS})
-    by_cause = found(search(planted, strategy, examples=80))
+    by_cause = found(search(planted, {Kind.INPUTS}, examples=80))
     home, external = f"{HERE}:{line_of('by home')}", f"{HERE}:{line_of('by external')}"
     assert set(by_cause) == {home, external}
     assert [each.input for each in by_cause[home].scenario.presses] == [InputBit.HOME]
@@ -82,8 +81,7 @@ def test_behind_a_failure_that_always_happens_another_is_found():
     at_once = undisturbed(planted, Scenario())
     assert [each.broken.cause for each in at_once] == [f"{HERE}:{line_of('by itself')}"]
     known = [each.broken.key for each in at_once]
-    strategy = scenarios(SPEC, planted.scans, {Kind.INPUTS})
-    behind = found(search(planted, strategy, examples=80, known=known))
+    behind = found(search(planted, {Kind.INPUTS}, examples=80, known=known))
     assert set(behind) == {f"{HERE}:{line_of('by home')}", f"{HERE}:{line_of('by external')}"}
 
 
@@ -110,8 +108,7 @@ def test_rules_tell_failures_apart_before_places_do():
             out.load(MOVE if status.IN_EXTERNAL else IDLE)
 
     planted = bench(configured(go), STANDARD["no-command-error"])
-    strategy = scenarios(SPEC, planted.scans, {Kind.INPUTS})
-    causes = set(found(search(planted, strategy, examples=80)))
+    causes = set(found(search(planted, {Kind.INPUTS}, examples=80)))
     assert "CMD-06" in causes
     assert len(causes) == 2
     assert all(cause.startswith("CMD-") for cause in causes)

@@ -8,8 +8,8 @@ from scanrack.jobs.fuzz.campaign.campaign import campaign
 from scanrack.jobs.fuzz.campaign.executors import executor_of
 from scanrack.jobs.fuzz.campaign.state import State
 from scanrack.jobs.fuzz.campaign.working import Work
-from scanrack.jobs.fuzz.drawing import Kind
 from scanrack.jobs.fuzz.job import Setup
+from scanrack.jobs.fuzz.scenarios.kinds import Kind
 
 distributed = pytest.importorskip("distributed", reason="the extra 'cluster' is not installed")
 pytestmark = pytest.mark.extra("cluster")
@@ -52,7 +52,7 @@ def test_a_campaign_outlives_a_worker(tmp_path, cluster):
             os.kill(workers[0], signal.SIGKILL)
 
     # in the worker itself, which has one thread; test_fuzz_scheduler proves `Apart`
-    work = Work(Setup(str(rack), (), ("no-command-error",), 100, frozenset({Kind.LINK}), tmp_path))
+    work = Work(Setup(str(rack), (), ("no-command-error",), 100, frozenset({Kind.LINK})))
     executor = executor_of(2, cluster.scheduler_address)
     campaign(work, state, executor, examples=12, tasks=TASKS, jobs=2, news=news)
     assert killed

@@ -18,7 +18,7 @@ from scanrack.io_images.amci3601 import (
     StatusView,
 )
 from scanrack.jobs.fuzz import STANDARD, Press, Scenario, TrialBench, eventually, never, search, undisturbed
-from scanrack.jobs.fuzz.drawing import Kind, possible_kinds, scenarios
+from scanrack.jobs.fuzz.scenarios.kinds import Kind, possible_kinds
 from scanrack.jobs.fuzz.scenarios.scenario import LostSteps, Shift
 from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.runtime.loop.incidents import FaultKind, Incident
@@ -111,8 +111,7 @@ def jogs_while_the_logic_rests(now):
 
 def reported(program, invariants, kinds, *, examples=30, start=0):
     bench = TrialBench(SPEC, program, invariants, SCANS)
-    strategy = scenarios(SPEC, SCANS, kinds)
-    return search(bench, strategy, examples=examples, start=start).found
+    return search(bench, kinds, examples=examples, start=start).found
 
 
 @pytest.mark.parametrize("kind", sorted(possible_kinds(SPEC) - {Kind.TORN}, key=attrgetter("value")))
@@ -160,7 +159,7 @@ def test_of_a_base_of_eleven_parts_two_are_left():
     bench = TrialBench(SPEC, HomesTwice, [STANDARD["one-motion"]], SCANS)
     for found in (
         undisturbed(bench, base),
-        search(bench, scenarios(SPEC, SCANS, {Kind.FIRMWARE}, base=base), examples=40).found,
+        search(bench, {Kind.FIRMWARE}, base=base, examples=40).found,
     ):
         assert found
         for each in found:

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from scanrack.commands import build
 from scanrack.io_images.amci3601 import StatusView
-from scanrack.jobs.fuzz.drawing import Kind
+from scanrack.jobs.fuzz.scenarios.kinds import Kind
 from typer.testing import CliRunner
 
 TEXT = (Path(__file__).parents[3] / "docs" / "fuzzing.md").read_text(encoding="utf-8")

@@ -9,7 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scanrack.io_images.amci3601.bits import InputBit
 from scanrack.jobs.fuzz import Press, Scenario
-from scanrack.jobs.fuzz.drawing import Kind, kinds_for, scenarios
+from scanrack.jobs.fuzz.drawing import scenarios
+from scanrack.jobs.fuzz.scenarios.kinds import Kind, kinds_for
 from scanrack.jobs.fuzz.scenarios.rackdoc import rack_text
 from scanrack.jobs.fuzz.scenarios.scenario import LostSteps, Shift
 from scanrack.jobs.fuzz.scenarios.words import told

@@ -10,7 +10,8 @@ from typing import Any
 import pytest
 from hypothesis import find
 from scanrack.commands import build
-from scanrack.jobs.fuzz.drawing import Kind, card_signals, possible_kinds, scenarios
+from scanrack.jobs.fuzz.drawing import scenarios
+from scanrack.jobs.fuzz.scenarios.kinds import Kind, card_signals, possible_kinds
 from scanrack.jobs.fuzz.scenarios.rackdoc import rack_text
 from scanrack.jobs.fuzz.scenarios.scenario import Scenario, Signal
 from scanrack.jobs.fuzz.scenarios.words import told

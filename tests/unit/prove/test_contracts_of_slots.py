@@ -82,3 +82,14 @@ def test_terms_and_numbers_agree():
             assert got == row.fact.holds(now, was, told), row.name
             broken |= set() if got else {row.name}
     assert len(broken) > len(CONTRACTS) / 2
+
+
+def test_contracts_count_only_where_their_inputs_decide():
+    """A claim about other tags has a cone without the module's words."""
+    text = REMEMBERS.replace("\nEND", "\nXIO(Blink)OTE(Blink);\nEND").replace(
+        "TAG Go", "TAG Blink : BOOL\nTAG Go"
+    )
+    made = monitored(parse_program(text), [Claim("blink", ClaimKind.NEVER, "Blink AND old(Blink)")])
+    asked = Problem(made.program, contracts=[kept_by(1, contracts_of())])
+    verdict = prove(asked, made.properties[0].bit)
+    assert (verdict.kind, verdict.values) == (Kind.PROVED, 2)

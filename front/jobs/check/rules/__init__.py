@@ -93,7 +93,7 @@ RULES = (
         "never-written",
         "a tag or field that is read, and that nothing writes",
         "write it, or give it an initial value",
-        check=data.never_written,
+        check=lambda subject: _each(subject, data.never_written, data.never_set),
     ),
     Rule(
         "never-read",
@@ -140,6 +140,12 @@ RULES = (
     Rule("recursion", "a routine or function that calls itself", "use a loop"),
     Rule("preset-zero", "a timer or counter that is done at once, since its preset is 0", "give it a preset"),
     # numbers and names
+    Rule(
+        "subscript",
+        "a subscript that a loop takes out of its array",
+        "let the loop end with the last element",
+        "error",
+    ),
     Rule("division-by-zero", "a division by a constant 0", "divide by another number", "error"),
     Rule(
         "lossy-conversion",
@@ -171,6 +177,11 @@ RULES = (
         "block-twice",
         "an instance of a block that is called twice in a scan",
         "give each call an instance of its own",
+    ),
+    Rule(
+        "control-mixed",
+        "FFL and FFU with different CONTROLs, or a CONTROL of two that do not belong together",
+        "give both instructions of a queue the same CONTROL, and no other one",
     ),
     Rule(
         "block-order",
@@ -256,7 +267,12 @@ RULES = (
         "take locks in one order everywhere",
         "error",
     ),
-    Rule("never-waits", "a loop of a sequence without an await", "await something in it", "error"),
+    Rule(
+        "never-waits",
+        "a loop of a sequence without an await, or one that never ends",
+        "await something in it, or change what it tests",
+        "error",
+    ),
     Rule("bad-call", "a command or wait that fails when it is reached", "correct the call", "error"),
 )
 """The rules, in the order of the report."""

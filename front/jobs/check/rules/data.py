@@ -92,6 +92,20 @@ def never_written(subject: Subject) -> Iterator[Violation]:
             yield Violation(first.place, text)
 
 
+def never_set(subject: Subject) -> Iterator[Violation]:
+    """Find bits that the program reads and clears, and that nothing sets."""
+    if subject.facts.reads_all:
+        return
+    for variable, accesses in subject.by_variable:
+        writes = [each for each in accesses if each.writes]
+        is_own = variable.role is Role.PLAIN and not variable.set and not variable.shown
+        if is_own and writes and all(each.use is Touch.UNLATCH and not each.part for each in writes):
+            first = next((each for each in accesses if each.reads), None)
+            if first is not None:
+                text = f"{variable.name} is read, and only cleared: it is always {_zero(variable)}"
+                yield Violation(first.place, text)
+
+
 def _zero(variable: Variable) -> str:
     return "False" if variable.type == "bool" else "0"
 
@@ -132,8 +146,10 @@ def latch_never_cleared(subject: Subject) -> Iterator[Violation]:
     for variable, accesses in subject.by_variable:
         done = set()
         for each in accesses:
-            if each.use is not Touch.LATCH or each.part in done or variable.role is Role.INPUT or each.once:
+            if each.use is not Touch.LATCH or each.part in done or variable.role is Role.INPUT:
                 continue
+            if each.once or each.steady:
+                continue  # it is meant to stay
             done.add(each.part)
             others = [other for other in accesses if overlap(other.part, each.part)]
             clears = any(

@@ -16,12 +16,11 @@ from ....ladder.state.lowered import ADD_ON, AddOnCall, LoweredProgram
 from ...load.program import EXPORT_SUFFIXES
 from ..facts import Access, FileLine, Role, Touch, Variable
 from ..logic import TRUE, Bit, Condition, leaves, needed
-from .walk import Point, part_of
+from .conditions import part_of
+from .values import BY_PEOPLE
+from .walk import Point
 
 FIRST_SCAN = "S:FS"
-
-BY_PEOPLE = re.compile(r"HMI|SCADA|PANEL|OPERATOR|RECIPE|SETPOINT", re.IGNORECASE)
-"""In names of tags that people read and write from outside of the program."""
 
 OPEN = (".py", *EXPORT_SUFFIXES)
 """Suffixes of programs whose tags others read and write."""

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from typing import NamedTuple
 
-from ....ladder.model.operands import Constant, Group, Place, Resolved, first_leaf
+from ....ladder.model.operands import Calculation, Constant, Group, Place, Resolved, first_leaf
 from ....ladder.model.tags import program_of
 from ....ladder.state.lowered import ADD_ON, AddOnCall, LoweredStep, Node, steps_of
 from ..facts import Command, FileLine
 from ..ranges import Range
+from .conditions import key_of
 from .values import Values
-from .walk import Point, key_of
+from .walk import Point
 
 OWNER = "AMCI3601"
 """The block that writes the module's words, as the last rung of the scan."""
@@ -122,10 +123,19 @@ def _execute(call: AddOnCall) -> str:
         target = steps[-1].operands[0] if steps and steps[-1].name == "OTE" else None
         if isinstance(target, Place) and target.leaf.path.upper().endswith(".EXECUTE"):
             source: Resolved | None = steps[0].operands[0] if len(steps) == 2 else None
-            if isinstance(source, Place):
-                return key_of(source)
-            return "1" if isinstance(source, Constant) and source.value else ""
+            if isinstance(source, Constant):
+                return "1" if source.value else ""
+            return "" if source is None else _text(source)
     return ""
+
+
+def _text(operand: Resolved) -> str:
+    """Return a text that is equal for equal expressions."""
+    if isinstance(operand, Place):
+        return key_of(operand)
+    if isinstance(operand, Calculation):
+        return f"{operand.name}({', '.join(map(_text, operand.operands))})"
+    return str(operand.value) if isinstance(operand, Constant) else repr(operand)
 
 
 def _segments(call: AddOnCall, values: Values) -> tuple[tuple[Range, Range, Range], ...] | None:

@@ -11,8 +11,9 @@ from ....ladder.state.lowered import ADD_ON, LoweredLine, LoweredProgram, Lowere
 from ..facts import Facts, FileLine
 from ..logic import TRUE, UNKNOWN, AllOf, AnyOf, Condition, FixedTruth, always, leaves, never
 from ..ranges import Range
+from .conditions import Conditions
 from .values import COPIES, Values, target_of, type_range, written_value
-from .walk import Point, Walker
+from .walk import Point
 
 TIMERS = ("TON", "TOF", "RTO")
 COUNTERS = ("CTU", "CTD")
@@ -38,7 +39,10 @@ class Mistakes:
         """Note the mistakes of an instruction."""
         self._condition(point, place)
         if point.value not in (TRUE, UNKNOWN) and not isinstance(point.value, FixedTruth):
-            self._decided(replace(point, condition=TRUE), point.value, self._text(point.step), place)
+            text = self._text(point.step)
+            if point.argument:
+                text = f"what goes to {point.step.operands[0].text}"
+            self._decided(replace(point, condition=TRUE), point.value, text, place)
         self._divisions(point.step, place)
         self._conversion(point.step, place)
         self._preset(point.step, place)
@@ -79,7 +83,7 @@ class Mistakes:
             return
         self._dead = place
 
-    def branches(self, line: LoweredLine, walker: Walker, place: FileLine) -> None:
+    def branches(self, line: LoweredLine, conditions: Conditions, place: FileLine) -> None:
         """Note the branches of a rung that are shorted, or of which a leg always has power."""
         for node in _parallels(line.nodes):
             if not all(_decides(leg) for leg in node.legs):
@@ -91,7 +95,7 @@ class Mistakes:
                     text = f"an empty leg shorts the branch of {self._first(other)}, which decides nothing"
                     self._facts.remark("shorted-branch", place, text)
                 continue
-            legs = tuple(AllOf(tuple(walker.decided(each) for each in _steps(leg))) for leg in node.legs)
+            legs = tuple(AllOf(tuple(conditions.decided(each) for each in _steps(leg))) for leg in node.legs)
             plain = all(isinstance(each, LoweredStep) for leg in node.legs for each in leg)
             if plain and not any(map(always, legs)) and always(AnyOf(legs)):
                 text = (
@@ -191,8 +195,13 @@ def _divisors(operand: object) -> Iterator[Resolved]:
 
 def _meet(before: Condition, own: Condition) -> bool:
     """Whether two conditions are of the same values."""
-    names = {getattr(each, "name", None) for each in leaves(before)} - {None}
-    return any(getattr(each, "name", None) in names for each in leaves(own))
+    names = set(map(_value_name, leaves(before))) - {""}
+    return any(_value_name(each) in names for each in leaves(own))
+
+
+def _value_name(part: Condition) -> str:
+    """Return the name of the value in a condition, the same for TT and DN of a timer; "" if it has none."""
+    return str(getattr(part, "name", "")).replace(".TT#", ".DN#")
 
 
 def _parallels(nodes: tuple[Node, ...]) -> Iterator[Parallel]:

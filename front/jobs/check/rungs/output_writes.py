@@ -32,7 +32,8 @@ from ....ladder.model.operands import Constant, Group, Place, first_leaf
 from ....ladder.model.types import count_of
 from ....ladder.state.lowered import AddOnCall, LoweredLine, LoweredProgram, LoweredStep, steps_of
 from ..facts import FileLine, Remark
-from .values import target_of
+from ..ranges import ANY, Range
+from .values import Values, target_of, written_value
 
 MODE_CONFIG = CommandMsw.MODE_CONFIG.value
 """The bit of output word 0 that requests configuration mode."""
@@ -84,6 +85,8 @@ class WriteReader:
 
     Args:
         slots: numbers of the 3601s.
+        values: ranges of the program's numbers.
+        counts: what FOR counts, by instruction in its body, and by path in capitals.
         place_of: returns file and line of a line.
     """
 
@@ -92,10 +95,12 @@ class WriteReader:
         lowered: LoweredProgram,
         mentions: Sequence[Mention],
         slots: Mapping[int, object],
+        values: Values,
+        counts: Mapping[int, Mapping[str, Range]],
         place_of: Callable[[LoweredLine], FileLine],
     ) -> None:
         self._constants = _constants(lowered, mentions)
-        self._slots, self._place = slots, place_of
+        self._slots, self._values, self._counts, self._place = slots, values, counts, place_of
         self._staged = dict(self._stages(lowered))
 
     @property
@@ -178,27 +183,35 @@ class WriteReader:
             rung = base if step.name in ("OTL", "OTU") else plain  # a false rung acts, too
             yield replace(rung, word=word, sets=sets, clears=clears)
             return
-        for at, value in enumerate(self._values(step), word):
+        words = [(at, value) for at in self._computed(step, operand) for value in self._words(step)[:1]]
+        for at, value in words or enumerate(self._words(step), word):
             if value is None:
                 yield replace(base, word=at, sets=0, clears=_WORD, known=False)
             else:
                 yield replace(base, word=at, sets=value & _WORD, clears=~value & _WORD)
 
-    def _values(self, step: LoweredStep) -> Sequence[int | None]:
+    def _computed(self, step: LoweredStep, operand: Place | Group) -> Sequence[int]:
+        """Return the words that a computed subscript may name; none if it is constant, or may be any."""
+        if not isinstance(operand, Place) or operand.fixed_index is not None or output_word(operand) is None:
+            return ()
+        index = operand.indices[-1]
+        path = index.leaf.path.upper() if isinstance(index, Place) else ""
+        found = self._counts.get(step.site, {}).get(path) or self._values.of(index)
+        return range(max(0, int(found.least)), min(WORDS - 1, int(found.most)) + 1) if found.is_known else ()
+
+    def _words(self, step: LoweredStep) -> Sequence[int | None]:
         """Return the values of the words that an instruction writes; None for an unknown one."""
         source = step.operands[0]
-        if step.name == "CLR":
-            return [0]
-        if step.name == "MOV" and isinstance(source, Constant):
-            return [int(source.value)]
-        if step.name == ":=" and isinstance(step.operands[1], Constant):
-            return [int(step.operands[1].value)]
         if step.name in ("FLL", "COP", "CPS") and isinstance(step.operands[2], Constant):
             length = min(int(step.operands[2].value), 8)
             if step.name == "FLL":
                 return [int(source.value) if isinstance(source, Constant) else None] * length
             return (self.words_of(source) or (None,) * 8)[:length]
-        return [None] if target_of(step) is not None else [None] * 8
+        if target_of(step) is None:
+            return [None] * 8
+        written = written_value(step)
+        found = ANY if written is None else self._values.of(written)
+        return [int(found.least) if found.is_constant and found.whole else None]
 
 
 def _constants(lowered: LoweredProgram, mentions: Sequence[Mention]) -> Mapping[str, tuple[int | None, ...]]:

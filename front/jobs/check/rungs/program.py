@@ -20,11 +20,15 @@ from ..facts import Facts, FileLine, Remark, SentCommand
 from .accesses import Variables, accesses_of, declaration_lines
 from .block_mistakes import called_twice, misordered, parameters_out_of_range
 from .blocks import block_calls, commands_of, slots_of
+from .conditions import Conditions, on_delays
+from .controls import shared
+from .loops import counted, counts_by_site, endless
 from .mistakes import Mistakes
 from .output_writes import WriteReader, computed, held, path_of, words_out_of_range
 from .sent_words import SentWords
 from .steps import Steps
 from .structure import Structure, own_routines
+from .subscripts import note_subscripts
 from .terminals import Terminals
 from .values import Values
 from .walk import Walker
@@ -46,16 +50,17 @@ class _ProgramReader:
         self.mentions = cross_reference(self.lowered).mentions
         self.declared = declaration_lines(path)
         self.slots = {slot.number: slot for slot in spec.slot if is_stepper(slot.words)}
-        self.writes = WriteReader(self.lowered, self.mentions, self.slots, self._place)
         self.tags = self.lowered.layout.tags()
         every = [step for routine in self.lowered.routines.values() for line in routine.lines
                  for step in steps_of(line.nodes)]  # fmt: skip
-        self.values = Values(every, self.mentions, self.tags, self.lowered.presets)
-        self.walker = Walker(self.values)
+        loops = counted(self.lowered.routines.values())
+        self.values = Values(every, self.mentions, self.tags, self.lowered.presets, loops)
+        counts = counts_by_site(self.lowered.routines.values())
+        self.writes = WriteReader(self.lowered, self.mentions, self.slots, self.values, counts, self._place)
+        self.conditions = Conditions(self.values, on_delays(every))
+        walker = Walker(self.conditions)
         self.routines = own_routines(program, self.lowered)
-        self.points = [
-            (each, self._place(each.line)) for own in self.routines for each in self.walker.points(own)
-        ]
+        self.points = [(each, self._place(each.line)) for own in self.routines for each in walker.points(own)]
         self.main = [each for each in self.points if not each[0].routine.frame]
         self.lines = [
             (routine.body is None, line)
@@ -80,6 +85,8 @@ class _ProgramReader:
         self._text(facts)
         misordered(self.calls, self.axes, facts, has_other_axes=bool(self.lowered.axes))
         called_twice(self.main, facts)
+        shared(self.main, facts)
+        endless(self.routines, self._place, facts)
         return facts
 
     def _commands(self, facts: Facts) -> None:
@@ -104,7 +111,7 @@ class _ProgramReader:
         facts.at_once = list(sent.at_once())
         blocks = list(commands_of(self.calls, self.axes, self.values, self.owners))
         facts.commands = [*blocks, *sent.commands()]
-        steps = Steps(self.main, self.values, self.walker.places, self.slots)
+        steps = Steps(self.main, self.values, self.conditions.places, self.slots)
         facts.actions = list(steps.actions(writes, blocks))
 
     def _sites(self, facts: Facts) -> None:
@@ -157,9 +164,10 @@ class _ProgramReader:
         mistakes = Mistakes(self.lowered, self.values, facts, read)
         for point, place in self.points:
             mistakes.note(point, place)
+            note_subscripts(point, place, self.values, facts)
         for routine in self.routines:
             for line in routine.lines if routine.body is None else ():
-                mistakes.branches(line, self.walker, self._place(line))
+                mistakes.branches(line, self.conditions, self._place(line))
         Structure(self.program, self.lowered, facts, str(self.path), self.declared).note(self.routines)
 
     def _is_recorded(self, tag: str) -> bool:

@@ -8,6 +8,7 @@ EQU(State,30)TON(Pause,400,0);  XIC(Pause.DN)MOV(40,State);     from 30 to 40: t
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 
 from ....io_images.amci3601 import StatusMsw
@@ -26,10 +27,11 @@ from ..logic import (
     negated,
     never,
 )
+from .conditions import EDGE, key_of
 from .output_writes import MODE_CONFIG, Write
 from .sent_words import KINDS
 from .values import Values, target_of, written_value
-from .walk import EDGE, Point, key_of
+from .walk import Point
 
 Placed = Sequence[tuple[Point, FileLine]]
 
@@ -78,7 +80,7 @@ class Steps:
             if write.site in points and write.word == 0:
                 yield from self._written(points[write.site], write)
         for each in commands:
-            for point, place in self._starting(each.execute):
+            for point, place in self._starting(each):
                 yield from self._in_steps(point, place, axis=each.axis, kind=each.kind, text=each.text)
 
     def _written(self, point: Point, write: Write) -> Iterator[StepAction]:
@@ -119,7 +121,8 @@ class Steps:
         """The numbers that say a step, with all their steps."""
         found: dict[str, set[float]] = {}
         for point, _ in self._points:
-            for each in leaves(point.own):
+            goes = self._machine(target_of(point.step))
+            for each in leaves(AllOf((point.own, point.condition)) if goes else point.own):
                 if isinstance(each, Compare) and each.relation in ("=", "<=", ">="):
                     machine = self._machine(self._places.get(_base(each.name)))
                     if machine:
@@ -178,11 +181,12 @@ class Steps:
                 found.append(self._implied(_power(writers[0]), depth - 1))
         return AllOf(tuple(found)) if len(found) > 1 else condition
 
-    def _starting(self, execute: str) -> Iterator[tuple[Point, FileLine]]:
-        """Yield the coils of a bit."""
-        for point, place in self._points:
-            if execute and point.step.name == "OTE" and execute in _written_keys(point.step):
-                yield point, place
+    def _starting(self, command: Command) -> Iterator[tuple[Point, FileLine]]:
+        """Yield the copies to Execute of a block."""
+        execute = f"{command.text.rpartition(' ')[2].upper()}.EXECUTE"
+        for point in self._writers.get(execute, ()):
+            if point.argument:
+                yield replace(point, condition=point.value), command.place
 
     def _ends(self, condition: Condition, depth: int) -> bool:
         return any(self._says_end(each, depth) for each in leaves(condition))
@@ -264,6 +268,6 @@ def _steps_in(condition: Condition, machine: str, steps: frozenset[float]) -> fr
     there = frozenset(
         step
         for step in steps
-        if not never(AllOf((condition, *(Compare(name, "=", step) for name in sorted(names)))))
+        if not never(AllOf((*(Compare(name, "=", step) for name in sorted(names)), condition)))
     )
     return None if there == steps else there

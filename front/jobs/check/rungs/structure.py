@@ -26,6 +26,7 @@ from ....ladder.state.lowered import (
     steps_of,
 )
 from ..facts import Facts, FileLine
+from .loops import bodies_of
 
 LIBRARY = "axis3601"
 """The library of motion blocks, whose inside is not the user's."""
@@ -100,7 +101,7 @@ class Structure:
                         self._facts.remark("unreachable", self._place(following), text)
                     return
         for each in body:
-            for inner in _bodies(each):
+            for inner in bodies_of(each):
                 self._behind(inner)
 
     def _labels(self, routine: LoweredRoutine) -> None:
@@ -180,18 +181,6 @@ class Structure:
 
     def _place(self, line: LoweredLine) -> FileLine:
         return FileLine(line.origin.file or self._file, line.origin.line or 1)
-
-
-def _bodies(each: object) -> Iterator[Body]:
-    match each:
-        case Arms(arms, otherwise):
-            yield from (body for _, body in arms)
-            yield otherwise
-        case Selection():
-            yield from (body for _, body in each.choices)
-            yield each.otherwise
-        case Loop():
-            yield each.body
 
 
 def _lines_in(body: Body) -> Iterator[LoweredLine]:

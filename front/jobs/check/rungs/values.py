@@ -7,10 +7,11 @@ depends on the tag itself, or is not known, it is the range of the tag's type.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
-from ....ladder.debug.crossref import Mention
+from ....ladder.debug.crossref import TARGETS, Mention
 from ....ladder.model.operands import Calculation, Constant, Group, Place, Resolved
 from ....ladder.model.tags import Tag, tag_in
 from ....ladder.model.types import COUNTER, FBD_COUNTER, FBD_TIMER, TIMER, Elementary
@@ -25,6 +26,9 @@ COPIES = ("MOV", "TRN")
 
 ASSIGNMENTS = (":=", "[:=]", "CPT")
 """Instructions that write their second operand to the first one."""
+
+BY_PEOPLE = re.compile(r"HMI|SCADA|PANEL|OPERATOR|RECIPE|SETPOINT", re.IGNORECASE)
+"""In names of tags that people read and write from outside of the program."""
 
 DEPTH = 8
 """Levels of tags behind a tag."""
@@ -71,6 +75,7 @@ class Values:
         mentions: all operands of the program.
         tags: by name in capitals.
         presets: values of PRE and ACC in rungs, by path in capitals and index.
+        counted: what FOR counts: path, range in its body, and the instructions that count.
     """
 
     def __init__(
@@ -79,12 +84,14 @@ class Values:
         mentions: Iterable[Mention],
         tags: Mapping[str, Tag],
         presets: Mapping[tuple[str, int], int | float],
+        counted: Iterable[tuple[str, Range, frozenset[int]]] = (),
     ) -> None:
         self._tags = tags
         self._presets = {(path.upper(), index): value for (path, index), value in presets.items()}
         self._written: dict[str, list[Resolved | None]] = {}
         known: dict[str, int] = {}
-        for step in steps:
+        every = list(steps)
+        for step in every:
             target = target_of(step)
             if target is not None and target.bit is None:
                 self._written.setdefault(target.leaf.path.upper(), []).append(written_value(step))
@@ -99,7 +106,21 @@ class Values:
                     self._others.add(path)
                 else:  # the preset stays
                     self._others.update(f"{path}.{name}" for name in _COUNTED)
-        self._known: dict[str, Range] = {}
+        self._known: dict[str, Range] = dict(self._counted(every, list(counted)))
+        self._loops = frozenset(self._known)
+
+    def _counted(
+        self, steps: Iterable[LoweredStep], loops: Sequence[tuple[str, Range, frozenset[int]]]
+    ) -> Iterator[tuple[str, Range]]:
+        """Yield the ranges of numbers that only FOR writes."""
+        sites = frozenset().union(*(each for _, _, each in loops))
+        paths = {path for path, _, _ in loops}
+        for step in steps:
+            for use, operand in zip(step.uses, step.operands, strict=False):
+                if use in TARGETS and step.site not in sites:
+                    paths.discard(_path(operand) if isinstance(operand, Place | Group) else "")
+        for path in sorted(paths):
+            yield path, joined(*(found for each, found, _ in loops if each == path))
 
     def of(self, operand: Resolved, depth: int = DEPTH) -> Range:
         """Return the range of an operand."""
@@ -112,6 +133,10 @@ class Values:
             whole = operand.name == "/" and all(_is_whole(each) for each in operand.operands)
             return _cut(found) if whole else found
         return ANY
+
+    def counts(self, place: Place) -> bool:
+        """Whether FOR gives a number every value of its range."""
+        return place.leaf.path.upper() in self._loops
 
     def choices(self, operand: Resolved) -> tuple[Range, ...]:
         """Return the constants that a tag gets, with its initial value; one range for another operand."""
@@ -168,7 +193,7 @@ class Values:
 
     def _from_writes(self, place: Place, path: str, limits: Range, depth: int) -> Range:
         initial = self.initial(place)
-        if path in self._others or initial is None or self._is_in_group(path):
+        if path in self._others or initial is None or self._is_in_group(path) or BY_PEOPLE.search(path):
             return limits
         found = [limits if each is None else self.of(each, depth - 1) for each in self._written.get(path, ())]
         if place.type.is_integer:

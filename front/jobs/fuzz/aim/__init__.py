@@ -1,0 +1,1 @@
+"""The search aims: parts at random, near what changes in a run."""

@@ -1,0 +1,105 @@
+"""Python programs that note their branches: an extra statement in every branch sets a byte.
+
+    if status.MODULE_OK:          if status.MODULE_OK:
+                                      __branches__[4] = 1
+        out.load(WORDS)               out.load(WORDS)
+
+The statements have the lines of those behind them, so that errors and traces show the same places. The code
+of a file is made once; a run executes it again.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import lru_cache
+from types import CodeType
+from typing import TypeVar
+
+from ...load.program import COMPILER
+
+NAME = "__branches__"
+"""Global variable of the bytes, one for each branch."""
+
+Branching = TypeVar("Branching", ast.If, ast.For, ast.AsyncFor, ast.While)
+
+
+@contextmanager
+def branches_noted() -> Iterator[None]:
+    """Let the Python programs that are loaded meanwhile note their branches."""
+    before = COMPILER.set(_compiled)
+    try:
+        yield
+    finally:
+        COMPILER.reset(before)
+
+
+@lru_cache(maxsize=16)
+def _compiled(data: bytes, file: str) -> CodeType:
+    tree = ast.parse(data, file)
+    marks = _Marks()
+    marks.visit(tree)
+    start = ast.parse(f"{NAME} = bytearray({marks.count})").body
+    tree.body[_behind_the_head(tree) : 0] = start
+    return compile(ast.fix_missing_locations(tree), file, "exec")
+
+
+def _behind_the_head(tree: ast.Module) -> int:
+    """Return the place behind docstring and `from __future__` imports."""
+    heads = [
+        place
+        for place, each in enumerate(tree.body)
+        if (place == 0 and isinstance(each, ast.Expr) and isinstance(each.value, ast.Constant))
+        or (isinstance(each, ast.ImportFrom) and each.module == "__future__")
+    ]
+    return max(heads, default=-1) + 1
+
+
+class _Marks(ast.NodeTransformer):
+    """Puts a mark at the beginning of each branch, and in an `else` that is not there."""
+
+    def __init__(self) -> None:
+        self.count = 0
+
+    def visit_If(self, node: ast.If) -> ast.If:
+        """Mark both ways."""
+        chained = len(node.orelse) == 1 and isinstance(node.orelse[0], ast.If)
+        self._branch(node)
+        if not chained:
+            node.orelse = self._marked(node.orelse, node)
+        return node
+
+    def visit_For(self, node: ast.For) -> ast.For:
+        """Mark the body."""
+        return self._branch(node)
+
+    def visit_While(self, node: ast.While) -> ast.While:
+        """Mark the body."""
+        return self._branch(node)
+
+    def visit_match_case(self, node: ast.match_case) -> ast.match_case:
+        """Mark the case."""
+        self.generic_visit(node)
+        node.body = self._marked(node.body, node.body[0])
+        return node
+
+    def visit_ExceptHandler(self, node: ast.ExceptHandler) -> ast.ExceptHandler:
+        """Mark the handler."""
+        self.generic_visit(node)
+        node.body = self._marked(node.body, node)
+        return node
+
+    def _branch(self, node: Branching) -> Branching:
+        self.generic_visit(node)
+        node.body = self._marked(node.body, node)
+        return node
+
+    def _marked(self, body: list[ast.stmt], where: ast.AST) -> list[ast.stmt]:
+        mark = ast.parse(f"{NAME}[{self.count}] = 1").body[0]
+        self.count += 1
+        first = body[0] if body else where
+        for node in ast.walk(mark):
+            if isinstance(node, (ast.expr, ast.stmt)):
+                ast.copy_location(node, first)
+        return [mark, *body]

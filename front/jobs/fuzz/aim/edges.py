@@ -1,0 +1,75 @@
+"""The scans of a run in which something changed, by group: where events are aimed at."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from itertools import pairwise
+from random import Random
+
+Group = dict[Hashable, list[int]]
+"""Scans by kind of change."""
+
+STATE, THIN = "state", "thin"
+
+SIZE, PAIR = "size", "pair"
+"""Groups that show what is new in a run, and where nothing is aimed at."""
+
+THIN_SCANS = 3
+"""Longest duration of a thin state, scans."""
+
+NEAR = (-2, -1, -1, -1, 0, 0, 0, 1, 1, 1, 2, 3, 5, 8)
+"""Distances from an edge, scans: an event in scan n is seen in n or n + 1, its answer later."""
+
+SOON = 8
+"""Number of edges after an event that are preferred."""
+
+BEGINNING = 5
+"""Scans after power-up in which everything is thin."""
+
+
+class Edges:
+    """Changes of one run.
+
+    A draw chooses a group first, then a kind, then a scan: a bit that changed once is as likely as one that
+    changed a thousand times.
+    """
+
+    def __init__(self) -> None:
+        self.groups: dict[str, Group] = {}
+
+    def add(self, group: str, kind: Hashable, scan: int) -> None:
+        """Note a change."""
+        self.groups.setdefault(group, {}).setdefault(kind, []).append(scan)
+
+    def close(self) -> None:
+        """Add the group of thin states, once the run is over.
+
+        >>> edges = Edges()
+        >>> for scan, step in ((0, 1), (90, 2), (92, 3), (500, 1)):
+        ...     edges.add(STATE, step, scan)
+        >>> edges.close()
+        >>> edges.groups[THIN]
+        {2: [90]}
+        """
+        by_scan: dict[int, Hashable] = {}
+        for kind, scans in self.groups.get(STATE, {}).items():
+            for scan in scans:
+                by_scan.setdefault(scan, kind)
+        ordered = sorted(by_scan)
+        for scan, end in pairwise(ordered):
+            if end - scan <= THIN_SCANS and scan > BEGINNING:
+                self.add(THIN, by_scan[scan], scan)
+
+    def near(self, random: Random, first: int) -> int | None:
+        """Return a scan near an edge, preferably soon after the scan `first`; None without edges."""
+        aimed = [name for name in self.groups if name not in (SIZE, PAIR)]
+        if not aimed:
+            return None
+        group = self.groups[random.choice(aimed)]
+        scans = group[random.choice(list(group))]
+        later = [scan for scan in scans if scan >= first - 2] or scans
+        return random.choice(later[:SOON] if random.random() < 0.6 else later) + random.choice(NEAR)
+
+
+NO_EDGES = Edges()
+"""Of a run that nobody has looked at."""

@@ -1,0 +1,173 @@
+"""A listener that notes what changes in a run, and in which scans.
+
+    group      a change of
+    status     status bits of a 3601, input words of a card
+    command    the first two output words of a 3601, output words of a card
+    number     the upper word of a position: a number in two words takes a step
+    path       the power in a rung; the branches that a Python program takes in one scan
+    state      a tag or a field: a flag, a text, a small integer; the line where a sequence waits
+    size       the size of a larger integer
+    pair       a status bit changes under a command
+
+Each group is compared as a whole first: a scan in which nothing changes costs a comparison for each.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
+from types import CellType
+from typing import Any
+
+from ....io_images.amci3601.words import may_be_stepper
+from ....io_images.image import WORDS
+from ....ladder.compiler import ObservedScanner, observed_scanner_of
+from ....ladder.compiler.observed import NOTED, Observation, lines_of
+from ....ladder.run.engine import Engine
+from ....ladder.state.lowered import LoweredProgram
+from ....runtime.loop.listeners import QuietListener
+from ....runtime.loop.rack import Rack
+from ....runtime.loop.scan import ScanLogic
+from ...record.logic_wrapper import unwrapped
+from ...record.sequence_watch import sequences_in
+from .branches import NAME
+from .edges import PAIR, SIZE, STATE, Edges
+from .python_state import fields_reader, namespace_of
+
+SMALL = range(-1, 33)
+"""Integers that are distinguished; of others only the size."""
+
+MOST_TAGS = 1_000
+"""Largest number of tags that are looked at."""
+
+Values = Sequence[Hashable] | Mapping[Hashable, Hashable]
+"""Values of a group by place or name."""
+
+
+class Probe(QuietListener):
+    """Notes the changes of one run: call `prepared` and `watch` before it."""
+
+    def __init__(self) -> None:
+        self.edges = Edges()
+        self._notes: list[Any] = []
+        self._branches = bytearray()
+        self._values: list[tuple[str, Callable[[], Values]]] = []
+        self._last: list[Values] = []
+        self._taken: bytes | None = None
+
+    def prepared(self, logic: ScanLogic) -> ScanLogic:
+        """Return an engine that notes the power of its rungs in place of a compiled one, else the logic."""
+        if type(logic) is not Engine:
+            return logic
+        scanner = _noting(logic.lowered)
+        notes = self._notes = [None] * scanner.places
+        return Engine(logic.lowered, lambda engine: scanner.bind(engine, {NOTED: notes}))
+
+    def watch(self, logic: ScanLogic, rack: Rack) -> None:
+        """Take a rack and its logic, before the first scan."""
+        self._slots = [(slot, 2 if may_be_stepper(slot.words) else WORDS) for slot in rack.slots.values()]
+        self._memory, self._seen = rack.memory, bytes(len(rack.memory))
+        self._words = [((0,) * WORDS, (0,) * WORDS) for _ in self._slots]
+        inside = unwrapped(logic)
+        if isinstance(inside, Engine):
+            self._values = [("path", lambda: self._notes[:]), (STATE, _tags(inside))]
+        else:
+            module = namespace_of(inside)
+            self._branches = module.get(NAME, self._branches)
+            self._branches[:] = bytes(len(self._branches))  # of the run before
+            self._values = [(STATE, fields_reader(inside, module))]
+            if sequences := sequences_in(logic):
+                self._values.append((STATE, lambda: [(each.line,) for each in sequences]))
+        self._last = [() for _ in self._values]
+
+    def scan(self, scan: int, now_ns: int, flags: int) -> None:
+        """Note what differs from the scan before."""
+        if self._memory != self._seen:
+            self._seen = bytes(self._memory)
+            self._note_words(scan)
+        for place, (group, read) in enumerate(self._values):
+            now = read()
+            if now != (last := self._last[place]):
+                self._last[place] = now
+                self._note(group, place, now, last, scan)
+        if any(self._branches):
+            self._note_branches(scan)
+
+    def _note_words(self, scan: int) -> None:
+        add = self.edges.add
+        for place, (slot, count) in enumerate(self._slots):
+            inputs, outputs = now = tuple(slot.inputs.words), tuple(slot.outputs.words)
+            inputs_before, outputs_before = self._words[place]
+            if now == self._words[place]:
+                continue
+            self._words[place] = now
+            for word in range(count):
+                if outputs[word] != outputs_before[word]:
+                    add("command", (place, word, outputs[word]), scan)
+                if changed := (inputs[word] ^ inputs_before[word]) & 0xFFFF:
+                    add("status", (place, word, changed), scan)
+                    add(PAIR, (place, word, changed, outputs_before[0]), scan)
+            if count < WORDS and inputs[2] != inputs_before[2]:
+                add("number", place, scan)
+
+    def _note(self, group: str, place: int, now: Values, last: Values, scan: int) -> None:
+        add = self.edges.add
+        before = dict(_named(last))
+        for name, value in _named(now):
+            old = before.get(name)
+            if old != value or old.__class__ is not value.__class__:
+                kind = _kind(value)
+                add(SIZE if kind.__class__ is _Size else group, (place, name, kind), scan)
+
+    def _note_branches(self, scan: int) -> None:
+        taken = bytes(self._branches)
+        self._branches[:] = bytes(len(taken))
+        if taken != self._taken:
+            self._taken = taken
+            self.edges.add("path", taken, scan)
+
+
+def _named(values: Values) -> Iterable[tuple[Hashable, Hashable]]:
+    return values.items() if isinstance(values, Mapping) else enumerate(values)
+
+
+class _Size(int):
+    """The number of bits of an integer that is not small, negative as the integer."""
+
+
+def _kind(value: Hashable) -> Hashable:
+    """Return what distinguishes a value.
+
+    >>> _kind(32), _kind(33), _kind(-40_000), _kind("go")
+    (32, 6, -16, 'go')
+    """
+    if value.__class__ is not int or value in SMALL:
+        return value
+    assert isinstance(value, int)
+    return _Size(value.bit_length() if value > 0 else -value.bit_length())
+
+
+def _tags(engine: Engine) -> Callable[[], Values]:
+    """Return a function that reads the flags and integers of a program, no times and images."""
+    cells = list(_tag_cells(engine))[:MOST_TAGS]
+    return lambda: [cell.cell_contents for cell in cells]
+
+
+def _tag_cells(engine: Engine) -> Iterator[CellType]:
+    cells = engine.memory.cells
+    for leaf in engine.lowered.layout.leaves.values():
+        counts = leaf.type.is_bool or (leaf.type.is_integer and "." not in leaf.path)
+        if counts and leaf.slot is None and not leaf.dims and not leaf.path.startswith(("S:", "~")):
+            cell = cells.get(leaf.ident)
+            if cell is not None and cell.cell_contents.__class__ in (bool, int):
+                yield cell
+
+
+_NOTING: list[tuple[LoweredProgram, ObservedScanner]] = []
+"""The program that was compiled last with its notes: a search has one."""
+
+
+def _noting(lowered: LoweredProgram) -> ObservedScanner:
+    """Return a compiled program that notes the power of all rungs, compiled once."""
+    if not _NOTING or _NOTING[0][0] is not lowered:
+        _NOTING[:] = [(lowered, observed_scanner_of(lowered, Observation(noted=lines_of(lowered))))]
+    return _NOTING[0][1]

@@ -1,0 +1,75 @@
+"""Cells: single values in memory, or bits of one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from ..model.operands import Constant, Group, Place, leaves_in
+from ..model.tags import Leaf
+from ..model.types import COUNTER, HIDDEN, TIMER
+from ..state.memory import Value, element_text
+
+
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """A value in memory, or some bits of one."""
+
+    leaf: Leaf
+    index: int  # flat index in the leaf
+    mask: int | None = None  # its bits; None for the whole value
+
+    @property
+    def name(self) -> str:
+        """Its address."""
+        name = element_text(self.leaf.path, self.leaf.dims, self.index)
+        return name if self.mask is None else f"{name}.{self.mask.bit_length() - 1}"
+
+    def of(self, value: Value) -> Value:
+        """Return its part of a value of the leaf."""
+        return value if self.mask is None else int(value) & self.mask
+
+    def overlaps(self, other: Cell) -> bool:
+        """Whether two cells share memory."""
+        if self.leaf is not other.leaf or self.index != other.index:
+            return False
+        return self.mask is None or other.mask is None or bool(self.mask & other.mask)
+
+
+def cell_of(where: Place) -> Cell:
+    """Return the cell of a place with fixed subscripts; ValueError if they are computed."""
+    index = where.fixed_index
+    if index is None or where.can_fault:
+        raise ValueError(f"{where.text} has no fixed place: ask about one element")
+    mask = 1 << int(where.bit.value) if isinstance(where.bit, Constant) else None
+    return Cell(where.leaf, index, mask)
+
+
+def cells_of(where: Place | Group, *, counts: bool = False) -> list[Cell]:
+    """Return the cells of a tag; of a timer or counter its bits, and with `counts` its numbers, too.
+
+    Raises:
+        ValueError: its place is computed.
+    """
+    return [cell_of(where)] if isinstance(where, Place) else list(_cells_in(where, counts))
+
+
+def is_counted(where: Place | Group) -> bool:
+    """Whether this is one timer or counter."""
+    return isinstance(where, Group) and not where.dims and where.type in (TIMER, COUNTER)
+
+
+def _cells_in(group: Group, counts: bool) -> Iterator[Cell]:
+    fixed = [int(each.value) for each in group.indices if isinstance(each, Constant)]
+    if len(fixed) != len(group.indices):
+        raise ValueError(f"{group.text} has no fixed place: ask about one element")
+    for leaf in leaves_in(group):
+        if HIDDEN in leaf.path or (is_counted(group) and not counts and not leaf.type.is_bool):
+            continue
+        first, rest = 0, leaf.dims[len(fixed) :]
+        for index, length in zip(fixed, leaf.dims, strict=False):
+            first = first * length + index
+        size = 1
+        for length in rest:
+            size *= length
+        yield from (Cell(leaf, first * size + number) for number in range(size))

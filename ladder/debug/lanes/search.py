@@ -1,0 +1,207 @@
+"""Finds the last change of a value in long pasts: stretches from many snapshots run side by side.
+
+    lane 0    snapshot 0     scan   0   1   2  ...  63
+    lane 1    snapshot 64    scan  64  65  66  ... 127        one scan of all lanes at a time, on arrays
+    lane 2    snapshot 128   scan 128 129 130  ... 191
+
+A lane counts only if it ends with the values of the next snapshot, all of them; else its scans have to run
+one by one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...model.collector import collector_paused
+from ...model.tags import Leaf
+from ...state.lowered import LoweredProgram
+from ...state.memory import Memory
+from ..cells import Cell
+from ..replay import Stretch
+from .translation import code_of
+from .vectors import Vectors
+
+_EXACT = 2**53
+"""Beyond it a whole number has no exact place in an array of REAL."""
+
+
+class LastChange(NamedTuple):
+    """What is known of a stretch."""
+
+    known: bool  # False: its scans have to run one by one
+    scan: int | None = None  # the last one that changed a value
+
+
+UNKNOWN = LastChange(known=False)
+
+
+class Lanes:
+    """Runs stretches of a program side by side.
+
+    Args:
+        memory: of the program.
+        images: the input images, in the order of `ScanInputs.images`.
+    """
+
+    def __init__(self, lowered: LoweredProgram, memory: Memory, images: Sequence[Leaf]) -> None:
+        self._lowered, self._memory = lowered, memory
+        self._images = [leaf.ident for leaf in images]
+
+    def last_changes(self, cells: Sequence[Cell], stretches: Sequence[Stretch]) -> list[LastChange]:
+        """Return the last scan of each stretch that changed one of some values."""
+        found = [UNKNOWN] * len(stretches)
+        plain = [at for at, each in enumerate(stretches) if _is_plain(each)]
+        places = [self._place(each.leaf, each.index) for each in cells]
+        if self._code is None or not plain or None in places:
+            return found
+        chosen = [stretches[at] for at in plain]
+        watched = [(*place, each.mask) for place, each in zip(places, cells, strict=True) if place]
+        for at, known in zip(plain, self._run(watched, chosen), strict=True):
+            found[at] = known
+        return found
+
+    @cached_property
+    def _loaded(self) -> frozenset[str]:
+        cells = self._memory.cells.items()
+        return frozenset(ident for ident, cell in cells if _is_numeric(cell.cell_contents))
+
+    @cached_property
+    def _code(self) -> Any:
+        return code_of(self._lowered, self._loaded)
+
+    def _place(self, leaf: Leaf, index: int) -> tuple[str, int | None] | None:
+        """Return variable and place of a value; None if it has none on arrays."""
+        if leaf.ident in self._loaded:
+            return leaf.ident, index if leaf.dims else None
+        spot = self._memory.layout.spot(leaf)
+        if spot is None or spot.view or spot.ident not in self._loaded:
+            return None
+        return spot.ident, spot.at(index)
+
+    def _run(self, watched: Sequence[_Watched], stretches: Sequence[Stretch]) -> list[LastChange]:
+        try:
+            with collector_paused():
+                begin, end = self._columns(stretches)
+                vectors = Vectors(self._code, begin, len(stretches))
+                last = self._ran(vectors, watched, stretches)
+                lost = vectors.lost | ~_are_as(vectors, end)
+        except (ArithmeticError, LookupError, TypeError, ValueError):
+            return [UNKNOWN] * len(stretches)  # a line has other values than its translation expects
+        return [
+            UNKNOWN if is_lost else LastChange(True, None if at < 0 else each.first + at)
+            for each, at, is_lost in zip(stretches, last.tolist(), lost.tolist(), strict=True)
+        ]
+
+    def _columns(self, stretches: Sequence[Stretch]) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Return the values before and after stretches: for each variable an array, of a list one per place.
+
+        The snapshot after a stretch is mostly that before the next one.
+        """
+        pairs = [(each.values, each.after) for each in stretches]
+        known = {id(each): each for pair in pairs for each in pair}
+        numbers = {key: number for number, key in enumerate(known)}
+        chosen = np.array([[numbers[id(each)] for each in pair] for pair in pairs]).T
+        begin: dict[str, Any] = {}
+        end: dict[str, Any] = {}
+        for ident in self._loaded:
+            column = _column([each[ident] for each in known.values()])
+            begin[ident], end[ident] = (_at(column, places) for places in chosen)
+        return begin, {ident: each for ident, each in end.items() if ident not in self._images}
+
+    def _ran(self, vectors: Vectors, watched: Sequence[_Watched], stretches: Sequence[Stretch]) -> Any:
+        """Run all scans; return the number of the last one with a change for each lane, or -1."""
+        lanes = len(stretches)
+        lengths = np.array([len(each.inputs) for each in stretches])
+        times, images = _padded(stretches, int(lengths.max()), len(self._images))
+        last = np.full(lanes, -1)
+        before: list[Any] = [None] * len(watched)
+        for number in range(-1, int(lengths.max())):
+            if number >= 0:
+                for ident, words in zip(self._images, images, strict=True):
+                    vectors.values[ident] = list(words[number])
+                vectors.scan(None if number < lengths.min() else number < lengths, times[number])
+            for at, each in enumerate(watched):
+                value = _value(vectors, *each)
+                if number >= 0 and value is not before[at]:
+                    last[np.broadcast_to(value != before[at], (lanes,))] = number
+                before[at] = value
+        return last
+
+
+_Watched = tuple[str, int | None, int | None]
+"""A value: variable, place in its list, mask of its bits."""
+
+
+def _is_plain(stretch: Stretch) -> bool:
+    """Whether nothing but the program and its images has changed values in a stretch."""
+    others = [
+        each for each in stretch.inputs if each.first or each.writes or each.forces or each.images is None
+    ]
+    return bool(stretch.inputs) and not others
+
+
+def _is_numeric(value: Any) -> bool:
+    if isinstance(value, list):
+        return all(isinstance(each, (bool, int, float)) for each in value)
+    return isinstance(value, (bool, int, float, memoryview))
+
+
+def _padded(stretches: Sequence[Stretch], most: int, images: int) -> tuple[Any, list[Any]]:
+    """Return times and input images by scan and lane; the last scan of a shorter stretch is repeated."""
+    rows = [(*each.inputs, *[each.inputs[-1]] * (most - len(each.inputs))) for each in stretches]
+    times = np.array([[each.now_ns for each in row] for row in rows]).T
+    found = []
+    for number in range(images):
+        data = b"".join([(each.images or ())[number] for row in rows for each in row])
+        words = np.frombuffer(data, np.int16).reshape(len(rows), most, -1)
+        found.append(np.ascontiguousarray(words.transpose(1, 2, 0), np.int64))
+    return times, found
+
+
+def _at(column: Any, places: Any) -> Any:
+    """Return the values at some places of a column."""
+    if isinstance(column, list):
+        return [_at(each, places) for each in column]
+    return column[places] if isinstance(column, np.ndarray) else column
+
+
+def _are_as(vectors: Vectors, expected: Mapping[str, Any]) -> Any:
+    """Return which lanes have some values."""
+    good = np.full(len(vectors.lost), True)
+    for ident, values in expected.items():
+        got = vectors.values[ident]
+        for one, other in zip(got, values, strict=True) if isinstance(values, list) else [(got, values)]:
+            good &= one == other
+    return good
+
+
+def _column(values: list[Any]) -> Any:
+    first = values[0]
+    if not isinstance(first, list):
+        return _row(np.array(values, _TYPES[type(first)]), type(first))
+    kind = float if float in map(type, first) else int
+    rows: Any = np.array(values, _TYPES[kind])
+    return [_row(row, type(each)) for row, each in zip(rows.T, first, strict=True)]
+
+
+_TYPES = {bool: np.bool_, int: np.int64, float: np.float64}
+
+
+def _row(row: Any, kind: type) -> Any:
+    """Return an array of the type of its values, one number if all are the same."""
+    if row.dtype == float and kind is int and np.abs(row).max() >= _EXACT:
+        raise ValueError("a number too large for an array of mixed types")
+    if (row == row[0]).all():
+        return kind(row[0])
+    return np.ascontiguousarray(row, _TYPES[kind])
+
+
+def _value(vectors: Vectors, ident: str, index: int | None, mask: int | None) -> Any:
+    value = vectors.values[ident]
+    if index is not None:
+        value = value[index]
+    return value if mask is None else value & mask

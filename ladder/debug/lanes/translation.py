@@ -1,0 +1,266 @@
+"""The Python of a compiled program, translated to arrays: see `vectors`."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Callable, Iterator, Mapping, Sequence, Set
+from typing import Any
+
+from ...compiler import source_of
+from ...state.lowered import LoweredProgram
+from .vectors import WITH_MASK
+
+
+def code_of(lowered: LoweredProgram, loaded: Set[str]) -> Any:
+    """Return a program on arrays as code, for `Vectors`; None for one that can't run on arrays.
+
+    That is one with tasks, routines in Python, axes or messages: what runs besides its routines.
+
+    Args:
+        loaded: identifiers of the variables that have values on arrays.
+    """
+    if lowered.schedule or lowered.functions or lowered.opening or lowered.closing:
+        return None
+    (program,) = ast.parse(source_of(lowered)).body
+    assert isinstance(program, ast.FunctionDef)
+    used = {each.arg for each in program.args.args}
+    routines = [each for each in program.body if isinstance(each, ast.FunctionDef)]
+    names = {each.name for each in routines}
+    if "scan" not in names:
+        return None
+    text = "\n".join(line for each in routines for line in _Translator(each, used, loaded, names).lines())
+    return compile(text, "<lanes>", "exec")
+
+
+class _Translator:
+    """Translates one function."""
+
+    def __init__(
+        self, function: ast.FunctionDef, used: Set[str], loaded: Set[str], routines: Set[str]
+    ) -> None:
+        self._function, self._routines = function, routines
+        self._given = [each.arg for each in function.args.args]
+        assigned = set(filter(None, map(_assigned, ast.walk(function))))
+        self._shared = sorted(used & loaded - {*self._given})
+        self._locals = sorted(assigned - used)
+        self._known = {*self._shared, *self._given, *self._locals}
+        self._masks = 0
+
+    def lines(self) -> Iterator[str]:
+        """Yield the lines of the function."""
+        default = "=()" if "given" in self._given else ""
+        yield f"def {self._function.name}(m0, {', '.join(self._given)}{default}):"
+        if self._shared:
+            yield f"    global {', '.join(self._shared)}"
+        yield f"    {' = '.join([*self._locals, 'unused'])} = None"
+        body = self._function.body
+        if isinstance(body[-1], ast.Return) and body[-1].value is None:
+            body = body[:-1]
+        yield from ("    " + line for line in self._body(body, "m0"))
+
+    def _body(self, body: Sequence[ast.stmt], mask: str) -> Iterator[str]:
+        yield "pass"
+        for each in body:
+            try:
+                yield from list(self._statement(each, mask))
+            except NotTranslatedError:
+                yield f"lose({mask})"
+
+    def _statement(self, node: ast.stmt, mask: str) -> Iterator[str]:
+        if isinstance(node, (ast.Nonlocal, ast.Global, ast.Pass)):
+            return
+        if isinstance(node, ast.Try):
+            yield from self._body(node.body, mask)
+        elif isinstance(node, ast.If):
+            yield from self._if(node, mask)
+        elif isinstance(node, ast.While):
+            yield from self._while(node, mask)
+        elif isinstance(node, ast.Expr):
+            yield self._expression(node.value, mask)
+        elif isinstance(node, ast.Assign) and len(node.targets) == 1:
+            yield self._assignment(node.targets[0], node.value, mask)
+        else:
+            raise NotTranslatedError
+
+    def _new_mask(self) -> str:
+        self._masks += 1
+        return f"m{self._masks}"
+
+    def _if(self, node: ast.If, mask: str) -> Iterator[str]:
+        met, then = self._new_mask(), self._new_mask()
+        yield f"{met} = truth({self._expression(node.test, mask)})"
+        yield f"{then} = both({mask}, {met})"
+        yield f"if some({then}):"
+        yield from ("    " + line for line in self._body(node.body, then))
+        if node.orelse:
+            yield f"{then} = less({mask}, {met})"
+            yield f"if some({then}):"
+            yield from ("    " + line for line in self._body(node.orelse, then))
+
+    def _while(self, node: ast.While, mask: str) -> Iterator[str]:
+        inner, passes = self._new_mask(), self._new_mask()
+        test = f"{inner} = both({inner}, truth({self._expression(node.test, inner)}))"
+        yield from (f"{inner} = {mask}", test, f"{passes} = 0", f"while loop({inner}, {passes}):")
+        yield from ("    " + line for line in (*self._body(node.body, inner), f"{passes} += 1", test))
+
+    def _assignment(self, target: ast.expr, value: ast.expr, mask: str) -> str:
+        if isinstance(target, ast.Name):
+            self._expression(target, mask)  # is it known?
+            if _is_copy(value):
+                return f"{target.id} = list({self._expression(value.func.value, mask)})"  # type: ignore[attr-defined]
+            return f"{target.id} = put({mask}, {self._expression(value, mask)}, {target.id})"
+        if not isinstance(target, ast.Subscript):
+            raise NotTranslatedError
+        rows = self._expression(target.value, mask)
+        if isinstance(target.slice, ast.Slice):
+            first, end = self._bounds(target.slice, mask)
+            return f"put_rows({mask}, {rows}, {first}, {end}, {self._many(value, mask)})"
+        index = self._expression(target.slice, mask)
+        return f"store({mask}, {rows}, {index}, {self._expression(value, mask)})"
+
+    def _bounds(self, node: ast.Slice, mask: str) -> tuple[str, str]:
+        if node.lower is None or node.upper is None or node.step is not None:
+            raise NotTranslatedError
+        return self._expression(node.lower, mask), self._expression(node.upper, mask)
+
+    def _many(self, node: ast.expr, mask: str) -> str:
+        """Return a list of values: a part of another one, or one value repeated."""
+        if isinstance(node, ast.Subscript) and isinstance(node.slice, ast.Slice):
+            first, end = self._bounds(node.slice, mask)
+            return f"rows({mask}, {self._expression(node.value, mask)}, {first}, {end})"
+        if isinstance(node, ast.BinOp) and isinstance(node.left, ast.List) and len(node.left.elts) == 1:
+            (value,) = node.left.elts
+            return f"[{self._expression(value, mask)}] * {self._expression(node.right, mask)}"
+        raise NotTranslatedError
+
+    def _expression(self, node: ast.expr, mask: str) -> str:
+        written = self._WRITTEN.get(type(node))
+        if written is None:
+            raise NotTranslatedError
+        return written(self, node, mask)
+
+    def _constant(self, node: ast.Constant, _mask: str) -> str:
+        return repr(node.value)
+
+    def _tuple(self, node: ast.Tuple, _mask: str) -> str:
+        if node.elts:
+            raise NotTranslatedError
+        return "()"
+
+    def _name(self, node: ast.Name, _mask: str) -> str:
+        if node.id not in self._known:
+            raise NotTranslatedError
+        return node.id
+
+    def _subscript(self, node: ast.Subscript, mask: str) -> str:
+        if isinstance(node.slice, ast.Slice):
+            raise NotTranslatedError
+        rows, index = self._expression(node.value, mask), self._expression(node.slice, mask)
+        return f"{rows}[{index}]" if isinstance(node.slice, ast.Constant) else f"at({mask}, {rows}, {index})"
+
+    def _bool_op(self, node: ast.BoolOp, mask: str) -> str:
+        if any(isinstance(each, ast.Call) for value in node.values[1:] for each in ast.walk(value)):
+            raise NotTranslatedError  # it runs only if the one before lets it
+        name = "and_" if isinstance(node.op, ast.And) else "or_"
+        return f"{name}({', '.join(self._expression(each, mask) for each in node.values)})"
+
+    def _unary_op(self, node: ast.UnaryOp, mask: str) -> str:
+        value = self._expression(node.operand, mask)
+        if isinstance(node.op, ast.Not):
+            return f"not_({value})"
+        sign = "-" if isinstance(node.op, ast.USub) else "~"
+        return f"({sign}number({value}))"
+
+    def _bin_op(self, node: ast.BinOp, mask: str) -> str:
+        left, right = self._expression(node.left, mask), self._expression(node.right, mask)
+        sign = _SIGNS.get(type(node.op))
+        if isinstance(node.op, ast.Mult):
+            return f"times({mask}, {left}, {right})"
+        if sign is None or (sign in _CONSTANT and not isinstance(node.right, ast.Constant)):
+            raise NotTranslatedError
+        return f"({left} {sign} {right})" if sign in "&|^" else f"(number({left}) {sign} number({right}))"
+
+    def _compare(self, node: ast.Compare, mask: str) -> str:
+        values = [self._expression(each, mask) for each in (node.left, *node.comparators)]
+        if not all(type(each) in _RELATIONS for each in node.ops):
+            raise NotTranslatedError
+        signs = [_RELATIONS[type(each)] for each in node.ops]
+        pairs = [f"({a} {sign} {b})" for a, sign, b in zip(values, signs, values[1:], strict=False)]
+        return pairs[0] if len(pairs) == 1 else f"and_({', '.join(pairs)})"
+
+    def _if_exp(self, node: ast.IfExp, mask: str) -> str:
+        inner = self._new_mask()
+        then, otherwise = (
+            f"lambda {inner}: {self._or_lose(each, inner)}" for each in (node.body, node.orelse)
+        )
+        return f"pick({mask}, {self._expression(node.test, mask)}, {then}, {otherwise})"
+
+    def _or_lose(self, node: ast.expr, mask: str) -> str:
+        try:
+            return self._expression(node, mask)
+        except NotTranslatedError:
+            return f"lose({mask})"
+
+    def _call(self, node: ast.Call, mask: str) -> str:
+        name = node.func.id if isinstance(node.func, ast.Name) else ""
+        if node.keywords:
+            raise NotTranslatedError
+        if name == "jumped_back":
+            return "None"
+        if name in ("narrow", "outside"):  # they fault
+            return f"lose({mask})"
+        given = [self._expression(each, mask) for each in node.args]
+        if name in self._routines or name in WITH_MASK:
+            return f"{name}({', '.join([mask, *given])})"
+        if name in _RENAMED:
+            return f"{_RENAMED[name]}({', '.join(given)})"
+        raise NotTranslatedError
+
+    _WRITTEN: Mapping[type[ast.expr], Callable[[Any, Any, str], str]] = {
+        ast.Constant: _constant,
+        ast.Tuple: _tuple,
+        ast.Name: _name,
+        ast.Subscript: _subscript,
+        ast.BoolOp: _bool_op,
+        ast.UnaryOp: _unary_op,
+        ast.BinOp: _bin_op,
+        ast.Compare: _compare,
+        ast.IfExp: _if_exp,
+        ast.Call: _call,
+    }
+
+
+class NotTranslatedError(Exception):
+    """A line has no translation."""
+
+
+def _assigned(node: ast.AST) -> str:
+    """Return the name that is assigned to, else ""."""
+    return node.id if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store) else ""
+
+
+def _is_copy(node: ast.expr) -> bool:
+    """Whether this is `image.tolist()`."""
+    return isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr == "tolist"
+
+
+_SIGNS: Mapping[type[ast.operator], str] = {
+    ast.Add: "+",
+    ast.Sub: "-",
+    ast.BitAnd: "&",
+    ast.BitOr: "|",
+    ast.BitXor: "^",
+    ast.FloorDiv: "//",
+    ast.Mod: "%",
+    ast.RShift: ">>",
+}
+_CONSTANT = ("//", "%", ">>")
+_RELATIONS: Mapping[type[ast.cmpop], str] = {
+    ast.Eq: "==",
+    ast.NotEq: "!=",
+    ast.Lt: "<",
+    ast.LtE: "<=",
+    ast.Gt: ">",
+    ast.GtE: ">=",
+}
+_RENAMED = {"min": "least", "max": "greatest"}

@@ -1,0 +1,268 @@
+"""A compiled program on arrays: each value is that of many moments, the lanes, which run side by side.
+
+    compiled     if Start and not T_DN:  Lamp = True
+    on arrays    m1 = both(m0, and_(Start, not_(T_DN)))
+                 if some(m1):  Lamp = put(m1, True, Lamp)
+
+The Python of `compiler.source_of` is translated; a mask says which lanes run a line. A value that all lanes
+share may be a plain number. Lanes that run what has no translation, or that fault, are `lost`: what they
+compute means nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import reduce
+from typing import Any
+
+import numpy as np
+
+from ...model.arithmetic import wrap
+
+MOST_PASSES = 2_000
+"""Most passes of a loop."""
+
+MOST_PLACES = 16
+"""Most different subscripts of one access in one scan."""
+
+_EXACT = float(1 << 60)
+
+Mask = Any
+"""Lanes as an array of bool; None for all, False for none."""
+
+
+class Vectors:
+    """A program whose values are arrays, one value per lane.
+
+    Args:
+        values: variables of the program by identifier: an array or a number; of a list, a list of these.
+        lanes: number of lanes.
+
+    Attributes:
+        lost: the lanes whose values mean nothing.
+    """
+
+    def __init__(self, code: Any, values: Mapping[str, Any], lanes: int) -> None:
+        self.lost = np.zeros(lanes, bool)
+        self.values: dict[str, Any] = {**values}
+        own = {name: getattr(self, f"_{name}") for name in OWN}
+        self.values.update({**SERVICES, **own})
+        exec(code, self.values)
+
+    def scan(self, active: Mask, now: Any) -> None:
+        """Do one scan of some lanes, at their times in ns."""
+        with np.errstate(all="ignore"):
+            self.values["scan"](active, now)
+
+    def _lose(self, mask: Mask, *_ignored: Any) -> int:
+        if mask is None:
+            self.lost[:] = True
+        elif mask is not False:
+            self.lost |= mask
+        return 0
+
+    def _lose_if(self, mask: Mask, condition: Any) -> None:
+        self._lose(both(mask, condition))
+
+    def _loop(self, mask: Mask, passes: int) -> bool:
+        """Whether lanes go on with a loop."""
+        if some(mask) and passes > MOST_PASSES:
+            self._lose(mask)
+            return False
+        return some(mask)
+
+    def _at(self, mask: Mask, rows: Any, index: Any) -> Any:
+        if index.__class__ is int:
+            return rows[index]
+        found: Any = 0
+        for place in self._places(mask, rows, index):
+            found = np.where(index == place, rows[place], found)
+        return found
+
+    def _store(self, mask: Mask, rows: Any, index: Any, value: Any) -> None:
+        if index.__class__ is int:
+            rows[index] = put(mask, value, rows[index])
+            return
+        for place in self._places(mask, rows, index):
+            rows[place] = put(both(mask, index == place), value, rows[place])
+
+    def _places(self, mask: Mask, rows: Any, index: Any) -> list[int]:
+        wanted = index if mask is None else np.broadcast_to(index, self.lost.shape)[mask]
+        places: list[int] = np.unique(wanted).tolist()
+        if len(places) > MOST_PLACES or any(not 0 <= each < len(rows) for each in places):
+            self._lose(mask)
+            return []
+        return places
+
+    def _rows(self, mask: Mask, rows: Any, first: Any, end: Any) -> Any:
+        if first.__class__ is int and end.__class__ is int:
+            return rows[first:end]
+        return self._lose(mask)
+
+    def _put_rows(self, mask: Mask, rows: Any, first: Any, end: Any, values: Any) -> None:
+        if (
+            first.__class__ is not int
+            or end.__class__ is not int
+            or values.__class__ is not list
+            or len(values) != end - first
+        ):
+            self._lose(mask)
+        else:
+            rows[first:end] = [put(mask, new, old) for new, old in zip(values, rows[first:end], strict=True)]
+
+    def _copy_row(self, mask: Mask, goal: Any, at: Any, origin: Any, first: Any, count: Any) -> None:
+        if any(each.__class__ is not int for each in (at, first, count)):
+            self._lose(mask)
+        elif count > 0:
+            self._put_rows(mask, goal, at, at + count, origin[first : first + count])
+
+    def _times(self, mask: Mask, a: Any, b: Any) -> Any:
+        a, b = number(a), number(b)
+        result = a * b
+        if np.asarray(result).dtype.kind == "i" and np.abs(np.multiply(a, b, dtype=float)).max() > _EXACT:
+            self._lose(mask)
+        return result
+
+    def _negative(self, mask: Mask, _site: int, _tag: str, preset: Any, accumulated: Any) -> None:
+        self._lose_if(mask, truth((preset < 0) | (accumulated < 0)))
+
+    def _divide(self, mask: Mask, _site: int, a: Any, b: Any) -> Any:
+        self._lose_if(mask, truth(b == 0))
+        a, b = number(a), np.where(b == 0, 1, b)
+        size = np.abs(a) // np.abs(b)
+        return np.where((a < 0) == (b < 0), size, -size)
+
+    def _modulo(self, mask: Mask, site: int, a: Any, b: Any) -> Any:
+        return number(a) - self._divide(mask, site, a, b) * np.where(b == 0, 1, b)
+
+    def _real_result(self, mask: Mask, _site: int, value: Any, *_operands: Any) -> Any:
+        result = np.asarray(value, float).astype(np.float32).astype(float)
+        self._lose_if(mask, truth(~np.isfinite(result)))
+        return result
+
+    def _real_divide(self, mask: Mask, site: int, a: Any, b: Any) -> Any:
+        self._lose_if(mask, truth(b == 0))
+        return self._real_result(mask, site, np.asarray(a, float) / np.where(b == 0, 1.0, b))
+
+    def _wrap(self, mask: Mask, value: Any, bits: Any) -> Any:
+        if bits.__class__ is not int or not -32 <= bits <= 32:
+            return self._lose(mask)
+        return wrap(number(value), bits)
+
+    def _real(self, mask: Mask, value: Any) -> Any:
+        return self._real_result(mask, 0, value)
+
+    def _pick(
+        self, mask: Mask, condition: Any, then: Callable[[Mask], Any], otherwise: Callable[[Mask], Any]
+    ) -> Any:
+        condition = truth(condition)
+        if condition is True:
+            return then(mask)
+        if condition is False:
+            return otherwise(mask)
+        rest = less(mask, condition)
+        if not some(rest):
+            return then(mask)
+        return np.where(condition, then(both(mask, condition)), otherwise(rest))
+
+
+WITH_MASK = (
+    "at",
+    "store",
+    "rows",
+    "put_rows",
+    "copy_row",
+    "times",
+    "negative",
+    "divide",
+    "modulo",
+    "real_result",
+    "real_divide",
+    "wrap",
+    "real",
+    "pick",
+)
+"""Own functions whose first argument is the mask."""
+
+OWN = ("lose", "loop", *WITH_MASK)
+
+
+def truth(value: Any) -> Any:
+    """Return the truth of a value: an array of bool, or a bool."""
+    if value.__class__ is np.ndarray:
+        return value if value.dtype == bool else value != 0
+    return bool(value)
+
+
+def number(value: Any) -> Any:
+    """Return a value as a number to calculate with: True as 1."""
+    if value.__class__ is np.ndarray:
+        return value.astype(np.int64) if value.dtype == bool else value
+    return int(value) if isinstance(value, (bool, np.bool_)) else value
+
+
+def not_(value: Any) -> Any:
+    """Return the negation of a truth."""
+    value = truth(value)
+    return not value if value.__class__ is bool else ~value
+
+
+def and_(*values: Any) -> Any:
+    """Return whether all are true."""
+    found: Any = True
+    for value in map(truth, values):
+        if value is False:
+            return False
+        if value is not True:
+            found = value if found is True else found & value
+    return found
+
+
+def or_(*values: Any) -> Any:
+    """Return whether one is true."""
+    found: Any = False
+    for value in map(truth, values):
+        if value is True:
+            return True
+        if value is not False:
+            found = value if found is False else found | value
+    return found
+
+
+def both(mask: Mask, condition: Any) -> Mask:
+    """Return the lanes of a mask in which a truth holds."""
+    if condition is True or mask is False:
+        return mask
+    if condition is False:
+        return False
+    return condition if mask is None else mask & condition
+
+
+def less(mask: Mask, condition: Any) -> Mask:
+    """Return the lanes of a mask in which a truth does not hold."""
+    return both(mask, not_(condition))
+
+
+def some(mask: Mask) -> bool:
+    """Whether a mask has a lane."""
+    return mask is None or (mask is not False and bool(mask.any()))
+
+
+def put(mask: Mask, new: Any, old: Any) -> Any:
+    """Return new values in the lanes of a mask, the old ones in the others."""
+    return new if mask is None or old is None or new is old else np.where(mask, new, old)
+
+
+def least(*values: Any) -> Any:
+    """Return the smallest one in each lane."""
+    return min(values) if all(each.__class__ is int for each in values) else reduce(np.minimum, values)
+
+
+def greatest(*values: Any) -> Any:
+    """Return the largest one in each lane."""
+    return reduce(np.maximum, values)
+
+
+SERVICES: Mapping[str, Any] = {
+    each.__name__: each for each in (truth, number, not_, and_, or_, both, less, some, put, least, greatest)
+}

@@ -1,0 +1,50 @@
+"""A scan on terms that notes the power at each instruction, for questions about rungs."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from ..state.lowered import LoweredStep, Parallel
+from .machine import ScanMachine
+from .terms import FALSE, T, and_, or_
+
+
+class Passage(NamedTuple):
+    """One execution of an instruction in a scan: whether it is reached, the power before it and after it."""
+
+    active: T
+    power: T
+    after: T
+
+    @property
+    def before(self) -> T:
+        """Whether it is reached with power."""
+        return and_(self.active, self.power)
+
+
+class NotingMachine(ScanMachine):
+    """Notes passages by the number of the instruction, and the power behind each leg by branch."""
+
+    def __init__(self, *args: Any) -> None:
+        super().__init__(*args)
+        self.noting = True
+        self.passages: dict[int, list[Passage]] = {}
+        self.legs: dict[int, list[tuple[T, tuple[T, ...]]]] = {}
+
+    def execute(self, step: LoweredStep, power: Any) -> Any:
+        """Run an instruction; return the power after it."""
+        active = self.active
+        after = super().execute(step, power)
+        if self.noting:
+            self.passages.setdefault(step.site, []).append(Passage(active, power, after))
+        return after
+
+    def _branch(self, branch: Parallel, power: Any) -> Any:
+        active = self.active
+        behind = [self._series(leg, power) for leg in branch.legs]
+        if self.noting:
+            self.legs.setdefault(id(branch), []).append((active, tuple(behind)))
+        found = FALSE
+        for each in behind:
+            found = or_(found, each)
+        return found

@@ -1,0 +1,652 @@
+"""More sound programs for `scanrack check`, of stations as machine builders have them."""
+
+# ruff: noqa: E501 - programs as a user writes them
+
+from __future__ import annotations
+
+from check_steps import FEEDER, PACKER
+
+INDEXER = """\
+PROGRAM rotary
+USE axis3601
+// An eight-station dial: home, then 45 degrees at a time
+SLOT card : 1
+ALIAS PB_Index : Local:2:I.Data.0
+ALIAS LockedLS : Local:2:I.Data.1
+ALIAS UnlockedLS : Local:2:I.Data.2
+ALIAS PartPresent : Local:2:I.Data.3
+ALIAS PB_Reset : Local:2:I.Data.4
+ALIAS SOL_Lock : Local:3:O.Data.0
+ALIAS SOL_Eject : Local:3:O.Data.1
+ALIAS PL_Ready : Local:3:O.Data.2
+ALIAS PL_Fault : Local:3:O.Data.3
+TAG Dial : AXIS_3601
+TAG DialIO : Amci3601
+TAG Setup : INT[8] := [16#8434, 16#0034, 0, 250, 0, 0, 0, 0]
+TAG FB_Config : Configure3601
+TAG FB_Home : MC_Home
+TAG FB_Index : MC_MoveRelative
+TAG FB_Reset : MC_Reset
+TAG FB_Stop : MC_Halt
+TAG NotFirst : BOOL
+TAG Homed : BOOL
+TAG DoHome : BOOL
+TAG DoIndex : BOOL
+TAG DoStop : BOOL
+TAG Request : BOOL
+TAG ONS_Index : BOOL
+TAG T_Lock : TIMER
+TAG T_Eject : TIMER
+TAG C_Parts : COUNTER
+TAG Stations : DINT[8]
+TAG Pos : DINT
+TAG Here : DINT
+TAG Steps : DINT := 800
+TAG IndexSpeed : DINT := 2400
+
+ROUTINE Main
+XIO(S:FS)OTE(NotFirst);
+Configure3601(FB_Config,Dial,Setup,NotFirst);
+XIC(FB_Config.Done)XIO(Homed)XIO(FB_Home.Done)OTE(DoHome);
+MC_Home(FB_Home,Dial,DoHome,1,900,20,20);
+XIC(FB_Home.Done)OTL(Homed);
+XIC(FB_Reset.Done)OTU(Homed);
+XIC(PB_Index)ONS(ONS_Index)XIC(Homed)OTL(Request);
+XIC(Request)XIC(UnlockedLS)XIO(LockedLS)XIO(FB_Index.Error)OTE(DoIndex);
+MC_MoveRelative(FB_Index,Dial,DoIndex,Steps,IndexSpeed,40,40);
+XIC(FB_Index.Done)XIC(Request)ADD(Pos,1,Pos)MOD(Pos,8,Pos)OTU(Request);
+XIC(PartPresent)XIC(FB_Index.Done)MOV(1,Stations[Pos]);
+MOV(Stations[Pos],Here);
+XIC(LockedLS)EQU(Here,1)TON(T_Eject,300,0);
+XIC(T_Eject.DN)CTU(C_Parts,0,0)MOV(0,Stations[Pos]);
+XIC(T_Eject.TT)OTE(SOL_Eject);
+XIO(Request)XIO(FB_Index.Busy)TON(T_Lock,100,0);
+XIC(T_Lock.DN)OTE(SOL_Lock);
+XIC(Dial.ErrorStop)OTE(PL_Fault);
+MC_Reset(FB_Reset,Dial,PB_Reset);
+XIC(FB_Index.Busy)XIC(LockedLS)OTE(DoStop);
+MC_Halt(FB_Stop,Dial,DoStop);
+XIC(Homed)XIO(PL_Fault)OTE(PL_Ready);
+MOV(card.I.Fault,DialIO.Fault)Amci3601(DialIO,Dial,card.I.Data[0],card.O.Data[0]);
+END
+"""
+"""An eight-station dial."""
+
+PRESS_ST = """\
+PROGRAM press
+ALIAS LeftHand : Local:2:I.Data.0
+ALIAS RightHand : Local:2:I.Data.1
+ALIAS Top : Local:2:I.Data.2
+ALIAS Bottom : Local:2:I.Data.3
+ALIAS Guard : Local:2:I.Data.4
+ALIAS Ack : Local:2:I.Data.5
+ALIAS Down : Local:3:O.Data.0
+ALIAS Up : Local:3:O.Data.1
+ALIAS Red : Local:3:O.Data.2
+ALIAS Green : Local:3:O.Data.3
+TAG TwoHand : FBD_TIMER := {"PRE": 400}
+TAG Holding : FBD_TIMER := {"PRE": 1500}
+TAG Watch : FBD_TIMER := {"PRE": 8000}
+TAG Counter1 : FBD_COUNTER := {"PRE": 500}
+TAG State : DINT
+TAG Tied : BOOL
+TAG BothHands : BOOL
+TAG Fault : BOOL
+TAG FaultCode : INT
+TAG Tonnage : REAL
+TAG Peak : REAL
+TAG Samples : INT[16]
+TAG Head : DINT
+TAG K : DINT
+TAG Sum : DINT
+
+ROUTINE Main ST
+(* two hands within 400 ms, one stroke per press *)
+TwoHand.TimerEnable := LeftHand XOR RightHand;
+TONR(TwoHand);
+IF TwoHand.DN THEN Tied := 1; END_IF;
+IF NOT LeftHand AND NOT RightHand THEN Tied := 0; END_IF;
+BothHands := LeftHand AND RightHand AND NOT Tied AND Guard;
+
+CASE State OF
+0:
+    IF BothHands AND Top AND NOT Fault THEN State := 1; END_IF;
+1:
+    IF Bottom THEN
+        State := 2;
+    ELSIF NOT BothHands THEN
+        State := 3;
+    END_IF;
+2:
+    IF Holding.DN THEN State := 3; END_IF;
+3:
+    IF Top AND NOT BothHands THEN State := 0; END_IF;
+END_CASE;
+Holding.TimerEnable := State = 2;
+TONR(Holding);
+Watch.TimerEnable := State = 1 OR State = 3;
+TONR(Watch);
+Counter1.CUEnable := State = 2;
+Counter1.Reset := Ack;
+CTUD(Counter1);
+
+(* tonnage *)
+Samples[Head] := Local:2:I.Data[0];
+Head := (Head + 1) MOD 16;
+Sum := 0;
+FOR K := 0 TO 15 DO
+    Sum := Sum + Samples[K];
+END_FOR;
+Tonnage := Sum / 16.0;
+IF Tonnage > Peak THEN Peak := Tonnage; END_IF;
+
+IF Watch.DN THEN
+    Fault := 1;
+    FaultCode := 10;
+ELSIF Peak > 25000.0 THEN
+    Fault := 1;
+    FaultCode := 20;
+END_IF;
+IF Ack AND NOT Watch.DN THEN
+    Fault := 0;
+    FaultCode := 0;
+    Peak := 0.0;
+END_IF;
+Down := (State = 1 OR State = 2) AND Guard;
+Up := State = 3;
+Red := Fault AND FaultCode <> 0;
+Green := State = 0 AND NOT Fault AND NOT Counter1.DN;
+END
+"""
+"""A press with two-hand control."""
+
+STATION_ST = """\
+PROGRAM drillstation
+USE axis3601
+SLOT card : 1
+ALIAS Go : Local:2:I.Data.0
+ALIAS Clamped : Local:2:I.Data.1
+ALIAS Abort : Local:2:I.Data.2
+ALIAS Clamp : Local:3:O.Data.0
+ALIAS Spindle : Local:3:O.Data.1
+ALIAS Trouble : Local:3:O.Data.2
+TAG Z : AXIS_3601
+TAG ZModule : Amci3601
+TAG Words : INT[8] := [16#8434, 16#0034, 0, 400, 0, 0, 0, 0]
+TAG Cfg : Configure3601
+TAG Zero : MC_Home
+TAG Approach : MC_MoveAbsolute
+TAG Drill : MC_MoveAbsolute
+TAG Retract : MC_MoveAbsolute
+TAG Clear : MC_Reset
+TAG Depth : DINT := 4500
+TAG Feed : DINT := 900
+TAG Chip : DINT
+TAG Step : DINT
+TAG Started : BOOL
+
+ROUTINE Main ST
+IF NOT S:FS THEN Started := 1; END_IF;
+
+Configure3601(Cfg, Z, Words, Started);
+CASE Step OF
+0:
+    IF Cfg.Done THEN Step := 5; END_IF;
+5:
+    IF Zero.Done THEN Step := 10; END_IF;
+10:
+    Chip := 0;
+    IF Go AND NOT Abort THEN Step := 15; END_IF;
+15:
+    IF Clamped THEN Step := 20; END_IF;
+20:
+    IF Approach.Done THEN Step := 30; END_IF;
+30:
+    IF Drill.Done THEN Step := 40; END_IF;
+40:
+    IF Retract.Done THEN
+        Chip := Chip + 1;
+        IF Chip < 3 THEN Step := 20; ELSE Step := 10; END_IF;
+    END_IF;
+90:
+    IF Clear.Done THEN Step := 5; END_IF;
+END_CASE;
+IF Z.ErrorStop AND Step > 5 THEN Step := 90; END_IF;
+MC_Home(Zero, Z, Step = 5, -1, 1000, 10, 10);
+MC_MoveAbsolute(Approach, Z, Step = 20, 3000, 5000, 30, 30);
+MC_MoveAbsolute(Drill, Z, Step = 30, Depth, Feed, 5, 5);
+MC_MoveAbsolute(Retract, Z, Step = 40, 0, 8000, 30, 30);
+MC_Reset(Clear, Z, Step = 90);
+Clamp := Step >= 15 AND Step < 90;
+Spindle := Step >= 20 AND Step <= 40;
+Trouble := Z.ErrorStop;
+ZModule.Fault := card.I.Fault;
+Amci3601(ZModule, Z, card.I.Data[0], card.O.Data[0]);
+END
+"""
+"""A drill that pecks three times."""
+
+CUTTER = """\
+'''Cut to length: jog, home, then a cut per piece.'''
+
+from scanrack import Configuration, Direction, FindHome, Idle, InputBit, Move, MoveKind, ResetErrors, StatusView
+
+LENGTHS = {0: 1500, 1: 2400, 2: 3600}
+FEED = 4500
+RAMP = 25
+KNIFE_NS = 250_000_000
+
+CONFIG = Configuration(
+    inputs_used=InputBit.HOME | InputBit.CCW_LIMIT | InputBit.CW_LIMIT, step_and_direction=True, starting_speed=300
+)
+
+
+class Cutter:
+    def __init__(self):
+        self.mode = "boot"
+        self.until_ns = 0
+        self.pieces = 0
+        self.last_start = False
+
+    def run(self, scan):
+        axis = scan.slot[1]
+        buttons = scan.slot[2].inputs
+        status = StatusView(axis.inputs)
+        start = buttons.bit(0, 0)
+        select = 2 if buttons.bit(0, 2) else 1 if buttons.bit(0, 1) else 0
+        knife = False
+        if status.COMMAND_ERROR:
+            self.mode = "reset"
+        if self.mode == "boot":
+            axis.outputs.load(CONFIG.to_image())
+            if status.MODE_CONFIG and not status.CONFIG_ERROR:
+                self.mode = "leave"
+        elif self.mode == "leave":
+            axis.outputs.load(Idle().to_image())
+            if not status.MODE_CONFIG:
+                self.mode = "home"
+        elif self.mode == "home":
+            axis.outputs.load(FindHome(Direction.CCW, 800, 10, 10).to_image())
+            if status.AT_HOME and not status.POSITION_INVALID:
+                axis.outputs.load(Idle().to_image())
+                self.mode = "ready"
+        elif self.mode == "ready":
+            if start and not self.last_start:
+                length = LENGTHS[select]
+                axis.outputs.load(Move(MoveKind.RELATIVE, length, FEED, RAMP, RAMP).to_image())
+                self.mode = "feed"
+        elif self.mode == "feed":
+            if status.MOVE_COMPLETE:
+                axis.outputs.load(Idle().to_image())
+                self.until_ns = scan.now_ns + KNIFE_NS
+                self.mode = "cut"
+        elif self.mode == "cut":
+            knife = True
+            if scan.now_ns >= self.until_ns:
+                self.pieces += 1
+                self.mode = "ready"
+        elif self.mode == "reset":
+            axis.outputs.load(ResetErrors().to_image())
+            if not status.COMMAND_ERROR:
+                axis.outputs.load(Idle().to_image())
+                self.mode = "ready"
+        self.last_start = start
+        scan.slot[3].outputs.set_bit(0, 0, knife)
+        scan.slot[3].outputs.set_bit(0, 1, self.mode == "ready")
+
+
+cutter = Cutter()
+
+
+def logic(scan):
+    cutter.run(scan)
+"""
+"""Cut to length, in Python."""
+
+GANTRY = """\
+'''A gantry: x carries z; parts go from the belt to a tray of twelve places.'''
+
+from scanrack import (
+    Axis3601, AxisError, Configuration, Direction, Input, InputBit, Lock, Logic, OnDelay, Output, Rise, State,
+    WaitTimeout, all_of, dwell, first_of, sequence, steady, until, within,
+)
+
+SWITCHES = InputBit.HOME | InputBit.CCW_LIMIT | InputBit.CW_LIMIT
+RAPID = 9000
+CAREFUL = 1200
+ROWS, COLUMNS = 3, 4
+PITCH_X, PITCH_Z = 700, 350
+BELT = -1200
+
+
+class Gantry(Logic):
+    x = Axis3601(1, Configuration(inputs_used=SWITCHES, starting_speed=600))
+    z = Axis3601(4, Configuration(inputs_used=SWITCHES, starting_speed=200))
+    part = Input("Local:2:I.Data.0")
+    vacuum_ok = Input("Local:2:I.Data.1")
+    tray_new = Input("Local:2:I.Data.2")
+    estop = Input("Local:2:I.Data.3")
+    vacuum: Output = Output("Local:3:O.Data.0")
+    belt: Output = Output("Local:3:O.Data.1")
+    call_operator: Output = Output("Local:3:O.Data.2")
+    blower: Output = Output("Local:3:O.Data.3")
+    jam = OnDelay("6 s")
+    new_tray = Rise()
+    motion = Lock()
+    place_number = 0
+    lost = 0
+    ready = False
+    tray_full = False
+
+    def every_scan(self) -> None:
+        if self.new_tray(self.tray_new):
+            self.place_number = 0
+            self.tray_full = False
+        self.belt = self.ready and not self.part
+        self.call_operator = self.tray_full or self.jam(self.ready and not self.part)
+
+    @sequence
+    async def transfer(self) -> None:
+        while True:
+            try:
+                await self.prepare()
+                while True:
+                    await until(lambda: bool(self.part) and not self.tray_full, "part and place")
+                    async with self.motion:
+                        await self.pick()
+                        await self.drop()
+            except AxisError:
+                self.ready = False
+                self.vacuum = False
+                await steady(lambda: not self.estop, "1 s")
+
+    async def prepare(self) -> None:
+        for axis in (self.z, self.x):
+            if axis.state == State.DISABLED:
+                await axis.configure()
+            if axis.state == State.ERROR_STOP:
+                await axis.reset()
+            await axis.home(Direction.CCW, speed=CAREFUL, acceleration=10, deceleration=10)
+        self.ready = True
+
+    async def pick(self) -> None:
+        await self.x.move_to(BELT, speed=RAPID, acceleration=40, deceleration=40)
+        await self.z.move_to(1800, speed=RAPID // 2, acceleration=30, deceleration=30)
+        self.vacuum = True
+        try:
+            await within("800 ms", self.vacuum_ok.on)
+        except WaitTimeout:
+            self.lost += 1
+        await self.z.move_to(0, speed=RAPID // 2, acceleration=30, deceleration=30)
+
+    async def drop(self) -> None:
+        row, column = divmod(self.place_number, COLUMNS)
+        await all_of(
+            self.x.move_to(column * PITCH_X, speed=RAPID, acceleration=40, deceleration=40),
+            self.z.move_to(200, speed=CAREFUL, acceleration=10, deceleration=10),
+        )
+        await self.z.move_to(1000 + row * PITCH_Z, speed=CAREFUL, acceleration=10, deceleration=10)
+        self.vacuum = False
+        await dwell("120 ms")
+        await self.z.move_to(0, speed=RAPID // 2, acceleration=30, deceleration=30)
+        self.place_number += 1
+        if self.place_number == ROWS * COLUMNS:
+            self.tray_full = True
+
+    @sequence
+    async def clean(self) -> None:
+        while True:
+            await self.vacuum_ok.falls
+            self.blower = True
+            await first_of(dwell("300 ms"), self.estop.rises)
+            self.blower = False
+"""
+"""A gantry with two axes and two sequences."""
+
+WASHER = """\
+CONTROLLER washer
+TYPE Valve (Cmd : BOOL, Open : BOOL, Closed : BOOL, Travel : TIMER, Fault : BOOL)
+INSTRUCTION ValveCtl
+INOUT V : Valve REQUIRED
+INPUT Open : BOOL REQUIRED
+INPUT Time : DINT REQUIRED
+OUTPUT Coil : BOOL REQUIRED
+ROUTINE Logic
+XIC(Open)XIO(V.Fault)OTE(V.Cmd);
+MOV(Time,V.Travel.PRE);
+[XIC(V.Cmd)XIO(V.Open),XIO(V.Cmd)XIO(V.Closed)]TON(V.Travel,?,?);
+XIC(V.Travel.DN)OTL(V.Fault);
+XIC(V.Cmd)OTE(Coil);
+END
+END INSTRUCTION
+TAG Fill : Valve
+TAG Drain : Valve
+TAG CtlFill : ValveCtl
+TAG CtlDrain : ValveCtl
+TAG Temperature : REAL
+TAG Raw : INT
+TAG Wash : BOOL
+TAG Rinse : BOOL
+TAG Heat : BOOL
+TAG PhaseNo : DINT
+TAG AckFaults : BOOL
+TASK Main : CONTINUOUS RUNS Sequence, Io
+TASK Slow : PERIODIC 50 ms PRIORITY 9 RUNS Analog
+PROGRAM Sequence MAIN Start
+TAG WashTime : TIMER
+TAG RinseTime : TIMER
+TAG StartEdge : BOOL
+ROUTINE Start
+XIC(Local:2:I.Data.0)ONS(StartEdge)EQU(PhaseNo,0)MOV(1,PhaseNo);
+EQU(PhaseNo,1)OTE(Wash);
+EQU(PhaseNo,2)OTE(Rinse);
+XIC(Wash)GRT(Temperature,45.0)TON(WashTime,60000,0);
+XIC(WashTime.DN)MOV(2,PhaseNo);
+XIC(Rinse)TON(RinseTime,30000,0);
+XIC(RinseTime.DN)MOV(0,PhaseNo);
+XIC(Wash)LES(Temperature,60.0)OTE(Heat);
+XIC(Local:2:I.Data.7)OTE(AckFaults);
+END
+END PROGRAM
+PROGRAM Io MAIN Start
+ROUTINE Start
+XIC(Local:2:I.Data.1)OTE(Fill.Open);
+XIC(Local:2:I.Data.2)OTE(Fill.Closed);
+XIC(Local:2:I.Data.3)OTE(Drain.Open);
+XIC(Local:2:I.Data.4)OTE(Drain.Closed);
+ValveCtl(CtlFill,Fill,Wash,4000,Local:3:O.Data.0);
+ValveCtl(CtlDrain,Drain,Rinse,5000,Local:3:O.Data.1);
+XIC(Heat)XIO(Drain.Cmd)OTE(Local:3:O.Data.2);
+[XIC(Fill.Fault),XIC(Drain.Fault)]OTE(Local:3:O.Data.3);
+XIC(AckFaults)OTU(Fill.Fault)OTU(Drain.Fault);
+END
+END PROGRAM
+PROGRAM Analog MAIN Start
+TAG Filtered : REAL
+ROUTINE Start
+MOV(Local:2:I.Data[0],Raw);
+CPT(Filtered,Filtered*0.9+Raw*0.1);
+CPT(Temperature,Filtered/327.67);
+END
+END PROGRAM
+"""
+"""A controller with an add-on instruction that takes a structure."""
+
+DEBURR = """\
+'''A deburring spindle on a slide: sequences with helpers and a blend.'''
+
+from scanrack import (
+    Axis3601, AxisError, BlendSegment, CommandAborted, Configuration, Counter, Direction, Input, InputBit, Logic,
+    OffDelay, Output, Pulse, dwell, sequence, until,
+)
+
+IN = InputBit.HOME | InputBit.CCW_LIMIT | InputBit.CW_LIMIT
+PROFILE = [
+    BlendSegment(length=800, speed=1500, rate=20),
+    BlendSegment(length=3000, speed=4000, rate=20),
+    BlendSegment(length=900, speed=1200, rate=20),
+]
+
+
+class Deburr(Logic):
+    slide = Axis3601(1, Configuration(inputs_used=IN, step_and_direction=True, starting_speed=400))
+    cycle_start = Input("Local:2:I.Data.0")
+    door_closed = Input("Local:2:I.Data.1")
+    part_clamped = Input("Local:2:I.Data.2")
+    spindle: Output = Output("Local:3:O.Data.0")
+    clamp: Output = Output("Local:3:O.Data.1")
+    coolant: Output = Output("Local:3:O.Data.2")
+    door_lamp: Output = Output("Local:3:O.Data.3")
+    run_on = OffDelay("5 s")
+    grease = Pulse("2 s")
+    strokes = Counter(250)
+    passes = 3
+    cutting = False
+    dull = False
+
+    def every_scan(self) -> None:
+        self.coolant = self.run_on(self.cutting) and not self.dull
+        self.dull = self.strokes(self.cutting)
+        self.door_lamp = self.grease(not self.door_closed)
+
+    @sequence
+    async def work(self) -> None:
+        await self.slide.configure()
+        await self.slide.home(Direction.CCW, speed=900, acceleration=10, deceleration=10)
+        await self.slide.program_blend(PROFILE, final_deceleration=20)
+        while True:
+            await self.cycle_start.rises
+            await until(lambda: bool(self.door_closed))
+            self.clamp = True
+            await self.part_clamped.on
+            try:
+                await self.machine()
+            except (AxisError, CommandAborted):
+                await self.slide.reset()
+            finally:
+                self.spindle = False
+                self.cutting = False
+            self.clamp = False
+
+    async def machine(self) -> None:
+        self.spindle = True
+        await dwell("700 ms")
+        for count in range(self.passes):
+            self.cutting = True
+            await self.slide.run_blend(Direction.CW)
+            self.cutting = False
+            await self.slide.move_to(0, speed=6000, acceleration=30, deceleration=30)
+            if count == 0:
+                await dwell("200 ms")
+"""
+"""Sequences with a blend."""
+
+LIFT_ST = """\
+PROGRAM lift
+ALIAS Call1 : Local:2:I.Data.0
+ALIAS Call2 : Local:2:I.Data.1
+ALIAS Call3 : Local:2:I.Data.2
+ALIAS Door : Local:2:I.Data.3
+ALIAS FloorPulse : Local:2:I.Data.4
+ALIAS MotorUp : Local:3:O.Data.0
+ALIAS MotorDown : Local:3:O.Data.1
+ALIAS DoorOpen : Local:3:O.Data.2
+TAG Calls : DINT
+TAG Floor : DINT := 1
+TAG Goal : DINT
+TAG J : DINT
+TAG Pulse : FBD_ONESHOT
+TAG Wait : FBD_TIMER := {"PRE": 3000}
+TAG Direction : DINT
+TAG Names : STRING[3]
+TAG Shown : STRING
+
+ROUTINE Main ST
+IF Call1 THEN Calls.0 := 1; END_IF;
+IF Call2 THEN Calls.1 := 1; END_IF;
+IF Call3 THEN Calls.2 := 1; END_IF;
+Pulse.InputBit := FloorPulse;
+OSRI(Pulse);
+IF Pulse.OutputBit THEN
+    Floor := Floor + Direction;
+    IF Floor < 1 THEN Floor := 1; END_IF;
+    IF Floor > 3 THEN Floor := 3; END_IF;
+END_IF;
+Goal := 0;
+FOR J := 1 TO 3 DO
+    IF Calls.[J - 1] THEN Goal := J; EXIT; END_IF;
+END_FOR;
+IF Goal = 0 OR Goal = Floor THEN
+    Direction := 0;
+ELSIF Goal > Floor AND Door THEN
+    Direction := 1;
+ELSIF Door THEN
+    Direction := -1;
+END_IF;
+Wait.TimerEnable := Goal = Floor;
+TONR(Wait);
+IF Wait.DN THEN Calls.[Floor - 1] := 0; END_IF;
+MotorUp := Direction > 0;
+MotorDown := Direction < 0;
+DoorOpen := Direction = 0 AND Goal = Floor;
+COP(Names[Floor - 1], Shown, 1);
+IF Shown.LEN = 0 THEN Names[0].LEN := 1; END_IF;
+END
+"""
+"""A lift: calls as bits, a loop that leaves."""
+
+TRACKING = """\
+PROGRAM tracking
+// Reject tracking: a FIFO of weights and a shift register, SLC style arrays
+ALIAS Photo : Local:2:I.Data.0
+ALIAS Encoder : Local:2:I.Data.1
+ALIAS Bad : Local:2:I.Data.2
+ALIAS Clear : Local:2:I.Data.3
+ALIAS Kicker : Local:3:O.Data.0
+ALIAS JamLamp : Local:3:O.Data.1
+TAG Line : DINT[4]
+TAG LineC : CONTROL
+TAG Weights : DINT[20]
+TAG WeightC : CONTROL
+TAG WeightOut : DINT
+TAG Average : REAL
+TAG AveC : CONTROL
+TAG Recent : REAL[10]
+TAG RecentAt : DINT
+TAG Edge1 : BOOL
+TAG Edge2 : BOOL
+TAG Rejects : COUNTER
+TAG Jam : TIMER
+TAG Reads : DINT
+
+ROUTINE Main
+XIC(Encoder)ONS(Edge1)BSL(Line[0],LineC,Bad,96);
+XIC(Line[2].11)XIC(Photo)OTE(Kicker);
+XIC(Kicker)CTU(Rejects,0,0);
+XIC(Clear)RES(Rejects)RES(WeightC);
+XIC(Photo)FFL(Local:2:I.Data[0],Weights[0],WeightC,20,0);
+XIC(WeightC.DN)FFU(Weights[0],WeightOut,WeightC,20,0);
+XIC(Photo)ONS(Edge2)ADD(RecentAt,1,RecentAt)MOD(RecentAt,10,RecentAt)MOV(WeightOut,Recent[RecentAt]);
+EQU(RecentAt,9)AVE(Recent[0],0,Average,AveC,10,0);
+XIC(Photo)TON(Jam,2500,0);
+[XIC(Jam.DN),GRT(Average,900.0),GRT(Rejects.ACC,30)]OTE(JamLamp);
+XIC(Photo)XIO(Edge1)ADD(Reads,1,Reads);
+GRT(Reads,30000)MOV(0,Reads);
+END
+"""
+"""Queues, a shift register, an average."""
+
+STATIONS = {
+    "feeder.rung": FEEDER,
+    "packer.py": PACKER,
+    "indexer.rung": INDEXER,
+    "press_st.rung": PRESS_ST,
+    "drill.rung": STATION_ST,
+    "cutter.py": CUTTER,
+    "gantry.py": GANTRY,
+    "washer.rung": WASHER,
+    "deburr.py": DEBURR,
+    "lift.rung": LIFT_ST,
+    "tracking.rung": TRACKING,
+}
+"""The programs by name."""

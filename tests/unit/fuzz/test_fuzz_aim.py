@@ -1,0 +1,121 @@
+"""The search knows where a run changes, aims there, and does the same under any hash seed."""
+
+from __future__ import annotations
+
+import hashlib
+from random import Random
+from textwrap import dedent
+
+import pytest
+from planted_programs import version_of
+from scanrack.jobs.fuzz import Scenario, TrialBench, search
+from scanrack.jobs.fuzz.aim.branches import NAME, branches_noted
+from scanrack.jobs.fuzz.aim.draws import Draws
+from scanrack.jobs.fuzz.aim.edges import NEAR, Edges
+from scanrack.jobs.fuzz.aim.probe import Probe
+from scanrack.jobs.fuzz.campaign.fresh import in_fresh_process
+from scanrack.jobs.fuzz.scenarios.kinds import Kind, kinds_for
+from scanrack.jobs.fuzz.scenarios.parts import timed_parts
+from scanrack.jobs.load.program import load_program
+from scanrack.runtime.config.rackspec import RackSpec, SlotSpec
+
+SPEC = RackSpec(program=lambda scan: None, slot=(SlotSpec(number=1, module="amci3601"),))
+
+
+def probed(bench):
+    probe = Probe()
+    bench.run(Scenario(), probe=probe)
+    probe.edges.close()
+    return probe.edges
+
+
+def test_a_timer_of_700_scans_is_an_edge_and_its_done_bit_a_thin_state(tmp_path):
+    """1.4 s at 2 ms a scan: done in scan 700, for one scan; timed again from 701 on, done in 1402."""
+    edges = probed(version_of("lost_request", tmp_path / "it", with_mistake=False).bench)
+    done = [scans for (_, _, value), scans in edges.groups["state"].items() if value is True]
+    assert [700, 1402] in done
+    assert [700, 1402] in edges.groups["thin"].values()
+    assert [700, 1402] in edges.groups["path"].values(), "the rungs that ask for it"
+
+
+def test_times_are_aimed_at_edges():
+    edges = Edges()
+    for scan in (3_000, 5_000):
+        edges.add("state", "it", scan)
+    draws = Draws(SPEC, 10_000, frozenset(Kind), Random(1))
+    starts = [
+        part.at_ns // SPEC.scan_ns for _ in range(300) for part in timed_parts(draws.scenario(edges))[:1]
+    ]
+    near = {edge + distance for edge in (3_000, 5_000) for distance in NEAR}
+    assert sum(scan in near for scan in starts) > len(starts) / 4  # by chance one in 500
+    assert len(set(starts) - near) > 50
+
+
+def test_no_part_is_impossible():
+    """A scenario of each kind alone fits the rack, and no event begins after the run."""
+    for kind in Kind:
+        draws = Draws(SPEC, 100, {kind}, Random(7))
+        for _ in range(50):
+            drawn = draws.scenario()
+            drawn.check(SPEC)
+            assert all(part.at_ns < 100 * SPEC.scan_ns for part in timed_parts(drawn))
+            assert Scenario.from_json(drawn.to_json()) == drawn
+
+
+def test_a_python_program_notes_its_branches_and_keeps_its_lines(tmp_path):
+    (tmp_path / "it.py").write_text(
+        dedent('''\
+            """A program."""
+            from __future__ import annotations
+            steps = {"step": 0}
+            def logic(scan):
+                if scan.number == 10:
+                    steps["step"] = 1
+                elif scan.number == 12:
+                    steps["step"] = 2
+                for place in range(scan.number == 20):
+                    pass
+                if scan.number == 30:
+                    raise ValueError("here")
+            '''),
+        encoding="utf-8",
+    )
+    with branches_noted():
+        logic = load_program(str(tmp_path / "it.py")).function
+    assert len(logic.__globals__[NAME]) == 6  # if, elif, no else; for; if, no else
+    bench = TrialBench(SPEC, lambda: logic, (), 40)
+    broken = bench.run(Scenario()).broken
+    assert broken is not None
+    assert broken.cause == "it.py:12"
+    logic.__globals__["steps"]["step"] = 0
+    edges = probed(bench)
+    # each path begins in its scan; in the next one it is the usual path again
+    assert sorted(edges.groups["path"].values()) == [[0, 11, 13, 21], [10], [12], [20], [30]]
+    assert [10] in edges.groups["state"].values()
+
+
+def steps_of_a_search(count: int) -> str:
+    """Return a digest of what is drawn, for another process."""
+    edges = Edges()
+    for scan, name in enumerate(("b", "a", ("c", 1), None, True)):
+        edges.add("state", name, 10 * scan)
+    edges.close()
+    draws = Draws(SPEC, 1_000, kinds_for(SPEC), Random(3))
+    digest = hashlib.sha256()
+    scenario = Scenario()
+    for number in range(count):
+        scenario = draws.scenario(edges, scenario if number % 3 else None)
+        digest.update(repr(scenario.to_json()).encode())
+    return digest.hexdigest()
+
+
+@pytest.mark.slow
+def test_a_thousand_steps_are_the_same_under_another_hash_seed():
+    assert in_fresh_process(steps_of_a_search, 1_000) == steps_of_a_search(1_000)
+
+
+def test_the_first_run_is_undisturbed_and_counts(tmp_path):
+    version = version_of("lost_request", tmp_path / "it", with_mistake=True)
+    report = search(version.bench, version.kinds, examples=3)
+    assert report.runs == 3
+    assert report.found == []

@@ -1,0 +1,92 @@
+"""The questions of every program: each rule finds what it names, and is silent where it is not so."""
+
+from __future__ import annotations
+
+import pytest
+from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.prove.induction import Kind
+from scanrack.ladder.prove.questions import RULES, Answers, ask
+from scanrack.ladder.prove.system import Problem, ScanBounds
+
+pytestmark = pytest.mark.extra("prove")
+
+TAGS = [f"TAG {name} : BOOL" for name in ("A", "B", "C", "X", "Y", "Z")]
+TAGS += ["TAG N : DINT", "TAG M : DINT", "TAG List : DINT[4]", "TAG T : TIMER", "TAG K : COUNTER"]
+
+
+def answers(*rungs: str, bounds: ScanBounds = ScanBounds()) -> Answers:  # noqa: B008
+    head = ["PROGRAM p", "ALLOW repeated coils", *TAGS, "ROUTINE Main"]
+    text = "\n".join([*head, *rungs, "END", ""])
+    return ask(Problem(parse_program(text), bounds))
+
+
+def found(*rungs: str) -> list[tuple[str, int | None]]:
+    """Return rule and rung of each finding."""
+    return [(each.rule, each.site.rung) for each in answers(*rungs).findings]
+
+
+ROWS: dict[str, tuple[str, ...]] = {
+    "dead-rung": ("XIC(A)OTE(X);", "XIC(X)XIO(A)OTE(Y);"),
+    "never-on": ("XIC(X)XIC(A)OTE(X);",),
+    "stuck": ("XIC(A)OTL(X);",),
+    "conflict": ("XIC(A)OTE(X);", "XIC(B)OTE(X);"),
+    "never-done": ("XIC(A)XIO(A)TON(T,100,0);",),
+    "fault": ("XIC(A)DIV(7,N,M);", "XIC(A)ADD(N,1,N);"),
+}
+
+
+@pytest.mark.parametrize("rule", ROWS)
+def test_each_rule_finds_what_it_names(rule: str) -> None:
+    assert rule in RULES
+    assert rule in [name for name, _ in found(*ROWS[rule])]
+
+
+SILENT: dict[str, tuple[str, ...]] = {
+    "dead-rung": ("XIC(A)JMP(End);", "XIC(B)OTE(X);", "LBL(End)NOP();"),
+    "dead-leg": ("[XIC(A),XIC(B)]XIO(C)OTE(X);", "EQU(N,3)OTE(Y);"),
+    "never-on": ("XIC(A)OTE(X);",),
+    "stuck": ("XIC(A)OTL(X);", "XIC(B)OTU(X);"),
+    "conflict": ("XIC(A)OTE(X);", "XIC(A)OTE(X);"),
+    "never-done": ("XIC(A)TON(T,3000,0);", "XIC(B)CTU(K,2,0);"),
+    "fault": ("XIC(A)MOV(3,N);", "XIC(A)DIV(7,N,M);", "XIC(A)MOV(5,List[N]);"),
+}
+
+
+@pytest.mark.parametrize("rule", SILENT)
+def test_each_rule_is_silent_where_it_is_not_so(rule: str) -> None:
+    result = answers(*SILENT[rule])
+    assert rule not in [each.rule for each in result.findings]
+    assert result.asked[rule]
+    assert result.open[rule] == 0
+
+
+def test_a_contact_that_decides_nothing_and_one_that_never_passes() -> None:
+    texts = [
+        each.text
+        for each in answers(
+            "XIC(A)[XIC(B),XIC(B)XIC(C)]XIC(A)OTE(X);", "XIC(A)[XIO(A),XIC(C)]OTE(Y);"
+        ).findings
+        if each.rule == "dead-leg"
+    ]
+    assert texts == [
+        "the leg of XIC(B) decides nothing: another one has power, too",
+        "XIC(A) decides nothing: it passes whatever reaches it",
+        "XIO(A) never passes",
+    ]
+
+
+def test_a_fault_comes_with_the_run_that_has_it() -> None:
+    (finding,) = answers("XIC(A)ADD(N,1,N);", "MOV(1,List[N]);").findings
+    assert (finding.rule, finding.site.rung, finding.verdict.kind) == ("fault", 1, Kind.REFUTED)
+    assert len(finding.verdict.scans) == 4
+
+
+def test_a_loop_without_end_is_found() -> None:
+    looping = "LBL(Again)XIC(A)JMP(Again);"
+    rules = [each.rule for each in answers(looping).findings]
+    assert "endless" in rules
+
+
+def test_what_is_found_is_the_same_again() -> None:
+    rungs = [each for rows in ROWS.values() for each in rows]
+    assert answers(*rungs) == answers(*rungs)
