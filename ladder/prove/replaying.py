@@ -87,9 +87,10 @@ def replay(problem: Problem, scans: Sequence[Values], broken: Broken) -> Replaye
     """Run a scenario; its last scan is to break the property."""
     run, result = Run(problem), Replayed()
     before: dict[str, Any] = {}
-    remembered = [name for name in problem.next if name.startswith("~was:")]
+    remembered = [name for name in problem.next if name not in problem.key_of]
+    remember = Evaluator([problem.next[name] for name in remembered])
     for number, values in enumerate(scans):
-        was = {name: before.get(name[5:], problem.initial[name]) for name in remembered}
+        was = dict(zip(remembered, remember(before), strict=True)) if number else {}
         try:
             before = run.scan(values) | was
         except LadderFault as fault:

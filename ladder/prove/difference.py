@@ -1,0 +1,326 @@
+"""What an edit changes: two programs with the same inputs, compared value by value.
+
+| answer | means |
+|---|---|
+| equal | equal in every run: not listed |
+| now | after equal states and inputs, one scan may leave different values |
+| later | only after a scan in which another value differed |
+
+A value that is written by one program alone is listed, too. Each listed value has a run in which it differs,
+done by both compiled programs, or none was found within the limits.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from ..model.errors import LadderFault
+from .induction import Limits, prove
+from .replaying import ScanOf
+from .solving.frames import Frame
+from .solving.solver import UNSAT, Solver
+from .system import Key, Problem, Runnable, ScanBounds, System, shown
+from .terms import FALSE, T, and_, eq, mk, not_, reach, var, variables
+
+LIMITS = Limits(scans=6, k=2, steps=4_000, total=8_000)
+"""Limits for one value."""
+
+BUDGET = 100_000
+"""Limit of the solver's steps for all values."""
+
+NEW = "~new:"
+"""Start of the names of the new program's own variables."""
+
+
+@dataclass(frozen=True, slots=True)
+class Changed:
+    """A value that can differ.
+
+    Attributes:
+        key: its place.
+        now: whether one scan after equal states can make the difference.
+        scans: a run after which it differs, confirmed on both programs; none was found if empty.
+        inputs: inputs of a scan on which the difference depends.
+    """
+
+    key: Key
+    now: bool
+    scans: tuple[ScanOf, ...] = ()
+    inputs: tuple[str, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """Its name: the path, with the index of an array's element."""
+        return shown(f"{self.key[0]}[{self.key[1]}]")
+
+
+@dataclass(slots=True)
+class Difference:
+    """What differs.
+
+    Attributes:
+        changed: values that both programs have, in the order of their names.
+        removed: values that only the old program writes.
+        added: values that only the new program writes.
+        compared: how many values both write.
+    """
+
+    changed: list[Changed] = field(default_factory=list)
+    removed: list[str] = field(default_factory=list)
+    added: list[str] = field(default_factory=list)
+    compared: int = 0
+
+    def beyond(self, only: Iterable[str]) -> list[Changed]:
+        """Return what can differ besides some tags and their members."""
+        allowed = tuple(name.upper() for name in only)
+        starts = tuple(f"{name}{sign}" for name in allowed for sign in ".[")
+        return [
+            each for each in self.changed if each.name not in allowed and not each.name.startswith(starts)
+        ]
+
+
+def compare(
+    old: Runnable,
+    new: Runnable,
+    bounds: ScanBounds = ScanBounds(),  # noqa: B008 - frozen
+    *,
+    free: Sequence[str] = (),
+    written_outside: Sequence[str] = (),
+    limits: Limits = LIMITS,
+    budget: int = BUDGET,
+) -> Difference:
+    """Compare two programs, power-up to power-up, with the same inputs in each scan.
+
+    Raises:
+        LadderError: what is not proved about, by name.
+    """
+    before = Problem(old, bounds, free=free, written_outside=written_outside)
+    after = Problem(new, bounds, free=free, written_outside=written_outside, beside=before)
+    return _Comparison(before, after, limits, budget).difference()
+
+
+@dataclass(slots=True)
+class _Comparison:
+    """Two problems on shared variables.
+
+    Attributes:
+        own: terms for variables of the new program that are not those of the old one.
+        havocs: text of the instruction for each variable of what is not modelled.
+    """
+
+    old: Problem
+    new: Problem
+    limits: Limits
+    left: int
+    own: dict[str, T] = field(default_factory=dict)
+    havocs: dict[str, str] = field(default_factory=dict)
+    memo: dict[int, T] = field(default_factory=dict)
+
+    def difference(self) -> Difference:
+        """Compare."""
+        mine, its = _states(self.old), _states(self.new)
+        both = sorted(mine & its)
+        shown_ones = [key for key in both if _is_shown(key)]
+        result = Difference(compared=len(shown_ones))
+        result.removed = sorted(_name(key) for key in mine - its if _is_shown(key))
+        result.added = sorted(_name(key) for key in its - mine if _is_shown(key))
+        self._keep_apart()
+        now = self._now(both)
+        dirty = self._ever(both, now | (mine ^ its))
+        for key in sorted(dirty & its):
+            v = self.new.machine.vars[key]
+            self.own.setdefault(v.val, _own(v))
+        self.memo.clear()
+        system = self._together()
+        for key in shown_ones:
+            found = self._one(system, key, key in now) if key in dirty else None
+            if found is not None:
+                result.changed.append(found)
+        return result
+
+    # --- variables of the new program's own
+
+    def _keep_apart(self) -> None:
+        """Give the new program variables of its own, where type, role or initial value are not the same."""
+        old, new = self.old, self.new
+        for name, key in new.key_of.items():
+            if name not in old.key_of:
+                continue
+            v = new.machine.vars[key]
+            alike = v is old.machine.vars[old.key_of[name]] and old.role(name) == new.role(name)
+            if not alike or old.initial.get(name) != new.initial.get(name):
+                self.own[name] = _own(v)
+        self._match_havocs()
+
+    def _match_havocs(self) -> None:
+        """Share what is not modelled between instructions of the same text: equal operands, equal results."""
+        old, new = _by_instruction(self.old), _by_instruction(self.new)
+        for text, variables_ in new.items():
+            before = old.get(text, [])
+            alike = [(v.kind, v.lo, v.hi) for v in before] == [(v.kind, v.lo, v.hi) for v in variables_]
+            for number, v in enumerate(variables_):
+                self.own[v.val] = before[number] if alike else _own(v)
+                self.havocs[self.own[v.val].val] = text
+        for text, before in old.items():
+            self.havocs.update((v.val, text) for v in before)
+
+    def _in_new(self, t: T) -> T:
+        """Return a term of the new program with its own variables."""
+        for each in reach([t]) if self.own else ():
+            if each.id not in self.memo:
+                if each.op == "var":
+                    self.memo[each.id] = self.own.get(each.val, each)
+                else:
+                    args = tuple(self.memo[a.id] for a in each.args)
+                    self.memo[each.id] = mk(each.op, args, each.kind, each.val, each.lo, each.hi)
+        return self.memo[t.id] if self.own else t
+
+    # --- which values can differ
+
+    def _pair(self, key: Key) -> tuple[T, T]:
+        """Return the value after a scan in both programs."""
+        name = _variable(key)
+        return self.old.next[name], self._in_new(self.new.next[name])
+
+    def _differ(self, key: Key) -> T:
+        one, other = self._pair(key)
+        return FALSE if one is other else not_(eq(one, other))
+
+    def _now(self, both: Sequence[Key]) -> set[Key]:
+        """Return values that one scan can make different, after equal states."""
+        solver = Solver(self.limits.steps)
+        frame = Frame(System(held=self.old.held & self.new.held, initial=self.old.initial), solver)
+        found = set()
+        for key in both:
+            differ = self._differ(key)
+            if differ is FALSE:
+                continue
+            before = solver.spent
+            if self.left <= 0 or solver.check(frame.term(differ)) != UNSAT:
+                found.add(key)
+            self.left -= 1 + solver.spent - before
+        return found
+
+    def _ever(self, both: Sequence[Key], first: set[Key]) -> set[Key]:
+        """Return those and all that depend on them, in any number of scans."""
+        pairs = {key: self._pair(key) for key in both}
+        order = reach([t for pair in pairs.values() for t in pair])
+        dirty, apart = set(first), {v.val for v in self.own.values()} - set(self.havocs)
+        while True:
+            names = {_variable(key) for key in dirty} | apart | self._dirty_havocs(dirty)
+            marked: set[int] = set()
+            for t in order:
+                if (t.op == "var" and t.val in names) or any(a.id in marked for a in t.args):
+                    marked.add(t.id)
+            more = {key for key, pair in pairs.items() if any(t.id in marked for t in pair)} - dirty
+            if not more:
+                return dirty
+            dirty |= more
+
+    def _dirty_havocs(self, dirty: set[Key]) -> set[str]:
+        """Return what instructions compute that name a tag with a value that can differ."""
+        tags = {_ROOT.match(key[0]).group() for key in dirty}  # type: ignore[union-attr]
+        return {
+            name
+            for name, text in self.havocs.items()
+            if name.startswith(NEW) or tags.intersection(_NAME.findall(text.upper()))
+        }
+
+    # --- runs
+
+    def _together(self) -> System:
+        """Return both programs as one system: what can't differ is shared."""
+        old, new = self.old, self.new
+        system = System(
+            next=dict(old.next),
+            initial=dict(old.initial),
+            held=set(old.held),
+            late=set(old.late),
+            contract=and_(old.contract, self._in_new(new.contract)),
+            key_of=dict(old.key_of),
+            least_ms=old.least_ms,
+        )
+        for name, key in new.key_of.items():
+            place = self.own[name].val if name in self.own else name
+            if place in old.key_of:
+                continue
+            system.key_of[place], system.initial[place] = key, new.initial[name]
+            if name in new.next:
+                system.next[place] = self._in_new(new.next[name])
+            system.held |= {place} if name in new.held else set()
+            system.late |= {place} if name in new.late else set()
+        return system
+
+    def _one(self, system: System, key: Key, now: bool) -> Changed | None:
+        """Return how a value differs; None if it is proved equal in every run."""
+        differ = self._differ(key)
+        free = {v.val.removeprefix(NEW) for v in variables([differ]) if system.role(v.val) == "free"}
+        places = self.new.key_of.keys() | self.old.key_of.keys()
+        inputs = tuple(shown(name) for name in sorted(free & places))
+        if self.left <= 0:
+            return Changed(key, now, inputs=inputs)
+        verdict = prove(system, differ, self.limits)
+        self.left -= 1 + verdict.spent
+        if verdict and self.old.deep is FALSE and self.new.deep is FALSE:
+            return None
+        confirmed = verdict.scans and differs(self.old, self.new, verdict.scans, key)
+        return Changed(key, now, verdict.scans if confirmed else (), inputs)
+
+
+def differs(old: Problem, new: Problem, scans: Sequence[ScanOf], key: Key) -> bool:
+    """Run both compiled programs; return whether a value differs at the end."""
+    return bool(_left_by(old, scans, key) != _left_by(new, scans, key))
+
+
+def _left_by(problem: Problem, scans: Sequence[ScanOf], key: Key) -> Any:
+    """Return a value after a run; a fault's text if it faults."""
+    engine = problem.program.compile()
+    try:
+        for scan in scans:
+            for place, value in scan.inputs.items():
+                leaf = problem.lowered.layout.leaf(place[0])
+                engine.memory.write(leaf, place[1], value)
+            engine.step(scan.ms)
+    except LadderFault as fault:
+        return str(fault)
+    return engine.memory.read(problem.leaf(key), key[1])
+
+
+def _states(problem: Problem) -> set[Key]:
+    return {problem.key_of[name] for name in problem.next if name in problem.key_of}
+
+
+def _is_shown(key: Key) -> bool:
+    return not key[0].startswith(("~", "S:")) and ".~" not in key[0]
+
+
+def _by_instruction(problem: Problem) -> dict[str, list[T]]:
+    """Return the variables of what is not modelled, in order, by the text of the instruction."""
+    havocs = problem.machine.havocs
+    known = {v.val: v for v in variables(problem.next.values()) if v.val in havocs}
+    found: dict[str, list[T]] = {}
+    for name, site in havocs.items():
+        if name in known:
+            found.setdefault(site.instruction, []).append(known[name])
+    return found
+
+
+def _variable(key: Key) -> str:
+    return f"{key[0]}[{key[1]}]"
+
+
+def _name(key: Key) -> str:
+    return shown(_variable(key))
+
+
+def _own(v: T) -> T:
+    return var(NEW + v.val, v.kind, v.lo, v.hi)
+
+
+_NAME = re.compile(r"[A-Z_~][\w:]*")
+"""A name in the text of an instruction; of a path the first."""
+
+_ROOT = re.compile(r"[^.\[]*")
