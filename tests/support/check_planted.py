@@ -353,6 +353,53 @@ FUNCTION = [
 ]
 """The same in a function of the scan."""
 
+OF_PYTHON = [
+    ("cutter.py", "unknown-attribute", "scan.now_ns + KNIFE_NS", "scan.now + KNIFE_NS"),
+    ("cutter.py", "unknown-attribute", "axis.outputs.load(CONFIG", "axis.output.load(CONFIG"),
+    ("cutter.py", "unknown-attribute", "buttons.bit(0, 0)", "buttons.bits(0, 0)"),
+    ("cutter.py", "unknown-attribute", "FEED, RAMP, RAMP", "FEED, RAMP, RAMPS"),
+    ("cutter.py", "unknown-attribute", "Direction.CCW", "Direction.LEFT"),
+    ("cutter.py", "bad-call", "FindHome(Direction.CCW, 800, 10, 10)", "FindHome(Direction.CCW, 800, 10)"),
+    ("cutter.py", "no-place", "outputs.set_bit(0, 1,", "outputs.set_bit(0, 17,"),
+    ("cutter.py", "no-place", "buttons.bit(0, 2)", "buttons.bit(1, 2)"),
+    (
+        "cutter.py",
+        "command-held",
+        "                axis.outputs.load(Idle().to_image())\n                self.until_ns",
+        "                self.until_ns",
+    ),
+    (
+        "function.py",
+        "move-interrupted",
+        "    elif status.MOVE_COMPLETE:",
+        "    elif status.MOVING_CW:",
+    ),
+    (
+        "enum.py",
+        "command-held",
+        "            case Step.GO if status.MOVE_COMPLETE:\n                axis.outputs.load(Idle().to_image())\n",
+        "            case Step.GO if status.MOVE_COMPLETE:\n",
+    ),
+    (
+        "enum.py",
+        "move-interrupted",
+        "case Step.GO if status.MOVE_COMPLETE:",
+        "case Step.GO if not status.MOVE_COMPLETE:",
+    ),
+    ("gantry.py", "not-deterministic", "for axis in (self.z, self.x):", "for axis in {self.z, self.x}:"),
+    ("gantry.py", "unused-tag", "    lost = 0\n", "    lost = 0\n    rejected = 0\n"),
+    ("gantry.py", "never-written", "        self.ready = True\n", "        pass\n"),
+    ("gantry.py", "bad-call", "column * PITCH_X,", "column * PITCH_X / 2,"),
+    (
+        "gantry.py",
+        "contradiction",
+        "if axis.state == State.ERROR_STOP:",
+        "if axis.state == State.ERROR_STOP and axis.state == State.DISABLED:",
+    ),
+    ("deburr.py", "blend-profile", "speed=1500, rate=20", "speed=150, rate=20"),
+]
+"""Program, rule, old text and new text, in Python."""
+
 SEQUENCE = [
     ("latch-never-cleared", "self.valve = False\n", "pass\n", "self.valve = True"),
     (
@@ -874,7 +921,7 @@ PLANTED = [
     *_planted("text.rung", TEXT),
     *_planted("function.py", FUNCTION),
     *_planted("sequence.py", SEQUENCE),
-    *(Planted(*each, anywhere=True) for each in SHARED),
+    *(Planted(*each, anywhere=True) for each in (*SHARED, *OF_PYTHON)),
     *FURTHER,
 ]
 

@@ -127,6 +127,30 @@ def needed(condition: Condition) -> frozenset[Bit]:
     return frozenset()
 
 
+def base_of(name: str) -> str:
+    """Return the name of a value without what tells its later values from it.
+
+    >>> base_of("STEP#0.1")
+    'STEP'
+    """
+    return name.partition("#")[0]
+
+
+def steps_in(condition: Condition, number: str, steps: frozenset[float]) -> frozenset[float] | None:
+    """Return the values of a number with which a condition can hold; None if it is all of them."""
+    names = {
+        each.name for each in leaves(condition) if isinstance(each, Compare) and base_of(each.name) == number
+    }
+    if not names:
+        return None
+    there = frozenset(
+        step
+        for step in steps
+        if not never(AllOf((*(Compare(name, "=", step) for name in sorted(names)), condition)))
+    )
+    return None if there == steps else there
+
+
 def _alternatives(condition: Condition) -> list[Term] | None:
     """Return the alternatives of a condition, None if there are too many."""
     if isinstance(condition, AnyOf):

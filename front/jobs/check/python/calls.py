@@ -73,7 +73,7 @@ class Calls:
     def failing(self) -> Iterator[Remark]:
         """Yield the calls that raise when they are reached."""
         for axis, call in self._commands:
-            text = _misfit(axis, call)
+            text = _misfit(axis, call) or _fraction(call)
             if text:
                 yield Remark(self._place(call), text)
         for call in self._calls:
@@ -183,6 +183,15 @@ def _misfit(axis: Axis3601, call: ast.Call) -> str:
         _bound(signature(method), call)
     except TypeError as error:
         return f"{name}: {error}; it takes {_taken(signature(method))}"
+    return ""
+
+
+def _fraction(call: ast.Call) -> str:
+    """Return which argument of a command is a fraction; empty if none is."""
+    named = ((each.arg or "", each.value) for each in call.keywords)
+    for _, node in (*(("", each) for each in call.args), *named):
+        if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Div):
+            return f"{_method(call)}: `{ast.unparse(node)}` is a fraction, a whole number is needed: write //"
     return ""
 
 

@@ -70,7 +70,7 @@ def condition(node: ast.expr, names: ConditionNames) -> Condition:
 
 def _compared(one: ast.expr, op: ast.cmpop, other: ast.expr, names: ConditionNames) -> Condition:
     relation = RELATIONS.get(type(op))
-    left, right = _constant(one), _constant(other)
+    left, right = constant_of(one), constant_of(other)
     if relation is None:
         return UNKNOWN
     if left is not None and right is not None:
@@ -97,10 +97,13 @@ def _of_constants(one: ast.Constant, relation: str, other: ast.Constant) -> Cond
     return FixedTruth(results[relation])
 
 
-def _constant(node: ast.expr) -> ast.Constant | None:
-    """Return a constant, a negative number included."""
+def constant_of(node: ast.expr) -> ast.Constant | None:
+    """Return a constant, a negative number and the member of an enumeration included."""
     if isinstance(node, ast.Constant):
         return node
+    if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
+        kind, name = node.value.id, node.attr
+        return ast.Constant(f"{kind}.{name}") if kind[0].isupper() and name.isupper() else None
     if (
         isinstance(node, ast.UnaryOp)
         and isinstance(node.op, ast.USub)

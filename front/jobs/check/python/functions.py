@@ -8,11 +8,14 @@ from pathlib import Path
 from typing import Any
 
 from ....io_images.amci3601 import Configuration, FindHome, Move
+from ....io_images.amci3601.words import is_stepper
 from ....runtime.config.rackspec import RackSpec
 from ..facts import Facts, FileLine, Remark, SentCommand
 from .flow import Flow
+from .objects import Images, note_names
 from .reader import Reader
 from .scans import Scans
+from .steps import PythonSteps
 
 
 def python_facts(path: Path, names: Mapping[str, Any], terminals: Set[str], spec: RackSpec) -> Facts:
@@ -45,6 +48,11 @@ def python_facts(path: Path, names: Mapping[str, Any], terminals: Set[str], spec
     facts.uses_bit = reader.uses_bit(terminals)
     Flow(reader, facts).note()
     Scans(reader, spec, facts).note()
+    note_names(reader, facts)
+    images = Images(reader, spec, facts)
+    images.note()
+    steppers = [slot.number for slot in spec.slot if is_stepper(slot.words)]
+    facts.actions = list(PythonSteps(reader, images, steppers).actions())
     if terminals and facts.uses_bit is None:
         facts.not_seen.append("which terminals of the cards the program uses: it names none of them")
     return facts

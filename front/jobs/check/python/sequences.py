@@ -37,13 +37,14 @@ from ....ladder.python.sequences.parts import DeclarationError
 from ....ladder.python.sequences.signals import Signal
 from ....runtime.config.rackspec import RackSpec
 from ...load.bare_slots import bare_slots
-from ..facts import Facts, FileLine, Remark, SentCommand, UsesBit
+from ..facts import Facts, FileLine, Remark, Role, SentCommand, UsesBit, Variable
 from ..rungs.accesses import declaration_lines
 from .calls import Calls
 from .flow import Flow, Function, functions_in
 from .loops import endless
 from .names import Accesses, called_twice, variables_of
 from .numbers import Numbers
+from .objects import note_names
 from .reader import Reader
 from .scans import missing, word_lost
 from .story import Stories
@@ -77,6 +78,7 @@ def sequence_facts(path: Path, program: Logic, spec: RackSpec) -> Facts:
         loops = endless(reader.tree, inputs)
         facts.remarks["never-waits"] += (Remark(FileLine(file, line), text) for line, text in loops)
         Flow(reader, facts).note()
+        note_names(reader, facts)
     _SequenceReader(logic, readers, spec, path, facts).note()
     return facts
 
@@ -102,12 +104,21 @@ class _SequenceReader:
         lines = declaration_lines(self._path)
         for each in variables_of(self._logic, own, self._is_recorded, lines):
             self._facts.variables[each.name] = each
+            self._unnamed(each, nodes)
         self._stories()
         self._attributes()
         for name, (file, function) in self._methods.items():
             self._blocks(file, function)
             if name not in self._owners and not function.name.startswith("__"):
                 self._unused(file, function)
+
+    def _unnamed(self, field: Variable, nodes: Sequence[ast.AST]) -> None:
+        """Note a field that nothing names."""
+        named = (node for node in nodes if isinstance(node, ast.Attribute | ast.Constant))
+        is_unnamed = all(getattr(node, "attr", getattr(node, "value", None)) != field.name for node in named)
+        if is_unnamed and field.role is Role.PLAIN and not self._is_recorded(field.name):
+            text = f"field {field.name} is declared, and nothing names it"
+            self._facts.remark("unused-tag", field.place, text)
 
     def _stories(self) -> None:
         axes = {name: each for name, each in self._parts.items() if isinstance(each, Axis3601)}

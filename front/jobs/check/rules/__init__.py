@@ -102,7 +102,7 @@ RULES = (
         "note",
         data.never_read,
     ),
-    Rule("unused-tag", "a tag that no instruction names", "use it, or take it out", "note"),
+    Rule("unused-tag", "a tag or field that nothing names", "use it, or take it out", "note"),
     Rule(
         "latch-never-cleared",
         "a bit that is set, and that nothing clears",
@@ -162,7 +162,7 @@ RULES = (
     Rule("shadowed-name", "a name that hides another one", "give it another name"),
     Rule(
         "unknown-attribute",
-        "an attribute that an object does not have",
+        "a name, or an attribute of an object, that does not exist",
         "correct the name, or declare it",
         "error",
     ),

@@ -22,10 +22,11 @@ from ..logic import (
     Compare,
     Condition,
     FixedTruth,
+    base_of,
     leaves,
     needed,
     negated,
-    never,
+    steps_in,
 )
 from .conditions import EDGE, key_of
 from .output_writes import MODE_CONFIG, Write
@@ -111,7 +112,7 @@ class Steps:
         ends, moves = self._ends(condition, DEPTH), self._needs_motion(condition)
         for machine, steps in self._machines.items():
             if only in ("", machine):
-                there = _steps_in(condition, machine, steps)
+                there = steps_in(condition, machine, steps)
                 yield StepAction(machine, there, place, goes, ends, moves, axis, kind, text, sets, clears)
 
     # --- machines
@@ -124,7 +125,7 @@ class Steps:
             goes = self._machine(target_of(point.step))
             for each in leaves(AllOf((point.own, point.condition)) if goes else point.own):
                 if isinstance(each, Compare) and each.relation in ("=", "<=", ">="):
-                    machine = self._machine(self._places.get(_base(each.name)))
+                    machine = self._machine(self._places.get(base_of(each.name)))
                     if machine:
                         found.setdefault(machine, set()).add(each.number)
         for point, _ in self._points:
@@ -174,7 +175,7 @@ class Steps:
         """Return a condition with those of the timers and the coils that it needs."""
         found = [condition]
         for bit in needed(condition) if depth else ():
-            base = _base(bit.name)
+            base = base_of(bit.name)
             timer = base.removesuffix(".DN").removesuffix(".TT")
             writers = self._writers.get(timer if timer != base else base, [])
             if bit.on and len(writers) == 1 and writers[0].step.name in ("TON", "OTE", ":="):
@@ -196,10 +197,10 @@ class Steps:
         if isinstance(part, FixedTruth):
             return False
         if isinstance(part, Compare):
-            return _base(part.name) not in self._machines
+            return base_of(part.name) not in self._machines
         if not isinstance(part, Bit):
             return True
-        base = _base(part.name)
+        base = base_of(part.name)
         place = self._places.get(base)
         if place is None or base.startswith("S:FS"):
             return not base.startswith((EDGE, "S:FS"))
@@ -224,7 +225,7 @@ class Steps:
     def _needs_motion(self, condition: Condition) -> bool:
         """Whether a condition needs that an axis moves."""
         places = (
-            self._places.get(_base(each.name))
+            self._places.get(base_of(each.name))
             for each in leaves(condition)
             if isinstance(each, Bit) and each.on
         )
@@ -241,10 +242,6 @@ def _status(place: Place) -> int | None:
     return 1 << int(place.bit.value) if is_bit and isinstance(place.bit, Constant) else None
 
 
-def _base(name: str) -> str:
-    return name.partition("#")[0]
-
-
 def _power(point: Point) -> Condition:
     return point.condition if point.value == TRUE else AllOf((point.condition, point.value))
 
@@ -256,18 +253,3 @@ def _written_keys(step: LoweredStep) -> Iterator[str]:
         yield key_of(first)
     elif step.name in ("TON", "RTO", "TOF") and first is not None:
         yield first.text.upper()
-
-
-def _steps_in(condition: Condition, machine: str, steps: frozenset[float]) -> frozenset[Step] | None:
-    """Return the steps in which a condition can hold; None if it is all of them."""
-    names = {
-        each.name for each in leaves(condition) if isinstance(each, Compare) and _base(each.name) == machine
-    }
-    if not names:
-        return None
-    there = frozenset(
-        step
-        for step in steps
-        if not never(AllOf((*(Compare(name, "=", step) for name in sorted(names)), condition)))
-    )
-    return None if there == steps else there

@@ -1,0 +1,261 @@
+"""Names, attributes and calls in a text that fail when they are reached.
+
+scan.now                        the scan has no `now`
+scan.slot[3].outputs.set_bit(0, 17, True)    a word has 16 bits
+Direction.LEFT                  the class has no LEFT
+FindHome(Direction.CW, 800)     arguments are missing
+knive = not knife               there is no name `knife`
+"""
+
+from __future__ import annotations
+
+import ast
+import builtins
+import difflib
+from collections.abc import Iterator, Mapping, Sequence
+from enum import EnumMeta
+from inspect import isfunction, signature
+from types import ModuleType
+from typing import Any
+
+from ....io_images.image import WORDS, Image
+from ....runtime.config.rackspec import RackSpec
+from ....runtime.loop.rack import Slot
+from ....runtime.loop.scan import LogicScan
+from ..facts import Facts, FileLine
+from .flow import Function, functions_in
+from .reader import Reader, UnknownError
+from .scans import missing
+
+KINDS: Mapping[str, type] = {"scan": LogicScan, "slot": Slot, "inputs": Image, "outputs": Image}
+"""Classes of what a function of the scan works with."""
+
+PARTS = {("scan", "slot"): "slots", ("slot", "inputs"): "inputs", ("slot", "outputs"): "outputs"}
+"""What an attribute of one of them is."""
+
+BITS = 16
+"""Bits of a word."""
+
+What = tuple[str, int | None]
+"""What an expression is, and the slot that it belongs to if that is known."""
+
+
+def note_names(reader: Reader, facts: Facts) -> None:
+    """Note names that do not exist, attributes of modules and classes, and calls that do not fit."""
+    known = {*reader.names, *vars(builtins), "__class__", "__file__", "__name__"}
+    for function, owner in functions_in(reader.tree):
+        own = {*known, *_bound(function), *([] if owner is None else ["super"])}
+        for node in ast.walk(function):
+            if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load) and node.id not in own:
+                near = difflib.get_close_matches(node.id, own, n=1)
+                hint = f"; did you mean {near[0]}?" if near else ""
+                _remark(facts, "unknown-attribute", reader, node, f"there is no name `{node.id}`{hint}")
+            elif isinstance(node, ast.Attribute):
+                _dotted(node, reader, own - {*reader.names, *vars(builtins)}, facts)
+            elif isinstance(node, ast.Call):
+                _call(node, reader, owner, facts)
+            elif isinstance(node, ast.For) and _is_set(node.iter):
+                text = f"`for ... in {ast.unparse(node.iter)}`: the order of a set differs from run to run"
+                _remark(facts, "not-deterministic", reader, node, text)
+
+
+def _remark(facts: Facts, rule: str, reader: Reader, node: ast.expr | ast.stmt, text: str) -> None:
+    facts.remark(rule, FileLine(reader.file, node.lineno), text)
+
+
+def _bound(function: Function) -> Iterator[str]:
+    """Yield all names that a function binds, in functions within it, too."""
+    for node in ast.walk(function):
+        match node:
+            case ast.arg(arg=name) | ast.Name(id=name, ctx=ast.Store()):
+                yield name
+            case ast.FunctionDef(name=name) | ast.AsyncFunctionDef(name=name) | ast.ClassDef(name=name):
+                yield name
+            case ast.Import(names=names) | ast.ImportFrom(names=names):
+                yield from ((each.asname or each.name).partition(".")[0] for each in names)
+            case (
+                ast.ExceptHandler(name=str(name))
+                | ast.MatchAs(name=str(name))
+                | ast.MatchStar(name=str(name))
+            ):
+                yield name
+            case ast.MatchMapping(rest=str(name)):
+                yield name
+
+
+def _dotted(node: ast.Attribute, reader: Reader, local: set[str], facts: Facts) -> None:
+    """Note an attribute that a module or a class does not have."""
+    owner = _found(node.value, reader.names, local)
+    if (
+        isinstance(owner, ModuleType | type)
+        and isinstance(node.ctx, ast.Load)
+        and not hasattr(owner, node.attr)
+    ):
+        is_open = "__getattr__" in vars(type(owner)) or hasattr(owner, "__getattr__")
+        if isinstance(owner, EnumMeta) or not is_open:
+            _remark(
+                facts, "unknown-attribute", reader, node, missing(ast.unparse(node), node.attr, dir(owner))
+            )
+
+
+def _found(node: ast.expr, names: Mapping[str, Any], local: set[str]) -> object:
+    """Return the module, class or function that an expression is; None for another one."""
+    if isinstance(node, ast.Name):
+        return None if node.id in local else names.get(node.id)
+    if isinstance(node, ast.Attribute):
+        owner = _found(node.value, names, local)
+        return getattr(owner, node.attr, None) if isinstance(owner, ModuleType | type) else None
+    return None
+
+
+def _call(call: ast.Call, reader: Reader, owner: ast.ClassDef | None, facts: Facts) -> None:
+    """Note a call whose arguments do not fit."""
+    own, skipped = _called(call, reader, owner)
+    is_open = any(isinstance(each, ast.Starred) for each in call.args) or None in (
+        each.arg for each in call.keywords
+    )
+    if own is None or is_open:
+        return
+    try:
+        parameters = signature(own)  # type: ignore[arg-type]  # a class or a function
+    except (TypeError, ValueError):
+        return
+    try:
+        parameters.bind(
+            *[None] * (len(call.args) + skipped), **{str(each.arg): None for each in call.keywords}
+        )
+    except TypeError as error:
+        _remark(facts, "bad-call", reader, call, f"`{ast.unparse(call.func)}()`: {error}")
+
+
+def _called(call: ast.Call, reader: Reader, owner: ast.ClassDef | None) -> tuple[object, int]:
+    """Return the function or class of a call, and how many arguments come by themselves; None if unknown."""
+    if isinstance(call.func, ast.Attribute) and ast.unparse(call.func.value) == "self" and owner is not None:
+        kind = reader.names.get(owner.name)
+        found = vars(kind).get(call.func.attr) if isinstance(kind, type) else None
+        return (found, 1) if isfunction(found) else (None, 0)
+    found = _found(call.func, reader.names, reader.local)
+    module = str(getattr(found, "__module__", ""))
+    is_ours = module.startswith("scanrack") or module == reader.names.get("__name__")
+    return (found, 0) if is_ours and (isfunction(found) or isinstance(found, type)) else (None, 0)
+
+
+def _is_set(node: ast.expr) -> bool:
+    is_call = isinstance(node, ast.Call) and isinstance(node.func, ast.Name)
+    return isinstance(node, ast.Set) or (is_call and ast.unparse(node).startswith(("set(", "frozenset(")))
+
+
+class Images:
+    """Notes attributes, words and bits that the scan and its slots do not have."""
+
+    def __init__(self, reader: Reader, spec: RackSpec, facts: Facts) -> None:
+        self._reader, self._facts = reader, facts
+        self._words = {slot.number: slot.words for slot in spec.slot}
+        self._functions = [function for function, _ in functions_in(reader.tree)]
+        self._given: dict[tuple[str, str], set[What]] = {
+            (each.name, "scan"): {("scan", None)} for each in self._functions
+        }
+
+    def note(self) -> None:
+        """Note them all."""
+        for function in (*self._functions, *self._functions):  # what a call hands on, and what it is then
+            for node in ast.walk(function):
+                if isinstance(node, ast.Call):
+                    self._hand_on(node, self.locals_of(function))
+        for function in self._functions:
+            local = self.locals_of(function)
+            for node in ast.walk(function):
+                self._node(node, local)
+
+    def _node(self, node: ast.AST, local: Mapping[str, What]) -> None:
+        if isinstance(node, ast.Attribute):
+            kind, _ = self.what(node.value, local)
+            if kind in KINDS and not hasattr(KINDS[kind], node.attr) and node.attr not in _slots(KINDS[kind]):
+                names = {*dir(KINDS[kind]), *_slots(KINDS[kind])}
+                text = missing(ast.unparse(node), node.attr, names)
+                self._remark("unknown-attribute", node, text)
+        elif isinstance(node, ast.Subscript):
+            self._place(node.value, [node.slice], node, local)
+        elif isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute):
+            given = node.args[:2] if node.func.attr in ("bit", "set_bit") else []
+            self._place(node.func.value, given, node, local)
+
+    def _place(
+        self, image: ast.expr, given: Sequence[ast.expr], node: ast.expr, local: Mapping[str, What]
+    ) -> None:
+        """Note a word or a bit that an image does not have."""
+        kind, slot = self.what(image, local)
+        numbers = [self._number(each) for each in given]
+        if kind not in ("inputs", "outputs") or None in numbers or not numbers:
+            return
+        word, *bits = (each for each in numbers if each is not None)
+        text = ast.unparse(node)
+        if not -WORDS <= word < WORDS:
+            self._remark("no-place", node, f"`{text}`: an image has words 0 to {WORDS - 1}")
+        elif bits and not 0 <= bits[0] < BITS:
+            self._remark("no-place", node, f"`{text}`: a word has bits 0 to {BITS - 1}")
+        elif slot in self._words:
+            there = self._words[slot].terminals_instead(kind[0].upper(), word % WORDS, bits[0] if bits else 0)
+            if there and (bits or there.startswith("no ")):
+                self._remark("no-place", node, f"`{text}`: the card in slot {slot} has {there}")
+
+    def _number(self, node: ast.expr) -> int | None:
+        try:
+            found = self._reader.value(node)
+        except UnknownError:
+            return None
+        return found if isinstance(found, int) else None
+
+    def _remark(self, rule: str, node: ast.expr, text: str) -> None:
+        self._facts.remark(rule, FileLine(self._reader.file, node.lineno), text)
+
+    # --- what names are
+
+    def _hand_on(self, call: ast.Call, local: Mapping[str, What]) -> None:
+        """Note what a call of a function of this text gets."""
+        name = ast.unparse(call.func).rpartition(".")[2]
+        for function in self._functions:
+            if function.name == name:
+                names = [each.arg for each in function.args.args if each.arg != "self"]
+                for parameter, node in zip(names, call.args, strict=False):
+                    what = self.what(node, local)
+                    if what[0]:
+                        self._given.setdefault((name, parameter), set()).add(what)
+
+    def locals_of(self, function: Function) -> dict[str, What]:
+        """Return what the names of a function are, as far as each is one thing."""
+        found: dict[str, What] = {
+            name: next(iter(kinds))
+            for (owner, name), kinds in self._given.items()
+            if owner == function.name and len(kinds) == 1
+        }
+        assigned: dict[str, list[ast.expr | None]] = {}
+        for node in ast.walk(function):
+            match node:
+                case ast.Assign(targets=[ast.Name(id=name)], value=value):
+                    assigned.setdefault(name, []).append(value)
+                case ast.Assign(targets=[ast.Tuple(elts=names)], value=ast.Tuple(elts=values)):
+                    for target, value in zip(names, values, strict=False):
+                        assigned.setdefault(ast.unparse(target), []).append(value)
+                case ast.For(target=target):
+                    assigned.setdefault(ast.unparse(target), []).append(None)
+        for name, several in assigned.items():
+            whats = {("", None) if value is None else self.what(value, found) for value in several}
+            found[name] = next(iter(whats)) if len(whats) == 1 else ("", None)
+        return found
+
+    def what(self, node: ast.expr, local: Mapping[str, What]) -> What:
+        """Return what an expression is: "scan", "slot", "inputs", "outputs" or ""; and of which slot."""
+        if isinstance(node, ast.Name):
+            return local.get(node.id, ("", None))
+        if isinstance(node, ast.Attribute):
+            kind, slot = self.what(node.value, local)
+            return PARTS.get((kind, node.attr), ""), slot
+        if isinstance(node, ast.Subscript) and self.what(node.value, local)[0] == "slots":
+            return "slot", self._number(node.slice)
+        return "", None
+
+
+def _slots(kind: type) -> Sequence[str]:
+    """Return the names of a class's own instance attributes."""
+    return (*getattr(kind, "__slots__", ()), *getattr(kind, "__annotations__", ()))
