@@ -5,6 +5,7 @@
 | a bit is never on, or never off | bits that never changed in the random scans |
 | not both, not neither, not one without the other | two bits |
 | at least 0, at most a bound | numbers |
+| at most as much as another one | timers and counters |
 | DN only from PRE on, TT only below it | timers |
 | an enabled timer is done, or its time has been counted | timers |
 
@@ -15,6 +16,7 @@ which all of them held, until none is: what is left is inductive together.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import permutations
 from random import Random
 from typing import Any, NamedTuple
 
@@ -36,6 +38,9 @@ MOST_STATES = 120
 
 MOST_BITS, FEW_BITS = 160, 40
 """Bits of which pairs are formed in cones up to and above `MOST_STATES`."""
+
+MOST_TIMERS = 12
+"""Timers and counters of which pairs are formed."""
 
 MOST_SUGGESTED = 4000
 
@@ -135,6 +140,7 @@ def _suggested(system: System, cone: Mapping[str, T], seen: Mapping[str, list[An
     small = len(seen) <= MOST_STATES
     bits = [name for name in seen if cone[name].kind == BOOL]
     yield from _of_bits(system, seen, bits[: MOST_BITS if small else FEW_BITS])
+    yield from _of_two_times(system, seen)
     for place, name in enumerate(seen):
         if cone[name].kind == INT and (small or place < MOST_STATES // 2):
             yield from _of_number(system, name, seen)
@@ -183,6 +189,15 @@ def _of_number(system: System, name: str, seen: Mapping[str, list[Any]]) -> Iter
             if flag is not None:
                 text = f"NOT {stem}.{member} OR {shown(name)} {sign} {preset}"
                 yield Invariant(or_(not_(flag), truth), text)
+
+
+def _of_two_times(system: System, seen: Mapping[str, list[Any]]) -> Iterator[Invariant]:
+    """Suggest that one timer never runs ahead of another."""
+    timed = [name for name in seen if name.endswith(".ACC[0]") and any(seen[name])][:MOST_TIMERS]
+    for one, other in permutations(timed, 2):
+        if all(a <= b for a, b in zip(seen[one], seen[other], strict=True)):
+            text = f"{shown(one)} <= {shown(other)}"
+            yield Invariant(not_(lt(system.next[other], system.next[one])), text)
 
 
 def _of_clock(system: System, name: str) -> Iterator[Invariant]:

@@ -185,3 +185,27 @@ def test_or_of_bad_states_is_what_it_says() -> None:
     system, _ = counter(5)
     n = system.next["n"]
     assert prove(system, or_(lt(const(5), n), not_(lt(n, const(100))))).kind is Kind.PROVED
+
+
+def test_a_timer_that_never_runs_ahead_of_another_is_an_invariant() -> None:
+    """A valve goes off 2 s after its feedback is lost, at the latest a scan of 1 s later: never 3 s."""
+    made = parse_program(
+        """
+PROGRAM valve
+TAG Request : BOOL
+TAG Valve : BOOL
+TAG Open : BOOL
+TAG Watch : TIMER
+TAG Alarm : BOOL
+TAG Late : TIMER
+ROUTINE Main
+XIC(Request)XIO(Alarm)OTE(Valve);
+XIC(Valve)XIO(Open)TON(Watch,2000,0);
+XIC(Watch.DN)OTL(Alarm);
+XIC(Valve)XIO(Open)TON(Late,3000,0);
+END
+"""
+    )
+    verdict = prove(Problem(made, ScanBounds(1, 1000)), ("LATE.DN", 0))
+    assert verdict.kind is Kind.PROVED
+    assert "LATE.ACC <= WATCH.ACC" in verdict.invariants
