@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from ...jobs.prove.proving import Result, no_progress, prove_all
+from ...jobs.prove.proving import Questions, Result, ScenarioFolder, ask_questions, no_progress, prove_all
 from ...jobs.prove.report import as_json as json_of
-from ...jobs.prove.report import assumptions, below, line_of
+from ...jobs.prove.report import assumptions, below, line_of, question_lines
 from ...jobs.prove.subject import Subject, subject_of
 from ...ladder.prove.induction import Kind
 from ...ladder.prove.solving.solver import SolverMissingError
@@ -40,31 +39,35 @@ def _prove_command(
 
     Properties are those of the rack file ([[prove.property]]), of comments (prove: never Fwd AND Rev) and of
     a routine NEVER. Each is proved, refuted with a scenario that the program and the rack have replayed, or
-    unknown, with the instruction or the limit to blame. What the proofs assume is listed below them.
+    unknown, with the instruction or the limit to blame. Built-in questions follow: rungs that are never true,
+    contacts that decide nothing, coils that are never on or never off again, coils that disagree, timers that
+    are never done, faults, endless loops. What the proofs assume is listed at the end.
 
     Example: scanrack prove examples/feeder/feeder.toml
 
-    Exit status: 0 all proved, 1 one is refuted, 2 a file can't be used, 3 none is refuted and one unknown.
+    Exit status: 0 all proved, 1 a property is refuted, or a run faults or has coils that disagree, 2 a file
+    can't be used, 3 none of that and a property is unknown, or a file can't be written.
     """
-    with reported_mistakes(), ExitStack() as held:
+    with reported_mistakes():
         try:
             subject = subject_of(rack)
-            folder = out or Path(f"{subject.name}-prove")
-            results = list(_told(subject, folder, held, quiet=quiet, silent=as_json))
+            with ScenarioFolder(out or Path(f"{subject.name}-prove")) as folder:
+                results = list(_told(subject, folder, quiet=quiet, silent=as_json))
+                answers = ask_questions(subject, folder)
         except SolverMissingError as error:
             raise typer.Exit(complain(str(error), BAD_INPUT)) from error
     if as_json:
-        say_json(json_of(subject, results))
+        say_json(json_of(subject, results, answers))
     else:
-        _say_assumptions(subject, results)
-    raise typer.Exit(status_of(results))
+        _say_rest(subject, results, answers)
+    raise typer.Exit(status_of(results, answers))
 
 
-def _told(subject: Subject, folder: Path, held: ExitStack, *, quiet: bool, silent: bool) -> Iterator[Result]:
+def _told(subject: Subject, folder: ScenarioFolder, *, quiet: bool, silent: bool) -> Iterator[Result]:
     """Decide all claims; print each as soon as it is decided, unless `silent`."""
     width = max((len(each.claim.name) for each in subject.program.properties), default=0)
     shown = not quiet and sys.stderr.isatty()
-    for result in prove_all(subject, folder, held, _progress if shown else no_progress):
+    for result in prove_all(subject, folder, _progress if shown else no_progress):
         if not silent:
             say(line_of(result, width))
             for line in below(result):
@@ -76,19 +79,20 @@ def _progress(name: str, number: int, of: int) -> None:
     say(f"proving {number} of {of}: {name}", err=True)
 
 
-def _say_assumptions(subject: Subject, results: Sequence[Result]) -> None:
+def _say_rest(subject: Subject, results: Sequence[Result], answers: Questions) -> None:
+    for line in question_lines(answers):
+        say(line)
     if not results:
-        say("nothing to prove: a rack file has [[prove.property]], a rung's comment prove: never CONDITION")
-        return
+        say("no properties: a rack file has [[prove.property]], a rung's comment prove: never CONDITION")
     say("assumed:")
     for each in assumptions(subject, results):
         say(f"    {each}")
 
 
-def status_of(results: Sequence[Result]) -> int:
-    """Return the exit status of some answers."""
+def status_of(results: Sequence[Result], answers: Questions) -> int:
+    """Return the exit status of some answers; built-in questions that are open do not count."""
     words = {each.answer.word for each in results}
-    if Kind.REFUTED in words:
+    if Kind.REFUTED in words or any(each.refuted for each in answers.found):
         return NO
     return UNDECIDED if Kind.UNKNOWN in words else DONE
 

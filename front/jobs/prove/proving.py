@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, suppress
-from dataclasses import dataclass
-from functools import cache
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Self
 
-from ...ladder.prove.answers import LIMITS, Answer, answer
-from ...ladder.prove.induction import Limits
+from ...ladder.prove.answers import LIMITS, Answer, Step, answer, steps_of
+from ...ladder.prove.induction import Kind, Limits
+from ...ladder.prove.questions import Finding, ask
 from ...runtime.loop.faults import CpuFault
 from ...runtime.loop.pace import wall_ns
+from ...traces.files.guard import Used
 from ..fuzz.folder_lock import locked, write_text
+from ..fuzz.scenarios.scenario import Scenario
 from ..trust.owned import in_use
 from .on_rack import OnRack, record, replay_on_rack
 from .scenario import on_scans_of
@@ -29,6 +32,35 @@ Progress = Callable[[str, int, int], object]
 
 def no_progress(_name: str, _number: int, _of: int) -> None:
     """Show nothing."""
+
+
+@dataclass(slots=True)
+class ScenarioFolder:
+    """The folder of a command's scenarios, made and locked with the first one; a context releases it."""
+
+    path: Path
+    _held: ExitStack = field(default_factory=ExitStack)
+    _is_locked: bool = False
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        self._held.close()
+
+    def save(self, name: str, scenario: Scenario, used: Used) -> Path:
+        """Write the scenario of a claim in a folder of its name; return its path.
+
+        Raises:
+            ValueError: the folder has other files, or another process uses it.
+            OSError: the scenario can't be written.
+        """
+        if not self._is_locked:
+            self._held.enter_context(locked(self.path))
+            self._is_locked = True
+        own = self.path / slug(name)
+        own.mkdir(exist_ok=True)
+        return write_text(own / SCENARIO, json.dumps(scenario.to_json(), indent=1) + "\n", used)
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,19 +79,17 @@ class Result:
 
 
 def prove_all(
-    subject: Subject, folder: Path, held: ExitStack, progress: Progress = no_progress, limits: Limits = LIMITS
+    subject: Subject, folder: ScenarioFolder, progress: Progress = no_progress, limits: Limits = LIMITS
 ) -> Iterator[Result]:
     """Decide the claims of a subject.
 
     Args:
-        folder: gets a folder for each claim with a scenario; made, and locked, with the first one.
-        held: releases the folder.
+        folder: gets the scenarios.
 
     Raises:
         ValueError: the folder has other files, or another process uses it.
         OSError: a file can't be written.
     """
-    hold = cache(lambda: held.enter_context(locked(folder)))
     claims = subject.program.properties
     for number, each in enumerate(claims, start=1):
         progress(each.claim.name, number, len(claims))
@@ -69,9 +99,57 @@ def prove_all(
             yield Result(found, wall_ns() - start_ns)
             continue
         rack = replay_on_rack(subject, each, found.scans)
-        hold()
-        file = _written(subject, found, rack, folder / slug(each.claim.name))
+        file = _written(subject, found, rack, folder)
         yield Result(found, wall_ns() - start_ns, rack, file)
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """What a built-in question found; with the run and its file, if a run found it."""
+
+    finding: Finding
+    steps: tuple[Step, ...] = ()
+    scenario: Path | None = None
+
+    @property
+    def refuted(self) -> bool:
+        """Whether a run shows it, such as a fault; else it is proved, such as a dead rung."""
+        return self.finding.verdict.kind is Kind.REFUTED
+
+
+@dataclass(frozen=True, slots=True)
+class Questions:
+    """The answers to the built-in questions."""
+
+    found: tuple[Found, ...]
+    asked: Mapping[str, int]  # by rule
+    open: Mapping[str, int]
+
+
+def ask_questions(subject: Subject, folder: ScenarioFolder) -> Questions:
+    """Answer the built-in questions; see `prove_all` for the folder.
+
+    Raises:
+        ValueError, OSError: see `prove_all`.
+    """
+    answers = ask(subject.problem)
+    layout = subject.problem.lowered.layout
+    found = []
+    for each in answers.findings:
+        scans = each.verdict.scans
+        if not scans:
+            found.append(Found(each))
+            continue
+        name = f"{each.rule} {each.site.routine} {each.site.rung} {each.site.instruction}"
+        orders = on_scans_of(layout, scans, _scan_ns(subject)).scenario(_scan_ns(subject))
+        file = folder.save(name, orders, in_use(subject.job))
+        found.append(Found(each, tuple(steps_of(layout, scans)), file))
+    return Questions(tuple(found), answers.asked, answers.open)
+
+
+def _scan_ns(subject: Subject) -> int:
+    """Return the rack's time between scans; without a rack 1 ms, the grid of the prover."""
+    return subject.job.spec.scan_ns if subject.job.spec.slot else 1_000_000
 
 
 def slug(name: str) -> str:
@@ -83,16 +161,12 @@ def slug(name: str) -> str:
     return re.sub(r"\W+", "_", name).strip("_")[:60] or "claim"
 
 
-def _written(subject: Subject, found: Answer, rack: OnRack | None, folder: Path) -> Path:
+def _written(subject: Subject, found: Answer, rack: OnRack | None, folder: ScenarioFolder) -> Path:
     """Write the scenario, and its recording if the rack breaks the claim; return the scenario's path."""
-    folder.mkdir(parents=True, exist_ok=True)
-    job, layout = subject.job, subject.problem.lowered.layout
-    if rack is None:
-        orders = on_scans_of(layout, found.scans, 1_000_000).scenario(1_000_000)
-    else:
-        orders = rack.scenario.scenario(job.spec.scan_ns)
-    file = write_text(folder / SCENARIO, json.dumps(orders.to_json(), indent=1) + "\n", in_use(job))
+    scan_ns, layout = _scan_ns(subject), subject.problem.lowered.layout
+    orders = on_scans_of(layout, found.scans, scan_ns) if rack is None else rack.scenario
+    file = folder.save(found.claim.name, orders.scenario(scan_ns), in_use(subject.job))
     if rack is not None and rack.confirmed:
         with suppress(CpuFault):  # the recording ends with the fault
-            record(job, rack, folder / TRACE)
+            record(subject.job, rack, file.with_name(TRACE))
     return file

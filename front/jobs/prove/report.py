@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 from ...ladder.prove.induction import Kind
-from .proving import Result
+from .proving import Found, Questions, Result
 from .subject import Subject
 
 HELD_SHOWN = 12
@@ -46,6 +46,21 @@ def below(result: Result) -> Iterator[str]:
         yield str(result.rack)
 
 
+def question_lines(answers: Questions) -> Iterator[str]:
+    """Yield a line for each thing that the built-in questions found, with its run, and one for what is open."""
+    for each in answers.found:
+        scenario = f"   {each.scenario}" if each.scenario else ""
+        yield f"{each.finding.rule:<10}  {each.finding.site.where}: {each.finding.text}{scenario}"
+        for number, step in enumerate(each.steps, start=1):
+            yield f"    scan {number}: {step}"
+    asked, left = sum(answers.asked.values()), sum(answers.open.values())
+    by_rule = ", ".join(f"{rule} {count:,}" for rule, count in sorted(answers.open.items()) if count)
+    if asked:
+        yield f"{asked:,} questions about rungs, contacts, coils and faults" + (
+            f"; {left:,} are open: {by_rule}" if left else ""
+        )
+
+
 def assumptions(subject: Subject, results: Iterable[Result]) -> list[str]:
     """Return what the answers depend on, a sentence each: the report's list of assumptions."""
     held: dict[str, Any] = {}
@@ -62,10 +77,13 @@ def assumptions(subject: Subject, results: Iterable[Result]) -> list[str]:
     return lines
 
 
-def as_json(subject: Subject, results: Sequence[Result]) -> dict[str, Any]:
+def as_json(subject: Subject, results: Sequence[Result], answers: Questions) -> dict[str, Any]:
     """Return the answers in JSON's types; times in ns, scans from 1."""
     return {
         "properties": [_row(each) for each in results],
+        "found": [_found(each) for each in answers.found],
+        "asked": dict(sorted(answers.asked.items())),
+        "open": dict(sorted(answers.open.items())),
         "scan_ms": [subject.problem.bounds.low_ms, subject.problem.bounds.high_ms],
         "modules": list(subject.assumed),
     }
@@ -90,6 +108,21 @@ def _row(result: Result) -> dict[str, Any]:
         "scans": [{"ms": each.ms, "set": dict(each.changes)} for each in found.steps],
         "scenario": None if result.scenario is None else str(result.scenario),
         "rack": None if result.rack is None else _on_rack(result),
+    }
+
+
+def _found(found: Found) -> dict[str, Any]:
+    finding = found.finding
+    site = finding.site
+    return {
+        "rule": finding.rule,
+        "file": site.file,
+        "line": site.line,
+        "routine": site.routine,
+        "number": site.rung,
+        "text": finding.text,
+        "scans": [{"ms": each.ms, "set": dict(each.changes)} for each in found.steps],
+        "scenario": None if found.scenario is None else str(found.scenario),
     }
 
 
