@@ -98,7 +98,8 @@ class Answer:
 def answer(problem: Problem, program: Monitored, asked: Watched, limits: Limits = LIMITS) -> Answer:
     """Decide a claim of a program."""
     with _assuming(problem, asked.assume):
-        cone = problem.cone([problem.after(asked.bit)])
+        bad = problem.after(asked.bit)
+        cone = problem.cone([bad, problem.narrowed([bad])])
         known = problem.assumed(cone)
         verdict = prove(problem, asked.bit, limits)
         bits = problem.assume

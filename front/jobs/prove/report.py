@@ -47,7 +47,7 @@ def below(result: Result) -> Iterator[str]:
 
 
 def question_lines(answers: Questions) -> Iterator[str]:
-    """Yield a line for each thing that the built-in questions found, with its run, and one for what is open."""
+    """Yield a line for each finding of the built-in questions, with its run, and one for what is open."""
     for each in answers.found:
         scenario = f"   {each.scenario}" if each.scenario else ""
         yield f"{each.finding.rule:<10}  {each.finding.site.where}: {each.finding.text}{scenario}"
