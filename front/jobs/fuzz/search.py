@@ -15,10 +15,14 @@ from dataclasses import dataclass, field
 from random import Random
 
 from ...runtime.loop.pace import wall_ns
+from .aim.chooser import Chooser
+from .aim.corpus import Corpus
 from .aim.draws import Draws
+from .aim.edges import Edges
 from .aim.probe import Probe
+from .aim.sweep import Sweep
 from .run import ASKING, BUILDING, HANGS, PROGRAM, RUNNING, BrokenInvariant, TrialBench, Verdict
-from .scenarios.kinds import Kind, buttons, sensors
+from .scenarios.kinds import Kind, buttons, possible_kinds, sensors
 from .scenarios.scenario import Scenario
 from .scenarios.words import told
 from .shrink import smallest
@@ -51,6 +55,7 @@ class SearchReport:
     spent: Counter[str] = field(default_factory=Counter)  # parts of its time, ns, by the names of `SPENT`
     applied: set[str] = field(default_factory=set)  # names of the invariants that had something to check
     printed: int = 0  # number of lines that the program has printed in all runs
+    corpus: Corpus = field(default_factory=Corpus)  # scenarios with something new, those given included
 
     def add(self, scenario: Scenario, verdict: Verdict) -> None:
         """Count a run."""
@@ -86,6 +91,7 @@ def search(
     examples: int,
     start: int = 0,
     base: Scenario | None = None,
+    corpus: Corpus | None = None,
     known: Iterable[str] = (),
     progress: Callable[[int], None] = lambda _runs: None,
     confirm: Confirm = _taken_at_its_word,
@@ -100,34 +106,39 @@ def search(
         examples: number of scenarios in all, without those of shrinking.
         start: seed of the search; the same seed gives the same results.
         base: a scenario to vary; None = none.
+        corpus: what other searches have found, see `aim.corpus`; it grows.
         known: names of invariants, and keys of failures, to ignore.
 
     Raises:
         InvariantError: an invariant raised.
         UnsteadyError: the program is not deterministic.
     """
-    report = SearchReport()
+    report = SearchReport(corpus=corpus or Corpus())
     start_ns = wall_ns()
     hunt = _Hunt(bench, report, set(known))
-    draws = Draws(bench.spec, bench.scans, kinds, Random(start))
-    probe = Probe()
-    scenario = base or Scenario()
-    for example in range(examples):
-        if not bench.names - hunt.known:
-            break
-        found = hunt.try_one(scenario, None if example else probe)
+    random = Random(start)
+    chooser = Chooser(
+        Draws(bench.spec, bench.scans, kinds, random),
+        Sweep(bench.spec, possible_kinds(bench.spec).intersection(kinds), random),
+        random,
+        report.corpus,
+        base,
+    )
+    while hunt.runs < examples and bench.names - hunt.known:
+        scenario = chooser.next(hunt.shown)
+        edges = Edges()
+        found = hunt.try_one(scenario, edges)
         progress(report.runs)
-        if found is not None:
-            without = behind(bench, found.broken, hunt.known)
-            hunt.known.add(found.broken.key)
-            found = shrunk(bench, found, without, report)
-            found_ns = wall_ns()
-            if confirm(found, without):
-                report.found.append(found)
-            report.spent[CONFIRMING] += wall_ns() - found_ns
-        if not example:
-            probe.edges.close()
-        scenario = draws.scenario(probe.edges, base)
+        if found is None:
+            chooser.ran(scenario, edges)
+            continue
+        without = behind(bench, found.broken, hunt.known)
+        hunt.known.add(found.broken.key)
+        found = shrunk(bench, found, without, report)
+        found_ns = wall_ns()
+        if confirm(found, without):
+            report.found.append(found)
+        report.spent[CONFIRMING] += wall_ns() - found_ns
     report.spent[DRAWING] = wall_ns() - start_ns - report.spent.total()
     return report
 
@@ -189,14 +200,17 @@ class _Hunt:
     bench: TrialBench
     report: SearchReport
     known: set[str]
+    runs: int = 0  # without those of shrinking
 
-    def try_one(self, scenario: Scenario, probe: Probe | None) -> Counterexample | None:
-        """Run a scenario; return its failure, or None.
+    def try_one(self, scenario: Scenario, edges: Edges) -> Counterexample | None:
+        """Run a scenario and note its changes; return its failure, or None.
 
         Raises:
             UnsteadyError: the program is not deterministic.
         """
-        broken = self._run(scenario, probe)
+        self.runs += 1
+        broken = self._run(scenario, Probe(edges))
+        edges.close()
         if broken is None:
             return None
         found = Counterexample(scenario, broken, self.report.runs)
@@ -206,6 +220,14 @@ class _Hunt:
         if broken.cause == HANGS:  # the machine may have been busy
             return None
         raise UnsteadyError(unsteady(found, self._uses(scenario)))
+
+    def shown(self, scenario: Scenario) -> Edges | None:
+        """Run a scenario; return its changes, None if something is broken."""
+        self.runs += 1
+        edges = Edges()
+        broken = self._run(scenario, Probe(edges))
+        edges.close()
+        return None if broken else edges
 
     def _run(self, scenario: Scenario, probe: Probe | None) -> BrokenInvariant | None:
         verdict = self.bench.run(scenario, without=self.known, probe=probe)

@@ -8,14 +8,18 @@ from textwrap import dedent
 
 import pytest
 from planted_programs import version_of
+from scanrack.io_images.amci3601.bits import InputBit
 from scanrack.jobs.fuzz import Scenario, TrialBench, search
 from scanrack.jobs.fuzz.aim.branches import NAME, branches_noted
+from scanrack.jobs.fuzz.aim.corpus import Corpus, Entry, trim
 from scanrack.jobs.fuzz.aim.draws import Draws
 from scanrack.jobs.fuzz.aim.edges import NEAR, Edges
 from scanrack.jobs.fuzz.aim.probe import Probe
+from scanrack.jobs.fuzz.aim.sweep import Sweep
 from scanrack.jobs.fuzz.campaign.fresh import in_fresh_process
 from scanrack.jobs.fuzz.scenarios.kinds import Kind, kinds_for
 from scanrack.jobs.fuzz.scenarios.parts import timed_parts
+from scanrack.jobs.fuzz.scenarios.scenario import Press
 from scanrack.jobs.load.program import load_program
 from scanrack.runtime.config.rackspec import RackSpec, SlotSpec
 
@@ -23,10 +27,10 @@ SPEC = RackSpec(program=lambda scan: None, slot=(SlotSpec(number=1, module="amci
 
 
 def probed(bench):
-    probe = Probe()
-    bench.run(Scenario(), probe=probe)
-    probe.edges.close()
-    return probe.edges
+    edges = Edges()
+    bench.run(Scenario(), probe=Probe(edges))
+    edges.close()
+    return edges
 
 
 def test_a_timer_of_700_scans_is_an_edge_and_its_done_bit_a_thin_state(tmp_path):
@@ -119,3 +123,90 @@ def test_the_first_run_is_undisturbed_and_counts(tmp_path):
     report = search(version.bench, version.kinds, examples=3)
     assert report.runs == 3
     assert report.found == []
+
+
+def press(bit, scan):
+    return Press(1, bit, True, scan * SPEC.scan_ns, 2 * SPEC.scan_ns)
+
+
+def shown(**scans):
+    """The edges of a run in which steps were reached, by name and scan."""
+    edges = Edges()
+    for name, scan in scans.items():
+        edges.add("state", (0, name, 1), scan)
+    edges.close()
+    return edges
+
+
+def test_what_is_new_is_kept_up_to_where_it_was_new():
+    corpus = Corpus()
+    early, late = press(InputBit.HOME, 20), press(InputBit.HOME, 90)
+    scenario = Scenario(presses=(early, late))
+    entry = corpus.take(scenario, shown(a=50), SPEC.scan_ns)
+    assert entry is not None
+    assert entry.scenario == Scenario(presses=(early,))
+    assert entry.points == [50]
+    assert corpus.take(scenario, shown(a=10), SPEC.scan_ns) is None
+    assert len(corpus.entries) == 1
+
+
+def test_trimming_leaves_what_the_new_thing_needs_and_makes_it_early():
+    """Step b needs the home input; the press of the estop and the wait before are left out."""
+    needed, other = press(InputBit.HOME, 400), press(InputBit.ESTOP, 300)
+
+    def run(scenario):
+        starts = [each.at_ns // SPEC.scan_ns for each in scenario.presses if each.input is InputBit.HOME]
+        return shown(**{"b": starts[0] + 10} if starts else {})
+
+    corpus = Corpus()
+    entry = corpus.take(Scenario(presses=(other, needed)), shown(b=410), SPEC.scan_ns)
+    trim(entry, run, SPEC.scan_ns)
+    (left,) = entry.scenario.presses
+    assert left.input is InputBit.HOME
+    assert left.at_ns // SPEC.scan_ns <= 30
+    assert entry.points == [left.at_ns // SPEC.scan_ns + 10]
+
+
+def test_two_searches_with_a_share_each_do_not_keep_the_same_twice():
+    corpus = Corpus()
+    corpus.take(Scenario(), shown(a=5), SPEC.scan_ns)
+    one, two = corpus.share(12), corpus.share(12)
+    for each, more in ((one, {"b": 9}), (two, {"b": 7, "c": 8})):
+        each.take(Scenario(presses=(press(InputBit.HOME, 5),)), shown(a=5, **more), SPEC.scan_ns)
+        corpus.join(each)
+    assert [entry.points for entry in corpus.entries] == [[5], [9], [7, 8]]
+    three = corpus.share(12)
+    three.take(Scenario(), shown(c=8), SPEC.scan_ns)
+    corpus.join(three)
+    assert len(corpus.entries) == 3
+
+
+def test_every_fault_and_button_meets_a_thin_state_once():
+    edges = Edges()
+    for scan in (50, 52, 90):
+        edges.add("state", ("step", scan), scan)
+    edges.close()
+    sweep = Sweep(SPEC, frozenset({Kind.POWER, Kind.INPUTS}), Random(1))
+    sweep.take(Entry(Scenario(), edges, [50], 6.0))
+    tried = []
+    while (scenario := sweep.next()) is not None:
+        tried.append(scenario)
+    assert {each.incidents[0].at_ns // SPEC.scan_ns for each in tried if each.incidents} == {49, 50, 51}
+    assert {each.presses[0].input for each in tried if each.presses} == set(InputBit)
+    assert [bool(each.incidents) for each in tried] == [True] * 3 + [False] * (len(tried) - 3)
+    sweep.take(Entry(Scenario(), edges, [50], 6.0))
+    assert sweep.next() is None
+
+
+def steps_of_a_hunt(folder, examples):
+    version = version_of("lost_request", folder, with_mistake=False)
+    report = search(version.bench, version.kinds, examples=examples, start=5, corpus=Corpus(runs=150))
+    kept = [(each.scenario.to_json(), each.points, each.chosen) for each in report.corpus.entries]
+    found = [each.scenario.to_json() for each in report.found]
+    return hashlib.sha256(repr((kept, found, report.scans)).encode()).hexdigest()
+
+
+@pytest.mark.slow
+def test_a_hunt_with_a_corpus_is_the_same_under_another_hash_seed(tmp_path):
+    here = steps_of_a_hunt(tmp_path / "it", 25)
+    assert in_fresh_process(steps_of_a_hunt, tmp_path / "there", 25) == here

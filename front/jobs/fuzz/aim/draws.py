@@ -32,10 +32,13 @@ from ..scenarios.kinds import (
 )
 from ..scenarios.parts import Timed, parts_of, scenario_of, timed_parts, with_part
 from ..scenarios.scenario import LostSteps, Press, Push, Scenario, Shift, Signal
-from .edges import NO_EDGES, Edges
+from .edges import NEAR, NO_EDGES, Edges
 
 MOST = 7
 """Largest number of parts of a scenario that begins from nothing."""
+
+MOST_JOINED = 4
+"""Largest number of events that another scenario adds."""
 
 LASTING_MS = (2, 4, 10, 20, 40, 100, 500, 2000)
 """Durations of events, ms."""
@@ -67,7 +70,7 @@ class Draws:
 
     def __init__(self, spec: RackSpec, scans: int, kinds: Collection[Kind], random: Random) -> None:
         self._spec, self._scans, self._random = spec, scans, random
-        self._scan_ns = spec.scan_ns
+        self.scan_ns = spec.scan_ns
         self._kinds = possible_kinds(spec).intersection(kinds)
         machines = [slot for slot in spec.slot if has(slot.module, Trait.MACHINE)]
         self._numbers = [slot.number for slot in machines or spec.slot]
@@ -98,12 +101,64 @@ class Draws:
         if not self._events:
             return scenario, first
         at = self._when(scenario, edges, first)
-        pressed: tuple[Press | Push, ...] = scenario.presses or scenario.pushes
+        pressed: tuple[Press | Push, ...] = (*scenario.presses, *scenario.pushes)
         if pressed and random.random() < AGAIN:
-            part: Timed = replace(random.choice(pressed), at_ns=at * self._scan_ns)
+            part: Timed = replace(random.choice(pressed), at_ns=at * self.scan_ns)
         else:
             part = random.choice(self._events)(at, edges)
         return with_part(scenario, part), at
+
+    def with_one_moved(self, scenario: Scenario, edges: Edges) -> Scenario:
+        """Return a scenario with one event at another time: near an edge, or displaced."""
+        random = self._random
+
+        def moved(part: Timed) -> Timed:
+            if random.random() < 0.5:
+                scan = self._scan(edges, 0)
+            else:
+                scan = part.at_ns // self.scan_ns + random.choice((*NEAR, *MOVED, 30, 300))
+            return replace(part, at_ns=min(max(scan, 0), self._scans - 1) * self.scan_ns)
+
+        return self._with_one_changed(scenario, moved, edges)
+
+    def with_one_longer(self, scenario: Scenario, edges: Edges) -> Scenario:
+        """Return a scenario with one event of another duration, if there is one with a duration."""
+        random = self._random
+
+        def longer(part: Timed) -> Timed:
+            if not part.for_ns:
+                return part
+            times = part.for_ns * random.choice((2, 4))
+            for_ns = times if random.random() < 0.4 else self._lasting(part.at_ns // self.scan_ns, edges)
+            return replace(part, for_ns=min(for_ns, self._scans * self.scan_ns))
+
+        return self._with_one_changed(scenario, longer, edges)
+
+    def with_one_less(self, scenario: Scenario) -> Scenario:
+        """Return a scenario without one of its parts."""
+        parts = parts_of(scenario)
+        if parts:
+            parts.pop(self._random.randrange(len(parts)))
+        return scenario_of(parts)
+
+    def joined(self, scenario: Scenario, other: Scenario) -> Scenario:
+        """Return a scenario with the first events of another one."""
+        for part in timed_parts(other)[:MOST_JOINED]:
+            scenario = with_part(scenario, part)
+        return scenario
+
+    def _with_one_changed(
+        self, scenario: Scenario, change: Callable[[Timed], Timed], edges: Edges
+    ) -> Scenario:
+        """Return a scenario with one event changed, with one more if it has none."""
+        parts = parts_of(scenario)
+        places = [place for place, (_, part) in enumerate(parts) if isinstance(part, Timed)]
+        if not places:
+            return self.with_one_more(scenario, edges)[0]
+        place = self._random.choice(places)
+        name, part = parts[place]
+        parts[place] = name, change(part)
+        return scenario_of(parts)
 
     def _varied(self, base: Scenario) -> Scenario:
         """Return another scenario unchanged, or some of its parts, at other times."""
@@ -117,14 +172,14 @@ class Draws:
     def _moved(self, part: Any) -> Any:
         if not isinstance(part, Timed):
             return part
-        return replace(part, at_ns=max(0, part.at_ns + self._random.choice(MOVED) * self._scan_ns))
+        return replace(part, at_ns=max(0, part.at_ns + self._random.choice(MOVED) * self.scan_ns))
 
     def _when(self, scenario: Scenario, edges: Edges, first: int) -> int:
         """Return the scan of a new event."""
         random = self._random
         others = timed_parts(scenario)
         if others and random.random() < TOGETHER:
-            scan = random.choice(others).at_ns // self._scan_ns + random.choice((0, 0, 0, 1, -1))
+            scan = random.choice(others).at_ns // self.scan_ns + random.choice((0, 0, 0, 1, -1))
         else:
             scan = self._scan(edges, first)
         return min(max(scan, 0), self._scans - 1)
@@ -142,9 +197,9 @@ class Draws:
         """Return the duration of an event from a scan on, ns."""
         random = self._random
         if random.random() < END_AT_EDGES and (end := edges.near(random, at)) is not None and end > at:
-            return (end - at) * self._scan_ns
+            return (end - at) * self.scan_ns
         if random.random() < TO_THE_END:
-            return (self._scans - at) * self._scan_ns
+            return (self._scans - at) * self.scan_ns
         return random.choice(LASTING_MS) * 1_000_000
 
     def _makers(self) -> Iterator[tuple[int, Make]]:
@@ -176,35 +231,35 @@ class Draws:
             which, energised = random.choice(wired), random.random() < 0.5
         else:  # releasing a button that is not pressed changes nothing
             which, energised = random.choice(pressed), True
-        return Press(number, which, energised, at * self._scan_ns, self._lasting(at, edges))
+        return Press(number, which, energised, at * self.scan_ns, self._lasting(at, edges))
 
     def _push(self, at: int, edges: Edges) -> Push:
         slot, name = self._random.choice(self._pushed)
-        return Push(slot, name, at * self._scan_ns, self._lasting(at, edges))
+        return Push(slot, name, at * self.scan_ns, self._lasting(at, edges))
 
     def _signal(self, at: int, edges: Edges) -> Signal:
         slot, name, value = self._random.choice(self._signals)
-        return Signal(slot, name, value, at * self._scan_ns, self._lasting(at, edges))
+        return Signal(slot, name, value, at * self.scan_ns, self._lasting(at, edges))
 
     def _link(self, at: int, edges: Edges) -> Incident:
         what, slot = self._random.choice(LINKS), self._random.choice(self._answering)
-        return Incident(at * self._scan_ns, what, slot, self._lasting(at, edges))
+        return Incident(at * self.scan_ns, what, slot, self._lasting(at, edges))
 
     def _power(self, at: int, _edges: Edges) -> Incident:
         slot = self._random.choice([slot.number for slot in self._spec.slot])
-        return Incident(at * self._scan_ns, FaultKind.POWER_CYCLE, slot)
+        return Incident(at * self.scan_ns, FaultKind.POWER_CYCLE, slot)
 
     def _mode(self, at: int, edges: Edges) -> Incident:
-        return Incident(at * self._scan_ns, FaultKind.PROGRAM_MODE, 0, self._lasting(at, edges))
+        return Incident(at * self.scan_ns, FaultKind.PROGRAM_MODE, 0, self._lasting(at, edges))
 
     def _torn(self, at: int, _edges: Edges) -> Incident:
         late = self._random.sample(range(WORDS), self._random.randint(1, WORDS // 2))
         slot = self._random.choice([slot.number for slot in self._spec.slot])
-        return Incident(at * self._scan_ns, FaultKind.TORN_UPDATE, slot, 0, tuple(sorted(late)))
+        return Incident(at * self.scan_ns, FaultKind.TORN_UPDATE, slot, 0, tuple(sorted(late)))
 
     def _line(self, at: int, edges: Edges) -> Incident:
         """Return a lost or damaged reply, several in a row, an open line, or a controller without power."""
-        random, at_ns, slot = self._random, at * self._scan_ns, self._random.choice(self._lines)
+        random, at_ns, slot = self._random, at * self.scan_ns, self._random.choice(self._lines)
         case = random.randint(0, 2)
         if case == 0:
             return Incident(at_ns, random.choice(REPLIES), slot)

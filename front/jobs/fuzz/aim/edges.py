@@ -23,6 +23,9 @@ NEAR = (-2, -1, -1, -1, 0, 0, 0, 1, 1, 1, 2, 3, 5, 8)
 SOON = 8
 """Number of edges after an event that are preferred."""
 
+MOST_SCANS, MOST_KINDS = 200, 2_000
+"""Largest number of scans of one change, and of changes in one group: the first ones."""
+
 BEGINNING = 5
 """Scans after power-up in which everything is thin."""
 
@@ -39,7 +42,13 @@ class Edges:
 
     def add(self, group: str, kind: Hashable, scan: int) -> None:
         """Note a change."""
-        self.groups.setdefault(group, {}).setdefault(kind, []).append(scan)
+        kinds = self.groups.setdefault(group, {})
+        scans = kinds.get(kind)
+        if scans is not None:
+            if len(scans) < MOST_SCANS:
+                scans.append(scan)
+        elif len(kinds) < MOST_KINDS:
+            kinds[kind] = [scan]
 
     def close(self) -> None:
         """Add the group of thin states, once the run is over.
@@ -59,6 +68,15 @@ class Edges:
         for scan, end in pairwise(ordered):
             if end - scan <= THIN_SCANS and scan > BEGINNING:
                 self.add(THIN, by_scan[scan], scan)
+
+    def firsts(self) -> dict[tuple[str, Hashable], int]:
+        """Return the scan of the first time of each change, by group and kind; thin states left out."""
+        return {
+            (group, kind): scans[0]
+            for group, kinds in self.groups.items()
+            if group != THIN
+            for kind, scans in kinds.items()
+        }
 
     def near(self, random: Random, first: int) -> int | None:
         """Return a scan near an edge, preferably soon after the scan `first`; None without edges."""

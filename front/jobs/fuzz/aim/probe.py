@@ -15,6 +15,7 @@ Each group is compared as a whole first: a scan in which nothing changes costs a
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
+from enum import Enum
 from types import CellType
 from typing import Any
 
@@ -44,10 +45,10 @@ Values = Sequence[Hashable] | Mapping[Hashable, Hashable]
 
 
 class Probe(QuietListener):
-    """Notes the changes of one run: call `prepared` and `watch` before it."""
+    """Notes the changes of one run in `edges`: call `prepared` and `watch` before it."""
 
-    def __init__(self) -> None:
-        self.edges = Edges()
+    def __init__(self, edges: Edges) -> None:
+        self.edges = edges
         self._notes: list[Any] = []
         self._branches = bytearray()
         self._values: list[tuple[str, Callable[[], Values]]] = []
@@ -140,6 +141,8 @@ def _kind(value: Hashable) -> Hashable:
     >>> _kind(32), _kind(33), _kind(-40_000), _kind("go")
     (32, 6, -16, 'go')
     """
+    if isinstance(value, Enum):
+        return str(value.name)  # its class may be of the program, which other processes do not have
     if value.__class__ is not int or value in SMALL:
         return value
     assert isinstance(value, int)

@@ -3,7 +3,8 @@
 A search is a task: a seed and a number of examples. Tasks go to an executor with the interface of the
 standard
 library; their reports are added to the state, which is written after every one of them. Every other task
-varies a scenario of the corpus, which has the first scenario in which each rule of the manual fired.
+varies the first scenario in which a rule of the manual fired. Each gets a share of what the tasks before have
+found to be new.
 """
 
 from __future__ import annotations
@@ -13,9 +14,13 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
 from dataclasses import dataclass
 
+from ..aim.corpus import Corpus
 from ..scenarios.scenario import Scenario
 from ..search import Counterexample, SearchReport
 from .state import CampaignError, State
+
+SHARED = 12
+"""Number of entries of the corpus that a task gets, those whose turn it is."""
 
 TRIES = 3
 """Number of attempts for a task whose worker dies."""
@@ -29,6 +34,7 @@ class Task:
     examples: int
     known: frozenset[str] = frozenset()
     base: Scenario | None = None  # a scenario to vary, or None
+    corpus: Corpus | None = None  # what earlier tasks have found
 
 
 Work = Callable[[Task], SearchReport]
@@ -148,5 +154,5 @@ def _tasks(state: State, examples: int, count: int | None, known: frozenset[str]
     while end is None or number < end:
         bases = list(state.corpus.values())
         base = bases[number // 2 % len(bases)] if bases and number % 2 == 0 else None
-        yield Task(number, examples, known | frozenset(state.found), base)
+        yield Task(number, examples, known | frozenset(state.found), base, state.kept.share(SHARED))
         number += 1

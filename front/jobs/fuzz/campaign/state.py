@@ -16,6 +16,7 @@ from ....io_images.text_limits import TextKind
 from ....runtime.config.rackspec import RackSpec
 from ....traces.files.guard import beginning
 from ....traces.files.newfile import new_file
+from ..aim.corpus import Corpus
 from ..run import BrokenInvariant, TrialBench
 from ..scenarios.scenario import Scenario
 from ..search import Counterexample, SearchReport, behind
@@ -39,6 +40,7 @@ class State:
         found: of each failure the smallest scenario, by the failure's key.
         folders: folder name of each failure ever found, by its key.
         applied: names of the invariants that had something to check.
+        kept: scenarios of this session in which something was new; not saved.
         shrinking: number of this session's runs for shrinking; not saved.
         spent: parts of this session's search time, ns; not saved.
         printed: number of lines that the program printed in this session; not saved.
@@ -56,6 +58,7 @@ class State:
     shrinking: int = field(default=0, compare=False)
     spent: Counter[str] = field(default_factory=Counter, compare=False)
     printed: int = field(default=0, compare=False)
+    kept: Corpus = field(default_factory=Corpus, compare=False)
 
     def add(self, report: SearchReport) -> list[Counterexample]:
         """Add the report of a task; return new failures, and those with a smaller scenario."""
@@ -67,6 +70,8 @@ class State:
         self.shrinking += report.shrinking
         self.spent.update(report.spent)
         self.printed += report.printed
+        self.kept.join(report.corpus)
+        self.kept.runs += report.runs - report.shrinking
         for rule, scenario in report.firsts.items():
             self.corpus.setdefault(rule, scenario)
         return self.note(report.found)

@@ -26,6 +26,7 @@ class Work:
             examples=task.examples,
             start=task.number,
             base=task.base,
+            corpus=task.corpus,
             known=task.known,
             confirm=Confirmation(self.setup),
         )

@@ -1,0 +1,209 @@
+"""The corpus of a search: scenarios in which something happened for the first time.
+
+worth    of the first time of
+6        a number or text of a tag or field, a size, a waiting line: a new step of the program
+2        a flag, the power of a rung, a path of branches
+0.3      status bits, a command, a status bit under a command
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from random import Random
+
+from ..scenarios.parts import Timed, parts_of, scenario_of
+from ..scenarios.scenario import Scenario
+from .edges import SIZE, STATE, Edges
+
+Feature = tuple[str, Hashable]
+"""Group and kind of a change."""
+
+STEP_WORTH, WAY_WORTH, PAIR_WORTH = 6.0, 2.0, 0.3
+
+MOST_WORTH = 8.0
+"""Largest worth that counts when an entry is chosen."""
+
+MOST_ENTRIES, MOST_SEEN = 300, 100_000
+"""Limits of memory: the entry that was varied most for its worth goes; behind the other nothing is new."""
+
+FRESH_CHOICES = 80
+"""Number of choices of an entry with a new step before older ones get the same chance."""
+
+LATE = 30
+"""Scans after the last new thing in which a trimmed scenario has to show it."""
+
+Run = Callable[[Scenario], Edges | None]
+"""Runs a scenario; returns its changes, or None if something is broken."""
+
+
+@dataclass(slots=True)
+class Entry:
+    """A scenario of the corpus.
+
+    Attributes:
+        points: scans in which something was new.
+        wanted: what was new; empty once the scenario is trimmed.
+        chosen: how often it was varied.
+        number: its number in the corpus that has shared it, -1 for a new one.
+    """
+
+    scenario: Scenario
+    edges: Edges
+    points: list[int]
+    worth: float
+    wanted: tuple[Feature, ...] = ()
+    chosen: int = 0
+    number: int = -1
+
+    def become(self, trimmed: Entry) -> None:
+        """Take over the shorter scenario of the same entry."""
+        self.scenario, self.edges = trimmed.scenario, trimmed.edges
+        self.points, self.wanted = trimmed.points, ()
+
+
+def worth_of(feature: Feature) -> float:
+    """Return the worth of a feature that is new."""
+    group, kind = feature
+    if group == SIZE:
+        return STEP_WORTH
+    if group == STATE:
+        assert isinstance(kind, tuple)
+        return WAY_WORTH if isinstance(kind[-1], bool) else STEP_WORTH
+    return WAY_WORTH if group == "path" else PAIR_WORTH
+
+
+@dataclass(slots=True)
+class Corpus:
+    """Entries in order of their discovery.
+
+    Attributes:
+        seen: all that was new once.
+        runs: number of runs that were looked at.
+    """
+
+    entries: list[Entry] = field(default_factory=list)
+    seen: set[Feature] = field(default_factory=set)
+    runs: int = 0
+    numbers: int = 0  # the last number of an entry that was shared
+
+    def take(self, scenario: Scenario, edges: Edges, scan_ns: int) -> Entry | None:
+        """Add a scenario if something in it is new; return its entry."""
+        firsts = edges.firsts()
+        fresh = self._fresh(firsts)
+        if not fresh:
+            return None
+        wanted = [each for each in fresh if worth_of(each) > PAIR_WORTH] or fresh
+        points = sorted({firsts[each] for each in wanted})
+        beginning = cut(scenario, points[-1], scan_ns)
+        entry = Entry(beginning, edges, points, sum(map(worth_of, fresh)), tuple(wanted))
+        self._add(entry)
+        return entry
+
+    def join(self, other: Corpus) -> None:
+        """Take over what another search has found that had a share of this corpus."""
+        own = {each.number: each for each in self.entries if each.number >= 0}
+        for each in other.entries:
+            if each.number in own:
+                if not each.wanted:
+                    own[each.number].become(each)
+            elif each.number < 0 and self._fresh(each.edges.firsts()):
+                self._add(each)
+        self.seen |= other.seen
+
+    def share(self, most: int) -> Corpus:
+        """Return a corpus for another search: all that was seen, and the entries whose turn it is."""
+        turn = sorted(self.entries, key=_energy)[:most]
+        for each in turn:
+            each.chosen += 1
+            if each.number < 0:
+                self.numbers += 1
+                each.number = self.numbers
+        return Corpus([replace(each) for each in turn], set(self.seen), self.runs)
+
+    def _fresh(self, firsts: Mapping[Feature, int]) -> list[Feature]:
+        """Return what is new, and note it."""
+        fresh = [feature for feature in firsts if feature not in self.seen]
+        if len(self.seen) > MOST_SEEN:
+            return []
+        self.seen.update(fresh)
+        return fresh
+
+    def _add(self, entry: Entry) -> None:
+        if len(self.entries) >= MOST_ENTRIES:
+            self.entries.remove(max(self.entries, key=_energy))
+        self.entries.append(entry)
+
+    def choose(self, random: Random) -> Entry:
+        """Return an entry to vary: half of the time the latest new step, else one that is worth more."""
+        latest = next(
+            (
+                each
+                for each in reversed(self.entries[-6:])
+                if each.worth >= STEP_WORTH and each.chosen < FRESH_CHOICES
+            ),
+            None,
+        )
+        few = [random.choice(self.entries) for _ in range(3)]
+        entry = min(few, key=_energy)
+        if latest is not None and random.random() < 0.5:
+            entry = latest
+        entry.chosen += 1
+        return entry
+
+
+def _energy(entry: Entry) -> float:
+    """Return how often an entry was varied for its worth; the least is next."""
+    return entry.chosen / min(entry.worth, MOST_WORTH)
+
+
+def cut(scenario: Scenario, scan: int, scan_ns: int) -> Scenario:
+    """Return a scenario without the events that begin after a scan."""
+    end_ns = scan * scan_ns
+    return scenario_of(
+        (name, part)
+        for name, part in parts_of(scenario)
+        if not isinstance(part, Timed) or part.at_ns <= end_ns
+    )
+
+
+def trim(entry: Entry, run: Run, scan_ns: int) -> None:
+    """Leave out what the new things do not need, and let the rest happen as early as it can."""
+    wanted, entry.wanted = entry.wanted, ()
+    if not wanted:
+        return
+    for scenario in _shorter(lambda: entry.scenario, scan_ns):
+        edges = run(scenario)
+        if edges is None:
+            continue
+        firsts = edges.firsts()
+        if all(each in firsts for each in wanted):
+            entry.scenario, entry.edges = scenario, edges
+            entry.points = sorted({firsts[each] for each in wanted})
+
+
+def _shorter(present: Callable[[], Scenario], scan_ns: int) -> Iterator[Scenario]:
+    """Yield shorter versions of a scenario, which may change meanwhile."""
+    for part in parts_of(present()):
+        parts = parts_of(present())
+        if len(parts) > 1 and part in parts:
+            parts.remove(part)
+            yield scenario_of(parts)
+    while (early := _earlier(present(), scan_ns)) is not None:
+        before = present()
+        yield early
+        if present() is before:
+            return
+
+
+def _earlier(scenario: Scenario, scan_ns: int) -> Scenario | None:
+    """Return a scenario whose events happen earlier by a quarter, None if they begin early."""
+    timed = [part.at_ns for _, part in parts_of(scenario) if isinstance(part, Timed)]
+    early = min(timed, default=0) // scan_ns
+    if early <= LATE:
+        return None
+    by_ns = (early // 4 if early > 2 * LATE else LATE // 3) * scan_ns
+    return scenario_of(
+        (name, replace(part, at_ns=part.at_ns - by_ns) if isinstance(part, Timed) else part)
+        for name, part in parts_of(scenario)
+    )

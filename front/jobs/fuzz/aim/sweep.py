@@ -1,0 +1,69 @@
+"""Every fault and button meets every thin state: one scan before it, at it, and after it."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterator
+from random import Random
+
+from ....runtime.config.rackspec import RackSpec
+from ....runtime.loop.incidents import FaultKind, Incident
+from ....runtime.modules.record import Trait
+from ....runtime.modules.registry import has
+from ..scenarios.kinds import Kind, buttons, card_buttons, sensors, with_trait
+from ..scenarios.parts import Timed, with_part
+from ..scenarios.scenario import Press, Push, Scenario
+from .corpus import Entry
+from .edges import THIN
+
+LASTING_MS, SHORT_MS = 100, 4
+
+DISTANCES = (1, 0, -1)
+
+MOST_WAITING = 5_000
+"""Largest number of scenarios that wait."""
+
+
+class Sweep:
+    """The scenarios of thin states that have not been tried yet; each kind of state is swept once."""
+
+    def __init__(self, spec: RackSpec, kinds: frozenset[Kind], random: Random) -> None:
+        self._spec, self._kinds, self._random = spec, kinds, random
+        self._swept: set[Hashable] = set()
+        self._waiting: list[Scenario] = []
+
+    def take(self, entry: Entry) -> None:
+        """Add the scenarios of an entry's thin states."""
+        fresh: list[Scenario] = []
+        for kind, scans in entry.edges.groups.get(THIN, {}).items():
+            if kind not in self._swept:
+                self._swept.add(kind)
+                for distance in DISTANCES:
+                    at_ns = max(0, scans[0] + distance) * self._spec.scan_ns
+                    fresh += [with_part(entry.scenario, part) for part in self._parts(at_ns)]
+        self._random.shuffle(fresh)
+        fresh.sort(key=lambda each: len(each.incidents))  # what happens to modules comes first
+        self._waiting = [*self._waiting, *fresh][-MOST_WAITING:]
+
+    def next(self) -> Scenario | None:
+        """Return a scenario, None if none waits."""
+        return self._waiting.pop() if self._waiting else None
+
+    def _parts(self, at_ns: int) -> Iterator[Timed]:
+        for_ns = LASTING_MS * 1_000_000
+        if Kind.MODE in self._kinds:
+            yield Incident(at_ns, FaultKind.PROGRAM_MODE, 0, for_ns)
+        if Kind.LINK in self._kinds:
+            for number in with_trait(self._spec, Trait.STOPS_ANSWERING):
+                yield Incident(at_ns, FaultKind.LINK_LOST, number, for_ns)
+                yield Incident(at_ns, FaultKind.REMOVED, number, for_ns)
+        if Kind.POWER in self._kinds:
+            for slot in self._spec.slot:
+                yield Incident(at_ns, FaultKind.POWER_CYCLE, slot.number)
+        if Kind.INPUTS in self._kinds:
+            for slot in self._spec.slot:
+                if has(slot.module, Trait.MACHINE):
+                    for bit in (*buttons(slot), *sensors(slot)):
+                        short = bit in buttons(slot) and self._random.random() < 0.5
+                        yield Press(slot.number, bit, True, at_ns, SHORT_MS * 1_000_000 if short else for_ns)
+            for number, name in card_buttons(self._spec):
+                yield Push(number, name, at_ns, for_ns)
