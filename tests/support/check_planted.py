@@ -396,6 +396,18 @@ OF_PYTHON = [
         "if axis.state == State.ERROR_STOP:",
         "if axis.state == State.ERROR_STOP and axis.state == State.DISABLED:",
     ),
+    (
+        "gantry.py",
+        "lock-order",
+        "    def every_scan",
+        "    a = Lock()\n    b = Lock()\n    c = Lock()\n\n"
+        + "".join(
+            f"    @sequence\n    async def {one}{two}(self) -> None:\n        async with self.{one}, self.{two}:\n"
+            "            await dwell('1 s')\n\n"
+            for one, two in ("ab", "bc", "ca")
+        )
+        + "    def every_scan",
+    ),
     ("deburr.py", "blend-profile", "speed=1500, rate=20", "speed=150, rate=20"),
 ]
 """Program, rule, old text and new text, in Python."""

@@ -12,6 +12,7 @@ from scanrack.jobs.check import RULES, Rule
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 from check_planted import OF_THE_RACK, PLANTED, Planted
+from check_sound import SOUND
 
 PAGE = Path(__file__).parents[2] / "docs/check-rules.md"
 REMEDY = "python tests/tools/check_page.py --write"
@@ -25,7 +26,6 @@ What each rule finds, what to do, and a mistake. The examples are lines of whole
 | rule | level | finds | what to do |
 |---|---|---|---|
 """
-LANGUAGES = {"text.rung": "structured text", "function.py": "Python", "sequence.py": "a sequence"}
 
 
 def page() -> str:
@@ -44,11 +44,19 @@ def _section(rule: Rule) -> str:
         lines.append(f"\n    good: {good}\n    bad:  {bad}\n")
     seen = set()
     for each in PLANTED:
-        language = LANGUAGES.get(each.program, "rungs")
+        language = _language(each.program)
         if each.rule == rule.id and language not in seen:
             seen.add(language)
             lines.append("".join(_example(each, language)))
     return "".join(lines)
+
+
+def _language(program: str) -> str:
+    """Return the language of a sound program."""
+    text = SOUND[program]
+    if ".py" in program:
+        return "a sequence" if "@sequence" in text else "rungs in Python" if "rung(" in text else "Python"
+    return "structured text" if "Main ST" in text else "rungs"
 
 
 def _example(planted: Planted, language: str) -> Iterator[str]:

@@ -7,7 +7,13 @@ calls.py        calls of an axis in it
 loops.py        loops that never wait
 story.py        the commands of each sequence in their order, and its locks
 numbers.py, conditions.py   ranges and conditions in a text
+locks.py        locks, and their orders
 scans.py        slots and words of a function of the scan
+images.py       what its expressions are: slots, images
+steps.py        steps, and what it does in them
 names.py        fields and terminals, and what reads and writes them
-flow.py         mistakes that show in one function: conditions, lines never reached, chance
+flow.py         mistakes that show in one function: conditions, lines never reached, numbers
+scopes.py       names that nothing reads, or that hide others
+attributes.py   names and attributes that do not exist, calls that do not fit
+chance.py       calls that differ from run to run
 """

@@ -11,8 +11,9 @@ from ....io_images.amci3601 import Configuration, FindHome, Move
 from ....io_images.amci3601.words import is_stepper
 from ....runtime.config.rackspec import RackSpec
 from ..facts import Facts, FileLine, Remark, SentCommand
+from .attributes import note_names
 from .flow import Flow
-from .objects import Images, note_names
+from .images import Images
 from .reader import Reader
 from .scans import Scans
 from .steps import PythonSteps

@@ -12,7 +12,7 @@ from ....ladder.python.sequences.logic import fields_of
 from ..facts import Access, Facts, FileLine, Role, Touch, Variable
 from ..logic import TRUE, AllOf, Bit, Condition, needed, negated
 from .conditions import ConditionNames, condition
-from .flow import Function
+from .reader import Function, field_of
 
 ROLES = ((Output, Role.OUTPUT), (OutputWord, Role.OUTPUT), (Input, Role.INPUT), (InputWord, Role.INPUT))
 
@@ -110,7 +110,7 @@ class Accesses:
 
     def _reads(self, node: ast.AST) -> None:
         for each in ast.walk(node):
-            name = _field(each)
+            name = field_of(each)
             if (
                 name in self._facts.variables
                 and isinstance(each, ast.Attribute)
@@ -119,7 +119,7 @@ class Accesses:
                 self._add(Access(name, "", Touch.READ, FileLine(self._file, each.lineno)))
 
     def _write(self, target: ast.expr, use: Touch, reached: Condition, *, once: bool, top: bool) -> None:
-        name = _field(target)
+        name = field_of(target)
         if name not in self._facts.variables:
             return
         needs = frozenset(Bit(each.name.replace("self.", "", 1), each.on) for each in needed(reached))
@@ -133,11 +133,6 @@ class Accesses:
             self._facts.accesses.append(replace(access, unit=self._function, owner=owner))
 
 
-def _field(node: ast.AST) -> str:
-    is_own = isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "self"
-    return node.attr if is_own and isinstance(node, ast.Attribute) else ""
-
-
 def _use(value: ast.expr | None) -> Touch:
     if isinstance(value, ast.Constant) and isinstance(value.value, bool):
         return Touch.LATCH if value.value else Touch.UNLATCH
@@ -148,9 +143,11 @@ def called_twice(function: Function, blocks: Mapping[str, Block]) -> Iterator[tu
     """Yield the second call of a block in a method that every scan executes."""
     calls = list(_paths(function.body, ()))
     for at, (call, arms) in enumerate(calls):
-        name = _field(call.func)
+        name = field_of(call.func)
         before = (
-            other for other, others in calls[:at] if _field(other.func) == name and not _exclude(arms, others)
+            other
+            for other, others in calls[:at]
+            if field_of(other.func) == name and not _exclude(arms, others)
         )
         if name in blocks and next(before, None) is not None:
             yield call, name

@@ -47,6 +47,9 @@ _FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda)
 _VALUES = (ast.Constant, ast.Name, ast.Attribute, ast.UnaryOp, ast.BinOp, ast.unaryop, ast.operator, ast.Load)
 
 
+Function = ast.FunctionDef | ast.AsyncFunctionDef
+
+
 class UnknownError(Exception):
     """An argument whose value the text does not determine."""
 
@@ -184,6 +187,23 @@ class Reader:
         if words.isdisjoint(terminals):
             return None
         return lambda _slot, _image, name, _word, _bit: name in words
+
+
+def functions_in(tree: ast.Module) -> Iterator[tuple[Function, ast.ClassDef | None]]:
+    """Yield the functions of a module and the methods of its classes, with their class."""
+    for node in tree.body:
+        if isinstance(node, Function):
+            yield node, None
+        if isinstance(node, ast.ClassDef):
+            for each in node.body:
+                if isinstance(each, Function):
+                    yield each, node
+
+
+def field_of(node: ast.AST) -> str:
+    """Return `name` of `self.name`; "" for another expression."""
+    is_own = isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "self"
+    return node.attr if is_own and isinstance(node, ast.Attribute) else ""
 
 
 def variants(arguments: Mapping[str, Sequence[object]]) -> Iterator[dict[str, Any]]:

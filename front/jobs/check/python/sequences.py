@@ -39,13 +39,13 @@ from ....runtime.config.rackspec import RackSpec
 from ...load.bare_slots import bare_slots
 from ..facts import Facts, FileLine, Remark, Role, SentCommand, UsesBit, Variable
 from ..rungs.accesses import declaration_lines
+from .attributes import note_names
 from .calls import Calls
-from .flow import Flow, Function, functions_in
+from .flow import Flow
 from .loops import endless
 from .names import Accesses, called_twice, variables_of
 from .numbers import Numbers
-from .objects import note_names
-from .reader import Reader
+from .reader import Function, Reader, functions_in
 from .scans import missing, word_lost
 from .story import Stories
 

@@ -28,9 +28,8 @@ from ..logic import (
     steps_in,
 )
 from .conditions import ConditionNames, condition, constant_of
-from .flow import Function, functions_in
-from .objects import Images
-from .reader import Reader
+from .images import Images
+from .reader import Function, Reader, functions_in
 from .scans import KINDS
 
 MOVING = ("MOVING_CW", "MOVING_CCW")

@@ -15,8 +15,9 @@ from ....io_images.amci3601 import BlendSegment
 from ....ladder.python.axis3601 import Axis3601
 from ..facts import Command, Facts, FileLine
 from ..ranges import ANY, Range, exactly, joined
-from .flow import Function
+from .locks import Locks
 from .numbers import Numbers
+from .reader import Function, field_of
 
 ENDING = ("move_to", "move_by", "home", "run_blend", "configure", "program_blend", "set_position")
 """Commands that end by themselves; the next one must wait for it."""
@@ -61,9 +62,8 @@ class Stories:
         numbers: Mapping[str, Numbers],
         facts: Facts,
     ) -> None:
-        self._methods, self._axes, self._locks = methods, axes, locks
+        self._methods, self._axes, self._locks = methods, axes, Locks(locks, facts)
         self._numbers, self._facts = numbers, facts
-        self._edges: dict[tuple[str, str], FileLine] = {}
         self._owner = ""
         self._order = 0
         self._pending: dict[str, tuple[str, int]] = {}
@@ -168,7 +168,7 @@ class Stories:
         for _, function in self._methods.values():
             parents = {id(child): node for node in ast.walk(function) for child in ast.iter_child_nodes(node)}
             for node in ast.walk(function):
-                name = _of_self(node) if isinstance(node, ast.expr) else ""
+                name = field_of(node) if isinstance(node, ast.expr) else ""
                 is_used = isinstance(parents.get(id(node)), ast.Attribute) or id(node) in self._followed
                 if name in self._axes and not is_used:
                     found.add(name)
@@ -176,22 +176,10 @@ class Stories:
 
     def _with(self, node: ast.expr, statement: ast.stmt, place: _Place) -> _Place:
         """Note that a lock is taken."""
-        name = _of_self(node)
-        if name not in self._locks:
+        name = field_of(node)
+        if name not in self._locks.names:
             return place
-        at = FileLine(place.file, statement.lineno)
-        if name in place.locks:
-            self._facts.remark(
-                "lock-order", at, f"{self._owner} takes {name}, which it holds: it waits for itself"
-            )
-        for held in place.locks:
-            self._edges.setdefault((held, name), at)
-            if (name, held) in self._edges and held != name:
-                other = self._edges[name, held]
-                text = (
-                    f"{self._owner} takes {name} while it holds {held}: line {other.line} does it in reverse"
-                )
-                self._facts.remark("lock-order", at, text)
+        self._locks.take(self._owner, name, place.locks, FileLine(place.file, statement.lineno))
         return replace(place, locks=(*place.locks, name))
 
     # --- expressions
@@ -206,7 +194,7 @@ class Stories:
             if axis and isinstance(call.func, ast.Attribute):
                 self._command(axis, call.func.attr, call, place, awaited=id(call) in awaited, in_one=in_one)
             else:
-                helper = _of_self(call.func)
+                helper = field_of(call.func)
                 if helper in self._methods:
                     self._call(helper, place, call)
         if any(not _is_dwell(each) and not self._is_command(each.value, place) for each in waits):
@@ -293,7 +281,7 @@ class Stories:
         """Return the axis that an expression is; "" if it is none."""
         if isinstance(node, ast.Name):
             return place.axes.get(node.id, "")
-        name = _of_self(node)
+        name = field_of(node)
         return name if name in self._axes else ""
 
 
@@ -310,9 +298,3 @@ def _calls(node: ast.AST) -> Iterator[ast.Call]:
 def _is_dwell(node: ast.Await) -> bool:
     value = node.value
     return isinstance(value, ast.Call) and ast.unparse(value.func).rpartition(".")[2] == "dwell"
-
-
-def _of_self(node: ast.expr) -> str:
-    """Return `name` of `self.name`; "" for another expression."""
-    is_own = isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "self"
-    return node.attr if is_own and isinstance(node, ast.Attribute) else ""

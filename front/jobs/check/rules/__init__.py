@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 from ..subject import Subject, Violation
-from . import data, motion, rack, steps
+from . import blends, data, motion, rack, steps
 
 Check = Callable[[Subject], Iterator[Violation]]
 
@@ -225,14 +225,14 @@ RULES = (
         "a blend profile that the module refuses",
         "correct its segments",
         "error",
-        motion.blends,
+        blends.blends,
     ),
     Rule(
         "no-blend",
         "a blend that runs, and that nothing programs",
         "program the blend before",
         "error",
-        motion.without_blend,
+        blends.without_blend,
     ),
     Rule(
         "motion-unconfigured",

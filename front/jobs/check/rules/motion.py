@@ -6,15 +6,13 @@ The limits are those of `io_images.amci3601`, the sentences those of its rule ta
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import pairwise
 
 from ....io_images.amci3601 import Configuration, InputBit
-from ....io_images.amci3601.blend import SEGMENTS_MAX, SEGMENTS_MIN
-from ....io_images.amci3601.parameters import DISTANCE_MAX, RATE_MAX, SPEED_MAX
+from ....io_images.amci3601.parameters import RATE_MAX, SPEED_MAX
 from ....io_images.amci3601.rules import RULES
 from ....io_images.thousands import PARAMETER_MAX, PARAMETER_MIN
 from ....runtime.kinematics import MILLI, PICO
-from ....runtime.kinematics.shape import Shape, ramp_distance, stopping_distance
+from ....runtime.kinematics.shape import Shape, stopping_distance
 from ..facts import Command, Role, Touch
 from ..ranges import Range
 from ..subject import Subject, Violation
@@ -115,68 +113,11 @@ def _stops_too_late(command: Command, starting_speed: int) -> bool:
     return distance.most * PICO < stop
 
 
-def blends(subject: Subject) -> Iterator[Violation]:
-    """Find blend profiles that the module refuses."""
-    for each in subject.facts.commands:
-        if each.kind != "program_blend":
-            continue
-        count = each.value("segments")
-        if count.outside(SEGMENTS_MIN, SEGMENTS_MAX):
-            text = f"{each.text}: {count} segments: allowed are {SEGMENTS_MIN} to {SEGMENTS_MAX}"
-            yield Violation(each.place, text)
-        elif each.segments:
-            rule = _wrong_segment(each.segments, subject.configurations(each.slot))
-            if rule:
-                yield Violation(each.place, f"{each.text}: {rule}")
-
-
-def _wrong_segment(
-    segments: Sequence[tuple[Range, Range, Range]], configurations: Sequence[Configuration]
-) -> str:
-    """Return what is wrong with a segment; "" if nothing is, or if it is unknown."""
-    least = min((each.starting_speed for each in configurations), default=0)
-    for number, (length, speed, rate) in enumerate(segments, 1):
-        for name, found, most in (
-            ("length", length, DISTANCE_MAX),
-            ("speed", speed, SPEED_MAX),
-            ("rate", rate, RATE_MAX),
-        ):
-            if found.outside(1, most):
-                return f"{name} {found} of segment {number}: allowed are 1 to {most}"
-        if speed.most < least:
-            return f"speed {speed} of segment {number} is below the starting speed, {least}"
-    known = [each for each in segments if all(part.is_constant for part in each)]
-    if len(known) < len(segments):
-        return ""
-    for number, (one, other) in enumerate(pairwise(segments), 1):
-        if one[1] == other[1]:
-            return f"segments {number} and {number + 1}: {RULES['PRF-06'].text}"
-    before = least
-    for number, (length, speed, rate) in enumerate(segments if configurations else (), 1):
-        ramp = ramp_distance(MILLI * before, MILLI * int(speed.least), int(rate.least), Shape.CONSTANT)
-        if length.least * PICO < ramp:
-            return f"segment {number}: {RULES['PRF-05'].text}"
-        before = int(speed.least)
-    return ""
-
-
-def without_blend(subject: Subject) -> Iterator[Violation]:
-    """Find blends that run and that nothing programs."""
-    for commands in subject.by_axis():
-        runs = [each for each in commands if each.kind == "run_blend"]
-        if (
-            runs
-            and not any(each.kind == "program_blend" for each in commands)
-            and not _is_open(subject, runs[0])
-        ):
-            yield Violation(runs[0].place, f"{runs[0].text}: {RULES['CMD-16'].text}")
-
-
 def without_configuration(subject: Subject) -> Iterator[Violation]:
     """Find axes that move, and that nothing configures before."""
     for commands in subject.by_axis():
         motions = [each for each in commands if each.kind in MOTIONS]
-        if not motions or _is_open(subject, motions[0]):
+        if not motions or is_open(subject, motions[0]):
             continue
         first = motions[0]
         if not any(each.kind == "configure" for each in commands) and not _is_sent(subject, first):
@@ -207,7 +148,7 @@ def _is_sent(subject: Subject, command: Command) -> bool:
     return command.words and any(each.slot == command.slot for each in sent)
 
 
-def _is_open(subject: Subject, command: Command) -> bool:
+def is_open(subject: Subject, command: Command) -> bool:
     """Whether commands that are not read here may reach the axis."""
     facts = subject.facts
     is_open = facts.reads_all or not command.axis or command.axis in facts.escaped
@@ -219,7 +160,7 @@ def without_position(subject: Subject) -> Iterator[Violation]:
     for commands in subject.by_axis():
         first = next((each for each in commands if each.kind == "move_to"), None)
         knows = any(each.kind in ("home", "set_position") for each in commands)
-        if first is not None and not knows and not _is_open(subject, first):
+        if first is not None and not knows and not is_open(subject, first):
             yield Violation(
                 first.place,
                 f"{first.text} needs a valid position, and nothing searches for home or sets the position",

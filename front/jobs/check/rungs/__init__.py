@@ -13,6 +13,7 @@ blocks.py           commands of motion blocks
 block_mistakes.py   mistakes in calls of blocks
 terminals.py        terminals and slots: whether the rack has them
 output_writes.py    writes to the output words of 3601s
+written_words.py    what is wrong with them
 sent_words.py       commands that are sent as words
 steps.py            steps, and what the program does in them
 program.py          all facts of a program

@@ -25,13 +25,12 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from ....io_images.amci3601 import CommandMsw, StatusMsw
-from ....io_images.amci3601.parameters import RATE_MAX
 from ....io_images.image import WORDS
 from ....ladder.debug.crossref import TARGETS, Mention
 from ....ladder.model.operands import Constant, Group, Place, first_leaf
 from ....ladder.model.types import count_of
 from ....ladder.state.lowered import AddOnCall, LoweredLine, LoweredProgram, LoweredStep, steps_of
-from ..facts import FileLine, Remark
+from ..facts import FileLine
 from ..ranges import ANY, Range
 from .values import Values, target_of, written_value
 
@@ -39,23 +38,11 @@ MODE_CONFIG = CommandMsw.MODE_CONFIG.value
 """The bit of output word 0 that requests configuration mode."""
 
 _WORD = 0xFFFF
-_COMMANDS = [bit for bit in CommandMsw if bit not in (CommandMsw.MODE_CONFIG, CommandMsw.RESERVED_14)]
-
 ELSEWHERE = (
     StatusMsw.MODE_CONFIG | StatusMsw.CONFIG_ERROR | StatusMsw.COMMAND_ERROR | StatusMsw.POSITION_INVALID
 ).value
 """Status bits of start-up and trouble: a rung that needs one of them does not clear a command in operation.
 """
-
-WORD_RANGES = {
-    2: (-8388, 8388),
-    3: (-999, 999),
-    4: (0, 1000),
-    5: (0, 999),
-    6: (0, RATE_MAX),
-    7: (0, RATE_MAX),
-}
-"""Allowed single values of output words 2 to 7 in any command, 0 included [chapter 5, notes 4 to 8]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -272,39 +259,6 @@ def output_word(operand: object) -> tuple[int, int] | None:
         return None
     at = operand.fixed_index if isinstance(operand, Place) else 0
     return leaf.slot, at or 0
-
-
-def held(writes: Sequence[Write]) -> Iterator[Remark]:
-    """Yield the first instruction that sets a command bit which is never cleared."""
-    for slot in dict.fromkeys(each.slot for each in writes):
-        own = [each for each in writes if each.slot == slot and each.word == 0]
-        for bit in _COMMANDS:
-            setting = [e for e in own if e.known and e.sets & bit.value and not e.sets & MODE_CONFIG]
-            if setting and not any(each.takes_back(bit.value) for each in own):
-                text = f"slot {slot}: {bit.name} is set here, and nothing takes it back after the command"
-                yield Remark(setting[0].place, text)
-
-
-def computed(writes: Sequence[Write]) -> Iterator[str]:
-    """Yield, for each slot, the first instruction with computed words."""
-    slots = set()
-    for each in writes:
-        if not each.known and each.slot not in slots:
-            slots.add(each.slot)
-            where = f"{each.place.file}:{each.place.line}"
-            yield f"slot {each.slot}: output words that the program computes or a block writes, as in {where}"
-
-
-def words_out_of_range(writes: Sequence[Write]) -> Iterator[Remark]:
-    """Yield constants that are illegal in every output word from 2 to 7."""
-    for each in writes:
-        if not each.known or each.word not in WORD_RANGES:
-            continue
-        value = each.sets - (1 << 16) * (each.sets >> 15)
-        least, most = WORD_RANGES[each.word]
-        if not least <= value <= most:
-            text = f"slot {each.slot}: output word {each.word} is {value}: allowed are {least} to {most}"
-            yield Remark(each.place, text)
 
 
 def path_of(operand: Place | Group, *, as_written: bool = False) -> str:

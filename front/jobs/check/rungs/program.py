@@ -24,7 +24,7 @@ from .conditions import Conditions, on_delays
 from .controls import shared
 from .loops import counted, counts_by_site, endless
 from .mistakes import Mistakes
-from .output_writes import WriteReader, computed, held, path_of, words_out_of_range
+from .output_writes import WriteReader, path_of
 from .sent_words import SentWords
 from .steps import Steps
 from .structure import Structure, own_routines
@@ -32,6 +32,7 @@ from .subscripts import note_subscripts
 from .terminals import Terminals
 from .values import Values
 from .walk import Walker
+from .written_words import computed, held, words_out_of_range
 
 
 def ladder_facts(program: LadderLogic, path: Path, spec: RackSpec) -> Facts:

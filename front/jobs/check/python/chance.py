@@ -1,0 +1,58 @@
+"""Calls whose results differ from run to run: chance, the clock, files, threads."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Mapping
+from types import ModuleType
+from typing import Any
+
+CHANCE = frozenset(
+    {
+        "random",
+        "secrets",
+        "uuid",
+        "time",
+        "datetime",
+        "asyncio",
+        "threading",
+        "socket",
+        "subprocess",
+        "multiprocessing",
+    }
+)
+"""Modules whose results differ from run to run, or that wait on the wall clock."""
+
+CHANCE_OF = frozenset({("os", "urandom"), ("os", "getpid"), ("os", "times"), ("numpy", "random")})
+"""Functions of other modules that do so."""
+
+
+def is_chance(call: ast.Call, names: Mapping[str, Any]) -> bool:
+    """Whether the result of a call differs from run to run.
+
+    Args:
+        names: of the module, with their values.
+    """
+    name = ast.unparse(call.func)
+    found = resolved(call.func, names)
+    module = getattr(found, "__module__", None) or _module_of(found)
+    root = names.get(name.partition(".")[0])
+    root_module = root.__name__ if isinstance(root, ModuleType) else ""
+    of_class = str(getattr(root, "__module__", "")) if isinstance(root, type) else ""
+    first = (module or "").partition(".")[0].lstrip("_")
+    is_wall = first in CHANCE or of_class in CHANCE or root_module.partition(".")[0] in CHANCE
+    return is_wall or (root_module, name.rpartition(".")[2]) in CHANCE_OF or name in ("open", "input")
+
+
+def resolved(node: ast.expr, names: Mapping[str, Any]) -> object:
+    """Return what a name, or attributes of it, mean in the module; None if that is unknown."""
+    if isinstance(node, ast.Name):
+        return names.get(node.id)
+    if isinstance(node, ast.Attribute):
+        owner = resolved(node.value, names)
+        return getattr(owner, node.attr, None) if isinstance(owner, ModuleType | type) else None
+    return None
+
+
+def _module_of(found: object) -> str:
+    return getattr(type(getattr(found, "__self__", None)), "__module__", "") if found is not None else ""
