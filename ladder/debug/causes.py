@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 from ..model.operands import Group
 from ..model.spec import InstructionKind
+from ..model.tags import Leaf
 from ..state.lowered import LoweredStep, Node, Parallel, steps_of
 from ..state.memory import Value
 from .cells import Cell
@@ -118,6 +119,14 @@ class Causes:
             return found
         last = self._past.last_change_of(cells, scan - 1)
         return [] if last is None else list(self._in_scan(cells, last, None))
+
+    def triggers(self, pending: Leaf, scan: int) -> list[CellChange]:
+        """Return the EVENT that made a task due, in a scan or the one before."""
+        for at in (scan, scan - 1):
+            for each in reversed(self.execution(at).writes):
+                if each.cell.leaf is pending and each.after and each.by is not None:
+                    return [CellChange(at, each.cell, each)]
+        return []
 
     def _in_scan(self, cells: Iterable[Cell], scan: int, order: int | None) -> Iterator[CellChange]:
         execution = self.execution(scan)

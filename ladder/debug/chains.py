@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from ...io_images.site import Site
 from ..model.resolver import Resolver
+from ..model.schedule import TaskKind
 from ..state.lowered import LoweredProgram
 from ..state.memory import Value
 from .causes import Cause, Causes, CellChange
@@ -88,8 +89,8 @@ class Chains:
         parts = [
             tuple(link for cause in group for link in self._behind(cause, scan, deep + 1)) for group in groups
         ]
-        if not any(parts) and scan == 0:
-            parts = [(CauseLink("power-up", "power-up", None, scan, now_ns),)]
+        if not any(parts):
+            parts = [(each,) for each in self._begin(write.by, scan, deep + 1)]
         operands = _operands(write.by, [cause for group in groups for cause in group])
         kind = "rung" if inner.unit == "rung" else "line"
         return linked(
@@ -104,6 +105,27 @@ class Chains:
             site=inner,
             operands=operands,
         )
+
+    def _begin(self, entry: StepRun, scan: int, deep: int) -> Iterator[CauseLink]:
+        """Yield what let an instruction run that depends on nothing: the first scan, or its task."""
+        now_ns = self.causes.now_ns(scan)
+        if scan == 0:
+            yield CauseLink("power-up", "power-up", None, scan, now_ns)
+            return
+        while entry.run.caller is not None:
+            entry = entry.run.caller
+        tasks = self.lowered.schedule.tasks if self.lowered.schedule else ()
+        for each in tasks:
+            name = f"task {each.task.name}"
+            if all(program.main != entry.run.routine for program in each.programs):
+                continue
+            if each.task.kind is TaskKind.PERIODIC:
+                text = f"every {each.task.rate_ns / 1e6:g} ms"
+                yield CauseLink("task", name, None, scan, now_ns, text)
+            elif each.task.kind is TaskKind.EVENT:
+                yield from (
+                    self.of(origin, name, deep) for origin in self.causes.triggers(each.pending, scan)
+                )
 
     def _behind(self, cause: Cause, scan: int, deep: int) -> Iterator[CauseLink]:
         try:

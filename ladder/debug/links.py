@@ -15,7 +15,7 @@ from typing import Any
 from ...io_images.site import NOWHERE, Site
 from ..state.memory import Value
 
-ROOTS = ("input", "module", "operator", "force", "incident", "power-up", "fault", "unknown")
+ROOTS = ("input", "module", "operator", "force", "incident", "power-up", "fault", "task", "unknown")
 """Kinds of links with nothing of the program behind them."""
 
 

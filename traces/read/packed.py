@@ -22,6 +22,9 @@ _HEAD = 3
 
 T = TypeVar("T")
 
+RECENT = 16
+"""Unpacked chunks that are kept: searches read chunks more than once."""
+
 
 class PackedScans:
     """Scans, packed chunk by chunk."""
@@ -31,6 +34,7 @@ class PackedScans:
         self._packed: list[bytes] = []
         self._waiting = no_columns(slots)
         self._compressor = zstandard.ZstdCompressor(level=1)
+        self._recent: dict[int, Columns] = {}  # unpacked chunks, the latest one last
 
     @classmethod
     def of(cls, slots: int, parts: Iterator[Columns] | Sequence[Columns]) -> PackedScans:
@@ -55,8 +59,15 @@ class PackedScans:
     def chunk(self, number: int) -> Columns:
         """Return the scans of a chunk; none after the last one."""
         if number < len(self._packed):
-            return self._unpack(self._packed[number])
+            return self._unpacked(number)
         return self._waiting if number == len(self._packed) else no_columns(self._slots)
+
+    def _unpacked(self, number: int) -> Columns:
+        known = self._recent.pop(number, None) or self._unpack(self._packed[number])
+        self._recent[number] = known
+        if len(self._recent) > RECENT:
+            del self._recent[next(iter(self._recent))]
+        return known
 
     def chunks(self, first: int = 0) -> Iterator[Columns]:
         """Iterate over the chunks from one on."""

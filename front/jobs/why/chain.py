@@ -208,8 +208,8 @@ class RackChain:
 
     def _done(self, slot: SlotInfo, bits: Bits, row: int) -> Iterator[tuple[str, str]]:
         """Yield what was done to a module in a scan from outside: its kind, and a sentence."""
-        at = self._terminal(slot, bits)
-        for each in self._events_by_scan.get(self.recording.numbers[row], []):
+        at, scan = self._terminal(slot, bits), self.recording.numbers[row]
+        for each in self._events_by_scan.get(scan, []):
             text = str(each.fields.get("text", ""))
             if each.topic == "/orders" and text.startswith(f"Slot {slot.number}:"):
                 yield "operator", f"{at}: {text}"
@@ -219,7 +219,7 @@ class RackChain:
                 elif _is_of(str(each.fields.get("name")), slot, bits):
                     yield "input", f"{at}: {text}"
         for change in link_changes(self.recording.events, slot.number):
-            if change.scan == self.recording.numbers[row] and not change.good:
+            if change.scan == scan and not change.good:
                 yield "incident", f"slot {slot.number}: the link to it is lost"
 
     def _terminal(self, slot: SlotInfo, bits: Bits) -> str:
