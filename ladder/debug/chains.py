@@ -80,8 +80,7 @@ class Chains:
             return self._of_outside(origin, name, now_ns)
         value = _value(origin.cell, write.after)
         if write.by is None:
-            text = f"{write.mode or 'the start of the scan'}"
-            return CauseLink("power-up", name, value, scan, now_ns, text)
+            return self._of_nobody(origin, name, value, now_ns)
         if deep >= DEEPEST:
             return CauseLink("unknown", name, value, scan, now_ns, f"more than {DEEPEST} links")
         groups = self.causes.of(origin)
@@ -136,6 +135,16 @@ class Chains:
                 "unknown", cause.read.text, cause.read.value, scan, self.causes.now_ns(scan), EARLIER
             )
 
+    def _of_nobody(self, origin: CellChange, name: str, value: Value, now_ns: int) -> CauseLink:
+        """Return the link of a change that no instruction made: a sample of a consumed tag, or prescan."""
+        assert origin.write is not None
+        common = (name, value, origin.scan, now_ns)
+        for each in self.lowered.connections:
+            if f"{origin.cell.leaf.path}.".upper().startswith(f"{each.tag}.".upper()):
+                found = self.outside(origin, name, value)
+                return found or CauseLink("partner", *common, f"a sample of {each.tag}")
+        return CauseLink("power-up", *common, origin.write.mode or "the start of the scan")
+
     def _of_outside(self, origin: CellChange, name: str, now_ns: int) -> CauseLink:
         inputs = self.causes.inputs(origin.scan)
         leaf, cell = origin.cell.leaf, origin.cell
@@ -150,6 +159,9 @@ class Chains:
             return found or CauseLink("input", name, value, origin.scan, now_ns, where(cell))
         if inputs is not None and (leaf.ident, cell.index) in (inputs.forces or {}):
             return CauseLink("force", name, value, origin.scan, now_ns, "forced")
+        if value is not None and leaf.slot is not None:
+            found = self.outside(origin, name, value)
+            return found or CauseLink("incident", name, value, origin.scan, now_ns, f"slot {leaf.slot}")
         if value is not None:
             return CauseLink("operator", name, value, origin.scan, now_ns, "set from outside of the program")
         return CauseLink("force", name, None, origin.scan, now_ns, "its force was removed")

@@ -15,7 +15,18 @@ from typing import Any
 from ...io_images.site import NOWHERE, Site
 from ..state.memory import Value
 
-ROOTS = ("input", "module", "operator", "force", "incident", "power-up", "fault", "task", "unknown")
+ROOTS = (
+    "input",
+    "module",
+    "partner",
+    "operator",
+    "force",
+    "incident",
+    "power-up",
+    "fault",
+    "task",
+    "unknown",
+)
 """Kinds of links with nothing of the program behind them."""
 
 

@@ -19,8 +19,8 @@ from ...traces.read.image_text import module_text
 from ...traces.replay import Recording
 from ..record.tag_names import named_values, namespace_of
 from .chain import Bits, RackChain
+from .chains.program import ProgramChain
 from .past import ALL_BITS, Past, SlotPast
-from .program_chain import ProgramChain
 from .sentences import told, told_sender
 from .source.class_names import Names
 from .source.conditions import source_line
@@ -114,7 +114,7 @@ class Why:
         """
         row, debugger = self.row, self.debugger
         if debugger is not None and (text in debugger.tags or not self.means_image(text)):
-            found = RackChain(self.recording, debugger.chains, deep).of_tag(text, row)
+            found = self._chains(deep).of_tag(text, row)
             return found or self._since_power_up(text, debugger.tags[text])
         if self.means_image(text):
             place = self.place(text)
@@ -153,11 +153,13 @@ class Why:
 
     def _chains(self, deep: bool) -> RackChain:
         if self.load is None or self.spec is None:
-            maker = None if self.debugger is None else self.debugger.chains
-            return RackChain(self.recording, maker, deep)
+            debugger = self.debugger
+            if debugger is None:
+                return RackChain(self.recording, None, deep)
+            return RackChain(self.recording, debugger.chains, deep, debugger.program)
         with fresh(self.load) as logic:
             names = Names(logic, self.words)
-        return ProgramChain(self.recording, None, deep, spec=self.spec, load=self.load, names=names)
+        return ProgramChain(self.recording, None, deep, None, spec=self.spec, load=self.load, names=names)
 
     def _chain_of_name(self, text: str, deep: bool) -> CauseLink:
         chains = self._chains(deep)

@@ -8,7 +8,8 @@ from dataclasses import dataclass, field, replace
 
 from ...io_images.addresses import Address
 from ...io_images.amci3601 import COMPLETION_BITS, MOTIONS, StatusMsw
-from ...ladder.debug import CauseLink, Chains, linked
+from ...ladder import LadderLogic
+from ...ladder.debug import CauseLink, Chains, Debugger, linked
 from ...ladder.debug.causes import CellChange
 from ...ladder.debug.cells import Cell
 from ...ladder.state.memory import Value
@@ -18,7 +19,9 @@ from ...traces.format.layout import SlotInfo
 from ...traces.read.event_text import describe
 from ...traces.read.reader import TraceEvent
 from ...traces.replay import Recording
+from ..load.loading import Job
 from ..record.link_losses import link_changes
+from .chains.partners import chain_of_partner
 from .past import ALL_BITS, Past
 
 ANSWER = 2
@@ -62,11 +65,13 @@ class RackChain:
     Args:
         maker: makes the chains of a ladder program, see `Debugger.chains`; None for any other program.
         deep: see `Chains`.
+        program: the ladder program, whose partners are asked, too; None for none.
     """
 
     recording: Recording
     maker: Callable[..., Chains] | None = None
     deep: bool = False
+    program: LadderLogic | None = None
     _known: dict[tuple[Bits, int], CauseLink] = field(default_factory=dict)
     _chains: Chains | None = None
     _told: dict[int, list[TraceEvent]] | None = None
@@ -75,7 +80,12 @@ class RackChain:
 
     def of_tag(self, tag: str, row: int) -> CauseLink | None:
         """Return the chain of a tag of a ladder program after a scan; None if it has not changed."""
-        return self.chains.of_tag(tag, self.recording.numbers[row])
+        chains, cell = self.chains, self.chains.cells(tag)[0]
+        leaf = cell.leaf
+        if leaf.is_image and leaf.slot is not None and leaf.ident not in chains.lowered.written_inputs:
+            side = "out" if leaf.output else "in"
+            return self.of_bits(Bits(leaf.slot, side, cell.index, _mask(cell)), tag, row)
+        return chains.of_tag(tag, self.recording.numbers[row])
 
     def of_bits(self, bits: Bits, name: str, row: int) -> CauseLink | None:
         """Return the chain of bits of an image after a scan; None if they have not changed."""
@@ -90,15 +100,44 @@ class RackChain:
             self._chains = self.maker(deep=self.deep, outside=self._of_input)
         return self._chains
 
-    def _of_input(self, origin: CellChange, name: str, _value: Value) -> CauseLink | None:
+    def _of_input(self, origin: CellChange, name: str, value: Value) -> CauseLink | None:
         """Explain an input of a ladder program."""
         cell = origin.cell
-        assert cell.leaf.slot is not None
-        bits = Bits(cell.leaf.slot, "in", cell.index, ALL_BITS if cell.mask is None else cell.mask)
+        if cell.leaf.slot is None:
+            return self._of_partner(origin, name, value)
+        if not cell.leaf.is_image:
+            return self._of_connection(origin, name, value)
+        bits = Bits(cell.leaf.slot, "in", cell.index, _mask(cell))
         row = bisect_left(self.recording.numbers, origin.scan)
         if row == len(self.recording.numbers) or self.recording.numbers[row] != origin.scan:
             return None  # the recording begins later
         return self._of_change(bits, self._better(bits, name), row)
+
+    def _of_connection(self, origin: CellChange, name: str, value: Value) -> CauseLink:
+        """Explain the fault of a connection, such as `axis.I.Fault`."""
+        now_ns = self.chains.causes.now_ns(origin.scan)
+        text = f"slot {origin.cell.leaf.slot}: the link to it is {'lost' if value else 'restored'}"
+        return CauseLink("incident", name, value, origin.scan, now_ns, text)
+
+    def _of_partner(self, origin: CellChange, name: str, value: Value) -> CauseLink | None:
+        """Explain a consumed tag by the rack that produces it."""
+        chains, path = self.chains, origin.cell.leaf.path
+        now_ns, program = chains.causes.now_ns(origin.scan), self.program
+        each = next(each for each in chains.lowered.connections if _is_in(path, each.tag))
+        if program is None:
+            return None
+        found = chain_of_partner(program, path, each.rpi_ns, now_ns, self._of_other)
+        if found is None:
+            return None
+        parts = {"name": name, "value": value, "scan": origin.scan, "now_ns": now_ns}
+        return linked(
+            [(found,)], kind="partner", **parts, text=f"a sample of {program.stubs[each.tag.upper()]}"
+        )
+
+    def _of_other(self, recording: Recording, job: Job, debugger: Debugger, tag: str) -> CauseLink | None:
+        """Return the chain of a tag of another rack after its last scan."""
+        other = RackChain(recording, debugger.chains, self.deep, debugger.program)
+        return other.of_tag(tag, len(recording.scans) - 1)
 
     def _better(self, bits: Bits, name: str) -> str:
         """Return the name of a module's bit instead of an address."""
@@ -266,6 +305,15 @@ class RackChain:
             for each in self.recording.events:
                 self._told.setdefault(each.scan, []).append(each)
         return self._told
+
+
+def _mask(cell: Cell) -> int:
+    return ALL_BITS if cell.mask is None else cell.mask
+
+
+def _is_in(path: str, tag: str) -> bool:
+    """Whether a path is a tag or a member of it."""
+    return f"{path}.".upper().startswith(f"{tag}.".upper())
 
 
 def _named(event: TraceEvent) -> list[str]:

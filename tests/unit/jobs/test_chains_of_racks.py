@@ -7,9 +7,9 @@ Expected by hand: from the timeline, the program and the manual's rules. A chain
 import json
 
 import pytest
+from chain_text import text_of
 from scanrack import open_bench
 from scanrack.commands import build
-from scanrack.ladder.debug import CauseLink
 from typer.testing import CliRunner
 
 CARDS = """
@@ -106,14 +106,6 @@ class Line(Logic):
         await dwell("10 ms")
         self.axis.name
 """
-
-
-def text_of(link: CauseLink) -> str:
-    names = {None: "", False: " off", True: " on"}
-    value = names[link.value] if link.value is None or isinstance(link.value, bool) else f" = {link.value}"
-    kind = "" if link.kind in ("rung", "line", "wait") else f" {link.kind}"
-    causes = " & ".join(" | ".join(map(text_of, group)) for group in link.causes)
-    return f"{link.name}{value} @{link.scan}{kind}{' < ' if causes else ''}{causes}"
 
 
 @pytest.fixture
@@ -258,3 +250,84 @@ def test_what_it_would_take_names_terminals_and_is_confirmed_by_a_run(made, tmp_
 def test_what_it_would_take_is_not_known_of_python(made):
     with pytest.raises(ValueError, match="of ladder programs only"):
         made("line.py", LINES, 3).what_would("state.run")
+
+
+# --- two racks, a lost link, an analog input: scans of 2 ms
+
+ONE = """PROGRAM one
+TAG Go : BOOL
+TAG Count : DINT
+ALIAS Start : Local:2:I.Data.0
+ROUTINE Main
+XIC(Start)OTE(Go);
+XIC(Go)MOV(5,Count);
+END
+"""
+ONE_RACK = """program = "one.rung"
+[[slot]]
+number = 2
+module = "1769-IQ16"
+[slot.options]
+inputs = { start = 0 }
+timeline = [ { at_ms = 31, input = "start" } ]
+"""
+TWO = """PROGRAM two
+TAG Far : DINT
+TAG Lamp : BOOL
+TAG Bad : BOOL
+TAG High : BOOL
+SLOT axis : 1
+ALIAS Level : Local:3:I.Data[0]
+ROUTINE Main
+EQU(Far,5)OTE(Lamp);
+NEQ(axis.I.Fault,0)OTE(Bad);
+GRT(Level,12000)OTE(High);
+END
+"""
+TWO_RACK = """program = "two.rung"
+[stubs]
+Far = { rack = "one.toml", tag = "Count", rpi_ms = 20 }
+[[slot]]
+number = 1
+module = "amci3601"
+[[slot]]
+number = 3
+module = "1769-IF4"
+[slot.options]
+inputs = { level = 0 }
+formats = { level = "engineering" }
+ranges = { level = "4..20 mA" }
+timeline = [ { at_ms = 0, input = "level", value = 4.0 }, { at_ms = 40, input = "level", value = 12.5 } ]
+[[incident]]
+at_s = 0.03
+slot = 1
+what = "link-lost"
+for_ms = 20
+"""
+# start of the other rack is on from 31 ms: its scan 16, at 32 ms; the sample of 40 ms has it
+BESIDE = [
+    (
+        22, "Lamp",
+        "Lamp on @20 < Far = 5 @20 partner < one.toml: Count = 5 @16 < one.toml: Go on @16 < "
+        "one.toml: Start on @16 input",
+    ),
+    (
+        22, "Far",
+        "Far = 5 @20 partner < one.toml: Count = 5 @16 < one.toml: Go on @16 < one.toml: Start on @16 input",
+    ),
+    (22, "Bad", "Bad on @15 < axis.I.Fault = -1 @15 incident"),
+    (32, "Bad", "Bad off @25 < axis.I.Fault = 0 @25 incident"),
+    (22, "High", "High on @20 < Level = 12500 @20 input"),
+    (22, "Level", "Level = 12500 @20 input"),
+    (22, "axis.status.MODULE_OK", "axis.status.MODULE_OK on @0 module"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("scans", "what", "expected"), BESIDE)
+def test_a_rack_beside_a_lost_link_and_an_analog_input(tmp_path, scans, what, expected):
+    files = {"one.rung": ONE, "one.toml": ONE_RACK, "two.rung": TWO, "two.toml": TWO_RACK}
+    for name, text in files.items():
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    bench = open_bench(tmp_path / "two.toml")
+    bench.scan(scans)
+    assert text_of(bench.chain(what)) == expected

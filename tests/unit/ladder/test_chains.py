@@ -6,7 +6,8 @@ causes that were all needed, `|` those of which each would have done.
 """
 
 import pytest
-from scanrack.ladder.debug import Debugger
+from chain_text import after as program_after
+from chain_text import text_of
 from scanrack.ladder.files.rungfile import parse_program, parse_structured
 
 TAGS = """PROGRAM p
@@ -227,24 +228,7 @@ def program_of(rungs):
 
 
 def after(rungs, done):
-    debugger = Debugger(program_of(rungs))
-    for word in done.split():
-        name, given, value = word.partition("=")
-        if word.isdecimal():
-            debugger.scan(int(word))
-        elif given:
-            debugger.tags[name] = int(value)
-        else:
-            debugger.tags[name.removeprefix("-")] = not name.startswith("-")
-    return debugger
-
-
-def text_of(link):
-    names = {None: "", False: " off", True: " on"}
-    value = names[link.value] if link.value is None or isinstance(link.value, bool) else f" = {link.value}"
-    kind = f" {link.kind}" if link.kind in ("operator", "force", "input") else ""
-    causes = " & ".join(" | ".join(map(text_of, group)) for group in link.causes)
-    return f"{link.name}{value} @{link.scan}{kind}{' < ' if causes else ''}{causes}"
+    return program_after(program_of(rungs), done)
 
 
 @pytest.mark.parametrize("name", ROWS)

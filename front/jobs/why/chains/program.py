@@ -8,19 +8,19 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from ...io_images.addresses import Address, parse_address
-from ...io_images.site import Site
-from ...ladder.debug import CauseLink, Operand, linked
-from ...runtime.config.rackspec import RackSpec
-from ...runtime.loop.scan import ScanLogic
-from ...traces.read.sequence_steps import Step, steps_of
-from ..record.tag_names import named_values, namespace_of
-from .chain import Bits, RackChain
-from .past import ALL_BITS, Past
-from .source.class_names import Names
-from .source.conditions import source_line
-from .source.lines import NOWHERE, Line
-from .traced_run import Load, TracedChange, TracedRun, Watched, run_again
+from ....io_images.addresses import Address, parse_address
+from ....io_images.site import Site
+from ....ladder.debug import CauseLink, Operand, linked
+from ....runtime.config.rackspec import RackSpec
+from ....runtime.loop.scan import ScanLogic
+from ....traces.read.sequence_steps import Step, steps_of
+from ...record.tag_names import named_values, namespace_of
+from ..chain import Bits, RackChain
+from ..past import ALL_BITS, Past
+from ..source.class_names import Names
+from ..source.conditions import source_line
+from ..source.lines import NOWHERE, Line
+from ..traced_run import Load, TracedChange, TracedRun, Watched, run_again
 
 
 @dataclass(slots=True)
