@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -9,6 +10,8 @@ from typing import Annotated
 
 import typer
 
+from ...jobs.prove.differing import as_json as edited_as_json
+from ...jobs.prove.differing import edited, lines_of
 from ...jobs.prove.proving import Questions, Result, ScenarioFolder, ask_questions, no_progress, prove_all
 from ...jobs.prove.report import as_json as json_of
 from ...jobs.prove.report import assumptions, below, line_of, question_lines
@@ -20,6 +23,9 @@ from ...terminal.complaints import reported_mistakes
 from ...terminal.status import BAD_INPUT, DONE, NO, complain
 from ...terminal.terminal import say
 
+_COMMA = re.compile(r",(?![^\[]*\])")
+"""A comma that is not in a subscript."""
+
 UNDECIDED = 3
 """Exit status: nothing is refuted, and something is unknown."""
 
@@ -28,6 +34,18 @@ def _prove_command(
     rack: Annotated[
         str, typer.Argument(metavar="RACK", help="Rack file, TOML or Python; or a ladder program or export.")
     ],
+    new: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="[NEW]", help="Another one: say what can differ between them, and prove nothing."
+        ),
+    ] = None,
+    only: Annotated[
+        str | None,
+        typer.Option(
+            "--only", metavar="TAGS", help="Of two: tags that may differ, with commas between them."
+        ),
+    ] = None,
     out: Annotated[
         Path | None,
         typer.Option("--out", "-o", metavar="FOLDER", help="Where scenarios go.", show_default="RACK-prove"),
@@ -43,13 +61,20 @@ def _prove_command(
     contacts that decide nothing, coils that are never on or never off again, coils that disagree, timers that
     are never done, faults, endless loops. What the proofs assume is listed at the end.
 
+    Of two programs, it lists the bits and numbers that can differ in one scan and ever, with a run each and
+    the inputs on which that depends. All others are equal. With --only, it fails if another one can differ.
+
     Example: scanrack prove examples/feeder/feeder.toml
+    Example: scanrack prove before.L5X after.L5X --only Valve1,Valve2
 
     Exit status: 0 all proved, 1 a property is refuted, or a run faults or has coils that disagree, 2 a file
-    can't be used, 3 none of that and a property is unknown, or a file can't be written.
+    can't be used, 3 none of that and a property is unknown, or a file can't be written. Of two programs: 0
+    equal, or only --only differs, 1 something can differ.
     """
     with reported_mistakes():
         try:
+            if new is not None or only is not None:
+                raise typer.Exit(_compare(rack, new, only, out, as_json=as_json))
             subject = subject_of(rack)
             with ScenarioFolder(out or Path(f"{subject.name}-prove")) as folder:
                 results = list(_told(subject, folder, quiet=quiet, silent=as_json))
@@ -61,6 +86,21 @@ def _prove_command(
     else:
         _say_rest(subject, results, answers)
     raise typer.Exit(status_of(results, answers))
+
+
+def _compare(old: str, new: str | None, only: str | None, out: Path | None, *, as_json: bool) -> int:
+    """Print what can differ between two programs; return the exit status."""
+    if new is None:
+        raise ValueError("--only goes with two programs: scanrack prove OLD NEW --only TAGS")
+    names = [each.strip() for each in _COMMA.split(only) if each.strip()] if only else []
+    with ScenarioFolder(out or Path(f"{Path(new.partition(':')[0]).stem}-prove")) as folder:
+        found = edited(old, new, names, folder)
+    if as_json:
+        say_json(edited_as_json(found))
+    else:
+        for line in lines_of(found):
+            say(line)
+    return NO if found.beyond else DONE
 
 
 def _told(subject: Subject, folder: ScenarioFolder, *, quiet: bool, silent: bool) -> Iterator[Result]:

@@ -165,3 +165,30 @@ def test_a_mistake_in_a_property_names_it(place: Path) -> None:
     status, said = proved(claim("typo", 'never = "Fdw"'))
     assert status == 2
     assert "property 'typo': Fdw: there is no tag Fdw (did you mean Fwd?)" in said
+
+
+def test_two_programs_differ_where_the_edit_reaches(place: Path) -> None:
+    (place / "new.rung").write_text(LINE.replace("XIC(B)XIC(axis", "XIO(B)XIC(axis"))
+    status, said = scanrack("prove", "line.rung", "line.rung")
+    # Fwd, Rev, Count and the EN, TT, DN and ACC of the timer
+    assert (status, said.splitlines()[0][:49]) == (0, "0 of 7 bits and numbers can differ, 0 in one scan")
+    status, said = scanrack("prove", "line.rung", "new.rung")
+    assert status == 1
+    assert said.splitlines()[1] == "Rev  now    scan 1   new-prove/Rev/scenario.json"
+    assert "depends on B, Local:1:I.Data[1]" in said
+    status, said = scanrack("prove", "line.rung", "new.rung", "--only", "rev", "--json")
+    assert status == 0
+    assert json.loads(said)["changed"][0]["tag"] == "Rev"
+    status, said = scanrack("prove", "line.rung", "new.rung", "--only", "Fwd,Dwell")
+    assert status == 1
+
+
+def test_mistakes_of_a_comparison_are_named(place: Path) -> None:
+    assert scanrack("prove", "line.rung", "--only", "Rev") == (
+        2,
+        "scanrack: --only goes with two programs: scanrack prove OLD NEW --only TAGS\n",
+    )
+    status, said = scanrack("prove", "line.rung", "line.rung", "--only", "Revv")
+    assert (status, "--only Revv: there is no tag Revv (did you mean Rev?)" in said) == (2, True)
+    status, said = scanrack("prove", "line.rung", "line.rung", "--only", "Count.3")
+    assert (status, "it is a bit of a number" in said) == (2, True)

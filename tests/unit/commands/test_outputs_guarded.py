@@ -25,7 +25,7 @@ INPUTS = {
     "compare b", "repair trace",
     "replay path", "replay rack", "replay program", "rerun path", "ladder file", "l5x file",
     "l5x against", "why file", "xref file", "fuzz rack", "fuzz invariants", "fuzz scenario", "check rack",
-    "prove rack",
+    "prove rack", "prove new",
     "serve program", "pclt check files", "pclt list file", "pcl601 program write file",
     "pmc006 program check file", "pmc006 program write file",
 }  # fmt: skip
@@ -37,7 +37,7 @@ WORDS = {
     "plot tag", "plot title", "plot scans", "plot time", "export signal", "export scans", "export time",
     "compare tolerance_time", "compare align_at", "compare realign_at", "replay tolerance_time",
     "ladder routine", "ladder at", "l5x export", "l5x stepper",
-    "why what", "why at", "why until", "why want", "xref tag", "fuzz check",
+    "prove only", "why what", "why at", "why until", "why want", "xref tag", "fuzz check",
     "fuzz duration", "fuzz time", "fuzz only", "fuzz without", "fuzz dask", "drive target", "serve serial",
     "serve tcp", "serve address", "serve pin", "serve thumbwheel", "pcl601 read name", "pcl601 set name",
     "pmc006 read name", "pmc006 set name", "probe port", "probe address", "rules ids", "rules bit",

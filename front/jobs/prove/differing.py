@@ -1,0 +1,169 @@
+"""Two racks, programs or exports: what an edit changes, now or later."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ...ladder import LadderLogic
+from ...ladder.model.errors import LadderError
+from ...ladder.model.operands import Group, Place
+from ...ladder.model.resolver import Resolver
+from ...ladder.model.tags import Layout
+from ...ladder.prove.answers import Step, steps_of, tag_text
+from ...ladder.prove.difference import Changed, compare
+from ...ladder.prove.monitors import Key
+from ...ladder.prove.system import ScanBounds
+from ..check.alone import load_any
+from ..load.loading import Job
+from ..trust.owned import in_use
+from .proving import ScenarioFolder
+from .scenario import on_scans_of
+
+
+@dataclass(frozen=True, slots=True)
+class ChangedTag:
+    """A value that can differ, with its name as the program has it, and a run in which it does."""
+
+    name: str
+    now: bool  # whether one scan after equal states can make the difference
+    steps: tuple[Step, ...]
+    inputs: tuple[str, ...]  # on which the difference depends
+    scenario: Path | None
+    allowed: bool  # by --only
+
+
+@dataclass(frozen=True, slots=True)
+class Edited:
+    """What can differ between two programs."""
+
+    compared: int  # values that both programs write
+    changed: tuple[ChangedTag, ...]
+    removed: tuple[str, ...]
+    added: tuple[str, ...]
+    bounds: ScanBounds
+
+    @property
+    def beyond(self) -> tuple[ChangedTag, ...]:
+        """What can differ though `only` does not name it; everything without `only`."""
+        return tuple(each for each in self.changed if not each.allowed)
+
+
+def edited(old: str, new: str, only: Sequence[str], folder: ScenarioFolder) -> Edited:
+    """Compare two programs with the same inputs; the settings of [prove] are those of the new one.
+
+    Args:
+        only: tags that may differ; a structure names all its members.
+        folder: gets a scenario of each value that can differ.
+
+    Raises:
+        ValueError: a file or a name of `only` can't be used, or no proof covers a program.
+        OSError: a file can't be written.
+    """
+    before, after = (_ladder(each) for each in (old, new))
+    job, logic = after
+    given = job.spec.prove
+    bounds = ScanBounds(*given.scan_ms, whole=not job.spec.scan_ns % 1_000_000)
+    layout = logic.build().layout
+    allowed = [_named(layout, each) for each in only]
+    found = compare(before[1], logic, bounds, free=given.free, written_outside=given.written_outside)
+    changed = tuple(
+        _with_scenario(job, layout, each, folder, allowed=any(_is_in(each.key, one) for one in allowed))
+        for each in found.changed
+    )
+    return Edited(found.compared, changed, tuple(found.removed), tuple(found.added), bounds)
+
+
+def _ladder(file: str) -> tuple[Job, LadderLogic]:
+    job, _ = load_any(file)
+    if not isinstance(job.logic, LadderLogic):
+        raise ValueError(f"{job.program}: the program is a Python function: what is proved is ladder logic")
+    return job, job.logic
+
+
+def _named(layout: Layout, text: str) -> Place | Group:
+    """Return what a name of --only means."""
+    try:
+        found = Resolver(layout).named(text)
+    except LadderError as error:
+        raise ValueError(f"--only {text}: {error}") from None
+    if isinstance(found, Place) and found.bit is not None:
+        raise ValueError(f"--only {text}: it is a bit of a number, which is compared as a whole: name that")
+    return found
+
+
+def _is_in(key: Key, allowed: Place | Group) -> bool:
+    """Whether a value is one that --only names, or in it."""
+    if isinstance(allowed, Place):
+        return key == (allowed.leaf.path.upper(), allowed.fixed_index)
+    path = allowed.path.upper()
+    return key[0] == path or key[0].startswith(f"{path}.")
+
+
+def _with_scenario(
+    job: Job, layout: Layout, found: Changed, folder: ScenarioFolder, *, allowed: bool
+) -> ChangedTag:
+    name, file = tag_text(layout, found.key), None
+    if found.scans:
+        scan_ns = job.spec.scan_ns if job.spec.slot else 1_000_000
+        orders = on_scans_of(layout, found.scans, scan_ns).scenario(scan_ns)
+        file = folder.save(name, orders, in_use(job))
+    inputs = tuple(_cased(layout, each) for each in found.inputs)
+    return ChangedTag(name, found.now, tuple(steps_of(layout, found.scans)), inputs, file, allowed)
+
+
+def _cased(layout: Layout, text: str) -> str:
+    """Return an address with its tag as the program writes it."""
+    path, sign, index = text.partition("[")
+    leaf = layout.find(path)
+    return text if leaf is None else f"{leaf.path}{sign}{index}"
+
+
+def lines_of(found: Edited) -> Iterator[str]:
+    """Yield what can differ, a line each, with its run."""
+    now = sum(each.now for each in found.changed)
+    yield (
+        f"{len(found.changed):,} of {found.compared:,} bits and numbers can differ, {now:,} in one scan; "
+        "all others are equal in every run"
+    )
+    width = max((len(each.name) for each in found.changed), default=0)
+    for each in found.changed:
+        run = (
+            f"scan {len(each.steps):,}   {each.scenario}" if each.steps else "no run found within the limits"
+        )
+        allowed = "   (--only)" if each.allowed else ""
+        yield f"{each.name:<{width}}  {'now' if each.now else 'later':<5}  {run}{allowed}"
+        for number, step in enumerate(each.steps, start=1):
+            yield f"    scan {number}: {step}"
+        if each.inputs:
+            yield f"    depends on {', '.join(each.inputs)}"
+    for word, names in (
+        ("only the old program has", found.removed),
+        ("only the new program has", found.added),
+    ):
+        if names:
+            yield f"{word} {', '.join(names)}"
+    yield f"assumed: scans are {found.bounds.low_ms:,} to {found.bounds.high_ms:,} ms apart"
+
+
+def as_json(found: Edited) -> dict[str, Any]:
+    """Return what can differ in JSON's types."""
+    return {
+        "compared": found.compared,
+        "changed": [
+            {
+                "tag": each.name,
+                "when": "now" if each.now else "later",
+                "allowed": each.allowed,
+                "scans": [{"ms": step.ms, "set": dict(step.changes)} for step in each.steps],
+                "depends_on": list(each.inputs),
+                "scenario": None if each.scenario is None else str(each.scenario),
+            }
+            for each in found.changed
+        ],
+        "removed": list(found.removed),
+        "added": list(found.added),
+        "scan_ms": [found.bounds.low_ms, found.bounds.high_ms],
+    }
