@@ -30,7 +30,10 @@ from .terms import FALSE, TRUE, T, and_, not_
 MOST_TRIES = 10
 """Maximum runs of the program for one property."""
 
-STRETCHED_FROM = 8
+HELPED_FROM = 3
+"""Scans after which invariants are sought: what breaks early is found without them."""
+
+STRETCHED_FROM = 5
 """Scans after which a run with longer scans is sought."""
 
 
@@ -160,16 +163,13 @@ class _Proof:
 
     def _search(self, cone: dict[str, T]) -> None:
         system, limits = self.system, self.limits
-        base, step = Solver(limits.steps), Solver(limits.steps)
+        base, steps = Solver(limits.steps), _Steps(system, self.bad, limits)
         run: Frame | None = None
-        chain: Frame | None = None
-        found: Sequence[Invariant] = ()
-        can_step = True
         for k in range(limits.scans):
             run = Frame(system, base, run, first=run is None)
             broken = run.term(self.bad)
             answer = base.check(broken)
-            self.result.spent = self.before + base.spent + step.spent
+            self.result.spent = self.before + base.spent + steps.spent
             if answer == SAT:
                 self._refute(base, run, broken)
                 return
@@ -180,30 +180,14 @@ class _Proof:
                 self._unknown(f"no run of {k + 1} scans keeps what is assumed")
                 return
             base.state(base.apply("not", [broken]))
-            if can_step and k <= limits.k:
-                if k == 1 and limits.helped:
-                    found = invariants(system, cone, limits.steps)
-                    step, chain = Solver(limits.steps), None
-                    for _ in range(k):
-                        chain = self._link(step, chain, found)
-                        step.state(step.apply("not", [chain.term(self.bad)]))
-                chain = self._link(step, chain, found)
-                broken = chain.term(self.bad)
-                answer = step.check(broken)
-                if answer == UNSAT:
-                    self._proved(k, found)
-                    return
-                can_step = answer == SAT
-                step.state(step.apply("not", [broken]))
+            if limits.helped and k == min(HELPED_FROM, limits.k, limits.scans - 1):
+                steps.help(cone)
+            if steps.proves(k):
+                self._proved(steps.k, steps.found)
+                return
             if k == STRETCHED_FROM and self._refute_stretched(cone):
                 return
         self._unknown(f"the limit of {limits.scans} scans")
-
-    def _link(self, step: Solver, before: Frame | None, found: Sequence[Invariant]) -> Frame:
-        frame = Frame(self.system, step, before)
-        for each in found:
-            step.state(frame.term(each.term))
-        return frame
 
     # --- answers
 
@@ -317,3 +301,51 @@ class _Proof:
                 self._refuted(short[: number + 1])
                 return True
         return False
+
+
+@dataclass(slots=True)
+class _Steps:
+    """The step of an induction: whether a property follows from k scans in which it held."""
+
+    system: System
+    bad: T
+    limits: Limits
+    found: Sequence[Invariant] = ()
+    k: int = -1  # the step that was asked last
+    _solver: Solver = field(init=False)
+    _last: Frame | None = None
+    _open: bool = True
+    _before: int = 0
+
+    def __post_init__(self) -> None:
+        self._solver = Solver(self.limits.steps)
+
+    @property
+    def spent(self) -> int:
+        """Steps of the solver."""
+        return self._before + self._solver.spent
+
+    def help(self, cone: dict[str, T]) -> None:
+        """Find invariants and start again with them."""
+        self.found, spent = invariants(self.system, cone, self.limits.steps)
+        self._before, self._solver = self.spent + spent, Solver(self.limits.steps)
+        self._last, self._open, self.k = None, True, -1
+
+    def proves(self, most: int) -> bool:
+        """Ask the steps up to one; whether one of them proves the property."""
+        while self._open and self.k < min(most, self.limits.k):
+            if self._follows():
+                return True
+        return False
+
+    def _follows(self) -> bool:
+        solver = self._solver
+        self._last = Frame(self.system, solver, self._last)
+        for each in self.found:
+            solver.state(self._last.term(each.term))
+        broken = self._last.term(self.bad)
+        answer = solver.check(broken)
+        solver.state(solver.apply("not", [broken]))
+        self._open = answer == SAT
+        self.k += 1
+        return answer == UNSAT

@@ -21,22 +21,20 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations
-from random import Random
 from typing import Any
 
 from ...io_images.site import Site
 from ..model.operands import Constant, Group, Place
 from ..model.spec import InstructionKind
 from ..state.lowered import LoweredLine, LoweredStep, Node, Parallel, steps_of
-from .evaluation import Evaluator
+from .batch import Runs
 from .induction import Kind, Limits, Verdict, prove
 from .meaning import BOOL
 from .solving.frames import Frame
-from .solving.invariants import any_value
 from .solving.solver import UNSAT, Solver
 from .symbols import term_of
 from .system import Problem, System
-from .terms import FALSE, TRUE, T, and_, bit, iff, not_, or_
+from .terms import FALSE, TRUE, T, and_, bit, iff, not_, or_, variables
 
 PROVED_RULES = ("dead-rung", "dead-leg", "never-on", "stuck", "never-done")
 """Rules that find something by a proof; the others find it by a run."""
@@ -49,8 +47,8 @@ LIMITS = Limits(scans=5, k=2, steps=2_000, total=10_000)
 BUDGET = 100_000
 """Limit of the solver's steps for all questions of a program."""
 
-SCANS, RESTART = 120, 40
-"""Random scans of the relation, and after how many a run starts again."""
+SCANS, RESTART = 60, 20
+"""Random scans of each run of the relation, and after how many it starts again."""
 
 PASSIVE = frozenset(("AFI", "NOP", "ONS", "OSR", "OSF"))
 """Contacts that are meant to pass never, always, or once."""
@@ -212,21 +210,14 @@ def _possible(problem: Problem, questions: Sequence[Question]) -> set[T]:
     """Return truths that random scans from power-up made true."""
     asked = [t for t in dict.fromkeys(each.bad for each in questions) if t.op != "const"]
     found = {each.bad for each in questions if each.bad is TRUE}
-    states = list(problem.next)
-    every = Evaluator([*[problem.next[name] for name in states], problem.contract, *asked])
-    rng = Random(1)
-    values: dict[str, Any] = {}
+    cone = {v.val: v for v in variables([*problem.next.values(), *asked, problem.contract])}
+    runs, seen = Runs(problem, cone, asked, seed=1), [False] * len(asked)
     for number in range(SCANS):
-        if number % RESTART == 0:
-            values = dict(problem.initial)
-        for v in every.variables:
-            if problem.role(v.val) == "free" and (v.val not in values or rng.random() < 0.3):
-                values[v.val] = any_value(rng, v)
-        got = every(values)
-        if got[len(states)]:
-            values.update(zip(states, got, strict=False))
-            found.update(t for t, truth in zip(asked, got[len(states) + 1 :], strict=True) if truth)
-    return found
+        if number and number % RESTART == 0:
+            runs.restart()
+        watched, kept = runs.scan()
+        seen = [before or bool((truths & kept).any()) for before, truths in zip(seen, watched, strict=True)]
+    return found | {t for t, truth in zip(asked, seen, strict=True) if truth}
 
 
 # --- the questions of a program

@@ -16,22 +16,22 @@ which all of them held, until none is: what is left is inductive together.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import permutations
-from random import Random
 from typing import Any, NamedTuple
 
+import numpy as np
+
+from ..batch import Array, Runs
 from ..evaluation import Evaluator
 from ..meaning import BOOL, INT
 from ..system import CLOCK, System, shown
-from ..terms import TRUE, T, and_, bits_of, const, lt, not_, or_
+from ..terms import TRUE, T, and_, const, lt, not_, or_
 from .frames import Frame
 from .solver import SAT, UNSAT, Solver
 
-SCANS, RESTART = 300, 60
-"""Random scans, and after how many of them a run starts again."""
-
-MOST_TRIES = 8
-"""Choices of free values for a scan, if contracts forbid some."""
+SCANS, RESTART = 40, 20
+"""Random scans of each run, and after how many of them it starts again."""
 
 MOST_STATES = 120
 """States up to which many suggestions are made."""
@@ -57,86 +57,38 @@ class Invariant(NamedTuple):
     text: str
 
 
-def invariants(system: System, cone: Mapping[str, T], steps: int) -> list[Invariant]:
-    """Return truths that hold from power-up on and follow from each other.
+def invariants(system: System, cone: Mapping[str, T], steps: int) -> tuple[list[Invariant], int]:
+    """Return truths that hold from power-up on and follow from each other, and the solver's steps for them.
 
     Args:
         cone: the variables that count, the nearest first.
         steps: limit of the solver, for one question.
     """
-    states = [name for name in cone if name in system.next]
-    traces = simulate(system, cone, [system.next[name] for name in states])
-    seen = dict(zip(states, traces, strict=True))
+    seen = traces(system, cone)
     made = {each.term: each for each in _suggested(system, cone, seen) if each.term.op != "const"}
-    candidates = list(made.values())[:MOST_SUGGESTED]
-    candidates = _kept(system, candidates, steps, first=True)
-    return _kept(system, candidates, steps, first=False)
+    search = _Search(system, steps)
+    found = search.kept(list(made.values())[:MOST_SUGGESTED], first=True)
+    return search.kept(found, first=False), search.spent
 
 
-def simulate(system: System, cone: Mapping[str, T], roots: Sequence[T], seed: int = 0) -> list[list[Any]]:
-    """Return the values of terms after random scans from power-up: one list for each term."""
-    rng = Random(seed)
+def traces(system: System, cone: Mapping[str, T]) -> dict[str, Array]:
+    """Return the values of each state after random scans from power-up."""
     states = [name for name in cone if name in system.next]
-    every = Evaluator([*[system.next[name] for name in states], *roots, system.contract])
-    values: dict[str, Any] = {}
-    out: list[list[Any]] = [[] for _ in roots]
+    runs = Runs(system, cone, [system.next[name] for name in states])
+    parts: list[list[Array]] = [[] for _ in states]
     for number in range(SCANS):
-        first = number % RESTART == 0
-        if first:
-            values = {name: system.initial[name] for name in cone if name in system.initial}
-        for _ in range(1 if system.contract is TRUE else MOST_TRIES):
-            tried = values | _chosen(rng, system, cone, values, first=first)
-            got = every(tried)
-            if got[-1]:
-                values = tried | dict(zip(states, got, strict=False))
-                for each, value in zip(out, got[len(states) : -1], strict=True):
-                    each.append(value)
-                break
-    return out
-
-
-def _chosen(
-    rng: Random, system: System, cone: Mapping[str, T], values: Mapping[str, Any], *, first: bool
-) -> dict[str, Any]:
-    """Return new values for some of the free variables; without a value before, for all."""
-    chosen = {}
-    for name, v in cone.items():
-        kept = system.role(name) != "free" or (first and name in system.late)
-        if not kept and (name not in values or rng.random() < 0.3):
-            if name in system.likely and rng.random() < 0.7:
-                chosen[name] = _signed(v, rng.choice(system.likely[name]))
-                continue
-            turned = name in values and v.kind == INT and rng.random() < 0.5
-            chosen[name] = _one_bit_turned(rng, v, values[name]) if turned else any_value(rng, v)
-    return chosen
-
-
-def _signed(v: T, word: int) -> int:
-    """Return an unsigned word as the variable has it."""
-    return word if word <= v.hi else word - 0x10000
-
-
-def _one_bit_turned(rng: Random, v: T, value: int) -> int:
-    """Return a value near another one as words are: one bit differs, or two."""
-    bits = bits_of(v.lo, v.hi) - 1
-    turned = value ^ 1 << rng.randrange(bits) ^ (1 << rng.randrange(bits) if rng.random() < 0.3 else 0)
-    return turned if v.lo <= turned <= v.hi else value
-
-
-def any_value(rng: Random, v: T) -> Any:
-    """Return a random value of a variable; small numbers are likely."""
-    if v.kind == BOOL:
-        return rng.random() < 0.5
-    if v.kind == INT:
-        near = rng.choice((0, 1, 2, 3, 5, 10, 100, 1000, rng.randint(v.lo, v.hi)))
-        return max(v.lo, min(v.hi, near))
-    return const(rng.choice((0.0, 1.0, rng.uniform(-100, 100))), v.kind).val
+        if number and number % RESTART == 0:
+            runs.restart()
+        watched, kept = runs.scan()
+        for part, values in zip(parts, watched, strict=True):
+            part.append(values[kept])
+    return {name: np.concatenate(part) for name, part in zip(states, parts, strict=True)}
 
 
 # --- suggestions
 
 
-def _suggested(system: System, cone: Mapping[str, T], seen: Mapping[str, list[Any]]) -> Iterator[Invariant]:
+def _suggested(system: System, cone: Mapping[str, T], seen: Mapping[str, Array]) -> Iterator[Invariant]:
     small = len(seen) <= MOST_STATES
     bits = [name for name in seen if cone[name].kind == BOOL]
     yield from _of_bits(system, seen, bits[: MOST_BITS if small else FEW_BITS])
@@ -146,9 +98,9 @@ def _suggested(system: System, cone: Mapping[str, T], seen: Mapping[str, list[An
             yield from _of_number(system, name, seen)
 
 
-def _of_bits(system: System, seen: Mapping[str, list[Any]], bits: Sequence[str]) -> Iterator[Invariant]:
-    packed = {name: sum(1 << at for at, on in enumerate(seen[name]) if on) for name in bits}
-    every = (1 << len(seen[bits[0]])) - 1 if bits else 0
+def _of_bits(system: System, seen: Mapping[str, Array], bits: Sequence[str]) -> Iterator[Invariant]:
+    packed = {name: _packed(seen[name]) for name in bits}
+    every = _packed(np.ones_like(seen[bits[0]])) if bits else 0
     changing = []
     for name in bits:
         t = system.next[name]
@@ -168,17 +120,23 @@ def _of_bits(system: System, seen: Mapping[str, list[Any]], bits: Sequence[str])
                 yield Invariant(or_(a, b), f"{one} OR {other}")
 
 
-def _of_number(system: System, name: str, seen: Mapping[str, list[Any]]) -> Iterator[Invariant]:
+def _packed(truths: Array) -> int:
+    """Return truths as the bits of a number."""
+    return int.from_bytes(np.packbits(truths).tobytes())
+
+
+def _of_number(system: System, name: str, seen: Mapping[str, Array]) -> Iterator[Invariant]:
     t, values = system.next[name], seen[name]
     if name.endswith(CLOCK + "[0]"):
         yield from _of_clock(system, name)
         return
-    if not values:
+    if not len(values):
         return
-    if min(values) >= 0:
+    least, most = int(min(values)), int(max(values))
+    if least >= 0:
         yield Invariant(not_(lt(t, const(0))), f"{shown(name)} >= 0")
-    for bound in sorted({max(values), *BOUNDS}):
-        if max(values) <= bound:
+    for bound in sorted({most, *BOUNDS}):
+        if most <= bound:
             yield Invariant(not_(lt(const(bound), t)), f"{shown(name)} <= {bound}")
     stem, _, last = name.rpartition(".")
     preset = system.initial.get(f"{stem}.PRE[0]")
@@ -191,11 +149,11 @@ def _of_number(system: System, name: str, seen: Mapping[str, list[Any]]) -> Iter
                 yield Invariant(or_(not_(flag), truth), text)
 
 
-def _of_two_times(system: System, seen: Mapping[str, list[Any]]) -> Iterator[Invariant]:
+def _of_two_times(system: System, seen: Mapping[str, Array]) -> Iterator[Invariant]:
     """Suggest that one timer never runs ahead of another."""
     timed = [name for name in seen if name.endswith(".ACC[0]") and any(seen[name])][:MOST_TIMERS]
     for one, other in permutations(timed, 2):
-        if all(a <= b for a, b in zip(seen[one], seen[other], strict=True)):
+        if (seen[one] <= seen[other]).all():
             text = f"{shown(one)} <= {shown(other)}"
             yield Invariant(not_(lt(system.next[other], system.next[one])), text)
 
@@ -211,31 +169,69 @@ def _of_clock(system: System, name: str) -> Iterator[Invariant]:
 # --- which of them hold
 
 
-def _kept(system: System, candidates: list[Invariant], steps: int, *, first: bool) -> list[Invariant]:
-    """Return the candidates that the first scan keeps, or any scan after one that kept all of them."""
-    rounds = 0
-    while candidates:
-        solver = Solver(steps)
-        frame = Frame(system, solver, first=first)
+@dataclass(slots=True)
+class _Search:
+    """Asks which candidates hold; runs of the solver are judged by computing all of them."""
+
+    system: System
+    steps: int
+    spent: int = 0
+    rounds: int = 0
+
+    def kept(self, candidates: list[Invariant], *, first: bool) -> list[Invariant]:
+        """Return the candidates that the first scan keeps, or any scan after one that kept all of them."""
+        while candidates:
+            left = self._round(candidates, first=first)
+            if first or len(left) == len(candidates):
+                return left
+            candidates = left
+        return []
+
+    def _round(self, candidates: list[Invariant], *, first: bool) -> list[Invariant]:
+        solver = Solver(self.steps)
+        frame = Frame(self.system, solver, first=first)
         if not first:
             for each in candidates:
                 solver.state(frame.term(each.term))
-            frame = Frame(system, solver, frame)
-        left = [(each, frame.term(each.term)) for each in candidates]
-        while True:
-            rounds += 1
-            answer = solver.check(_some_broken(solver, [made for _, made in left]))
+            frame = Frame(self.system, solver, frame)
+        made = [frame.term(each.term) for each in candidates]
+        holds = Evaluator([each.term for each in candidates])
+        left = list(range(len(candidates)))
+        while left:
+            self.rounds += 1
+            answer = solver.check(_some_broken(solver, [made[number] for number in left]))
             if answer == UNSAT:
                 break
-            if answer != SAT or rounds > MOST_ROUNDS:
-                return []
-            left = [(each, made) for each, made in left if solver.found(made, TRUE)]
-            if not left:
-                return []
-        if first or len(left) == len(candidates):
-            return [each for each, _ in left]
-        candidates = [each for each, _ in left]
-    return []
+            if answer != SAT or self.rounds > MOST_ROUNDS:
+                left = []
+                break
+            truths = holds(self._values(frame))
+            after = [number for number in left if truths[number]]
+            if len(after) == len(left):  # the solver sees a difference that computing does not
+                after = [number for number in left if solver.found(made[number], TRUE)]
+            left = after
+        self.spent += solver.spent
+        return [candidates[number] for number in left]
+
+    def _values(self, frame: Frame) -> dict[str, Any]:
+        """Return the values of variables in the last scan that the solver chose."""
+        system, values = self.system, dict[str, Any]()
+        for each in frame:
+            values |= {name: system.initial[name] for name in system.held}
+            if each.first:
+                values |= system.initial
+            values |= each.values()
+            if each is not frame:
+                names = list(system.next)
+                values |= dict(zip(names, self._next(names)(values), strict=True))
+        return values
+
+    def _next(self, names: list[str]) -> Evaluator:
+        if self._after is None:
+            self._after = Evaluator([self.system.next[name] for name in names])
+        return self._after
+
+    _after: Evaluator | None = None
 
 
 def _some_broken(solver: Solver, made: Sequence[Any]) -> Any:

@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 import struct
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from random_terms import bench
 from scanrack.ladder.prove import terms as t
+from scanrack.ladder.prove.batch import BatchEvaluator
 from scanrack.ladder.prove.evaluation import evaluate
 
 
@@ -99,3 +101,26 @@ def test_what_is_known_is_simplified_away() -> None:
     word = t.setbit(t.var("w", t.INT, -128, 127), 3, b, 8)
     assert t.bit(word, 3) is b
     assert t.bit(word, 9) is t.bit(word, 7)
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 2**32))
+def test_many_runs_at_once_compute_what_each_alone_does(seed: int) -> None:
+    made = bench(seed)
+    roots = [term for term, _ in (*made.whole, *made.truths)]
+    batch = BatchEvaluator(roots, lanes=3)
+    lanes = [made.values, bench(seed + 1).values, bench(seed + 2).values]
+    values = {v.val: np.array([each[v.val] for each in lanes]) for v in batch.variables}
+    got = [each.tolist() for each in batch(values)]
+    for number, each in enumerate(lanes):
+        assert [column[number] for column in got] == evaluate(roots, each)
+
+
+@given(FLOATS, FLOATS)
+def test_floats_of_many_runs_are_those_of_one(x: float, y: float) -> None:
+    a, b = t.var("a", t.F32), t.var("b", t.F32)
+    roots = [t.fop(op, a, b) for op in ("fadd", "fmul", "fsub", "fdiv")]
+    roots += [t.to_int(a, "rne"), t.to_float(t.to_int(b, "rtz"), t.F32), t.lt(a, b)]
+    one = evaluate(roots, {"a": x, "b": y})
+    many = BatchEvaluator(roots, lanes=1)({"a": np.array([x], np.float32), "b": np.array([y], np.float32)})
+    assert all(u == v or (u != u and v != v) for u, v in zip(one, (each[0] for each in many), strict=True))
