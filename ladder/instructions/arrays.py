@@ -110,7 +110,7 @@ def _size(machine: Interpreter, array: Resolved, dimension: Constant, target: Pl
     else:
         store, region, first = machine.end(array)
         size = region.left(first, store) if region.whole else count_of(dims)
-    machine.put(target, converted(target.type, size))
+    machine.put(target, machine.converted(target.type, size))
 
 
 # --- AVE, STD, SRT: one dimension

@@ -15,14 +15,14 @@ from ..model.spec import Use, action
 from ..model.stretches import row_strides
 from ..model.tags import Leaf
 from ..model.types import DINT, LINT, Structure
-from ..state.regions import ArrayRegion, FieldSlice, converted, copied_singly, copy, fill, plain, region_of
+from ..state.regions import ArrayRegion, FieldSlice, converted, copied_singly, plain, region_of
 
 # --- COP, CPS: bytes from one place to another
 
 
 def _cop(machine: Interpreter, source: Resolved, target: Resolved, length: Resolved) -> None:
     origin, goal = machine.end(source), machine.end(target)
-    copy(origin, goal, machine.integer(length))
+    machine.copy(origin, goal, machine.integer(length))
 
 
 def _write_cop(rungs: RungWriter, source: Resolved, target: Resolved, length: Resolved) -> None:
@@ -201,7 +201,7 @@ def _write_slice(rungs: RungWriter, leaf: Leaf, first: int, count: int) -> str:
 
 def _fll(machine: Interpreter, source: Resolved, target: Resolved, length: Resolved) -> None:
     end = machine.end(target)
-    fill(end, machine.integer(length), machine.number(source, _width_filled(source, end[1])))
+    machine.fill(end, machine.integer(length), machine.number(source, _width_filled(source, end[1])))
 
 
 def _write_fll(rungs: RungWriter, source: Resolved, target: Resolved, length: Resolved) -> None:

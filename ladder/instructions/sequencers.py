@@ -10,7 +10,6 @@ from ..interpreter.files import Control, Elements
 from ..model.operands import Group, Place, Resolved
 from ..model.spec import WITH_CONTROL, Use, condition, on_control
 from ..model.types import DINT
-from ..state.regions import converted
 from .shifts import check_dints, set_enable
 
 # --- SQI: whether an input is as the step says
@@ -23,7 +22,7 @@ def _sqi(machine: Interpreter, table: Resolved, mask: Resolved, source: Resolved
     control.set(ER=wrong)
     if wrong:
         return False
-    wanted = int(Elements(machine, table)[position])
+    wanted = machine.whole(Elements(machine, table)[position])
     return (machine.integer(source) ^ wanted) & machine.integer(mask) == 0
 
 
@@ -53,8 +52,9 @@ def _sqo(
         control.set(EN=False)
         return
     if _step(control):
-        bits, value = machine.integer(mask), int(Elements(machine, table)[control["POS"]])
-        machine.put(target, converted(target.type, int(machine.get(target)) & ~bits | value & bits))
+        bits, value = machine.integer(mask), machine.whole(Elements(machine, table)[control["POS"]])
+        kept = machine.whole(machine.get(target)) & ~bits
+        machine.put(target, machine.converted(target.type, kept | value & bits))
 
 
 def _sql(machine: Interpreter, power: bool, table: Resolved, source: Resolved, group: Group) -> None:
@@ -63,7 +63,7 @@ def _sql(machine: Interpreter, power: bool, table: Resolved, source: Resolved, g
     if not power:
         control.set(EN=False)
     elif _step(control) and rises:
-        Elements(machine, table)[control["POS"]] = converted(DINT, machine.integer(source))
+        Elements(machine, table)[control["POS"]] = machine.converted(DINT, machine.integer(source))
 
 
 # --- the rows

@@ -15,7 +15,6 @@ from ..model.operand_checks import OperandError, described
 from ..model.operands import Group, Place, Resolved, width_moved
 from ..model.spec import IN_RUNGS, Spec, Use, always, on_control
 from ..model.types import DINT, Elementary
-from ..state.regions import converted
 
 # --- BSL, BSR: all bits of the DINTs that LEN reaches move by one
 
@@ -47,8 +46,8 @@ def _move_bits(machine: Interpreter, array: Resolved, control: Control, source: 
         control.set(DN=True, POS=0)
         return
     words = -(-length // DINT.bits)
-    value = sum((int(elements[word]) & 0xFFFF_FFFF) << DINT.bits * word for word in range(words))
-    new, last = int(machine.get(source)), length - 1
+    value = sum((machine.whole(elements[word]) & 0xFFFF_FFFF) << DINT.bits * word for word in range(words))
+    new, last = machine.whole(machine.get(source)), length - 1
     if left:
         unloaded, value = value >> last & 1, value << 1 | new
     else:
@@ -119,7 +118,7 @@ def _store_item(machine: Interpreter, source: Resolved, queue: Elements, number:
         queue.put(number, Elements(machine, source).take(0))
     else:
         assert isinstance(queue.type, Elementary)
-        queue[number] = converted(queue.type, machine.number(source, width_moved(source, queue.type)))
+        queue[number] = machine.converted(queue.type, machine.number(source, width_moved(source, queue.type)))
 
 
 # --- FFU, LFU: the first or the last element, 0 if there is none
@@ -146,7 +145,7 @@ def _unload(first: bool) -> Callable[[Interpreter, bool, Resolved, Resolved, Gro
 def _deliver(machine: Interpreter, queue: Elements, number: int | None, target: Resolved) -> None:
     """Write an element to the target; None writes 0."""
     if isinstance(target, Place) and target.type != queue.type:
-        machine.put(target, converted(target.type, 0 if number is None else queue[number]))
+        machine.put(target, machine.converted(target.type, 0 if number is None else queue[number]))
         return
     into = Elements(machine, target)
     into.put(0, bytes(len(into.take(0))) if number is None else queue.take(number))

@@ -13,9 +13,7 @@ from ..model.operand_checks import is_string
 from ..model.operands import Group, Place, Resolved, StringConstant, is_integer, width_of
 from ..model.spec import Spec, Use, action
 from ..model.types import DINT
-from ..state.characters import FUNCTIONS, fits, too_long
-from ..state.memory import set_text_in
-from ..state.regions import converted
+from ..state.characters import fits, too_long
 
 
 def _room(operand: Group) -> int:
@@ -27,7 +25,7 @@ def _read(machine: Interpreter, operand: Resolved) -> bytes | None:
     if isinstance(operand, Group):
         length, room = machine.get(operand.length), _room(operand)
         if length > room:
-            too_long(machine.fault_log, machine.site, operand.text, int(length), room)
+            too_long(machine.fault_log, machine.site, operand.text, machine.whole(length), room)
             return None
     return machine.text(operand)
 
@@ -51,24 +49,24 @@ def _row(
         width: in which it computes numbers; None for their own.
         code: of the fault if the result is too long.
     """
-    function, typed = FUNCTIONS[name], found is _put_number
+    typed = found is _put_number
 
     def run(machine: Interpreter, *operands: Resolved) -> None:
         *sources, target = operands
         values = [_value(machine, each, width) for each in sources]
-        if None in values:
+        if any(each is None for each in values):
             return
         kind = [target.type, target.text] if typed and isinstance(target, Place) else []
-        result = function(machine.fault_log, machine.site, *values, *kind)
+        result = machine.characters(name)(machine.fault_log, machine.site, *values, *kind)
         if result is None:
             return
         if isinstance(target, Place):
             assert found is not None
             found(machine, target, result)
         elif isinstance(target, Group):
-            place = machine.string(target)
+            machine.string(target)  # a subscript out of range comes first
             if fits(machine.fault_log, machine.site, target.text, result, _room(target), code):
-                set_text_in(*place, result)
+                machine.set_text(target, result)
 
     def write(rungs: RungWriter, *operands: Resolved) -> None:
         in_bytes = all(_in_bytes(rungs, each) for each in operands if isinstance(each, Group))
@@ -121,7 +119,7 @@ def _in_bytes(rungs: RungWriter, operand: Group) -> bool:
 
 
 def _put(machine: Interpreter, target: Place, result: int) -> None:
-    machine.put(target, converted(target.type, result))
+    machine.put(target, machine.converted(target.type, result))
 
 
 def _put_number(machine: Interpreter, target: Place, result: int | float) -> None:

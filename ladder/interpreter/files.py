@@ -6,7 +6,6 @@ from ..model.operand_checks import array_of
 from ..model.operands import Group, Resolved
 from ..model.types import DataType, count_of
 from ..state.memory import Value
-from ..state.regions import put, take
 from .values import PlaceValues
 
 
@@ -74,10 +73,10 @@ class Elements:
         """Set an element to a value of its type."""
         self._store.write(self._region.parts[0].leaf, self._at(number), value)
 
-    def take(self, number: int) -> bytes:
-        """Return an element of any type as bytes."""
-        return take(self._store, self._region, self._at(number), 1)
+    def take(self, number: int, count: int = 1) -> bytes:
+        """Return elements of any type as bytes."""
+        return self._machine.take_bytes(self._store, self._region, self._at(number), count)
 
-    def put(self, number: int, data: bytes) -> None:
-        """Set an element of any type from bytes."""
-        put(self._store, self._region, self._at(number), 1, data)
+    def put(self, number: int, data: bytes, count: int = 1) -> None:
+        """Set elements of any type from bytes."""
+        self._machine.put_bytes(self._store, self._region, self._at(number), count, data)

@@ -276,8 +276,7 @@ class Interpreter(PlaceValues):
     def value(self, operand: Resolved) -> Passed:
         """Return a value to pass to a routine; of a structure or an array its bytes."""
         if isinstance(operand, Group):
-            elements = Elements(self, operand)
-            return b"".join(map(elements.take, range(count_of(operand.dims))))
+            return Elements(self, operand).take(0, count_of(operand.dims))
         return operand.value if isinstance(operand, Constant) else self.get(place_of(operand))
 
     def take(self, places: Sequence[Place | Group], values: Sequence[Passed]) -> None:
@@ -291,13 +290,11 @@ class Interpreter(PlaceValues):
 
     def _take_group(self, group: Group, data: Passed) -> None:
         """Set a structure or an array from the bytes of another one of its type."""
-        elements, count = Elements(self, group), count_of(group.dims)
-        size = size_of(group.type)
+        count, size = count_of(group.dims), size_of(group.type)
         if not isinstance(data, bytes) or len(data) != size * count:
             text = f"a routine in Python returned {data!r} for {group.text}"
             raise LadderError(f"{text}, which takes {size * count} bytes")
-        for number in range(count):
-            elements.put(number, data[number * size : (number + 1) * size])
+        Elements(self, group).put(0, data, count)
 
     def copy_parameters(self, copies: tuple[tuple[Node, ...], ...], *, prescan: bool = False) -> None:
         """Run the rungs that copy parameters; in prescan, skip a subscript out of range."""

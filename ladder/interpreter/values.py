@@ -21,10 +21,11 @@ from ..model.operands import (
 from ..model.operators import BITWISE, FUNCTIONS, RELATIONS
 from ..model.tags import Layout, Leaf
 from ..model.types import DINT, Elementary
+from ..state.characters import FUNCTIONS as CHARACTERS
 from ..state.fault_log import FaultLog
 from ..state.lowered import LoweredProgram
 from ..state.memory import Memory, Store, Value, set_text_in, text_in
-from ..state.regions import ArrayRegion, End, converted, region_of
+from ..state.regions import ArrayRegion, End, converted, copy, fill, put, region_of, take
 
 MOST_REGIONS = 1 << 16
 """Maximum regions of operands that are remembered."""
@@ -109,6 +110,31 @@ class PlaceValues:
     def converted(self, kind: Elementary, value: Value) -> Value:
         """Return a number converted to a type, without flags and faults."""
         return converted(kind, value)
+
+    def copy(self, source: End, target: End, length: int) -> None:
+        """Copy bytes for `length` elements of the target, up to the end of either array."""
+        copy(source, target, length)
+
+    def fill(self, target: End, length: int, value: Value) -> None:
+        """Set elements, up to the end of the array, each member to the value."""
+        fill(target, length, value)
+
+    def take_bytes(self, store: Store, region: ArrayRegion, first: int, count: int) -> bytes:
+        """Return elements as bytes."""
+        return take(store, region, first, count)
+
+    def put_bytes(self, store: Store, region: ArrayRegion, first: int, count: int, data: bytes) -> None:
+        """Set elements from bytes."""
+        put(store, region, first, count, data)
+
+    def bytes_of(self, value: int, size: int) -> bytes:
+        """Return the low bytes of an integer, the lowest first, padded with 0."""
+        low = (value & (1 << 64) - 1).to_bytes(8, "little")
+        return low.ljust(size, b"\0")[:size]
+
+    def integer_in(self, data: bytes) -> int:
+        """Return the integer in bytes, the lowest first, without a sign."""
+        return int.from_bytes(data, "little")
 
     def start_clock(self, since: Place) -> None:
         """Set a hidden place to the current instant."""
@@ -234,6 +260,10 @@ class PlaceValues:
     def set_text(self, target: Group, value: bytes) -> None:
         """Set a string to characters, truncated to its size."""
         set_text_in(*self.string(target), value)
+
+    def characters(self, name: str) -> Callable[..., Any]:
+        """Return what a string instruction computes."""
+        return CHARACTERS[name]
 
     def string(self, operand: Group) -> tuple[Store, Layout, str, int]:
         """Return where a string is."""

@@ -19,7 +19,8 @@ from typing import Any
 from ...io_images.site import Site
 from ..model.operands import Group, Place, Resolved, leaves_in
 from ..model.spec import InstructionKind, Use
-from ..model.tags import OVERRIDE, Leaf
+from ..model.tags import OVERRIDE, OWN, Leaf
+from ..model.types import HIDDEN, leaves_of
 from ..state.lowered import (
     AddOnCall,
     Arms,
@@ -56,6 +57,9 @@ _READ = frozenset(
     )
 )
 """Uses of operands that an instruction does not write."""
+
+_NEVER_WRITTEN = {Use.TIMER: (".PRE",), Use.COUNTER: (".PRE",), Use.CONTROL: (".LEN",)}
+"""Members that an instruction of that use only reads."""
 
 _REFUSED = (NotModelled, TypeError, AttributeError, KeyError, ValueError, IndexError, ArithmeticError)
 """What a row on terms raises if it does something that has none."""
@@ -188,21 +192,17 @@ class ScanMachine(TermValues):
     def _havoc_operands(self, step: LoweredStep) -> None:
         uses = step.uses
         for number, operand in enumerate(step.operands):
-            use = uses[number] if number < len(uses) else None
+            use = uses[number] if number < len(uses) else Use.ANYTHING
             if use not in _READ and isinstance(operand, (Place, Group)):
-                for leaf in leaves_in(operand):
-                    self.havoc(self._in_program(leaf))
+                for leaf in (*leaves_in(operand), *hidden_in(operand)):
+                    if not leaf.path.upper().endswith(_NEVER_WRITTEN.get(use, ())):
+                        self.havoc(self._in_program(leaf))
 
     def _in_program(self, leaf: Leaf) -> Leaf:
         """Return the leaf that an add-on instruction's leaf stands for."""
         if not leaf.root:
             return leaf
         return self.lowered.layout.leaf(self.frame[leaf.root].path + leaf.rest)  # type: ignore[attr-defined]
-
-    def havoc(self, leaf: Leaf) -> None:
-        """Let all elements of a leaf be anything where the current step is reached."""
-        for index in range(leaf.size):
-            self.poke(leaf, index, self.unknown_of(leaf.type))
 
     # --- routines
 
@@ -288,18 +288,40 @@ class ScanMachine(TermValues):
         """Copy in, run the routine for the rung's state if there is one, copy out."""
         site, after = self.site, FALSE
         self._copies(call.inputs)
-        self.put(call.enable_in, self.symbol(power))
-        self.put(call.enable_out, self.symbol(power))
+        self._put_power(call, power)
         for routine, condition in ((call.logic, power), (call.otherwise, not_(power))):
             if routine is None or condition is FALSE:
                 continue
             with self.when(condition):
-                with self.within(call):
-                    self.call_routine(routine, ())
+                self._run_add_on(call, routine)
                 self.site = site
                 self._copies(call.outputs)
-            after = or_(after, and_(condition, term_of(self.get(call.enable_out), BOOL)))
+                done = self.on_paths(lambda: self.get(call.enable_out))
+            after = or_(after, and_(condition, done))
         return after
+
+    def _put_power(self, call: AddOnCall, power: T) -> None:
+        def put() -> None:
+            self.put(call.enable_in, self.symbol(power))
+            self.put(call.enable_out, self.symbol(power))
+
+        self.on_paths(put)
+
+    def _run_add_on(self, call: AddOnCall, routine: str) -> None:
+        """Run a routine on the instance and the arguments of a call."""
+        frames: list[dict[str, Any]] = []
+
+        def look() -> None:
+            frame = {name: self.handed(operand) for name, operand in call.handed.items()}
+            frames.append({**frame, OWN: self.handed(call.instance)})
+
+        self.on_paths(look)
+        if len(frames) > 1:
+            raise NotModelled("arguments that depend on the path")
+        outer = self.frame
+        for self.frame in frames:  # none if all paths fault
+            self.call_routine(routine, ())
+        self.frame = outer
 
     def _copies(self, copies: tuple[tuple[Node, ...], ...]) -> None:
         site, inputs = self.site, self.inputs
@@ -376,3 +398,11 @@ class ScanMachine(TermValues):
         """Take the selector of a CASE."""
         self.selected = value()
         return power
+
+
+def hidden_in(operand: Place | Group) -> Iterator[Leaf]:
+    """Yield the hidden leaves of a structure, at any depth."""
+    if isinstance(operand, Group):
+        for path, _, _ in leaves_of(operand.type):
+            if path.rpartition(".")[2].startswith(HIDDEN):
+                yield operand.layout.leaf(f"{operand.path}.{path}")

@@ -47,23 +47,17 @@ class TermMemory:
         values = self._values
         if not isinstance(index, Symbol):
             return values.symbol(values.peek(leaf, index))
-        found = [values.peek(leaf, at) for at in self._elements(leaf, index)]
-        return values.symbol(chosen(found, index.t))
+        number, places = _choices(leaf, index.t)
+        return values.symbol(chosen([values.peek(leaf, at) for at in places], number))
 
     def write(self, leaf: Leaf, index: Any, value: Any) -> None:
         """Set a value of the leaf's type."""
         if not isinstance(index, Symbol):
             self._values.poke(leaf, index, term_of(value))
             return
-        for at in self._elements(leaf, index):
-            self._values.poke(leaf, at, term_of(value), eq(index.t, const(at)))
-
-    @staticmethod
-    def _elements(leaf: Leaf, index: Symbol) -> range:
-        first, last = max(0, index.t.lo), min(leaf.size - 1, index.t.hi)
-        if last - first >= MOST_ELEMENTS:
-            raise NotModelled(f"a computed subscript among {last - first + 1} elements")
-        return range(first, last + 1)
+        number, places = _choices(leaf, index.t)
+        for k, at in enumerate(places):
+            self._values.poke(leaf, at, term_of(value), eq(number, const(k)))
 
     def column(self, *_where: object) -> None:
         """No places are in a list."""
@@ -76,7 +70,7 @@ class TermMemory:
         t = term_of(word, INT)
         if not isinstance(number, Symbol):
             return self._values.symbol(bit(t, number))
-        found = [bit(t, k) for k in range(number.t.lo, number.t.hi + 1)]
+        found = [bit(t, k) for k in range(number.t.hi + 1)]
         return self._values.symbol(chosen(found, number.t))
 
     def with_bit(self, word: Any, number: Any, truth: Any, kind: Elementary) -> Any:
@@ -93,9 +87,25 @@ class TermMemory:
         raise NotModelled(f"memory is used by its {name}")
 
 
-def chosen(values: list[T], index: T) -> T:
-    """Return the value of a number; the first is that of its lowest value, or of 0 if that is negative."""
-    number, k = sub(index, const(max(0, index.lo))), 0
+def _choices(leaf: Leaf, index: T) -> tuple[T, range]:
+    """Return the elements that an index may name, and a term for which of them, from 0."""
+    number, step, begin = index, 1, 0
+    if number.op == "add" and number.args[1].op == "const":
+        number, begin = number.args[0], number.args[1].val
+    if number.op == "mul" and number.args[1].op == "const" and number.args[1].val > 0:
+        number, step = number.args[0], number.args[1].val
+    first = max(number.lo, -(begin // step))
+    last = min(number.hi, (leaf.size - 1 - begin) // step)
+    if last - first >= MOST_ELEMENTS:
+        raise NotModelled(f"a computed subscript among {last - first + 1} elements")
+    if last < first:
+        return const(0), range(begin % step, begin % step + 1)
+    return sub(number, const(first)), range(begin + first * step, begin + last * step + 1, step)
+
+
+def chosen(values: list[T], number: T) -> T:
+    """Return the value of a number; one beyond them is not asked for."""
+    k = 0
     while len(values) > 1:
         truth = bit(number, k)
         pairs = [values[at : at + 2] for at in range(0, len(values), 2)]

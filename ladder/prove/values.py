@@ -7,15 +7,19 @@ from typing import Any
 
 from ...io_images.site import Site
 from ..interpreter import Interpreter
+from ..model.errors import STRING_NUMBER_CODE
 from ..model.operands import SINGLE, Calculation, Group, Place, Resolved, is_truth
 from ..model.operators import RELATIONS
 from ..model.tags import Leaf
-from ..model.types import BOOL as BOOL_TYPE
-from ..model.types import Elementary
+from ..model.types import ULINT, Elementary, Field
 from ..state.lowered import LoweredProgram
+from ..state.memory import Store
+from ..state.regions import ArrayRegion, End
+from .copies import Regions
 from .faults import TermFaults
 from .meaning import BOOL, F32, F64, INT
 from .paths import Faulted, Paths, faults_of, merged, result_of, written_by
+from .patterns import Byte, constant_bytes, unpack
 from .places import AGE, CLOCK, Key, TermArgument, TermMemory, kind_of
 from .symbols import FLOATS, NotModelled, Symbol, term_of, truth_of, whole_of
 from .terms import (
@@ -25,6 +29,7 @@ from .terms import (
     add,
     and_,
     bitop,
+    clip,
     const,
     div,
     eq,
@@ -46,6 +51,7 @@ from .terms import (
     var,
     wrap,
 )
+from .texts import Text, digits, number_in
 
 _FAR = 2.0**62
 """Floats from here on have no exact term as a whole number."""
@@ -65,9 +71,12 @@ class TermValues(Interpreter):
         self.written: set[Key] = set()
         self.havocs: dict[str, Site] = {}  # variables for what is not modelled, and the instruction
         self.faults: list[tuple[int, T]] = []  # major faults: number of the instruction, condition
+        self._lost: dict[str, list[T]] = {}  # where all of a leaf has become unknown, by path in capitals
+        self._lost_by: dict[int, Site] = {}
+        self._asked: dict[str, list[int]] = {}  # elements with a variable, by path in capitals
         self.active: T = TRUE
         self.dt = var("~dt", INT, *dt)
-        self.paths = Paths()
+        self.paths, self.regions = Paths(), Regions(self)
         faults = TermFaults(self)
         super().__init__(lowered, TermMemory(self, lowered.layout), faults, _no_python)  # type: ignore[arg-type]
 
@@ -103,8 +112,23 @@ class TermValues(Interpreter):
             now = least(add(own, self.dt), AGE)
         else:
             own = now = var(name, *kind_of(leaf.type))
+        for lost in self._lost.get(key[0], ()):
+            now = ite(lost, self.unknown_of(leaf, self._lost_by[lost.id]), now)
+            self.written.add(key)
+        self._asked.setdefault(key[0], []).append(key[1])
         self.vars[key], self.kinds[key], self.state[key] = own, leaf, now
         return now
+
+    def havoc(self, leaf: Leaf) -> None:
+        """Let all elements of a leaf be anything where the current instruction is reached.
+
+        Those that nothing has asked for so far become unknown once something does.
+        """
+        path = leaf.path.upper()
+        for index in self._asked.get(path, ()):
+            self.poke(leaf, index, self.unknown_of(leaf))
+        self._lost.setdefault(path, []).append(self.active)
+        self._lost_by[self.active.id] = self.lowered.sites[self.site]
 
     def poke(self, leaf: Leaf, index: int, t: T, guard: T = TRUE) -> None:
         """Set a place where the guard holds, to a value of its type."""
@@ -190,6 +214,22 @@ class TermValues(Interpreter):
             return self.symbol(wrap(whole_of(value.t), kind.wraps))
         return self.symbol(self._rounded_to(value.t, kind)[0])
 
+    def copy(self, source: End, target: End, length: Any) -> None:
+        """Copy bytes for `length` elements of the target, up to the end of either array."""
+        self.regions.copy(source, target, length)
+
+    def fill(self, target: End, length: Any, value: Any) -> None:
+        """Set elements, up to the end of the array, each member to the value."""
+        self.regions.fill(target, length, value)
+
+    def take_bytes(self, store: Store, region: ArrayRegion, first: Any, count: Any) -> Any:
+        """Return elements as bytes."""
+        return self.regions.take(store, region, first, count)
+
+    def put_bytes(self, store: Store, region: ArrayRegion, first: Any, count: Any, data: Any) -> None:
+        """Set elements from bytes."""
+        self.regions.put(store, region, first, count, data)
+
     def start_clock(self, since: Place) -> None:
         """Begin to measure the time in a hidden place."""
         self.put(since, 0)
@@ -212,9 +252,13 @@ class TermValues(Interpreter):
         self.havocs[found.val] = self.lowered.sites[self.site]
         return found
 
-    def unknown_of(self, kind: Elementary) -> T:
-        """Return a new variable of a type."""
-        return self.unknown(*kind_of(kind))
+    def unknown_of(self, leaf: Leaf, site: Site | None = None) -> T:
+        """Return a new variable for a leaf, with the instruction to blame, by default the current one."""
+        is_clock = leaf.path.upper().endswith(CLOCK)
+        found = self.unknown(*((INT, 0, AGE) if is_clock else kind_of(leaf.type)))
+        if site is not None:
+            self.havocs[found.val] = site
+        return found
 
     # --- computing
 
@@ -303,7 +347,8 @@ class TermValues(Interpreter):
         lost = or_(big, not_(eq(found, exact)))
         if t.kind == F64 or kind.bits > 32:
             far = and_(big, is_finite(t))
-            found, lost = ite(far, self.unknown_of(kind), found), ite(far, self.unknown_of(BOOL_TYPE), lost)
+            found = ite(far, self.unknown(*kind_of(kind)), found)
+            lost = ite(far, self.unknown(BOOL), lost)
         return found, lost
 
     def _cut(self, t: T) -> T:
@@ -314,13 +359,70 @@ class TermValues(Interpreter):
 
     # --- comparing
 
-    def text(self, _operand: Resolved) -> bytes:
-        """Refuse strings."""
-        raise NotModelled("a string")
+    def text(self, operand: Resolved) -> Any:
+        """Return the characters of a string."""
+        if not isinstance(operand, Group):
+            return super().text(operand)
+        store, layout, path, at = self.string(operand)
+        data, counter = (layout.leaf(f"{path}.{name}") for name in ("DATA", "LEN"))
+        room: int = data.dims[-1]
+        codes = [term_of(store.read(data, at * room + number), INT) for number in range(room)]
+        length = clip(term_of(store.read(counter, at), INT), 0, room)
+        return Text(self.symbol, length, [bitop("band", each, const(0xFF)) for each in codes])
 
-    def set_text(self, _target: Group, _value: bytes) -> None:
-        """Refuse strings."""
-        raise NotModelled("a string")
+    def set_text(self, target: Group, value: Any) -> None:
+        """Set a string to characters, truncated to its size and padded with 0."""
+        store, layout, path, at = self.string(target)
+        data, counter = (layout.leaf(f"{path}.{name}") for name in ("DATA", "LEN"))
+        room: int = data.dims[-1]
+        text = Text.of(self.symbol, value)
+        length = least(text.length, room)
+        store.write(counter, at, self.symbol(length))
+        for number in range(room):
+            code = ite(lt(const(number), length), wrap(text.at(number), data.type.wraps), const(0))
+            store.write(data, at * room + number, self.symbol(code))
+
+    def characters(self, name: str) -> Callable[..., Any]:
+        """Return what a string instruction computes."""
+        if name == "DTOS":
+            return lambda _faults, _site, value: digits(self.symbol, self._nearest(value))
+        if name == "STOD":
+            return self._stod
+        return super().characters(name)
+
+    def _stod(self, _faults: Any, _site: int, text: Any, kind: Elementary, name: str) -> Any:
+        """Return the first integer as a value of a type; None of an empty string."""
+        if not text:
+            return None
+        exact, is_exact = number_in(Text.of(self.symbol, text))
+        if kind.is_integer:
+            stored = term_of(self.converted(kind, self.symbol(exact)), INT)
+            fit = and_(is_exact, eq(stored, exact))
+        else:
+            stored, fit = to_float(to_float(exact, F64), kind_of(kind)[0]), is_exact
+        stored = ite(is_exact, stored, self.unknown(*kind_of(kind)))
+        if not self.paths.decide(fit):
+            self.fault_log.record(self.site, name, STRING_NUMBER_CODE)
+        return self.symbol(stored)
+
+    def bytes_of(self, value: Any, size: int) -> Any:
+        """Return the low bytes of an integer, the lowest first, padded with 0."""
+        if not isinstance(value, Symbol):
+            return super().bytes_of(value, size)
+        t = term_of(value, INT)
+        return [*(Byte(t, at) for at in range(min(8, size))), *(Byte(const(0)) for _ in range(size - 8))]
+
+    def integer_in(self, data: Any) -> Any:
+        """Return the integer in bytes, the lowest first, without a sign."""
+        if isinstance(data, bytes):
+            return super().integer_in(data)
+        data = [*data, *constant_bytes(bytes(8 - len(data)))]
+        return self.symbol(unpack(data, 0, Field("", ULINT, 0), self.unknown))
+
+    def _nearest(self, value: Any) -> Any:
+        if self.is_float(value):
+            raise NotModelled("the text of a floating-point number")
+        return value
 
     def condition(self, condition: Resolved) -> Any:
         """Return the value of a condition; all parts are computed."""

@@ -26,7 +26,7 @@ from ...model.tags import program_of
 from ...model.tree import Address, MemberStep, Operand
 from ...model.types import HIDDEN
 from ...state.lowered import OperandResolver
-from ...state.regions import End, put, take
+from ...state.regions import End
 from .objects import OBJECTS, StoredValue, stored_value
 
 THIS = "THIS"
@@ -205,12 +205,11 @@ def _kept(kind: str, name: str, kept: StoredValue) -> Attribute:
 
     def read(machine: Interpreter, instance: str) -> bytes:
         leaf = machine.lowered.layout.leaf(_path(kind, instance, name))
-        value = int(machine.memory.read(leaf)) & (1 << 64) - 1
-        return value.to_bytes(8, "little").ljust(kept.size, b"\0")[: kept.size]
+        return machine.bytes_of(machine.whole(machine.memory.read(leaf)), kept.size)
 
     def write(machine: Interpreter, instance: str, data: bytes) -> None:
         leaf = machine.lowered.layout.leaf(_path(kind, instance, name))
-        number = int.from_bytes(data[: min(8, kept.size)], "little")
+        number = machine.integer_in(data[: min(8, kept.size)])
         machine.memory.write(leaf, 0, wrap(number, 64))
 
     return Attribute(read, write if kept.set else None)
@@ -270,7 +269,7 @@ def _member(resolver: OperandResolver, tag: Address, name: str) -> Place:
 def _read(machine: Interpreter, kind: str, instance: str | Place, name: str) -> bytes:
     if isinstance(instance, Place):
         store, region, first = machine.end(instance)
-        return take(store, region, first, 1)
+        return machine.take_bytes(store, region, first, 1)
     attribute = _attribute(kind, name)
     assert attribute is not None
     return attribute.read(machine, instance)
@@ -289,18 +288,18 @@ def _gsv(machine: Interpreter, kind: str, instance: str | Place, name: str, targ
     room = count * region.size
     data = data[:room]
     if len(data) < room:
-        data += take(store, region, first, count)[len(data) :]
-    put(store, region, first, count, data)
+        data += machine.take_bytes(store, region, first, count)[len(data) :]
+    machine.put_bytes(store, region, first, count, data)
 
 
 def _ssv(machine: Interpreter, kind: str, instance: str | Place, name: str, source: Place | Group) -> None:
     store, region, first = end = machine.end(source)
     size = len(_read(machine, kind, instance, name))
-    data = take(store, region, first, _count(end, size))[:size]
+    data = machine.take_bytes(store, region, first, _count(end, size))[:size]
     if isinstance(instance, Place):
         store, region, first = machine.end(instance)
         if len(data) == size:
-            put(store, region, first, 1, data)
+            machine.put_bytes(store, region, first, 1, data)
         return
     attribute = _attribute(kind, name)
     assert attribute is not None

@@ -1,0 +1,141 @@
+"""Regions of a scan on terms: copies and fillings, see `state.regions`.
+
+The first element and the number of elements may be terms: an element is then copied where its number is below
+the count.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from ..state.memory import Store
+from ..state.regions import ArrayRegion, End
+from .meaning import INT
+from .patterns import Pattern, constant_bytes, pack, unpack
+from .places import kind_of
+from .symbols import NotModelled, Symbol, term_of
+from .terms import const, ite, lt
+
+if TYPE_CHECKING:
+    from .values import TermValues
+
+MOST_COPIED = 4096
+"""Maximum values of a copy."""
+
+
+class Regions:
+    """Copies of a scan on terms."""
+
+    def __init__(self, values: TermValues) -> None:
+        self._values = values
+
+    def copy(self, source: End, target: End, length: Any) -> None:
+        """Copy bytes for `length` elements of the target, up to the end of either array."""
+        if _alike(source[1], target[1]):
+            self._copy_fields(source, target, length)
+        else:
+            self._copy_bytes(source, target, length)
+
+    def fill(self, target: End, length: Any, value: Any) -> None:
+        """Set elements, up to the end of the array, each member to the value."""
+        store, region, first = target
+        count = self._least(length, region.left(first, store))
+        for number in range(_most(count, region)):
+            for part in region.parts:
+                index = (first + number) * part.per_element + part.field.index
+                filling = self._values.converted(part.leaf.type, value)
+                self._write(store, part.leaf, index, filling, number, count)
+
+    def take(self, store: Store, region: ArrayRegion, first: Any, count: Any) -> Pattern:
+        """Return elements as bytes."""
+        found: Pattern = [None] * (_known(count, region) * region.size)
+        for number in range(_known(count, region)):
+            for part in region.parts:
+                value = store.read(part.leaf, (first + number) * part.per_element + part.field.index)
+                t = term_of(value, kind_of(part.leaf.type)[0])
+                pack(found, number * region.size + part.field.offset, part.field, t)
+        return found
+
+    def put(self, store: Store, region: ArrayRegion, first: Any, count: Any, data: Any) -> None:
+        """Set elements from bytes."""
+        cells = constant_bytes(data) if isinstance(data, bytes) else data
+        for number in range(_known(count, region)):
+            for part in region.parts:
+                offset = number * region.size + part.field.offset
+                t = unpack(cells, offset, part.field, self._values.unknown)
+                index = (first + number) * part.per_element + part.field.index
+                store.write(part.leaf, index, self._values.symbol(t))
+
+    # --- both ways to copy
+
+    def _copy_fields(self, source: End, target: End, length: Any) -> None:
+        origin, region, first = source
+        goal, into, at = target
+        count = self._least(self._least(length, into.left(at, goal)), region.left(first, origin))
+        pairs = list(zip(region.parts, into.parts, strict=True))
+        numbers = range(_most(count, into))
+        taken = [
+            origin.read(part.leaf, (first + number) * part.per_element + part.field.index)
+            for number in numbers
+            for part, _ in pairs
+        ]
+        values = iter(taken)
+        for number in numbers:
+            for _, part in pairs:
+                index = (at + number) * part.per_element + part.field.index
+                self._write(goal, part.leaf, index, next(values), number, count)
+
+    def _copy_bytes(self, source: End, target: End, length: Any) -> None:
+        origin, region, first = source
+        goal, into, at = target
+        count = _known(self._least(length, into.left(at, goal)), into)
+        if count <= 0:
+            return
+        wanted = count * into.size
+        taken = _known(self._least(-(-wanted // region.size), region.left(first, origin)), region)
+        data = self.take(origin, region, first, taken)[:wanted]
+        if len(data) < wanted:
+            data += self.take(goal, into, at, count)[len(data) :]
+        self.put(goal, into, at, count, data)
+
+    def _write(self, store: Store, leaf: Any, index: Any, value: Any, number: int, count: Any) -> None:
+        """Write a value of an element if its number is below the count."""
+        if isinstance(count, Symbol) and number >= count.t.lo:
+            kept = store.read(leaf, index)
+            kind = kind_of(leaf.type)[0]
+            new, old = term_of(value, kind), term_of(kept, kind)
+            value = self._values.symbol(ite(lt(const(number), count.t), new, old))
+        store.write(leaf, index, value)
+
+    def _least(self, a: Any, b: Any) -> Any:
+        """Return the smaller of two numbers."""
+        one, other = term_of(a, INT), term_of(b, INT)
+        if one.hi <= other.lo:
+            return a
+        if other.hi <= one.lo:
+            return b
+        return self._values.symbol(ite(lt(one, other), one, other))
+
+
+def _alike(a: ArrayRegion, b: ArrayRegion) -> bool:
+    """Whether elements of both have the same values at the same bytes."""
+    return a.size == b.size and _shape(a) == _shape(b)
+
+
+def _shape(region: ArrayRegion) -> list[tuple[Any, ...]]:
+    fields = (part.field for part in region.parts)
+    return [(each.type, each.offset, each.bit) for each in fields]
+
+
+def _most(count: Any, region: ArrayRegion) -> int:
+    """Return the most elements that a count may be."""
+    most: int = count.t.hi if isinstance(count, Symbol) else count
+    if most * len(region.parts) > MOST_COPIED:
+        raise NotModelled(f"a copy of {most} elements of {len(region.parts)} values")
+    return max(0, most)
+
+
+def _known(count: Any, region: ArrayRegion) -> int:
+    if isinstance(count, Symbol):
+        raise NotModelled("a copy of a computed length between types")
+    return _most(count, region)

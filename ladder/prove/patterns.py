@@ -1,0 +1,122 @@
+"""Bytes of terms, for copies between types: which byte of which value each one is.
+
+A value that arrives whole at a place of its own type is that value; else its bytes are put together. Bytes of
+a float that arrive elsewhere, and those in gaps between members, are unknown.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+from ..model.types import Elementary, Field
+from .meaning import BOOL, F32, INT
+from .places import kind_of
+from .symbols import FLOATS, truth_of, whole_of
+from .terms import FALSE, T, add, bit, bitop, const, eq, mul, not_, setbit, shr, wrap
+
+Unknown = Callable[[str, int, int], T]
+"""Makes a variable of a kind and an interval."""
+
+
+class Byte(NamedTuple):
+    """Byte `at` of a value, from its low end."""
+
+    t: T
+    at: int = 0
+
+
+class Bits(NamedTuple):
+    """A byte of eight truths, the lowest first."""
+
+    truths: tuple[T, ...]
+
+
+Pattern = list[Byte | Bits | None]
+"""Bytes; None in a gap."""
+
+
+def constant_bytes(data: bytes) -> Pattern:
+    """Return known bytes."""
+    return [Byte(const(each)) for each in data]
+
+
+def pack(into: Pattern, offset: int, field: Field, t: T) -> None:
+    """Put a value at its place in bytes."""
+    if field.bit is not None:
+        known = into[offset]
+        truths = list(known.truths if isinstance(known, Bits) else (FALSE,) * 8)
+        truths[field.bit] = truth_of(t)
+        into[offset] = Bits(tuple(truths))
+        return
+    for at in range(max(1, field.type.bits // 8)):
+        into[offset + at] = Byte(t, at)
+
+
+def unpack(cells: Sequence[Byte | Bits | None], offset: int, field: Field, unknown: Unknown) -> T:
+    """Return the value at a place in bytes."""
+    if field.bit is not None:
+        return _bit_of(cells[offset], field.bit, unknown)
+    kind, count = field.type, max(1, field.type.bits // 8)
+    here = cells[offset : offset + count]
+    if kind.is_bool:
+        return not_(eq(_number(here[0], unknown), const(0)))
+    whole = _slice_of(here)
+    if kind.is_real or kind.is_double:
+        return _float(here, whole, kind, unknown)
+    if whole is not None and whole.t.kind == INT:
+        return wrap(shr(whole.t, 8 * whole.at), kind.wraps)
+    found = const(0)
+    for at, each in enumerate(here):
+        found = add(found, mul(_number(each, unknown), const(1 << 8 * at)))
+    return wrap(found, kind.wraps)
+
+
+def _slice_of(here: Sequence[Byte | Bits | None]) -> Byte | None:
+    """Return the first byte of consecutive ones of one value, else None."""
+    first = here[0]
+    if not isinstance(first, Byte) or first.t.op == "const":
+        return None
+    wanted = [Byte(first.t, first.at + at) for at in range(len(here))]
+    return first if list(here) == wanted else None
+
+
+def _float(here: Sequence[Byte | Bits | None], whole: Byte | None, kind: Elementary, unknown: Unknown) -> T:
+    wanted = kind_of(kind)[0]
+    if whole is not None and whole.at == 0 and whole.t.kind == wanted:
+        return whole.t
+    data = bytearray()
+    for each in here:
+        if not isinstance(each, Byte) or each.t.op != "const":
+            return unknown(*kind_of(kind))
+        data.append(_constant_byte(each))
+    return const(struct.unpack(f"<{kind.code}", data)[0], wanted)
+
+
+def _constant_byte(each: Byte) -> int:
+    if each.t.kind in FLOATS:
+        return struct.pack("<f" if each.t.kind == F32 else "<d", each.t.val)[each.at]
+    return int(each.t.val) >> 8 * each.at & 0xFF
+
+
+def _number(each: Byte | Bits | None, unknown: Unknown) -> T:
+    """Return a byte as a number from 0 to 255."""
+    if isinstance(each, Bits):
+        found = const(0)
+        for k, truth in enumerate(each.truths):
+            found = setbit(found, k, truth, -8)
+        return found
+    if each is None or (each.t.kind in FLOATS and each.t.op != "const"):
+        return unknown(INT, 0, 255)
+    if each.t.op == "const":
+        return const(_constant_byte(each))
+    return bitop("band", shr(whole_of(each.t), 8 * each.at), const(0xFF))
+
+
+def _bit_of(each: Byte | Bits | None, number: int, unknown: Unknown) -> T:
+    if isinstance(each, Bits):
+        return each.truths[number]
+    if each is None or each.t.kind in FLOATS:
+        return bit(_number(each, unknown), number) if each is not None else unknown(BOOL, 0, 0)
+    return bit(whole_of(each.t), 8 * each.at + number)
