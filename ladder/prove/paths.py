@@ -12,8 +12,11 @@ from .places import Key
 from .symbols import NotModelled, term_of
 from .terms import FALSE, TRUE, T, and_, const, ite, not_, or_
 
-MOST_PATHS = 256
+MOST_PATHS = 96
 """Maximum paths of one instruction."""
+
+MOST_DECISIONS = 64
+"""Maximum truths decided on one path."""
 
 
 class Faulted(Exception):  # noqa: N818 - control flow, not an error
@@ -49,6 +52,8 @@ class Paths:
             if known is t or known is not_(t):
                 return truth is (known is t)
         if self._at == len(self._trail):
+            if self._at == MOST_DECISIONS:
+                raise NotModelled(f"more than {MOST_DECISIONS} decisions")
             self._trail.append((t, True))
         self._at += 1
         return self._trail[self._at - 1][1]

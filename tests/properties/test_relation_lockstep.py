@@ -1,6 +1,5 @@
 """The terms of a scan equal the interpreter, whatever the program and the values before the scan."""
 
-from collections import Counter
 from random import Random
 
 import pytest
@@ -9,7 +8,6 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from ladder_programs import programs
 from relation import Relation
-from scanrack.ladder import LadderError
 from scanrack.ladder.files.rungfile import parse_program
 from structured_programs import structured
 
