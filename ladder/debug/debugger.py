@@ -26,8 +26,9 @@ from .forces import Forces
 from .inquiry import Inquiry
 from .journal import MOST, Journal
 from .links import CauseLink
-from .remedies import Name, Remedies, Trials, terminal
+from .remedies import Remedies
 from .replay import Replayer, ScanInputs, Truths, Write, input_leaves
+from .trials import Name, Trials, terminal
 from .values import with_values
 from .watched import Change, shown
 from .watching import WatchedEngine

@@ -1,25 +1,19 @@
-"""What it would take: the smallest sets of inputs that give a tag a value, found by running scans with them.
+"""What it would take: the smallest sets of inputs that give a value, found by running scans with them.
 
-The program is copied as it is after a scan, the inputs are held as they are then, and some are changed: bits
-of input images, and bits that no rung writes. Sets of one input are tried first, then of two and three.
+Sets of one input are tried first, then of two and three. Of a number the value nearest to the present one is
+told that does it: between the two it is searched by halves, each half a run.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import suppress
-from dataclasses import dataclass, field
-from itertools import combinations, islice
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations, product
 from typing import Any
 
-from ..model.errors import LadderFault
-from ..model.operands import Constant, Group, Place
+from ..model.arithmetic import real
 from ..state.memory import Value
-from .cells import Cell, cell_of
-from .crossref import CrossReference, Mention, overlap
-from .replay import Replayer, restore, snapshot
 from .watched import shown
-from .watching import WatchedEngine
 
 MOST_INPUTS = 3
 """Most inputs of a set."""
@@ -30,22 +24,65 @@ MOST_TRIES = 3_000
 MOST_CANDIDATES = 64
 """Most inputs that are tried, the ones nearest to the tag."""
 
-Name = Callable[[int, int, int], str | None]
-"""Names the terminal at slot, word and bit of an input image; None for a bit that is none."""
+MOST_VALUES = 12
+"""Most other values of a number that are tried, the ones nearest to the present one."""
 
 
 @dataclass(frozen=True, slots=True)
 class InputChange:
     """An input and its other value."""
 
-    cell: Cell
+    cell: Any  # its place, for whoever tries it
     name: str
     place: str  # in the rack, such as `slot 2 input 3`; "" for a tag
-    value: bool
+    value: Value
 
     def __str__(self) -> str:
         at = f" ({self.place})" if self.place else ""
-        return f"{self.name}{at} goes {'on' if self.value else 'off'}"
+        does = ("goes off", "goes on")[self.value] if isinstance(self.value, bool) else _becomes(self.value)
+        return f"{self.name}{at} {does}"
+
+
+def _becomes(value: Value) -> str:
+    return f"becomes {value:.9g}" if isinstance(value, float) else f"becomes {value}"
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """An input with its present value, and the other values to try."""
+
+    cell: Any
+    name: str
+    place: str
+    now: Value
+    others: tuple[Value, ...]
+
+    def change(self, value: Value) -> InputChange:
+        """Return the input with another value."""
+        return InputChange(self.cell, self.name, self.place, value)
+
+
+def bit(cell: Any, name: str, place: str, now: bool) -> Candidate:
+    """Return a bit that may be other than it is."""
+    return Candidate(cell, name, place, now, (not now,))
+
+
+def number(
+    cell: Any, name: str, place: str, now: float, limits: tuple[float, float], compared: Iterable[float]
+) -> Candidate:
+    """Return a number that may be any other one within limits.
+
+    Args:
+        compared: constants that it may be compared with; they and their neighbours are tried, and the limits.
+    """
+    low, high = limits
+    near = {each + by for each in compared for by in (-1, 0, 1)}
+    kind = type(now)
+    tried = sorted(
+        {kind(each) for each in near if low <= each <= high} - {now}, key=lambda each: abs(each - now)
+    )
+    far = [kind(each) for each in (high, low) if each != now]
+    return Candidate(cell, name, place, now, tuple(dict.fromkeys([*tried[:MOST_VALUES], *far])))
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,149 +134,73 @@ class Remedies:
         return {"wanted": self.wanted, "sets": sets, "tried": self.tried, "complete": not self.left}
 
 
+Attempt = Callable[[Sequence[InputChange]], int | None]
+"""Runs scans with other inputs; returns after how many a value is as wished, None if it is not."""
+
+
 @dataclass(slots=True)
-class Trials:
-    """Runs scans on a copy of a program.
+class Search:
+    """Searches sets of inputs for a value.
 
     Args:
-        live: the program, between two scans.
-        past: runs its scans again, on a memory of its own.
-        scans: most scans of a try.
-        name: names the terminals of input images.
+        tag: the name of the value.
     """
 
-    live: WatchedEngine
-    past: Replayer
-    cross_reference: CrossReference
-    name: Name
-    scans: int = 10
-    _values: Mapping[str, Any] = field(default_factory=dict)
-    _images: Sequence[bytes] = ()
-    _period_ns: int = 10_000_000
+    tag: str
+    wanted: Value
+    attempt: Attempt
+    tried: int = 0
 
-    def of(self, tag: str, cell: Cell, wanted: Value) -> Remedies:
-        """Return the smallest sets of inputs after which a tag has a value; `cell` is the tag's."""
-        self._begin()
-        candidates = list(islice(self.candidates(tag), MOST_CANDIDATES))
+    def among(self, candidates: Sequence[Candidate]) -> Remedies:
+        """Return the smallest sets; no set that has another one in it."""
         found: list[Remedy] = []
-        tried = 0
+        names = tuple(each.name for each in candidates)
         for size in range(MOST_INPUTS + 1):
-            for each in combinations(candidates, size):
-                if any(set(known.changes) <= set(each) for known in found):
+            for chosen in combinations(candidates, size):
+                own = {each.name for each in chosen}
+                if any({one.name for one in known.changes} <= own for known in found):
                     continue
-                if tried == MOST_TRIES:
-                    return self._told(tag, wanted, found, candidates, tried, left=True)
-                tried += 1
-                after = self._try(each, cell, wanted)
-                if after is not None:
-                    found.append(Remedy(each, after))
-        return self._told(tag, wanted, found, candidates, tried, left=False)
+                if self.tried >= MOST_TRIES:
+                    return Remedies(self.tag, self.wanted, tuple(found), names, self.tried, left=True)
+                found += self._with(chosen)
+        return Remedies(self.tag, self.wanted, tuple(found), names, self.tried, left=False)
 
-    def _told(
-        self,
-        tag: str,
-        wanted: Value,
-        found: list[Remedy],
-        candidates: Sequence[InputChange],
-        tried: int,
-        *,
-        left: bool,
-    ) -> Remedies:
-        return Remedies(tag, wanted, tuple(found), tuple(each.name for each in candidates), tried, left)
+    def _with(self, chosen: Sequence[Candidate]) -> Iterator[Remedy]:
+        """Yield the first values of some inputs that do it, if any."""
+        for values in product(*(each.others for each in chosen)):
+            changes = [each.change(value) for each, value in zip(chosen, values, strict=True)]
+            scans = self._try(changes)
+            if scans is not None:
+                yield self._nearest(chosen, changes, scans)
+                return
 
-    def _begin(self) -> None:
-        memory, last = self.live.memory, self.live.scans - 1
-        self._values = snapshot(memory)
-        self._images = [bytes(memory.cells[leaf.ident].cell_contents) for leaf in self.past.images]
-        before = self.past.inputs(last - 1) if last else None
-        if before is not None:
-            self._period_ns = self.live.now_ns - before.now_ns
+    def _try(self, changes: Sequence[InputChange]) -> int | None:
+        self.tried += 1
+        return self.attempt(changes)
 
-    def _try(self, changes: Sequence[InputChange], cell: Cell, wanted: Value) -> int | None:
-        """Return after how many scans a cell has a value; None if it has not."""
-        engine = self.past.engine
-        engine.hold({})
-        restore(engine.memory, self._values)
-        engine.watching = False
-        engine.note(())
-        engine.hold(self.live.memory.forces)
-        self.past.at = None
-        images = self.past.images
-        contents = [bytearray(each) for each in self._images]
-        for each in changes:
-            if each.cell.leaf.is_image:
-                data = contents[[leaf.ident for leaf in images].index(each.cell.leaf.ident)]
-                at, mask = 2 * each.cell.index, each.cell.mask or 0
-                word = int.from_bytes(data[at : at + 2], "little")
-                data[at : at + 2] = (word | mask if each.value else word & ~mask).to_bytes(2, "little")
-            else:
-                self._set(each)
-        for scan in range(1, self.scans + 1):
-            for leaf, data in zip(images, contents, strict=True):
-                engine.memory.cells[leaf.ident].cell_contents.cast("B")[:] = data
-            with suppress(LadderFault):
-                engine.do(self.live.now_ns + scan * self._period_ns, first=False)
-            if _read(engine.memory, cell) == wanted:
-                return scan
-        return None
-
-    def _set(self, change: InputChange) -> None:
-        memory, cell = self.past.engine.memory, change.cell
-        if cell.mask is None:
-            memory.write(cell.leaf, cell.index, change.value)
-            return
-        word = int(memory.read(cell.leaf, cell.index))
-        memory.write(cell.leaf, cell.index, word | cell.mask if change.value else word & ~cell.mask)
-
-    # --- inputs that may matter
-
-    def candidates(self, tag: str) -> Iterator[InputChange]:
-        """Yield the inputs that a tag depends on by the text of the program, the nearest first."""
-        mentions = self.cross_reference.mentions
-        by_line: dict[tuple[str, int | None], list[Mention]] = {}
-        for each in mentions:
-            by_line.setdefault((each.site.routine, each.site.rung), []).append(each)
-        written = [each for each in mentions if each.writes]
-        wanted: list[Place | Group] = [each.where for each in self.cross_reference.of(tag) if each.writes]
-        seen: set[str] = set()
-        while wanted:
-            where = wanted.pop(0)
-            lines = {
-                (each.site.routine, each.site.rung)
-                for each in written
-                if overlap(where, each.where, stretch=True)
-            }
-            for key in sorted(lines, key=str):
-                for each in by_line[key]:
-                    if each.reads and each.where.text not in seen:
-                        seen.add(each.where.text)
-                        wanted.append(each.where)
-                        yield from self._change(each.where, written)
-
-    def _change(self, where: Place | Group, written: Sequence[Mention]) -> Iterator[InputChange]:
-        if not isinstance(where, Place) or where.can_fault or not where.type.is_bool:
-            return
-        cell, leaf = cell_of(where), where.leaf
-        value = not _read(self.live.memory, cell)
-        if leaf.is_image and not leaf.output:
-            bit = int(where.bit.value) if isinstance(where.bit, Constant) else 0
-            named = self.name(leaf.slot or 0, cell.index, bit)
-            if named is not None:
-                yield InputChange(cell, where.text, named, value)
-        elif leaf.slot is None and not leaf.path.startswith(("S:", "~")):
-            writers = (each for each in written if overlap(where, each.where, stretch=True))
-            if next(writers, None) is None:
-                yield InputChange(cell, where.text, "", value)
+    def _nearest(self, chosen: Sequence[Candidate], changes: list[InputChange], scans: int) -> Remedy:
+        """Return the set with each number as near to the present one as does it."""
+        for at, each in enumerate(chosen):
+            if isinstance(each.now, bool):
+                continue
+            short, far = each.now, changes[at].value
+            while (middle := _between(short, far)) is not None:
+                nearer = [*changes[:at], replace(changes[at], value=middle), *changes[at + 1 :]]
+                known = self._try(nearer)
+                if known is None:
+                    short = middle
+                else:
+                    far, changes, scans = middle, nearer, known
+        return Remedy(tuple(changes), scans)
 
 
-def terminal(slot: int, word: int, bit: int) -> str:
-    """Return the place of an input bit as text."""
-    return f"slot {slot} input {16 * word + bit}"
-
-
-def _read(memory: Any, cell: Cell) -> Value:
-    value: Value = memory.read(cell.leaf, cell.index)
-    return value if cell.mask is None else bool(int(value) & cell.mask)
+def _between(one: Value, other: Value) -> Value | None:
+    """Return a number half-way between two; None if there is none."""
+    if isinstance(one, float):
+        middle: Value = real((one + other) / 2)
+    else:
+        middle = (int(one) + int(other)) // 2
+    return None if middle in (one, other) else middle
 
 
 def _condition(remedy: Remedy) -> str:

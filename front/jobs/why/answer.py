@@ -143,11 +143,11 @@ class Why:
         value = None if wanted is None else _value_of(wanted)
         return self.debugger.what_would(tag, value, scans=scans, name=self._terminal)
 
-    def _terminal(self, slot: int, word: int, bit: int) -> str | None:
-        """Return the place of a terminal; None for a status bit of a module."""
+    def _terminal(self, slot: int, word: int, bit: int | None) -> str | None:
+        """Return the place of a terminal, or of an analog input; None for what a module reports."""
         found = next(each for each in self.recording.slots if each.number == slot)
         if not found.is_stepper:
-            return f"slot {slot} input {16 * word + bit}"
+            return f"slot {slot} input {f'word {word}' if bit is None else 16 * word + bit}"
         named = [name for name, at in found.words.bits("I", word) if at == bit and name.startswith("IN_")]
         return f"slot {slot} input {named[0]}" if word == 1 and named else None
 

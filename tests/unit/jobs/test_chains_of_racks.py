@@ -276,12 +276,14 @@ TAG Far : DINT
 TAG Lamp : BOOL
 TAG Bad : BOOL
 TAG High : BOOL
+TAG Moved : BOOL
 SLOT axis : 1
 ALIAS Level : Local:3:I.Data[0]
 ROUTINE Main
 EQU(Far,5)OTE(Lamp);
 NEQ(axis.I.Fault,0)OTE(Bad);
 GRT(Level,12000)OTE(High);
+XIC(axis.status.MOVE_COMPLETE)OTE(Moved);
 END
 """
 TWO_RACK = """program = "two.rung"
@@ -323,11 +325,30 @@ BESIDE = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("scans", "what", "expected"), BESIDE)
-def test_a_rack_beside_a_lost_link_and_an_analog_input(tmp_path, scans, what, expected):
+@pytest.fixture
+def beside(tmp_path):
     files = {"one.rung": ONE, "one.toml": ONE_RACK, "two.rung": TWO, "two.toml": TWO_RACK}
     for name, text in files.items():
         (tmp_path / name).write_text(text, encoding="utf-8")
-    bench = open_bench(tmp_path / "two.toml")
-    bench.scan(scans)
-    assert text_of(bench.chain(what)) == expected
+    return open_bench(tmp_path / "two.toml")
+
+
+@pytest.mark.parametrize(("scans", "what", "expected"), BESIDE)
+def test_a_rack_beside_a_lost_link_and_an_analog_input(beside, scans, what, expected):
+    beside.scan(scans)
+    assert text_of(beside.chain(what)) == expected
+
+
+TAKES = [
+    ("High", "off", "High goes off if Level (slot 3 input word 0) becomes 12000"),
+    (
+        "Moved", "on",
+        "Moved comes on if axis.status.MOVE_COMPLETE (slot 1, as the module reports it) goes on",
+    ),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("what", "wanted", "expected"), TAKES)
+def test_what_it_would_take_of_an_analog_input_and_of_a_module(beside, what, wanted, expected):
+    beside.scan(22)
+    assert str(beside.what_would(what, wanted)) == expected

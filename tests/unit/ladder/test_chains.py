@@ -255,7 +255,23 @@ TAKES = {
     "a one-shot that must fall first": ("XIC(Start)ONS(Seen)OTE(Lamp);", "2 Start 3", "Lamp", None, []),
     "nothing": ("XIC(Start)XIO(Start)OTE(Lamp);", "2", "Lamp", None, []),
     "an assignment": ("ST Lamp := Start AND NOT Stop;", "2 Stop 1", "Lamp", None, ["Start on & Stop off"]),
+    "a number above a limit": ("GRT(K,100)OTE(Lamp);", "2", "Lamp", None, ["K = 101"]),
+    "a number below a limit, and a bit": (
+        "LES(K,5)XIC(Start)OTE(Lamp);", "2 K=20 2", "Lamp", None, ["K = 4 & Start on"],
+    ),
+    "the number that a limit has": ("EQU(K,7)OTE(Lamp);", "2", "Lamp", None, ["K = 7"]),
+    "a number that is scaled: 3 x 34 is above 100": (
+        "MUL(K,3,N);GRT(N,100)OTE(Lamp);", "2", "Lamp", None, ["K = 34"],
+    ),
+    "a number within limits": ("LIM(10,K,20)OTE(Lamp);", "2 K=50 2", "Lamp", None, ["K = 20"]),
+    "a copied number": ("MOV(K,N);", "2", "N", 4, ["K = 4"]),
+    "the next REAL above 2.5": ("GRT(X,2.5)OTE(Lamp);", "2", "Lamp", None, [f"X = {2.5 + 2**-22}"]),
 }  # fmt: skip
+
+
+def changed(each):
+    is_bit = isinstance(each.value, bool)
+    return f"{each.name} {('off', 'on')[each.value] if is_bit else f'= {each.value}'}"
 
 
 @pytest.mark.parametrize("name", TAKES)
@@ -264,8 +280,7 @@ def test_what_it_would_take(name):
     rungs, done, tag, wanted, expected = TAKES[name]
     remedies = after(rungs, done).what_would(tag, wanted)
     sets = [
-        " & ".join(f"{each.name} {'on' if each.value else 'off'}" for each in one.changes)
-        + (f" after {one.scans}" if one.scans > 1 else "")
+        " & ".join(map(changed, one.changes)) + (f" after {one.scans}" if one.scans > 1 else "")
         for one in remedies.found
     ]
     assert sets == expected
@@ -283,7 +298,8 @@ def test_what_it_would_take_is_asked_of_single_values():
         debugger.what_would("T")
     with pytest.raises(ValueError, match="N is of type DINT: give the value that it should have"):
         debugger.what_would("N")
-    assert str(debugger.what_would("N", 4)) == "N depends on no input"
+    assert str(debugger.what_would("N", 4)) == "N becomes 4 if K becomes 4"
+    assert str(debugger.what_would("Lamp")) == "Lamp depends on no input"
 
 
 def test_a_question_does_not_touch_the_program():
