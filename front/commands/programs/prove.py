@@ -12,10 +12,12 @@ import typer
 
 from ...jobs.prove.differing import as_json as edited_as_json
 from ...jobs.prove.differing import edited, lines_of
+from ...jobs.prove.page import parts_of, parts_of_edit, save_page
 from ...jobs.prove.proving import Questions, Result, ScenarioFolder, ask_questions, no_progress, prove_all
 from ...jobs.prove.report import as_json as json_of
 from ...jobs.prove.report import assumptions, below, line_of, question_lines
 from ...jobs.prove.subject import Subject, subject_of
+from ...jobs.trust.owned import in_use
 from ...ladder.prove.induction import Kind
 from ...ladder.prove.solving.solver import SolverMissingError
 from ...terminal.as_json import JsonOption, say_json
@@ -50,6 +52,10 @@ def _prove_command(
         Path | None,
         typer.Option("--out", "-o", metavar="FOLDER", help="Where scenarios go.", show_default="RACK-prove"),
     ] = None,
+    html: Annotated[
+        Path | None,
+        typer.Option("--html", metavar="FILE", help="Write a page, too, with each scenario's rungs drawn."),
+    ] = None,
     as_json: JsonOption = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")] = False,
 ) -> None:
@@ -74,11 +80,14 @@ def _prove_command(
     with reported_mistakes():
         try:
             if new is not None or only is not None:
-                raise typer.Exit(_compare(rack, new, only, out, as_json=as_json))
+                raise typer.Exit(_compare(rack, new, only, out, html, as_json=as_json))
             subject = subject_of(rack)
             with ScenarioFolder(out or Path(f"{subject.name}-prove")) as folder:
                 results = list(_told(subject, folder, quiet=quiet, silent=as_json))
                 answers = ask_questions(subject, folder)
+                if html is not None:
+                    used = in_use(subject.job)
+                    save_page(html, f"proofs about {rack}", parts_of(subject, results, answers), used)
         except SolverMissingError as error:
             raise typer.Exit(complain(str(error), BAD_INPUT)) from error
     if as_json:
@@ -88,13 +97,18 @@ def _prove_command(
     raise typer.Exit(status_of(results, answers))
 
 
-def _compare(old: str, new: str | None, only: str | None, out: Path | None, *, as_json: bool) -> int:
+def _compare(
+    old: str, new: str | None, only: str | None, out: Path | None, html: Path | None, *, as_json: bool
+) -> int:
     """Print what can differ between two programs; return the exit status."""
     if new is None:
         raise ValueError("--only goes with two programs: scanrack prove OLD NEW --only TAGS")
     names = [each.strip() for each in _COMMA.split(only) if each.strip()] if only else []
     with ScenarioFolder(out or Path(f"{Path(new.partition(':')[0]).stem}-prove")) as folder:
         found = edited(old, new, names, folder)
+    if html is not None:
+        used = {Path(each.partition(":")[0]): "one of the programs" for each in (old, new)}
+        save_page(html, f"{old} and {new}", parts_of_edit(found), used)
     if as_json:
         say_json(edited_as_json(found))
     else:

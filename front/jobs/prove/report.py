@@ -23,10 +23,11 @@ def line_of(result: Result, width: int) -> str:
         width: columns of the name.
     """
     found = result.answer
-    return f"{result.name:<{width}}  {found.word:<8}  {_detail(result)}".rstrip()
+    return f"{result.name:<{width}}  {found.word:<8}  {detail_of(result)}".rstrip()
 
 
-def _detail(result: Result) -> str:
+def detail_of(result: Result) -> str:
+    """Return what comes with a verdict."""
     found, verdict = result.answer, result.answer.verdict
     if found.steps:
         return f"scan {verdict.k:,}   {result.scenario}"

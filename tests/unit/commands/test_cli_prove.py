@@ -192,3 +192,17 @@ def test_mistakes_of_a_comparison_are_named(place: Path) -> None:
     assert (status, "--only Revv: there is no tag Revv (did you mean Rev?)" in said) == (2, True)
     status, said = scanrack("prove", "line.rung", "line.rung", "--only", "Count.3")
     assert (status, "it is a bit of a number" in said) == (2, True)
+
+
+def test_the_page_draws_the_rungs_that_decide_with_their_power(place: Path) -> None:
+    status, _ = proved(BROKEN + claim("<b>", 'never = "Count > 5"'), "--html", "page.html")
+    assert status == 1
+    page = Path("page.html").read_text()
+    assert page.startswith("<!doctype html>")
+    assert "&lt;b&gt;" in page
+    assert "<b>" not in page.replace('<b class="', "")
+    # the timer, both coils; not the counter
+    assert [name in page for name in (">Dwell<", ">Fwd<", ">Rev<", ">Count<")] == [True, True, True, False]
+    assert "live" in page.partition("<svg")[2]
+    assert scanrack("prove", "line.rung", "line.rung", "--html", "two.html")[0] == 0
+    assert "0 of 7 bits and numbers can differ" in Path("two.html").read_text()

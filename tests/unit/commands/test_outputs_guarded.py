@@ -81,6 +81,7 @@ OUTPUTS = {
     "ladder svg of a program": Output("ladder line.rung --svg {}", "new.svg", ("line.rung",)),
     "serve record": Output("serve pcl601 --pty --program unit.pclt --record {}", "new.mcap", ("unit.pclt",)),
     "show folder": Output("show run.mcap --extract {}", "new", ("run.mcap",)),
+    "prove html": Output("prove rungs.toml -q --html {}", "new.html", RUNGS),
     "prove out": Output("prove claims.toml -q --out {}", "new", ("claims.toml", "line.rung")),
     "fuzz out": Output("fuzz line.toml --runs 1 -j 1 -q --out {}", "new", RUN),
 }
