@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, replace
 
 from ...io_images.site import Site, sites_of
 from ...ladder import LadderLogic
@@ -51,17 +51,43 @@ class CheckReport:
     ignored: int = 0  # findings that comments suppress
 
 
-def check_rack(job: Job, *, alone: bool = False) -> CheckReport:
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """What a proof says: a finding of a rule for all inputs, or that a rule's finding is none.
+
+    Attributes:
+        rule: such as "unreachable".
+        holds: whether the finding is proved; if not, it is refuted.
+        text: of a finding that the rules have not found themselves.
+    """
+
+    rule: str
+    place: FileLine
+    holds: bool
+    text: str = ""
+
+
+Prover = Callable[[Job], Iterable[Verdict]]
+"""Yields verdicts about a rack's program."""
+
+
+def _no_proofs(_job: Job) -> Iterable[Verdict]:
+    return ()
+
+
+def check_rack(job: Job, *, alone: bool = False, prover: Prover = _no_proofs) -> CheckReport:
     """Check a rack and its program without running it; LadderError if the ladder program can't be built.
 
     Args:
         alone: whether the program is checked without a rack: no rule about wiring applies.
+        prover: yields verdicts on the program's rungs and tags; findings that it proves say so, those that it
+            refutes are left out.
     """
     facts = facts_of(job)
     is_toml = not alone and rack_form(job.rack_file) is Form.DATA
     lines = load_rack_file(job.rack_file).lines if is_toml else None
     subject = Subject(job, facts, lines, alone)
-    found = list(_findings(subject))
+    found = list(_judged(list(_findings(subject)), list(prover(job)), facts))
     suppressions = Suppressions(job)
     kept = tuple(each for each in found if not suppressions.ignores(each.rule, each.place))
     stubs = (f"behind {each}" for each in job.stubs)
@@ -94,6 +120,19 @@ def _findings(subject: Subject) -> Iterator[Finding]:
                 seen.add((place, text))
                 site = facts.sites.get(place) or Site(file=place.file, line=place.line)
                 yield Finding(rule.id, place, text, site)
+
+
+def _judged(found: list[Finding], verdicts: list[Verdict], facts: Facts) -> Iterator[Finding]:
+    """Yield the findings with what is proved of them."""
+    by_place = {(each.rule, each.place): each for each in verdicts}
+    for each in found:
+        verdict = by_place.pop((each.rule, each.place), None)
+        if verdict is None or verdict.holds:
+            yield each if verdict is None else replace(each, text=f"{each.text} (proved)")
+    for each in by_place.values():
+        if each.holds:
+            site = facts.sites.get(each.place) or Site(file=each.place.file, line=each.place.line)
+            yield Finding(each.rule, each.place, f"{each.text} (proved)", site)
 
 
 def facts_of(job: Job) -> Facts:

@@ -105,6 +105,7 @@ class Access:
         default: whether it is a statement that every scan executes, and that a later one may override.
         steady: whether its condition holds from the second scan on.
         parameter: whether it takes an argument of a routine.
+        text: as written; "" if it is the variable itself.
     """
 
     variable: str
@@ -118,6 +119,7 @@ class Access:
     default: bool = False
     steady: bool = False
     parameter: bool = False
+    text: str = ""
 
     @property
     def task(self) -> bool:

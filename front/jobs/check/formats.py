@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from urllib.parse import quote
 from xml.sax.saxutils import escape, quoteattr
 
 from .check import CheckReport, Finding
@@ -47,8 +48,7 @@ def as_sarif(report: CheckReport, version: str) -> dict[str, object]:
         {
             "id": rule.id,
             "shortDescription": {"text": rule.words},
-            "help": {"text": rule.remedy},
-            "helpUri": f"{PAGE}#{rule.id}",
+            "help": {"text": f"{rule.remedy} ({PAGE}#{rule.id})"},
             "defaultConfiguration": {"level": rule.level},
         }
         for rule in RULES
@@ -70,7 +70,7 @@ def as_sarif(report: CheckReport, version: str) -> dict[str, object]:
 def _location(each: Finding) -> dict[str, object]:
     found: dict[str, object] = {
         "physicalLocation": {
-            "artifactLocation": {"uri": Path(each.place.file).as_posix()},
+            "artifactLocation": {"uri": _uri(Path(each.place.file))},
             "region": {"startLine": max(1, each.place.line)},
         }
     }
@@ -78,6 +78,11 @@ def _location(each: Finding) -> dict[str, object]:
         name = f"{each.site.routine}, {each.site.place}"
         found["logicalLocations"] = [{"fullyQualifiedName": name, "kind": "function"}]
     return found
+
+
+def _uri(path: Path) -> str:
+    """Return a file as a URI reference: relative to the folder, or absolute [section 3.4.3]."""
+    return path.as_uri() if path.is_absolute() else quote(path.as_posix())
 
 
 def as_junit(report: CheckReport, name: str) -> str:

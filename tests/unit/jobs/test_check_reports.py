@@ -6,9 +6,10 @@ import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import pytest
+import slc_files as slc
 from check_programs import BLOCKS, RACK, SEQUENCE, check
 from scanrack.commands import build
-from scanrack.jobs.check import RULES
+from scanrack.jobs.check import RULES, Verdict, check_rack, load_any
 from typer.testing import CliRunner
 
 EXPORT = Path(__file__).parents[3] / "examples" / "l5x" / "indexer.L5X"
@@ -52,6 +53,125 @@ def test_sarif(rack):
     assert where["artifactLocation"]["uri"].endswith("line.rung")
     assert where["region"]["startLine"] > 1
     assert result["locations"][0]["logicalLocations"][0]["fullyQualifiedName"] == "Main, rung 5"
+
+
+SARIF = {
+    "$schema": str,
+    "version!": str,
+    "runs!": [
+        {
+            "tool!": {
+                "driver!": {
+                    "name!": str,
+                    "version": str,
+                    "rules": [
+                        {
+                            "id!": str,
+                            "shortDescription": {"text!": str},
+                            "help": {"text!": str},
+                            "defaultConfiguration": {"level": str},
+                        }
+                    ],
+                }
+            },
+            "results": [
+                {
+                    "ruleId": str,
+                    "ruleIndex": int,
+                    "level": str,
+                    "message!": {"text": str},
+                    "locations": [
+                        {
+                            "physicalLocation": {
+                                "artifactLocation!": {"uri": str},
+                                "region": {"startLine": int},
+                            },
+                            "logicalLocations": [{"fullyQualifiedName": str, "kind": str}],
+                        }
+                    ],
+                }
+            ],
+        }
+    ],
+}
+"""The part of the schema of SARIF 2.1.0 that is used: types by property, required ones with !."""
+
+
+def assert_fits(value, schema, at="log"):
+    if isinstance(schema, type):
+        assert type(value) is schema, at
+    elif isinstance(schema, list):
+        for number, each in enumerate(value):
+            assert_fits(each, schema[0], f"{at}[{number}]")
+    else:
+        allowed = {name.rstrip("!"): kind for name, kind in schema.items()}
+        assert value.keys() <= allowed.keys(), at
+        assert {name[:-1] for name in schema if name.endswith("!")} <= value.keys(), at
+        for name, each in value.items():
+            assert_fits(each, allowed[name], f"{at}.{name}")
+
+
+def test_sarif_fits_its_schema(rack):
+    log = json.loads(run(rack, "--format", "sarif").stdout)
+    assert_fits(log, SARIF)
+    rules = log["runs"][0]["tool"]["driver"]["rules"]
+    assert len({each["id"] for each in rules}) == len(rules)
+
+
+def test_a_file_is_a_uri_in_sarif(rack, monkeypatch):
+    folder = rack.parent / "line 2#a"
+    folder.mkdir()
+    for each in ("line.rung", "rack.toml"):
+        shutil.copy(rack.parent / each, folder)
+    monkeypatch.chdir(rack.parent)
+    log = json.loads(run("line 2#a/rack.toml", "--format", "sarif").stdout)
+    (result,) = log["runs"][0]["results"]
+    assert result["locations"][0]["physicalLocation"]["artifactLocation"]["uri"] == "line%202%23a/line.rung"
+
+
+def test_what_is_proved_says_so_and_what_is_refuted_is_left_out(rack):
+    job, _ = load_any(str(rack))
+    (found,) = check_rack(job).findings
+    proved = check_rack(job, prover=lambda _: [Verdict(found.rule, found.place, holds=True)])
+    assert [each.text for each in proved.findings] == [f"{found.text} (proved)"]
+    assert check_rack(job, prover=lambda _: [Verdict(found.rule, found.place, holds=False)]).findings == ()
+    more = Verdict("division-by-zero", found.place, holds=True, text="it divides by 0 in scan 3")
+    assert [each.rule for each in check_rack(job, prover=lambda _: [more]).findings] == [
+        "contradiction",
+        "division-by-zero",
+    ]
+
+
+def test_a_program_of_rslogix_500(tmp_path):
+    """A coil twice, a contradiction, a preset of 0, a division by 0, in the lines of the export."""
+    export_ = slc.export(
+        slc.ladder(
+            2,
+            "XIC I:1.0/0 XIO I:1.0/1 OTE O:2/0",
+            "XIC I:1.0/0 XIO I:1.0/0 OTE B3/1",
+            "XIC B3/1 TON T4:0 1.0 0 0",
+            "XIC T4:0/DN OTE O:2/0",
+            "EQU N7:0 3 DIV N7:1 0 N7:0",
+            "END",
+        ),
+        slc.words("N7", [0] * 4),
+        slc.words("B3", ["0X0000"] * 2),
+        slc.elements("T4", [("0X0000", 0, 0)]),
+        slots=[slc.slot(1, "1762-IQ16", "In", 1, 0), slc.slot(2, "1762-OB16", "Out", 0, 1)],
+        names={2: "MAIN"},
+    )
+    file = tmp_path / "line.SLC"
+    file.write_text(export_, encoding="utf-8")
+    found = [
+        each for each in json.loads(run(file, "--json").stdout)["findings"] if each["rule"] != "never-written"
+    ]
+    lines = export_.splitlines()
+    assert [(each["rule"], each["rung"], "SOR" in lines[each["line"] - 1]) for each in found] == [
+        ("repeated-coil", 3, True),
+        ("contradiction", 1, True),
+        ("preset-zero", 2, True),
+        ("division-by-zero", 4, True),
+    ]
 
 
 def test_junit(rack):

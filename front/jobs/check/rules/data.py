@@ -19,7 +19,7 @@ def coil_and_latch(subject: Subject) -> Iterator[Violation]:
             own = (other for other in coils if other.part == each.part)
             coil = next((other for other in own if not variable.shown or other.unit == each.unit), None)
             if each.use in (Touch.LATCH, Touch.UNLATCH) and coil is not None and not _is_before(each, coil):
-                name = f"{variable.name}{each.part}"
+                name = each.text or variable.name
                 text = (
                     f"{name} is latched or unlatched here, and line {coil.place.line} writes it in every scan"
                 )
@@ -38,7 +38,7 @@ def overwritten(subject: Subject) -> Iterator[Violation]:
         before: Access | None = None
         for each in accesses:
             if before is not None and _overwrites(each, before):
-                name = f"{variable.name}{each.part}"
+                name = each.text or variable.name
                 text = f"{name} is written here in every scan, and in line {before.place.line} already"
                 yield Violation(each.place, text)
                 break
@@ -65,7 +65,7 @@ def move_over_coil(subject: Subject) -> Iterator[Violation]:
                 and under is not None
                 and variable.role is not Role.BLOCK
             ):
-                whole, part = f"{variable.name}{each.part}", f"{variable.name}{under.part}"
+                whole, part = each.text or variable.name, under.text or variable.name
                 text = f"this writes all of {whole}, and line {under.place.line} its bit {part}"
                 yield Violation(each.place, text)
 
@@ -157,7 +157,9 @@ def latch_never_cleared(subject: Subject) -> Iterator[Violation]:
             )
             is_guarded = any(not bit.on and _is_of(bit.name, variable, each) for bit in each.needs)
             if not clears and not is_guarded and not subject.facts.reads_all:
-                yield Violation(each.place, f"{variable.name}{each.part} is set here, and nothing clears it")
+                yield Violation(
+                    each.place, f"{each.text or variable.name} is set here, and nothing clears it"
+                )
 
 
 def _is_of(name: str, variable: Variable, access: Access) -> bool:
@@ -191,7 +193,7 @@ def _two_owners(variable: Variable, accesses: list[Access], kind: str) -> Iterat
         first = written[0]
         if each.owner != first.owner and overlap(each.part, first.part):
             text = (
-                f"{kind} {each.owner} writes {variable.name}{each.part}, "
+                f"{kind} {each.owner} writes {each.text or variable.name}, "
                 f"which {kind} {first.owner} writes in line {first.place.line}"
             )
             yield Violation(each.place, text)

@@ -122,7 +122,7 @@ def accesses_of(
             default = not point.is_rung and use is Touch.COIL
             takes = step.name == "SBR"
             part = part_of(each.where, _start(key, each))
-            yield Access(key, part, use, place, unit, needs, owner, once, default, steady, takes)
+            yield Access(key, part, use, place, unit, needs, owner, once, default, steady, takes, each.text)
 
 
 def _start(key: str, mention: Mention) -> str:

@@ -16,6 +16,7 @@ from ....ladder.model.operands import Place
 from ....ladder.model.tags import tag_in
 from ....ladder.state.lowered import LoweredLine, LoweredProgram, steps_of
 from ....runtime.config.rackspec import RackSpec
+from ...load.program import SLC_SUFFIXES
 from ..facts import Facts, FileLine, Remark, SentCommand
 from .accesses import Variables, accesses_of, declaration_lines
 from .block_mistakes import called_twice, misordered, parameters_out_of_range
@@ -190,6 +191,8 @@ class _ProgramReader:
             return
         facts.uses_bit = terminals.uses_bit()
         used = {tag_in(path_of(each.where, as_written=True)).upper() for each in self.mentions}
+        if self.path.suffix in SLC_SUFFIXES:
+            return  # its data files are there, used or not
         for name, tag in self.tags.items():
             recorded = any(fnmatch(name, pattern.upper()) for pattern in self.spec.tags)
             if name not in used and not recorded:
