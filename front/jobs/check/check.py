@@ -129,10 +129,10 @@ def _judged(found: list[Finding], verdicts: list[Verdict], facts: Facts) -> Iter
         verdict = by_place.pop((each.rule, each.place), None)
         if verdict is None or verdict.holds:
             yield each if verdict is None else replace(each, text=f"{each.text} (proved)")
-    for each in by_place.values():
-        if each.holds:
-            site = facts.sites.get(each.place) or Site(file=each.place.file, line=each.place.line)
-            yield Finding(each.rule, each.place, f"{each.text} (proved)", site)
+    for other in by_place.values():
+        if other.holds:
+            site = facts.sites.get(other.place) or Site(file=other.place.file, line=other.place.line)
+            yield Finding(other.rule, other.place, f"{other.text} (proved)", site)
 
 
 def facts_of(job: Job) -> Facts:
