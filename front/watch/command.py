@@ -75,12 +75,17 @@ def _watch_command(
         bool, typer.Option("--text", help="Show bits, values and events in the terminal, too, at 4 Hz.")
     ] = False,
     forces: ForcesOption = False,
-    trust: Annotated[bool, typer.Option("--trust", help="Run Python that came with a trace.")] = False,
+    trust: Annotated[
+        bool, typer.Option("--trust", help="Run Python that came with a trace, or is typed in the page.")
+    ] = False,
+    preview: Annotated[
+        bool, typer.Option("--preview", help="Show a saved program in the page before it is taken over.")
+    ] = False,
 ) -> None:
     if not runs(rack.partition("#")[0]):
         of_racks = {"--speed": speed != "1", "--paused": paused, "--record": record, "--for": duration}
         of_racks |= {"--scans": scans is not None, "--live": live, "--control": control, "--text": text}
-        of_racks["--forces"] = forces
+        of_racks |= {"--forces": forces, "--preview": preview}
         given = [option for option, is_given in of_racks.items() if is_given]
         with reported_mistakes():
             if given:
@@ -107,6 +112,8 @@ def _watch_command(
         *(rack, port, factor, paused, looking, record, count, live, opened, text),
         keep=0 if replace else None,
         forces=held,
+        preview=preview,
+        trust=trust,
     )
     raise typer.Exit(watch_job(job, wanted))
 

@@ -6,34 +6,44 @@
 
 A ladder program keeps the values of its tags, as in an online edit. A class of Python logic keeps its fields,
 and its sequences continue, see `ladder.python.online`; a Python function is loaded again. The page shows a
-mistake with its file and line, and the running program continues.
+mistake with its file and line, and the running program continues. A text that a page has edited is previewed,
+and saved only when the page takes it over; so is a saved file if the session wants previews.
 An edit is an order of its own, recorded with the program's files: see `jobs.record.editions`.
 """
 
 from __future__ import annotations
 
 import threading
+from collections import deque
 from collections.abc import Callable, Mapping
+from dataclasses import replace
+from hashlib import sha256
 from os.path import realpath
 from pathlib import Path
-from typing import Any
+from typing import NamedTuple
 
-from ..io_images.site import sites_of
 from ..jobs.load.loading import Job, load_job
-from ..jobs.record.editions import Edition, Editions, edition_of
+from ..jobs.record.editions import Edition, Editions, edition_of, folders_of, forget
 from ..jobs.run.running import JobRun
-from ..jobs.trust.attachments import forget_imported
+from ..jobs.trust.attachments import load_files, program_name
 from ..ladder import LadderLogic
-from ..ladder.python.online import EditRefusal
 from ..ladder.python.sequences import Logic
-from ..runtime.live.orders import ALL, Edit, names_in
+from ..runtime.live.orders import ALL, DRAFT_MOST, Draft, Edit, Source, names_in
+from ..runtime.live.session import Reply
+from .preview import Json, findings_of, mistake_of, mistakes_of, new_findings, preview_of
 
 LOOK_S = 0.3
 """Time between two checks of the file."""
 
-Json = dict[str, Any]
 Takeover = Callable[[], Edit | None]
-"""Returns the order of an edit, or reports a mistake; called between two scans."""
+"""Returns the order of an edit, or reports a mistake or a preview; called between two scans."""
+
+
+class EditManner(NamedTuple):
+    """How edits are taken."""
+
+    preview: bool = False  # a saved file waits until a page takes it over
+    trust: bool = False  # Python that is typed in a page may run
 
 
 class Editor:
@@ -51,9 +61,13 @@ class Editor:
         editions: Editions,
         hand_over: Callable[[Takeover], None],
         tell: Callable[[Mapping[str, object]], None],
+        manner: EditManner,
     ) -> None:
         self._job, self._rack, self._run, self._editions = job, rack, run, editions
-        self._hand_over, self._tell = hand_over, tell
+        self._hand_over, self._tell, self._manner = hand_over, tell, manner
+        self._asked: deque[tuple[Source | Draft, Reply]] = deque()
+        self._folders: set[Path] = set()  # of copies that were loaded
+        self._known: tuple[int, list[Json]] | None = None
         self._ending, self._wake = threading.Event(), threading.Event()
         self._wanted = False
         self._restart = ""
@@ -75,15 +89,25 @@ class Editor:
         self._restart, self._wanted = restart, True
         self._wake.set()
 
+    def ask(self, order: Source | Draft, reply: Reply) -> None:
+        """Answer beside the scans: the text of the program, or the preview of an edited one."""
+        self._asked.append((order, reply))
+        self._wake.set()
+
     def _watch(self) -> None:
         while not self._ending.is_set():
             self._wake.wait(LOOK_S)
             self._wake.clear()
+            while self._asked:
+                self._answer(*self._asked.popleft())
             wanted, self._wanted = self._wanted, False
             stamp = self._stamped()
             if stamp is not None and (wanted or stamp != self._stamp):
                 self._stamp = stamp
-                self._load()
+                if self._manner.preview and not wanted:
+                    self._preview_saved()
+                else:
+                    self._load()
 
     def _stamped(self) -> tuple[int, int] | None:
         """Return a version stamp of the file; None while it is missing, empty or half saved."""
@@ -101,7 +125,7 @@ class Editor:
 
     def _takeover(self, restart: str) -> Takeover:
         try:
-            job = self._loaded(restart)
+            job = self._usable(self._loaded(), restart)
             edition = self._editions.with_copy(edition_of(job))
         except (ValueError, OSError) as error:
             mistake = mistake_of(error, self._job.program)
@@ -116,21 +140,25 @@ class Editor:
             self._tell({"note": "The program has not changed: it goes on."})
             return None
         try:
-            self._run.program.check_edit(self._run.cpu, job, names_in(restart))
+            self._run.program.planned(self._run.cpu, job, names_in(restart))
         except ValueError as error:
             self._tell({"mistake": mistake_of(error, self._job.program)})
             return None
         self._editions.keep(number, edition, job)
         return Edit(number, edition.program, restart)
 
-    def _loaded(self, restart: str) -> Job:
-        """Load the program and compile it; ValueError if it can't be used."""
-        forget_imported(self._job.program.parent.resolve())
+    def _loaded(self) -> Job:
+        """Load the program from the disk; ValueError if it can't be used."""
+        forget([self._job.program.parent.resolve(), *self._folders])
         job = load_job(self._rack)
-        if isinstance(job.logic, LadderLogic) is (self._run.program.debugger is None):
-            raise ValueError(f"{job.program}: a program of another kind needs a new session")
         if realpath(job.program) != realpath(self._job.program):
             raise ValueError(f"{job.program}: another program needs a new session")
+        return job
+
+    def _usable(self, job: Job, restart: str) -> Job:
+        """Compile a program; ValueError if it can't be used."""
+        if isinstance(job.logic, LadderLogic) is (self._run.program.debugger is None):
+            raise ValueError(f"{job.program}: a program of another kind needs a new session")
         if isinstance(job.logic, LadderLogic):
             job.logic.build()
             _ = job.logic.scanner  # compiled here, not between two scans
@@ -140,15 +168,130 @@ class Editor:
             )
         return job
 
+    # --- previews
 
-def mistake_of(error: Exception, program: Path) -> Json:
-    """Return a mistake for a page: its text, the program's file, and its line if that is known.
+    def _answer(self, order: Source | Draft, reply: Reply) -> None:
+        """Answer a page between two scans; the work is done here, beside them."""
+        then: Takeover | None = None
+        try:
+            if isinstance(order, Source):
+                answer = self._source()
+            else:
+                self._check(order)
+                answer, then = self._saved(order) if order.take else (self._typed(order), None)
+        except (ValueError, OSError) as error:
+            answer = _refused(error)
 
-    >>> from scanrack.io_images.site import Site, SiteError
-    >>> mistake_of(SiteError.at(Site(file="demo.rung", line=12), "there is no tag Rum"), Path("demo.rung"))
-    {'text': 'demo.rung:12: there is no tag Rum', 'file': 'demo.rung', 'line': 12}
-    """
-    lines = (each.line for each in sites_of(error) if Path(each.file).name == program.name)
-    line = next(filter(None, lines), None)
-    restarts = {"restart": list(error.sequences)} if isinstance(error, EditRefusal) else {}
-    return {"text": str(error), "file": program.name, "line": line, **restarts}
+        def give() -> None:
+            try:
+                reply({"ok": True, **answer()})
+            except ValueError as error:
+                reply({"refused": str(error)})
+
+        self._hand_over(give)
+        if then is not None:
+            self._hand_over(then)
+
+    def _source(self) -> Callable[[], Json]:
+        """Return the text of the file, and whether a page may edit it."""
+        text, program = self._saved_text(), self._job.program
+        why = ""
+        if len(text) > DRAFT_MOST:
+            why = f"{program.name} has {len(text):,} characters: a page edits up to {DRAFT_MOST:,}"
+        elif self._run.program.debugger is None and not self._manner.trust:
+            why = "a page edits Python only with --trust, since it runs here"
+        elif program.suffix not in TYPED_SUFFIXES:
+            why = f"a page does not edit {program.suffix} files"
+        told = {"file": program.name, "text": text if not why else "", "base": _digest(text), "lacks": why}
+        return lambda: told
+
+    def _check(self, draft: Draft) -> None:
+        """Raise a ValueError if a page may not edit the program, or has not seen what is on the disk."""
+        lacks = self._source()()["lacks"]
+        if lacks:
+            raise ValueError(lacks)
+        if _digest(self._saved_text()) != draft.base:
+            raise ValueError(f"{self._job.program.name} was saved by another program meanwhile: edit it anew")
+
+    def _saved(self, draft: Draft) -> tuple[Callable[[], Json], Takeover]:
+        """Save an edited text; return the answer, and what continues with it."""
+        self._job.program.write_text(draft.text, encoding="utf-8", newline="")
+        self._stamp = self._stamped()
+        return lambda: {"saved": True}, self._takeover(draft.restart)
+
+    def _typed(self, draft: Draft) -> Callable[[], Json]:
+        return self._previewed(draft.text, draft.restart, lambda: self._of_text(draft.text))
+
+    def _preview_saved(self) -> None:
+        """Show what a saved file would do; it waits until a page takes it over."""
+        show = self._previewed(self._saved_text(), "", self._loaded)
+
+        def tell() -> None:
+            shown = show()["preview"]
+            self._tell({"preview": shown if shown["rows"] else None})
+
+        self._hand_over(tell)
+
+    def _previewed(self, text: str, restart: str, load: Callable[[], Job]) -> Callable[[], Json]:
+        """Load an edited text; return what previews it between two scans."""
+        program, texts = self._job.program, (self._running_text(), text)
+        try:
+            job = self._usable(load(), restart)
+            findings = new_findings(findings_of(job), self._known_findings())
+        except (ValueError, OSError) as error:
+            refused = preview_of(program, texts, mistakes=mistakes_of(error, program))
+            return lambda: {"preview": refused}
+
+        def shown() -> Json:
+            try:
+                edit = self._run.program.planned(self._run.cpu, job, names_in(restart))
+            except ValueError as error:
+                return {"preview": preview_of(program, texts, mistakes=mistakes_of(error, program))}
+            return {"preview": preview_of(program, texts, edit=edit, findings=findings)}
+
+        return shown
+
+    def _of_text(self, text: str) -> Job:
+        """Load the running files with another text of the program, from a copy of them."""
+        edition = self._running
+        files = {**edition.files, program_name(self._job): text.encode()}
+        copy = self._editions.with_copy(replace(edition, files=files))
+        assert copy.place is not None
+        forget([self._job.program.parent.resolve(), *self._folders])
+        job = load_files(copy.place, copy.rack, copy.program)
+        self._folders |= folders_of(job)
+        return job
+
+    @property
+    def _running(self) -> Edition:
+        return self._editions[self._run.program.edits]
+
+    def _running_text(self) -> str:
+        return self._running.files[program_name(self._job)].decode(errors="replace")
+
+    def _saved_text(self) -> str:
+        """Return the text on the disk; ValueError if it is not UTF-8."""
+        with self._job.program.open(encoding="utf-8", newline="") as file:
+            return file.read()
+
+    def _known_findings(self) -> list[Json]:
+        """Return the findings of the program that runs."""
+        number = self._run.program.edits
+        if self._known is None or self._known[0] != number:
+            self._known = number, findings_of(self._of_text(self._running_text()))
+        return self._known[1]
+
+
+TYPED_SUFFIXES = (".rung", ".st", ".py")
+"""Suffixes of programs that a page edits."""
+
+
+def _digest(text: str) -> str:
+    return sha256(text.encode()).hexdigest()
+
+
+def _refused(error: Exception) -> Callable[[], Json]:
+    def refuse() -> Json:
+        raise ValueError(str(error))
+
+    return refuse

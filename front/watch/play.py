@@ -33,7 +33,7 @@ from ..terminal.run_end import complain_of_fault, run_to_end
 from ..terminal.status import BAD_INPUT, CANNOT_WRITE, DONE, complain, reason
 from ..terminal.terminal import say
 from .announcing import Announcer, programs_of
-from .editor import Editor, Takeover
+from .editor import EditManner, Editor, Takeover
 from .history.watched_machines import PER_SLOT, MachineFigures
 from .history.watched_program import LadderNotes
 from .history.watched_python import PythonNotes
@@ -200,9 +200,10 @@ class Play:
         run.program.on_edit = programs.tell_edit
 
         def hand_over(takeover: Takeover) -> None:
-            session.takeover = takeover
+            session.takeovers.append(takeover)
 
-        editor = Editor(job, wanted.rack, run, prepared.editions, hand_over, tap.tell)
+        manner = EditManner(wanted.preview, wanted.trust)
+        editor = Editor(job, wanted.rack, run, prepared.editions, hand_over, tap.tell, manner)
         session = Session(
             run.cpu,
             hands,
@@ -217,6 +218,7 @@ class Play:
             ),
         )
         if wanted.editable and not wanted.read_only:
+            session.edit = editor.ask
             editor.start()
             prepared.ports.callback(editor.end)
         tap.session, session.attend, session.give = session, tap.attend, tap.give

@@ -30,6 +30,8 @@ class WatchOptions:
     text: bool = False  # show the session in the terminal, too
     editable: bool = True  # the program's files are on the disk, and saved changes are used
     keep: int | None = None  # number of earlier recordings to keep; None = the rack file's
+    preview: bool = False  # a saved program waits until a page takes it over
+    trust: bool = False  # Python that is typed in a page may run
     forces: tuple[Force, ...] = ()  # of tags and images, held from the first scan on
 
 

@@ -23,6 +23,9 @@ MOST_EDITS = 1_000_000
 TEXT_MOST = 400
 """Longest name or text in an order, characters."""
 
+DRAFT_MOST = 40_000
+"""Longest text of a program that is edited in a page, characters."""
+
 DEEPEST = 8
 """Levels of lists and objects in a message."""
 
@@ -147,6 +150,21 @@ class Branch:
     scan: int
 
 
+@dataclass(frozen=True, slots=True)
+class Source:
+    """Ask for the text of the program's file."""
+
+
+@dataclass(frozen=True, slots=True)
+class Draft:
+    """Preview an edited text of the program's file, or save it and continue with it."""
+
+    text: str
+    base: str  # digest of the text that was edited
+    restart: str = ""  # see `Reload`
+    take: bool = False  # save it, and continue with it
+
+
 Order = (
     Mode
     | Pause
@@ -163,6 +181,8 @@ Order = (
     | Reload
     | Edit
     | Branch
+    | Source
+    | Draft
 )
 
 ORDERS: Mapping[str, type[Order]] = {
@@ -183,10 +203,13 @@ ORDERS: Mapping[str, type[Order]] = {
 }
 """The orders that a page may give, by name."""
 
+TYPED: Mapping[str, type[Order]] = {"source": Source, "draft": Draft}
+"""What a page may say of the program's text, by name; a recording has the edits that come of it."""
+
 RECORDED: Mapping[str, type[Order]] = {**ORDERS, "edit": Edit}
 """The orders that a recording may contain, by name."""
 
-NAMES: Mapping[type[Order], str] = {kind: name for name, kind in RECORDED.items()}
+NAMES: Mapping[type[Order], str] = {kind: name for name, kind in {**RECORDED, **TYPED}.items()}
 
 
 def order_of(said: object, known: Mapping[str, type[Order]] = ORDERS) -> Order:
@@ -297,6 +320,10 @@ def _is_text(value: object) -> bool:
     return isinstance(value, str) and 0 < len(value) <= TEXT_MOST and value.isprintable()
 
 
+def _is_draft(value: object) -> bool:
+    return isinstance(value, str) and len(value) <= DRAFT_MOST and _is_unicode(value)
+
+
 def _is_number(value: object) -> bool:
     if type(value) is int:
         return abs(value) < 1 << 64
@@ -331,6 +358,9 @@ _ALLOWED: Mapping[str, tuple[Callable[[object], bool], str]] = {
     "program": (_is_text, _TEXT),
     "restart": (lambda value: value == "" or _is_text(value), _TEXT),
     "name": (_is_text, _TEXT),
+    "text": (_is_draft, f"text of up to {DRAFT_MOST:,} characters"),
+    "base": (_is_text, _TEXT),
+    "take": (lambda value: isinstance(value, bool), "true or false"),
     "on": (lambda value: value is None or isinstance(value, bool), "true, false or null"),
     "tag": (_is_text, _TEXT),
     "at": (_is_text, _TEXT),

@@ -10,6 +10,7 @@ during a pause the session waits for them.
 from __future__ import annotations
 
 import re
+from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
@@ -23,6 +24,13 @@ from .orders import ALL, MAX, Order, order_of, parsed
 
 WAIT_S = 0.02
 """Longest single wait for orders during a pause, and for requests to the tap."""
+
+
+Reply = Callable[[Mapping[str, object]], None]
+"""Sends an answer to the page that has asked: `ok` and more, or `refused`."""
+
+GIVEN = {**orders.ORDERS, **orders.TYPED}
+"""What a monitor may pass on, by name."""
 
 
 class Inbox(Protocol):
@@ -82,8 +90,10 @@ class Session:
         attend: serves the monitor during a pause.
         give: sends the values of the program to the monitor.
         on_fault: called after a fault of the CPU in a session that stays open for inspection.
-        takeover: returns the order that continues with an edited program, or None for a mistake, which it
-            reports; called once, between two scans.
+        takeovers: each is called once, between two scans: it returns the order that continues with an edited
+            program, or None for a mistake or a preview, which it reports.
+        edit: asks for the text of the program, or previews an edited one; called with a function that sends
+            the answer. None if the program can't be edited.
     """
 
     def __init__(
@@ -107,7 +117,8 @@ class Session:
         self.attend: Callable[[], None] = lambda: None
         self.give: Callable[[], None] = lambda: None
         self.on_fault: Callable[[CpuFault], object] = lambda _fault: None
-        self.takeover: Callable[[], Order | None] | None = None
+        self.takeovers: deque[Callable[[], Order | None]] = deque()
+        self.edit: Callable[[orders.Source | orders.Draft, Reply], None] | None = None
         self.branch: int | None = None
         self._repeats = False
         self._until: int | None = None
@@ -202,7 +213,7 @@ class Session:
         """Check the breakpoints, and carry out orders; called after every scan."""
         if self.state.breakpoints:
             self._look()
-        if self._inbox.pending or self.takeover is not None:
+        if self._inbox.pending or self.takeovers:
             self.obey_all(at_ns, scan)
 
     def _look(self) -> None:
@@ -219,14 +230,17 @@ class Session:
         A step is answered after its last scan. At least one of its scans runs before the next order acts, so
         that "press, step, release" is a pulse, however fast the orders arrive.
         """
-        if self.takeover is not None and not self._repeats:
-            self._take_over(at_ns, scan)
+        while self.takeovers and not self._repeats:
+            self._take_over(self.takeovers.popleft(), at_ns, scan)
         while not self._repeats and not self.over and self._inbox.pending:
             number: object = None
             try:
                 said = parsed(self._inbox.take())
                 number = said["id"]
-                order = order_of(said["order"])
+                order = order_of(said["order"], GIVEN)
+                if isinstance(order, orders.Source | orders.Draft):
+                    self._ask_editor(order, number)
+                    continue
                 self.obey(order, at_ns, scan)
             except ValueError as error:
                 self._tell({"answer": {"id": number, "refused": str(error)}})
@@ -240,15 +254,18 @@ class Session:
                     return
                 self._tell({"answer": answer})
 
-    def _take_over(self, at_ns: int, scan: int) -> None:
+    def _ask_editor(self, order: orders.Source | orders.Draft, number: object) -> None:
+        if self.edit is None:
+            raise ValueError("this program can't be edited while it runs")
+        self.edit(order, lambda told: self._tell({"answer": {"id": number, **told}}))
+
+    def _take_over(self, takeover: Callable[[], Order | None], at_ns: int, scan: int) -> None:
         """Continue with an edited program, or report its mistakes to the page."""
-        takeover, self.takeover = self.takeover, None
-        assert takeover is not None
         try:
-            self._refuse_after_fault()
             order = takeover()
             if order is None:
                 return
+            self._refuse_after_fault()
             self._hands.act(order, at_ns, scan)
         except Exception as error:  # the running program continues, whatever is wrong with the other one
             self._tell({"mistake": {"text": str(error), "file": "", "line": None}})

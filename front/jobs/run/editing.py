@@ -7,11 +7,12 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Protocol, TypeGuard
 
 from ...ladder import LadderLogic
 from ...ladder.python.online import Fields, edit_logic, plan_edit
 from ...ladder.python.sequences import Logic
+from ...ladder.run.edit import planned
 from ...runtime.live.hands import Desk, Hands
 from ...runtime.live.orders import ALL, NAMES, Edit, names_in
 from ...runtime.loop.cpu import Cpu
@@ -24,11 +25,37 @@ from ...traces.write.recorder import ScanRecorder
 from ..load.loading import Job
 from ..record.editions import Editions
 from ..record.sequence_watch import WatchesSequences, sequences_in
+from ..record.tag_names import named_values, namespace_of
 
 if TYPE_CHECKING:
     from ...ladder.debug import Debugger
 
 NO_TAGS: Mapping[str, list[str]] = MappingProxyType({"new": [], "changed": [], "dropped": []})
+
+
+class DescribedEdit(Protocol):
+    """What an edit does, in words."""
+
+    @property
+    def keeps(self) -> str:
+        """What keeps its value."""
+
+    @property
+    def groups(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
+        """The names that it concerns, by what happens to them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Anew:
+    """An edit with which all of a Python program begins anew: the objects of its module are new."""
+
+    names: tuple[str, ...]  # its values
+    keeps = "the program is loaded again: the objects of its module are new"
+
+    @property
+    def groups(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
+        """See `DescribedEdit`."""
+        return (("begin anew", self.names),)
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,13 +128,24 @@ class RunProgram:
         cpu.announce(Event(at_ns, "edit", name, text, {**tags}))
         self.on_edit(ProgramEdit(order.number, at_ns, name, text, tags))
 
-    def check_edit(self, cpu: Cpu, job: Job, restart: Sequence[str]) -> None:
-        """Raise a ValueError if the run can't continue with the program of a job."""
+    def planned(self, cpu: Cpu, job: Job, restart: Sequence[str]) -> DescribedEdit:
+        """Return what an edit with the program of a job would do; nothing changes.
+
+        Raises:
+            ValueError: the run can't continue with it.
+        """
         logic = job.logic
-        if not isinstance(logic, Logic) or not isinstance(self.logic, Logic) or ALL in restart:
-            return
-        if cpu.scan:
-            plan_edit(self.logic, logic, restart)
+        if self.debugger is not None and isinstance(logic, LadderLogic):
+            return planned(self.debugger.engine, logic.build())
+        if self._continues(logic, cpu, restart):
+            return plan_edit(self._own_logic(), logic, restart).edit
+        names = tuple(each.name for each in named_values(namespace_of(self.logic), ["*"]))
+        return Anew(names)
+
+    def _continues(self, logic: ScanLogic, cpu: Cpu, restart: Sequence[str]) -> TypeGuard[Logic]:
+        """Whether a program in Python continues as another one; else that one begins anew."""
+        both = isinstance(self.logic, Logic) and isinstance(logic, Logic)
+        return both and bool(cpu.scan) and ALL not in restart
 
     def _take_over(
         self, cpu: Cpu, job: Job, restart: Sequence[str]
@@ -119,8 +157,8 @@ class RunProgram:
             return logic.name, str(done), tags_in(done)
         if self.debugger is not None or isinstance(logic, LadderLogic):
             raise ValueError(f"{job.program.name}: a program of another kind needs a new session")
-        if isinstance(self.logic, Logic) and isinstance(logic, Logic) and cpu.scan and ALL not in restart:
-            done = edit_logic(self.logic, logic, restart)
+        if self._continues(logic, cpu, restart):
+            done = edit_logic(self._own_logic(), logic, restart)
             self._edits += 1
             for each in self._followers:
                 each.watch(sequences_in(self.logic))

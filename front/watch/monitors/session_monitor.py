@@ -15,8 +15,9 @@ from typing_extensions import override
 from ...jobs.load.loading import Job, load_job
 from ...jobs.record.editions import folders_of, forget
 from ...jobs.trust.attachments import load_files
-from ...runtime.live.orders import ORDERS, order_of, said_of
+from ...runtime.live.orders import order_of, said_of
 from ...runtime.live.ring import Ring, RingShape
+from ...runtime.live.session import GIVEN
 from ...runtime.loop.scan import ScanFlag
 from ..history.event_log import EventLog
 from ..history.indexer import SLICE, Indexer, indexable
@@ -101,6 +102,7 @@ class SessionMonitor(Monitor):
         self._orders = 0
         self._asked: dict[int, tuple[Page, object]] = {}
         self._mistake: Json | None = None
+        self._preview: Json | None = None  # of a saved program that waits to be taken over
         self._indexer: Indexer | None = None
         self._indexed = False
         self._index_to = 0
@@ -135,6 +137,8 @@ class SessionMonitor(Monitor):
         super().join(page)
         if self._mistake is not None:
             page.send({"mistake": self._mistake})
+        if self._preview is not None:
+            page.send({"preview": self._preview})
         if self._setup.started:
             page.send({"note": "The monitor was started again; the scans went on without it."})
 
@@ -186,7 +190,7 @@ class SessionMonitor(Monitor):
             return  # a restarted monitor began with it
         self._add(SessionProgram(*told["program"]))
         self.subject.values.clear()
-        self._mistake = None
+        self._mistake = self._preview = None
         if told["again"]:
             return  # a branch repeats its parent's edits
         self.send_all({"edited": {key: told[key] for key in ("text", "new", "changed", "dropped")}})
@@ -194,6 +198,10 @@ class SessionMonitor(Monitor):
     def _take_mistake(self, told: Json | None) -> None:
         self._mistake = told
         self.send_all({"mistake": told})
+
+    def _take_preview(self, told: Json | None) -> None:
+        self._preview = told
+        self.send_all({"preview": told})
 
     def _take_branch(self, told: Json) -> None:
         """Begin again: the rack takes another course from a past scan on."""
@@ -259,10 +267,10 @@ class SessionMonitor(Monitor):
 
     @override
     def order(self, page: Page, number: object, said: Mapping[str, Any]) -> None:
-        if said.get("do") not in ORDERS:
-            known = ", ".join((*ORDERS, *QUESTIONS))
+        if said.get("do") not in GIVEN:
+            known = ", ".join((*GIVEN, *QUESTIONS))
             raise ValueError(f"there is nothing to do called {str(said.get('do'))[:60]!r}: there are {known}")
-        order = order_of({key: value for key, value in said.items() if key != "id"})
+        order = order_of({key: value for key, value in said.items() if key != "id"}, GIVEN)
         if self.about.read_only:
             raise ValueError("this session is read-only: it takes no orders")
         self._orders += 1
@@ -281,6 +289,7 @@ _TAKE: Mapping[str, Callable[[SessionMonitor, Any], None]] = {
     "branch": SessionMonitor._take_branch,
     "edited": SessionMonitor._take_edit,
     "mistake": SessionMonitor._take_mistake,
+    "preview": SessionMonitor._take_preview,
     "note": lambda monitor, text: monitor.send_all({"note": text}),
 }
 """Messages of the scan process by their key."""
