@@ -44,6 +44,7 @@ class ModuleWords:
             one of them; 0 for an array of words.
         terminals: of a card: mask of the terminals in each word of an image, from word 0 on.
         card: of a card: its catalog number, for its members in `cards`.
+        errors: names of the bits of its input image that report an error.
     """
 
     message: str
@@ -55,6 +56,7 @@ class ModuleWords:
     data_bits: int = field(default=0, compare=False)
     terminals: Mapping[str, Sequence[int]] = field(default_factory=dict, compare=False)
     card: str = field(default="", compare=False)
+    errors: tuple[str, ...] = field(default=(), compare=False)
 
     def bits(self, image: str, word: int) -> Iterator[tuple[str, int]]:
         """Yield name and number of the named bits of a word."""

@@ -18,6 +18,8 @@ WORDS_3601 = ModuleWords(
         "status": flag_places("I", StatusMsw, StatusLsw),
     },
     profile=PROFILE_BITS,
+    # chapter 6, Status Word MSW: bits 8, 9, 11, 12, 13
+    errors=("HOME_INVALID", "INVALID_PROFILE", "INPUT_ERROR", "COMMAND_ERROR", "CONFIG_ERROR"),
 )
 # fmt: on
 

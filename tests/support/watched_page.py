@@ -143,11 +143,17 @@ class Look:
     def __init__(self, browser: Any) -> None:
         self.browser = browser
 
-    def open(self, link: str, *, paused: bool = False) -> None:
-        """Open a link and wait for the first picture of the rack; `paused` before its first scan has none."""
+    def open(self, link: str, *, paused: bool = False, stops: bool = False) -> None:
+        """Open a link and wait for the first picture of the rack.
+
+        Args:
+            paused: before its first scan, of which there is no picture.
+            stops: the page stops at error bits.
+        """
         self.browser.get("about:blank")
         self.browser.get(link)
         until(lambda: self.handle("state") == "paused" if paused else self.handle("scan") is not None)
+        self.run("return import('/faultmode.js').then(mode => mode.stopAtErrors(arguments[0]))", stops)
 
     def step(self, scans: int) -> None:
         """Run so many scans: by the button if it is one, else as the button does it."""

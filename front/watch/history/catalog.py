@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import ast
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -230,6 +231,17 @@ class Catalog:
         known = any(each.name == routine for each in self._program.routines)
         return f"{routine}.{rung}" if known and rung is not None else None
 
+    def tags_of_fault(self, fault: Fault) -> list[str]:
+        """Return the tags that the rung or line of a major fault reads."""
+        routine, rung = element_of(self._program.routines, fault.site)
+        at = (routine or "").upper(), rung
+        found = (
+            each.text
+            for each in self.cross_reference
+            if each.reads and (each.site.routine.upper(), each.site.rung) == at and self.has(each.text)
+        )
+        return list(dict.fromkeys(found))
+
     def has(self, name: str) -> bool:
         """Return whether the tag exists."""
         return name in self._known
@@ -283,8 +295,27 @@ class PythonSource:
         file, _, line = fault.where.rpartition(":")
         return f"{self._name}.{line}" if Path(file).name == self._name else None
 
+    def tags_of_fault(self, fault: Fault, values: Iterable[str]) -> list[str]:
+        """Return those of a program's values that the line of a fault reads, by their last names."""
+        place = self.place_of_fault(fault)
+        line = self._lines[int(place.rpartition(".")[2]) - 1 : int(place.rpartition(".")[2])] if place else []
+        names = {each for text in line for each in _names_in(text)}
+        return [each for each in values if each.rpartition(".")[2] in names]
+
     def show(self, names: tuple[str, ...]) -> tuple[PageRoutine, Json]:
         """Return its contents, and the answer with its text."""
         lines = [{"number": number, "text": text} for number, text in enumerate(self._lines, 1)]
         answer = {"routine": self._name, "file": self._name, "text": lines, "names": list(names)}
         return PageRoutine(self._name, {}, (), names), answer
+
+
+def _names_in(line: str) -> Iterator[str]:
+    """Yield the names and attributes that a line of Python reads; none of a part of a statement."""
+    head = line.strip()
+    try:
+        tree = ast.parse(f"{head} pass" if head.endswith(":") else head)
+    except SyntaxError:
+        return
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Name | ast.Attribute) and isinstance(node.ctx, ast.Load):
+            yield node.id if isinstance(node, ast.Name) else node.attr

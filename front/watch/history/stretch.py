@@ -92,6 +92,12 @@ class Stretch:
         known = self.catalog or self.source
         return None if known is None else known.place_of_fault(fault)
 
+    def tags_of_fault(self, fault: Fault, values: Mapping[str, object]) -> list[str]:
+        """Return the tags or values that its rung or line reads; the first answers why it came to that."""
+        if self.catalog is not None:
+            return self.catalog.tags_of_fault(fault)
+        return [] if self.source is None else self.source.tags_of_fault(fault, values)
+
 
 class Stretches:
     """The programs of a session or a recording."""

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from ...jobs.why.chain import RackChain
-from ...ladder.debug import CauseLink, Chains
+from ...io_images.addresses import parse_address
+from ...jobs.why.chain import Bits, RackChain
+from ...ladder.debug import CauseLink, Chains, linked
 from ...ladder.debug.causes import Causes
 from ...ladder.debug.links import said
+from ...runtime.loop.faults import Fault
 from ...traces.format.layout import SlotInfo
 from ...traces.read.packed import PackedScans
 from ...traces.read.reader import TraceEvent
@@ -34,7 +36,31 @@ _TOPICS = {
 
 def chain_of(monitor: Monitor, shadow: Shadow, tag: str, scan: int) -> list[Json]:
     """Return the chain of a tag of a ladder program after a scan; empty if nothing is known of it."""
+    found = _chains(monitor, shadow, [tag], scan)
+    return links_of(found[0]) if found else []
+
+
+def chain_of_fault(monitor: Monitor, shadow: Shadow, fault: Fault, tags: Sequence[str]) -> list[Json]:
+    """Return the chain of a major fault: behind it are the tags that its rung has read."""
+    groups = [(each,) for each in _chains(monitor, shadow, tags, fault.scan)]
+    root = linked(
+        groups,
+        kind="fault",
+        name="CPU fault",
+        value=None,
+        scan=fault.scan,
+        now_ns=fault.now_ns,
+        text=fault.text,
+        site=fault.site,
+    )
+    return links_of(root) if groups else []
+
+
+def _chains(monitor: Monitor, shadow: Shadow, tags: Sequence[str], scan: int) -> list[CauseLink]:
+    """Return the known chains of tags, and of words and bits of images, after a scan."""
     rows = monitor.subject.timeline.between(max(0, scan - BACK), scan)
+    if not len(rows):
+        return []
     words = monitor.subject.words
     slots = tuple(
         SlotInfo(each.number, each.module, words=words[each.number])
@@ -46,10 +72,16 @@ def chain_of(monitor: Monitor, shadow: Shadow, tag: str, scan: int) -> list[Json
     def chains(*, deep: bool, outside: Callable[..., CauseLink | None]) -> Chains:
         return Chains(shadow.engine.lowered, Causes(shadow), deep, outside)
 
-    if not len(rows):
-        return []
-    found = RackChain(recording, chains).of_tag(tag, len(rows) - 1)
-    return [] if found is None else links_of(found)
+    rack, last = RackChain(recording, chains), len(rows) - 1
+    found = []
+    for tag in tags:
+        try:
+            bits = Bits.at(parse_address(tag, words))
+        except ValueError:
+            found.append(rack.of_tag(tag, last))
+        else:
+            found.append(rack.of_bits(bits, tag, last))
+    return [each for each in found if each is not None]
 
 
 def _event(event: Mapping[str, Any]) -> TraceEvent:

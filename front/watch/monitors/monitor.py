@@ -234,7 +234,12 @@ class Monitor(ABC):
     def _faults(self, past: int | None) -> list[Json]:
         program = self.subject.programs.at(past)
         return [
-            {"text": str(each), "at": program.place_of_fault(each), "scan": each.scan}
+            {
+                "text": str(each),
+                "at": program.place_of_fault(each),
+                "scan": each.scan,
+                "tags": program.tags_of_fault(each, self.subject.values),
+            }
             for each in self.states.faults_at(past)
         ]
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections import deque
+from enum import Enum
 from typing import Any
 
 from ...runtime.live.ring import Row
@@ -19,6 +20,14 @@ ORDERS_PER_SECOND = 100
 SECOND_NS = 1_000_000_000
 
 
+class AtErrors(Enum):
+    """What a page does when an error bit of a module comes on."""
+
+    STOP = "stop"  # it stays at that scan
+    TELL = "tell"  # it says so
+    OFF = "off"
+
+
 class Page:
     """An open page."""
 
@@ -32,6 +41,7 @@ class Page:
         self.row: Row | None = None
         self.place: int | None = None  # the last row of its strip; None before the first frame
         self.events: int | None = None  # number of its next event; None before the first frame
+        self.at_errors = AtErrors.OFF  # what it does at the next error bit
         self.last: Json = {}
         self.outbox: deque[Json] = deque()
         self.due = asyncio.Event()  # set when there is something to send

@@ -6,14 +6,15 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from ...ladder.debug.inquiry import Inquiry
+from ...ladder.debug.links import ROOTS
 from ..history.catalog import COLUMNS
 from ..history.lanes import MOST_LANES
 from ..history.stretch import Stretch
 from ..history.strip import piece_of
 from ..history.timeline import columns_of
-from .chain_answer import chain_of
+from .chain_answer import chain_of, chain_of_fault
 from .monitor import Monitor
-from .page import Page
+from .page import AtErrors, Page
 
 Json = dict[str, Any]
 Said = Mapping[str, Any]
@@ -112,6 +113,15 @@ def look(monitor: Monitor, page: Page, said: Said) -> Json:
     return {"scan": scan}
 
 
+def stop(_monitor: Monitor, page: Page, said: Said) -> Json:
+    """Stop following the scans at the next error bit of a module, once; or say so only, or neither."""
+    wanted = said.get("at_errors")
+    if wanted not in [each.value for each in AtErrors]:
+        raise ValueError(f"at_errors is one of {', '.join(each.value for each in AtErrors)}")
+    page.at_errors = AtErrors(wanted)
+    return {}
+
+
 def window(monitor: Monitor, _page: Page, said: Said) -> Json:
     """Return the strip of past scans, as far as available."""
     first, last = _scans_in(said)
@@ -140,7 +150,9 @@ def events(monitor: Monitor, _page: Page, said: Said) -> Json:
 
 
 def why(monitor: Monitor, page: Page, said: Said) -> Json | None:
-    """Explain a tag's value in the scan of the page."""
+    """Explain a tag's value in the scan of the page, or with `fault` why the CPU has faulted."""
+    if said.get("fault") is True:
+        return _why_fault(monitor, page, said)
     tag = _text(said, "tag")
     row = monitor.row_of(page)
     if row is None:
@@ -156,9 +168,30 @@ def why(monitor: Monitor, page: Page, said: Said) -> Json | None:
     try:
         text = Inquiry(shadow.engine, shadow, scan, forced, program.catalog.cross_reference).why(tag)
         chain = [] if shadow.is_impure else chain_of(monitor, shadow, tag, scan)
+        if chain and chain[0]["kind"] in ROOTS:
+            text = chain[0]["text"]  # not of the program: what is behind an input image
     finally:
         shadow.show(scan)
     return {"text": text, "scan": scan, "chain": chain}
+
+
+def _why_fault(monitor: Monitor, page: Page, said: Said) -> Json | None:
+    """Explain the CPU's fault by what its rung or line has read."""
+    faults, program = monitor.states.faults_at(page.past), monitor.subject.programs.at(page.past)
+    if not faults:
+        raise ValueError("the CPU has not faulted up to this scan")
+    fault, shadow = faults[0], program.past
+    tags = program.tags_of_fault(fault, monitor.subject.values)
+    if not tags:
+        raise ValueError("nothing that the program has read is known of this fault")
+    if shadow is None:
+        _ask_python(monitor, page, said, tags[0], fault.scan)
+        return None
+    if not shadow.show(fault.scan):
+        raise ValueError(f"scan {fault.scan} can't be repeated yet: ask again in a moment")
+    chain = [] if shadow.is_impure else chain_of_fault(monitor, shadow, fault, tags)
+    shadow.show(fault.scan)
+    return {"text": str(fault), "scan": fault.scan, "chain": chain}
 
 
 def _ask_python(monitor: Monitor, page: Page, said: Said, tag: str, scan: int) -> None:
@@ -208,6 +241,7 @@ QUESTIONS: Mapping[str, Callable[[Monitor, Page, Said], Json | None]] = {
     "lanes": lanes,
     "steps": steps,
     "look": look,
+    "stop": stop,
     "window": window,
     "events": events,
     "why": why,

@@ -16,16 +16,17 @@ from ...jobs.load.loading import Job, load_job
 from ...jobs.record.editions import folders_of, forget
 from ...jobs.trust.attachments import load_files
 from ...runtime.live.orders import order_of, said_of
-from ...runtime.live.ring import Ring, RingShape
+from ...runtime.live.ring import Ring, RingShape, Rows
 from ...runtime.live.session import GIVEN
 from ...runtime.loop.scan import ScanFlag
 from ..history.event_log import EventLog
 from ..history.indexer import SLICE, Indexer, indexable
 from ..history.recorded_events import RecordedEvents
 from .monitor import Monitor, SessionFacts, Subject
-from .page import Page
+from .page import AtErrors, Page
 from .picture import late_scans, speed_reached
 from .questions import QUESTIONS
+from .troubles import ErrorBit, ErrorWatch
 
 Json = dict[str, Any]
 
@@ -93,6 +94,7 @@ class SessionMonitor(Monitor):
         for each in setup.programs:
             self._add(each)
         self._setup, self._ring, self._pipe = setup, ring, pipe
+        self._errors = ErrorWatch(self.subject.words)
         self._rows_at = max(0, ring.written - ring.shape.rows)
         self._messages_at = ring.messages.oldest
         self._snapshots_at = ring.snapshots.oldest
@@ -157,8 +159,30 @@ class SessionMonitor(Monitor):
             self._reached = speed_reached(self.subject.recent.rows[-SPEED_ROWS:])
         self._take_messages()
         self._take_notes()
+        self._stop_at_errors(taken.rows)
         self.wake()
         return self._index()
+
+    def _stop_at_errors(self, rows: Rows) -> None:
+        """Show the scan of an error bit to the pages that wish to stop there."""
+        found = self._errors.first(rows)
+        pages = [page for page in self.pages if page.at_errors is not AtErrors.OFF and page.past is None]
+        if found is None or not pages:
+            return
+        row, bit = rows[found[0]], found[1]
+        scan = int(row["scan"])
+        rule = next((each for each in self.log.rules_at(scan) if _is_of(each, bit)), None)
+        told = {"scan": scan, "t": int(row["now_ns"]), "slot": bit.slot, "bit": bit.name}
+        said = {
+            "tag": bit.address,
+            "text": rule["text"] if rule else "",
+            "rule": rule["rule"] if rule else "",
+        }
+        for page in pages:
+            stopped = page.at_errors is AtErrors.STOP
+            page.at_errors = AtErrors.OFF
+            page.past = scan if stopped else None
+            page.send({"error": {**told, **said, "stopped": stopped}})
 
     def _take_notes(self) -> None:
         records, self._snapshots_at, _lost = self._ring.snapshots.read(self._snapshots_at)
@@ -213,6 +237,7 @@ class SessionMonitor(Monitor):
         self.about = self._setup.about
         subject = self.subject
         subject.recent.clear()
+        self._errors.clear()
         subject.timeline.forget(Path(told["trace"]))
         subject.programs.clear()
         subject.told.clear()
@@ -278,6 +303,10 @@ class SessionMonitor(Monitor):
         message = json.dumps({"id": self._orders, "order": said_of(order)}, allow_nan=False)
         self._pipe.send_bytes(message.encode())
         self._ring.orders += 1
+
+
+def _is_of(rule: Json, bit: ErrorBit) -> bool:
+    return (rule["slot"], rule["bit"]) == (bit.slot, bit.name)
 
 
 _TAKE: Mapping[str, Callable[[SessionMonitor, Any], None]] = {

@@ -49,7 +49,7 @@ function show(scan, rung) {
 
 function itemOf({ scan, t, text, at }, word) {
   const said = text.replace(/ \(([\d.e+-]+) s(?:, )?/, " (");
-  return [word ? el("b", {}, `${word} `) : "",
-    el("button", { type: "button", class: "plain", title: `Look at scan ${scan}`, click: () => lookAt(scan) }, el("time", { class: "figure" }, clock(t))), " ",
-    at ? el("button", { type: "button", class: "plain", title: `Show ${at}`, click: () => show(scan, at) }, said) : said];
+  return [
+    el("button", { type: "button", class: "plain", title: `Look at scan ${scan}`, click: () => lookAt(scan) }, el("time", { class: "figure" }, clock(t))),
+    el("span", {}, word ? el("b", {}, `${word} `) : "", at ? el("button", { type: "button", class: "plain", title: `Show ${at}`, click: () => show(scan, at) }, said) : said)];
 }

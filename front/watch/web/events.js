@@ -2,6 +2,7 @@
 
 import { at, el, heading } from "./dom.js";
 import { clock } from "./format.js";
+import { stopBox } from "./faultmode.js";
 import { lookAt } from "./scrub.js";
 import { ask } from "./socket.js";
 import { onHello, onPaint, run } from "./state.js";
@@ -15,7 +16,7 @@ let latest = [], asking = false; // the latest events of all, the earliest first
 onHello(() => {
   latest = [];
   list.replaceChildren();
-  at("events").replaceChildren(heading("Events"), list);
+  at("events").replaceChildren(heading("Events", stopBox), list);
 });
 
 onPaint(({ events, scan, state }) => {

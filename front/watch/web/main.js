@@ -18,6 +18,9 @@ await import("./tag.js");
 await import("./watchtable.js");
 await import("./events.js");
 await import("./keys.js");
+const { erred, onFault } = await import("./faultmode.js");
+const { explain } = await import("./tag.js");
+const { taken, waits } = await import("./editing.js");
 const { keyOf, wanted } = await import("./link.js");
 const { lookAt } = await import("./scrub.js");
 const { showRung } = await import("./program.js");
@@ -33,7 +36,12 @@ function hear(message) {
   } else if (message.frame) {
     if (run.state === "lost") hush("lost");
     take(message.frame);
+  } else if (message.error) {
+    erred(message.error);
+  } else if ("preview" in message) {
+    waits(message.preview);
   } else if (message.edited) {
+    taken();
     tell(edited(message.edited), "told");
   } else if ("mistake" in message) {
     message.mistake ? tell(mistaken(message.mistake), "mistake", ...restarting(message.mistake)) : hush("mistake");
@@ -46,6 +54,8 @@ function hear(message) {
     tell(message.lost, "lost");
   }
 }
+
+onFault({ show: showRung, look: lookAt, explain });
 
 // What an edit has done to the tags, one line each.
 function edited({ text, ...tags }) {

@@ -1,5 +1,7 @@
 // The program: its routines as tabs, rungs or text of the one that is chosen, what is selected in it.
 
+import { faultPlaces } from "./faultmode.js";
+import { editButton, editor } from "./editing.js";
 import { at, el, heading, setAttribute, setFlag, setText } from "./dom.js";
 import { buildRungs, moveTo, paintRungs } from "./ladder.js";
 import { link } from "./link.js";
@@ -17,15 +19,13 @@ const UNIT = 8, LEAST = 40, MOST = 160; // CSS pixels of a column; columns betwe
 const tabs = el("div", { class: "tabs", role: "tablist", "aria-label": "Routines" });
 const sheet = el("div", { class: "sheet", role: "tabpanel", "aria-label": "Routine" });
 const unknown = el("p", { class: "unknown", role: "status" }, "Power and values of this scan are being worked out.");
-const fault = el("p", { class: "fault", role: "alert", hidden: true });
-const retry = el("button", { type: "button", class: "before", hidden: true, click: branchBefore }, "Branch one second before");
-let routine = null, columns = 0, shownAt = "", drawnAt = "", wantedRung = null, generation = 0;
+let routine = null, columns = 0, shownAt = "", drawnAt = "", wantedRung = null, smooth = true, generation = 0;
 
 const columnsNow = () => Math.max(LEAST, Math.min(MOST, Math.floor((sheet.clientWidth - 64) / UNIT)));
 
 onProgram(hello => {
   const routines = hello.routines ?? [];
-  at("program").replaceChildren(heading("Program", tabs), fault, retry, unknown, sheet);
+  at("program").replaceChildren(heading("Program", tabs, editButton), editor, unknown, sheet);
   tabs.replaceChildren(...routines.map(each => el("button", {
     type: "button", role: "tab", "data-routine": each.name, "aria-selected": "false", click: () => open(each.name), keydown: tabKey,
   }, each.name)));
@@ -86,8 +86,10 @@ export const isDrawn = () => shownAt !== "" && drawnAt === shownAt && columnsNow
 const routineOf = rung => rung.slice(0, rung.lastIndexOf("."));
 
 // Opens the routine of a rung, such as Main.6, and brings the rung into view.
-export function showRung(rung) {
+export function showRung(rung, smoothly = true) {
   wantedRung = rung;
+  smooth = smoothly && !matchMedia("(prefers-reduced-motion: reduce)").matches;
+  markFaults();
   select({ tag: selected.tag, names: selected.names, rung });
   open(routineOf(rung));
 }
@@ -97,7 +99,7 @@ function reveal() {
   const node = sheet.querySelector(`[data-at="${CSS.escape(wantedRung)}"]`);
   if (!node) return; // the routine is on its way
   wantedRung = null;
-  node.scrollIntoView({ block: "center", behavior: matchMedia("(prefers-reduced-motion: reduce)").matches ? "auto" : "smooth" });
+  node.scrollIntoView({ block: "center", behavior: smooth ? "smooth" : "auto" });
 }
 
 export function moveRung(by) {
@@ -121,29 +123,14 @@ onSelect(chosen => {
   mark(chosen);
 });
 
-const WAY_ON = "To go on: look at an earlier scan (, or the slider), then Branch from here.";
-
-// What has stopped the CPU, the rung or line in which it did, and what to do.
-function paintFaults(faults) {
-  setFlag(fault, "hidden", !faults.length);
-  setText(fault, [...faults.map(each => `! ${each.text}`), ...(run.hello.branches ? [WAY_ON] : [])].join("\n"));
-  markFaults();
-  setFlag(retry, "hidden", !faults.length || !run.hello.branches);
-  if (faults[0]?.at) showRung(faults[0].at);
-}
-
-// Runs again from one second before the fault on.
-function branchBefore() {
-  const back = Math.round(1e9 / run.hello.period_ns);
-  orders.branch(Math.max(run.faults[0].scan - back, run.range?.[0] ?? 0, 1));
-}
-
+// Marks the rung or line of a fault, or of the error that is looked at.
 function markFaults() {
-  for (const row of sheet.querySelectorAll("[data-at]")) setFlag(row, "data-fault", run.faults.some(({ at }) => at === row.dataset.at));
+  const places = faultPlaces();
+  for (const row of sheet.querySelectorAll("[data-at]")) setFlag(row, "data-fault", places.includes(row.dataset.at));
 }
 
 onPaint(changes => {
-  if (changes.faults) paintFaults(changes.faults);
+  if (changes.faults || changes.scan !== undefined) markFaults();
   paintRungs(changes);
   paintText(changes);
 });

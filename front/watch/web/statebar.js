@@ -1,6 +1,7 @@
 // The state bar: the key, the transport, what the scans do, and the slider through the past.
 
 import { at, button, el, setAttribute, setFlag, setText } from "./dom.js";
+import { faultBar } from "./faultmode.js";
 import { findBox } from "./find.js";
 import { clock, count, times } from "./format.js";
 import { incidentsButton } from "./incidents.js";
@@ -51,7 +52,8 @@ function build(hello) {
   at("bar").replaceChildren(
     el("div", { class: "row" }, rack, state, key, transport(), el("span", { class: "gap" }),
       findBox(), incidentsButton(), helpButton()),
-    el("div", { class: "row readings" }, scan.node, time.node, reached.node, late.node, forces.node, stubs.node, record.node, scrubber()));
+    el("div", { class: "row readings" }, scan.node, time.node, reached.node, late.node, forces.node, stubs.node, record.node, scrubber()),
+    faultBar);
   paintForces([]);
   paintMode();
 }

@@ -8,11 +8,13 @@ import * as orders from "./orders.js";
 import { showRung } from "./program.js";
 import { lookAt } from "./scrub.js";
 import { onSelect, select, selected } from "./selection.js";
+import { ask } from "./socket.js";
 import { onHello, onPaint, run } from "./state.js";
 import { tagNames, toggleTag } from "./taglanes.js";
 import { place, unplace, valueOf } from "./values.js";
 import { addToWatch, sendWatched } from "./watchtable.js";
 
+const TRIES = 10, AGAIN_MS = 300; // an answer that is worked out is asked for so often, with waits between
 const LATE_MS = 300; // an answer that takes longer is announced
 
 const name = el("strong", { class: "name" });
@@ -55,7 +57,7 @@ function show({ tag, names }) {
   const known = declared(tag) ?? {};
   setText(name, tag);
   setText(type, known.type ?? "");
-  setText(says, known.description ?? "");
+  setText(says, known.description || meaningOf(tag));
   unplace(parts);
   parts.replaceChildren(...[...new Set([tag, ...names])].map(part));
   if (tag !== answered) answer.replaceChildren(), clearChain();
@@ -67,11 +69,17 @@ function show({ tag, names }) {
   paintForced();
 }
 
+// What a bit of an image means, with the section of the manual.
+function meaningOf(tag) {
+  const bit = run.hello.slots.flatMap(slot => slot.bits).find(({ address }) => address === tag);
+  return bit ? [bit.meaning, bit.section].filter(Boolean).join(", ") : "";
+}
+
 const isImage = tag => /^(Local:\d+:|[IO]:)/i.test(tag);
 
 // What can be done with a tag: an image can be forced only, a value of a program in Python neither.
 function permit(tag, { writable = true }) {
-  const python = run.hello.routines.some(each => each.kind === "python"), allowed = orders.allowed(), image = isImage(tag);
+  const python = isPython(), allowed = orders.allowed(), image = isImage(tag);
   entry.disabled = forceButton.disabled = !allowed || !(image || (writable && !python));
   writeButton.disabled = !allowed || !writable || image || python;
   breakButton.disabled = !orders.timed() || (python && !image);
@@ -105,16 +113,44 @@ export async function forceSelected(only = false) {
   if (value !== undefined) await orders.force(tag, value);
 }
 
-async function why() {
-  const tag = selected.tag, late = setTimeout(() => answer.replaceChildren(el("p", { class: "soft" }, "The program runs again up to this scan …")), LATE_MS);
-  const said = await orders.order("why", { tag });
+function why() {
+  answerTo(selected.tag, { tag: selected.tag });
+}
+
+// Selects a tag and says why it is as it is, with its chain; null for the fault of the CPU. Calls then(links).
+export async function explain(tag, then) {
+  const asked = tag ?? run.faults[0].tags[0];
+  select({ tag: asked, names: [asked] });
+  const links = await answerTo(asked, tag === null ? { fault: true } : { tag }, TRIES);
+  if (links) then(links);
+}
+
+// Asks why and shows the answer of a tag; of a scan that is being worked out again and again. Its links, or null.
+async function answerTo(tag, fields, tries = 1) {
+  const late = setTimeout(() => answer.replaceChildren(el("p", { class: "soft" }, "The program runs again up to this scan …")), LATE_MS);
+  const said = await askWhy(fields, tag, tries);
   clearTimeout(late);
-  if (tag !== selected.tag) return;
-  if (!said) return answer.replaceChildren();
+  if (tag !== selected.tag) return null;
+  if (!said) return answer.replaceChildren(), null;
   const lines = linesOf(said);
   const when = el("button", { type: "button", class: "plain", title: "Look at this scan", click: () => lookAt(said.scan) }, `In scan ${count(said.scan)}:`);
-  answer.replaceChildren(when, el("p", {}, said.text), lines.length ? el("div", { class: "line" }, ...lines.map(toLine)) : "", chainOf(said.chain));
+  answer.replaceChildren(when, fields.fault ? "" : el("p", {}, said.text), lines.length ? el("div", { class: "line" }, ...lines.map(toLine)) : "", chainOf(said.chain));
+  return said.chain ?? [];
 }
+
+async function askWhy(fields, tag, tries) {
+  while (--tries > 0 && !isPython()) {
+    try {
+      return await ask("why", fields);
+    } catch {
+      await new Promise(done => { setTimeout(done, AGAIN_MS); });
+      if (tag !== selected.tag) return null;
+    }
+  }
+  return orders.order("why", fields);
+}
+
+const isPython = () => run.hello.routines.some(each => each.kind === "python");
 
 // The lines of the program in Python that an answer names.
 function linesOf({ lines = [] }) {

@@ -274,8 +274,9 @@ def _analog_words(kind: CardKind, options: CardOptions) -> ModuleWords:
         images[image] = tuple(names)
         profile |= {f"Ch{at}Data": (image, at) for at in range(channels)}
     stem += "Out" * (kind.channels_out > 0) * (not options.outputs)
-    groups = {"status": _range_bits(kind, options)} if options.ranges else {}
-    return ModuleWords(stem, images["O"], images["I"], groups, profile_words=profile)
+    ranges = _range_bits(kind, options) if options.ranges else {}
+    groups = {"status": ranges} if options.ranges else {}
+    return ModuleWords(stem, images["O"], images["I"], groups, profile_words=profile, errors=tuple(ranges))
 
 
 def _range_bits(kind: CardKind, options: CardOptions) -> dict[str, BitPlace]:
