@@ -10,7 +10,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import islice
 
 from ...ladder import LadderLogic
-from ...runtime.live.hands import GivenOrder, Hands
+from ...ladder.python.online import Fields
+from ...ladder.python.sequences import Logic
+from ...runtime.live.hands import Desk, GivenOrder, Hands
 from ...runtime.live.orders import Force, Unforce, Write
 from ...runtime.loop.cpu import Cpu
 from ...runtime.loop.rack import Rack
@@ -55,9 +57,10 @@ class TagOrders:
         """
         from ...ladder.debug import Debugger
 
-        repeated = OrderRepeater(
-            cpu, Hands(cpu, rack, logic if isinstance(logic, Debugger) else None), self._given
-        )
+        desk: Desk | None = logic if isinstance(logic, Debugger) else None
+        if isinstance(logic, Logic):
+            desk = Fields(lambda: logic)
+        repeated = OrderRepeater(cpu, Hands(cpu, rack, desk), self._given)
         cpu.add_listener(repeated)
         repeated.begin()
         return repeated

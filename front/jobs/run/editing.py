@@ -82,6 +82,7 @@ class RunProgram:
         self.logic: ScanLogic = self.debugger or logic  # the program, under a debugger on an operable rack
         self.on_edit: Callable[[ProgramEdit], object] = lambda _edited: None  # called with every edit
         self._editions, self._edits = editions, 0
+        self._fields = Fields(self._own_logic)
         self._followers: list[WatchesSequences] = []
         self.may_bring_sequences = editions is not None and self.debugger is None
 
@@ -110,9 +111,14 @@ class RunProgram:
     @property
     def desk(self) -> Desk | None:
         """The values of the program, to be set and forced; None if it has none."""
+        return self.operated
+
+    @property
+    def operated(self) -> Debugger | Fields | None:
+        """The same, as it reports what is set and forced from outside."""
         if self.debugger is not None:
             return self.debugger
-        return Fields(self._own_logic) if isinstance(self.logic, Logic) else None
+        return self._fields if isinstance(self.logic, Logic) else None
 
     def _own_logic(self) -> Logic:
         assert isinstance(self.logic, Logic), "an edit does not change the kind of a program"
@@ -158,8 +164,11 @@ class RunProgram:
         if self.debugger is not None or isinstance(logic, LadderLogic):
             raise ValueError(f"{job.program.name}: a program of another kind needs a new session")
         if self._continues(logic, cpu, restart):
+            forces = self._fields.forces
             done = edit_logic(self._own_logic(), logic, restart)
             self._edits += 1
+            if self._fields.forces != forces:
+                self._fields.on_outside()
             for each in self._followers:
                 each.watch(sequences_in(self.logic))
             return job.program.name, str(done), tags_in(done)
@@ -172,6 +181,8 @@ class RunProgram:
             logic.__attach_logic__(dict(cpu.rack.slots))  # refused now; its first scan attaches it for good
         before, self.logic = self.logic, logic
         cpu.program = logic
+        if isinstance(before, Logic) and Fields(lambda: before).forces:
+            cpu.tags_from_outside({})
         self._edits += 1
         for each in self._followers:
             each.watch(sequences_in(logic))

@@ -101,8 +101,8 @@ class JobRun:
         self._pacer = options.pacer or FreeRun()
         self._pacer.beat = lambda: _draft(recorder, beside)
         self.cpu = build_cpu(job.spec, self.program.logic, self.rack, listeners=listeners, pacer=self._pacer)
-        if self.program.debugger is not None:
-            tell_cpu(self.program.debugger, self.cpu)
+        if self.program.operated is not None:
+            tell_cpu(self.program.operated, self.cpu)
         self._hold(options)
         self.repeated = (
             None if options.orders is None else OrderRepeater(self.cpu, self.hands, options.orders)

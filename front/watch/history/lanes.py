@@ -112,6 +112,11 @@ class ValueHistory:
             if len(changes) > 2 * MOST_TOLD:
                 del changes[:MOST_TOLD]
 
+    def last_change(self, name: str, scan: int) -> tuple[int, Any] | None:
+        """Return the scan of a value's last change up to a scan, and the value before; None without one."""
+        changes = [each for each in self._changes.get(name, []) if each[0] <= scan]
+        return None if len(changes) < 2 else (changes[-1][0], changes[-2][1])
+
     def points(self, name: str, first: int, last: int) -> list[Point]:
         """Return the points of a value from one scan to another, the first one from before."""
         changes = self._changes.get(name, [])

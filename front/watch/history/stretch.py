@@ -14,6 +14,8 @@ from pathlib import Path
 from typing import Any
 
 from ...ladder import LadderLogic
+from ...ladder.python.online import Fields
+from ...ladder.python.sequences import Logic
 from ...runtime.loop.faults import Fault
 from ...runtime.loop.scan import ScanLogic
 from .catalog import Catalog, PythonSource
@@ -78,14 +80,17 @@ class Stretch:
         if self.catalog is not None:
             routines = self.catalog.routines()
             stubs = list(self.logic.stubs_in_use) if isinstance(self.logic, LadderLogic) else []
-            return {"routines": routines, "tags": self.catalog.tags(), "stubs": stubs, "lacks": ""}
-        kinds = {bool: "BOOL", int: "LINT", str: "TEXT"}
+            told = {"stubs": stubs, "lacks": "", "settable": True}
+            return {"routines": routines, "tags": self.catalog.tags(), **told}
+        logic = self.logic
+        fields = Fields(lambda: logic) if isinstance(logic, Logic) else ()
         tags = [
-            {"name": name, "type": kinds.get(type(value), "LREAL"), "description": "", "writable": False}
+            {"name": name, "type": _type_of(value), "description": "", "writable": name in fields}
             for name, value in values.items()
         ]
         routines = [] if self.source is None else self.source.routines()
-        return {"routines": routines, "tags": tags, "stubs": [], "lacks": self.lacks}
+        told = {"stubs": [], "lacks": self.lacks, "settable": isinstance(logic, Logic)}
+        return {"routines": routines, "tags": tags, **told}
 
     def place_of_fault(self, fault: Fault) -> str | None:
         """Return the rung or line of a fault, such as Main.3 or line.py.62; None if unknown."""
@@ -142,3 +147,7 @@ class Stretches:
         """Return the last scan that a program may have run."""
         later = self.all[program.number + 1 :]
         return later[0].first - 1 if later else LAST_SCAN
+
+
+def _type_of(value: object) -> str:
+    return {bool: "BOOL", int: "LINT", str: "TEXT"}.get(type(value), "LREAL")

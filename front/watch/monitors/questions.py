@@ -15,6 +15,7 @@ from ..history.timeline import columns_of
 from .chain_answer import chain_of, chain_of_fault
 from .monitor import Monitor
 from .page import AtErrors, Page
+from .since import last_change
 
 Json = dict[str, Any]
 Said = Mapping[str, Any]
@@ -175,6 +176,17 @@ def why(monitor: Monitor, page: Page, said: Said) -> Json | None:
     return {"text": text, "scan": scan, "chain": chain}
 
 
+def since(monitor: Monitor, page: Page, said: Said) -> Json:
+    """Say since when a tag has its value in the scan of the page, and what it was before."""
+    tag, row = _text(said, "tag"), monitor.row_of(page)
+    found = None if row is None else last_change(monitor, tag, int(row["scan"]))
+    if found is None:
+        return {"since": None}
+    changed = monitor.subject.timeline.row(found.scan)
+    now_ns = None if changed is None else int(changed["now_ns"])
+    return {"since": {"scan": found.scan, "t": now_ns, "before": found.before}}
+
+
 def _why_fault(monitor: Monitor, page: Page, said: Said) -> Json | None:
     """Explain the CPU's fault by what its rung or line has read."""
     faults, program = monitor.states.faults_at(page.past), monitor.subject.programs.at(page.past)
@@ -245,6 +257,7 @@ QUESTIONS: Mapping[str, Callable[[Monitor, Page, Said], Json | None]] = {
     "window": window,
     "events": events,
     "why": why,
+    "since": since,
     "xref": xref,
     "find": find,
 }

@@ -76,7 +76,7 @@ export function parsed(text, type = "") {
   if (type === "BOOL" || /^(true|false)$/i.test(said)) {
     return { 1: true, 0: false, true: true, false: false }[said.toLowerCase()];
   }
-  if (type === "STRING") return text;
+  if (type === "STRING" || type === "TEXT") return text;
   const based = /^(-?)(?:16#([0-9a-f]+)|8#([0-7]+)|2#([01]+))$/i.exec(said);
   if (based) {
     const [, sign, hex, octal, binary] = based;

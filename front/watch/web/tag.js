@@ -2,7 +2,7 @@
 
 import { chainOf, clearChain } from "./chain.js";
 import { at, button, el, heading, setFlag, setText } from "./dom.js";
-import { count, parsed, plain } from "./format.js";
+import { clock, count, parsed, plain, shown } from "./format.js";
 import { tell } from "./notice.js";
 import * as orders from "./orders.js";
 import { showRung } from "./program.js";
@@ -14,6 +14,7 @@ import { tagNames, toggleTag } from "./taglanes.js";
 import { place, unplace, valueOf } from "./values.js";
 import { addToWatch, sendWatched } from "./watchtable.js";
 
+const SINCE_MS = 500; // between two questions since when
 const TRIES = 10, AGAIN_MS = 300; // an answer that is worked out is asked for so often, with waits between
 const LATE_MS = 300; // an answer that takes longer is announced
 
@@ -32,10 +33,12 @@ const stripButton = button("Strip", () => { toggleTag(selected.tag); paintForced
 const allButton = button("Remove all forces", () => orders.unforce("all"));
 const closeButton = button("Deselect", () => select({}), { text: "✕", title: "Select nothing (Esc)", class: "sign", hidden: true });
 const parts = el("div", { class: "parts" });
+const since = el("p", { class: "since" });
 const answer = el("div", { class: "answer", "aria-live": "polite" });
+let sinceOf = "", asking = false; // what was asked since when
 let answered = null; // the tag of the answer
 const empty = el("p", { class: "soft" }, "Click a contact, a coil, a box or a tag.");
-const card = el("div", { class: "tag" }, el("div", { class: "line" }, name, type), says, parts,
+const card = el("div", { class: "tag" }, el("div", { class: "line" }, name, type), says, parts, since,
   el("div", { class: "line write" }, entry, writeButton, forceButton, unforceButton),
   el("div", { class: "line" }, whyButton, usesButton, watchButton, stripButton, breakButton), answer);
 
@@ -67,6 +70,28 @@ function show({ tag, names }) {
   entry.placeholder = known.type === "BOOL" ? "0 or 1" : "value, 16#, 2#";
   sendWatched(names);
   paintForced();
+  setText(since, "");
+  sinceOf = "";
+  askSince();
+}
+
+// Since when the tag has its value: asked again when that changes, or another scan of the past is shown.
+async function askSince() {
+  const { tag } = selected, wish = `${tag} ${plain(valueOf(tag))} ${run.state === "past" ? run.scan : run.state}`;
+  if (!tag || wish === sinceOf || asking) return;
+  sinceOf = wish;
+  asking = true;
+  try {
+    const said = await ask("since", { tag });
+    if (tag === selected.tag) showSince(said.since);
+  } catch { if (tag === selected.tag) setText(since, ""); }
+  setTimeout(() => { asking = false; askSince(); }, SINCE_MS);
+}
+
+function showSince(told) {
+  if (!told) return setText(since, "It has not changed in the scans that are known.");
+  const simple = told.before === null || typeof told.before === "object" ? "" : `, before that ${shown(told.before)}`;
+  since.replaceChildren("Since ", el("button", { type: "button", class: "plain", title: `Look at scan ${told.scan}`, click: () => lookAt(told.scan) }, told.t === null ? `scan ${count(told.scan)}` : clock(told.t)), simple);
 }
 
 // What a bit of an image means, with the section of the manual.
@@ -77,11 +102,11 @@ function meaningOf(tag) {
 
 const isImage = tag => /^(Local:\d+:|[IO]:)/i.test(tag);
 
-// What can be done with a tag: an image can be forced only, a value of a program in Python neither.
-function permit(tag, { writable = true }) {
+// What can be done with a tag: an image can be forced only; of Python the fields of a class of logic can be set.
+function permit(tag, { writable = run.hello.settable }) {
   const python = isPython(), allowed = orders.allowed(), image = isImage(tag);
-  entry.disabled = forceButton.disabled = !allowed || !(image || (writable && !python));
-  writeButton.disabled = !allowed || !writable || image || python;
+  entry.disabled = forceButton.disabled = !allowed || !(image || writable);
+  writeButton.disabled = !allowed || !writable || image;
   breakButton.disabled = !orders.timed() || (python && !image);
   usesButton.disabled = python;
 }
@@ -183,4 +208,7 @@ function paintForced() {
   stripButton.setAttribute("aria-pressed", String(tagNames().includes(selected.tag)));
 }
 
-onPaint(changes => { if (changes.forced || changes.breakpoints) paintForced(); });
+onPaint(changes => {
+  if (changes.forced || changes.breakpoints) paintForced();
+  if (selected.tag && (changes.tags || changes.words || changes.scan !== undefined)) askSince();
+});

@@ -48,10 +48,21 @@ class Fields:
 
     Args:
         logic: returns the program, which an edit may replace.
+
+    Attributes:
+        on_outside: called when a field was set, forced or released.
     """
 
     def __init__(self, logic: Callable[[], Logic]) -> None:
         self._logic = logic
+        self.on_outside: Callable[[], object] = lambda: None
+
+    @property
+    def forces(self) -> dict[str, Field]:
+        """The forced fields by name, with their values."""
+        logic = self._logic()
+        own = type(logic).__name__.lower()
+        return {f"{own}.{name}": value for name, value in forced_fields(logic).items()}
 
     @property
     def tags(self) -> Fields:
@@ -73,6 +84,7 @@ class Fields:
         if field in forced_fields(self._logic()):
             raise ValueError(f"{name} is forced: remove the force first")
         vars(self._logic())[field] = self._fitting(field, value)
+        self.on_outside()
 
     def force(self, name: str, value: object) -> None:
         """Hold a field at a value; ValueError for an unknown field or another type."""
@@ -80,6 +92,7 @@ class Fields:
         vars(logic)[field] = held = self._fitting(field, value)
         logic._logic_forced = {**forced_fields(logic), field: held}
         hold_forces(logic)
+        self.on_outside()
 
     def unforce(self, name: str | None = None) -> None:
         """Release a field, or all; ValueError for one that is not forced."""
@@ -90,6 +103,7 @@ class Fields:
             raise ValueError(f"{name} is not forced: {', '.join(forced) or 'no field'} is")
         logic._logic_forced = {each: value for each, value in forced.items() if each not in names}
         release(type(logic), names)
+        self.on_outside()
 
     def _field(self, name: str) -> str:
         logic = self._logic()

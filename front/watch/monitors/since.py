@@ -1,0 +1,71 @@
+"""Since when a value is as it is, and what it was before: of tags, of words and bits, of values of Python."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...io_images.addresses import Address, parse_address
+from ..history.catalog import shown_value, value_of
+from ..history.shadow import Shadow
+from .monitor import Monitor
+from .picture import WORDS_PER_IMAGE
+
+BACK = 16_384
+"""Scans of images and recorded values that are looked at."""
+
+
+class LastChange(NamedTuple):
+    """The last change of a value up to a scan."""
+
+    scan: int  # the first with the present value
+    before: Any  # the value in the scan before
+
+
+def last_change(monitor: Monitor, tag: str, scan: int) -> LastChange | None:
+    """Return the last known change of a tag or a value up to a scan; None without one."""
+    program = monitor.subject.programs.at(scan)
+    try:
+        place = parse_address(tag, monitor.subject.words)
+    except ValueError:
+        if program.past is None:
+            return _of_python(monitor, tag, scan)
+        return _of_ladder(program.past, tag, scan)
+    return _of_image(monitor, place, scan)
+
+
+def _of_image(monitor: Monitor, place: Address, scan: int) -> LastChange | None:
+    rows = monitor.subject.timeline.between(max(0, scan - BACK), scan)
+    image = 2 * list(monitor.subject.words).index(place.slot) + (place.image == "I")
+    words = rows["words"][:, image * WORDS_PER_IMAGE + place.word]
+    values = words if place.bit is None else words >> place.bit & 1
+    changes = np.flatnonzero(values[1:] != values[:-1])
+    if not len(changes):
+        return None
+    before = int(values[changes[-1]])
+    return LastChange(int(rows["scan"][changes[-1] + 1]), before if place.bit is None else bool(before))
+
+
+def _of_ladder(shadow: Shadow, tag: str, scan: int) -> LastChange | None:
+    if shadow.is_impure:
+        return None
+    found = shadow.last_change(lambda engine: value_of(engine.tags, tag), scan)
+    before = None
+    if found and shadow.show(found - 1):
+        before = shown_value(value_of(shadow.engine.tags, tag))
+    shadow.show(scan)
+    return None if found is None else LastChange(found, before)
+
+
+def _of_python(monitor: Monitor, name: str, scan: int) -> LastChange | None:
+    """Look into the recorded values, and into those that were read some thirty times a second."""
+    subject = monitor.subject
+    first = max(0, scan - BACK)
+    _times, recorded = subject.timeline.recorded([name], first, scan)
+    values = recorded.get(name, [])
+    for place in range(len(values) - 1, 0, -1):
+        if values[place] != values[place - 1]:
+            return LastChange(first + place, shown_value(values[place - 1]))
+    told = subject.told.last_change(name, scan)
+    return None if told is None else LastChange(*told)
