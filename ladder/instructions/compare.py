@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 from ..compiler.rungs import RungWriter
 from ..interpreter import Interpreter
 from ..model.operand_checks import OperandError, described, is_string
@@ -105,8 +103,10 @@ MEQ = condition(
 NEQ = _comparison("NEQ/NE", "<>")
 
 ISINF = condition(
-    "ISINF", Use.NUMBER, run=lambda machine, source: math.isinf(machine.number(source, width_of(source)))
+    "ISINF",
+    Use.NUMBER,
+    run=lambda machine, source: machine.is_infinite(machine.number(source, width_of(source))),
 )
 ISNAN = condition(
-    "ISNAN", Use.NUMBER, run=lambda machine, source: math.isnan(machine.number(source, width_of(source)))
+    "ISNAN", Use.NUMBER, run=lambda machine, source: machine.is_nan(machine.number(source, width_of(source)))
 )

@@ -313,6 +313,7 @@ FOR = action(
     optional=1,
     resolve=_resolve_for,
     run=_for,
+    prove=lambda machine, power, *operands: machine.loop_call(power, *operands),
     write=_write_for,
     prescan=_prescan_jsr,
     postscan=_postscan_jsr,
@@ -320,6 +321,7 @@ FOR = action(
 BRK = action(
     "BRK",
     run=lambda machine: machine.leave(BROKEN),
+    prove=lambda machine, power: machine.return_from(power, BROKEN),
     write=lambda rungs: rungs.writer.line("return broken"),
     leaves=True,
     instead="write EXIT in a loop",

@@ -142,7 +142,7 @@ def _check_swpb(source: Resolved, _mode: str, target: Place) -> None:
 
 
 def _swpb(machine: Interpreter, source: Place, mode: str, target: Place) -> None:
-    machine.put(target, arithmetic.swapped(int(machine.get(source)), source.type.bits, mode))
+    machine.put(target, arithmetic.swapped(machine.whole(machine.get(source)), source.type.bits, mode))
 
 
 def _write_swpb(rungs: RungWriter, source: Place, mode: str, target: Place) -> None:

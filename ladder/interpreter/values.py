@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -102,6 +103,14 @@ class PlaceValues:
     def is_float(self, value: Value) -> bool:
         """Whether a number is REAL or LREAL."""
         return isinstance(value, float)
+
+    def is_infinite(self, value: Value) -> bool:
+        """Whether a number is infinite."""
+        return math.isinf(value)
+
+    def is_nan(self, value: Value) -> bool:
+        """Whether a number is NaN."""
+        return math.isnan(value)
 
     def least(self, value: int, most: int) -> int:
         """Return the smaller of a number and a limit."""

@@ -228,14 +228,14 @@ def swapped(value: int, bits: int, mode: str) -> int:
     >>> hex(swapped(0x4142, 16, "WORD"))
     '0x4241'
     """
-    data = (value & (1 << bits) - 1).to_bytes(bits // 8, "big")
-    if bits == 16 or mode == "REVERSE":
-        moved = data[::-1]
-    elif mode == "WORD":
-        moved = data[2:] + data[:2]
-    else:
-        moved = bytes((data[1], data[0], data[3], data[2]))
-    return int.from_bytes(moved, "big", signed=True)
+    order = _ORDERS.get(mode, _REVERSED) if bits == 32 else (1, 0)
+    moved = sum((value >> 8 * here & 0xFF) << 8 * at for at, here in enumerate(order))
+    return wrap(moved, bits)
+
+
+_REVERSED = (3, 2, 1, 0)
+_ORDERS = {"REVERSE": _REVERSED, "WORD": (2, 3, 0, 1), "HIGH/LOW": (1, 0, 3, 2)}
+"""For each byte of a result, the lowest first, the byte that it was."""
 
 
 def distributed(source: int, source_bit: int, target: int, target_bit: int, length: int, bits: int) -> int:

@@ -14,14 +14,17 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
+from types import MappingProxyType
 from typing import Any
 
 from ...io_images.site import Site
-from ..model.operands import Group, Place, Resolved, leaves_in
+from ..model.operands import Calculation, Constant, Group, Place, Resolved, StringConstant, leaves_in
+from ..model.schedule import ScheduledTask, TaskKind
 from ..model.spec import InstructionKind, Use
 from ..model.tags import OVERRIDE, OWN, Leaf
 from ..model.types import HIDDEN, leaves_of
 from ..state.lowered import (
+    BROKEN,
     AddOnCall,
     Arms,
     Body,
@@ -35,9 +38,10 @@ from ..state.lowered import (
     Parallel,
     Selection,
 )
-from .meaning import BOOL
+from .meaning import BOOL, INT
+from .places import Key
 from .symbols import NotModelled, term_of
-from .terms import FALSE, TRUE, T, and_, not_, or_
+from .terms import FALSE, TRUE, T, and_, const, ite, le, lt, not_, or_
 from .values import TermValues
 
 MOST_PASSES = 64
@@ -61,11 +65,16 @@ _READ = frozenset(
 _NEVER_WRITTEN = {Use.TIMER: (".PRE",), Use.COUNTER: (".PRE",), Use.CONTROL: (".LEN",)}
 """Members that an instruction of that use only reads."""
 
+_ELSEWHERE = frozenset(("SSV", "EVENT", "SFR", "SFP", "EOT"))
+"""Instructions that write more than their operands."""
+
 _REFUSED = (NotModelled, TypeError, AttributeError, KeyError, ValueError, IndexError, ArithmeticError)
 """What a row on terms raises if it does something that has none."""
 
 _OF_ROUTINE = ("active", "site", "inputs", "_pending", "_labels", "_number", "_answers", "_depth")
 """What a call keeps and restores."""
+
+NOTHING: Mapping[Key, Any] = MappingProxyType({})
 
 Answer = tuple[T, tuple[Any, ...]]
 """Results of a routine, and where it returns them."""
@@ -77,6 +86,7 @@ class ScanMachine(TermValues):
     Args:
         lowered: the program.
         dt: least and most ms since the scan before.
+        known: values that no scan changes, by place: such as LEN of a CONTROL, which bounds loops.
 
     Attributes:
         state: the term of each place after the scan, as far as it is used.
@@ -90,8 +100,10 @@ class ScanMachine(TermValues):
         deep: where the relation does not follow the program.
     """
 
-    def __init__(self, lowered: LoweredProgram, dt: tuple[int, int] = (1, 1000)) -> None:
-        super().__init__(lowered, dt)
+    def __init__(
+        self, lowered: LoweredProgram, dt: tuple[int, int] = (1, 1000), known: Mapping[Key, Any] = NOTHING
+    ) -> None:
+        super().__init__(lowered, dt, known)
         self.deep: T = FALSE
         self.rungs: list[tuple[LoweredLine, T, T]] = []
         self.cut: list[tuple[Site, str, str]] = []
@@ -101,6 +113,8 @@ class ScanMachine(TermValues):
         self._answers: list[Answer] = []
         self._exits: T = FALSE
         self._depth = 0
+        self._ended: T = FALSE  # where the scan has ended
+        self.scheduler = TermScheduler(self)  # type: ignore[assignment]
 
     def scan_terms(self) -> None:
         """Run one scan."""
@@ -110,9 +124,35 @@ class ScanMachine(TermValues):
         if schedule is None:
             self.call_routine(self.lowered.main, ())
             return
-        for program in schedule.programs:
-            if program.main is not None:
-                self.call_routine(program.main, ())
+        for task in schedule.called:
+            with self.when(self._is_due(task)):
+                self._task(task)
+        if schedule.continuous is not None:
+            self._task(schedule.continuous)
+
+    def _is_due(self, task: ScheduledTask) -> T:
+        """Return whether a task runs: a periodic one may, and does if the scan took its period."""
+        if task.task.kind is TaskKind.EVENT:
+            pending = self.peek(task.pending, 0)
+            self.poke(task.pending, 0, FALSE)
+            return pending
+        period = const(-(-task.task.rate_ns // 1_000_000))
+        runs = or_(self.unknown(BOOL), le(period, self.dt))
+        self.havoc(task.overlaps)
+        return runs
+
+    def _task(self, task: ScheduledTask) -> None:
+        """Run the programs of a task; S:FS is set in the first scan of each."""
+        first = self.lowered.layout.leaf("S:FS")
+        for program in task.programs:
+            if program.main is None:
+                continue
+            self.poke(first, 0, not_(self.peek(program.started, 0)))
+            self.poke(program.started, 0, TRUE)
+            if self.lowered.override:
+                self.set_status(OVERRIDE, False)
+            self.call_routine(program.main, ())
+            self.poke(first, 0, FALSE)
 
     # --- rungs
 
@@ -138,6 +178,8 @@ class ScanMachine(TermValues):
 
     def execute(self, step: LoweredStep, power: Any) -> Any:
         """Run an instruction; return the power after it."""
+        if self.paths.path is not None:
+            raise NotModelled("an instruction that runs others")
         self.site = step.site
         spec, before, frame = step.spec, self.active, self.frame
         if power is FALSE and spec.kind is not InstructionKind.BOTH and not spec.decides:
@@ -170,7 +212,7 @@ class ScanMachine(TermValues):
         try:
             yield
         finally:
-            self.active = before
+            self.active = and_(before, not_(self._ended))
 
     # --- what is not modelled
 
@@ -179,7 +221,7 @@ class ScanMachine(TermValues):
         spec, site = step.spec, self.lowered.sites[step.site]
         self.cut.append((site, step.name, str(why)))
         acts = spec.kind is InstructionKind.BOTH or spec.decides
-        if spec.leaves or any(isinstance(each, (Call, AddOnCall)) for each in step.operands):
+        if spec.leaves or step.name in _ELSEWHERE or not all(map(_is_plain, step.operands)):
             self.deep = or_(self.deep, and_(self.active, power))
         with self.when(TRUE if acts else power):
             self._havoc_operands(step)
@@ -222,6 +264,7 @@ class ScanMachine(TermValues):
         finally:
             for each, value in kept.items():
                 setattr(self, each, value)
+            self.active = and_(self.active, not_(self._ended))
 
     def _lines(self, routine: LoweredRoutine, inputs: Sequence[Any]) -> None:
         if routine.body is not None:
@@ -246,6 +289,11 @@ class ScanMachine(TermValues):
     def return_from(self, power: T, values: tuple[Any, ...]) -> T:
         """Leave the routine with results where power holds."""
         self._answers.append((and_(self.active, power), values))
+        return self._left(power)
+
+    def end_scan(self, power: T) -> T:
+        """End the scan where power holds."""
+        self._ended = or_(self._ended, and_(self.active, power))
         return self._left(power)
 
     def exit_loop(self, power: T) -> T:
@@ -281,6 +329,32 @@ class ScanMachine(TermValues):
                     with self.when(where):
                         self.take_values(call.returns, values)
         return power
+
+    def loop_call(self, power: T, call: Call, index: Place, *bounds: Resolved) -> T:
+        """Call a routine again and again while an index goes from one bound to another."""
+        initial, terminal, step = bounds
+        with self.when(power):
+            self._set_index(index, lambda: self.integer(initial))
+            passes = 0
+            for _ in range(MOST_KNOWN_PASSES):
+                entry = self.active
+                self.active = and_(entry, not_(self._is_over(index, terminal, step)))
+                passes += self.active is not entry
+                if self.active is FALSE or passes > MOST_PASSES:
+                    break
+                for where, values in self.call_routine(call.routine, ()):
+                    if values is BROKEN:
+                        self.active = and_(self.active, not_(where))
+                self._set_index(index, lambda: self.integer(index) + self.integer(step))
+            self._cut_pass(self.site)
+        return power
+
+    def _is_over(self, index: Place, terminal: Resolved, step: Resolved) -> T:
+        count, last, by = (term_of(self.integer(each), INT) for each in (index, terminal, step))
+        return ite(lt(by, const(0)), lt(count, last), lt(last, count))
+
+    def _set_index(self, index: Place, value: Callable[[], Any]) -> None:
+        self.on_paths(lambda: self.put(index, self.converted(index.type, value())))
 
     # --- add-on instructions
 
@@ -375,7 +449,7 @@ class ScanMachine(TermValues):
             entry = self.active
             ends = or_(ends, self._left_by(loop.until, inputs, ends_if=True))
             passes += self.active is not entry
-        self._cut_loop(loop)
+        self._cut_pass(loop.site)
         self.active = or_(ends, self._exits)
         self._exits = outer
 
@@ -389,9 +463,9 @@ class ScanMachine(TermValues):
         self.active = and_(self.active, not_(ends))
         return left
 
-    def _cut_loop(self, loop: Loop) -> None:
+    def _cut_pass(self, site: int) -> None:
         if self.active is not FALSE:
-            self.cut.append((self.lowered.sites[loop.site], "loop", f"more than {MOST_PASSES} passes"))
+            self.cut.append((self.lowered.sites[site], "loop", f"more than {MOST_PASSES} passes"))
             self.deep = or_(self.deep, self.active)
 
     def select(self, power: T, value: Callable[[], Any]) -> T:
@@ -406,3 +480,20 @@ def hidden_in(operand: Place | Group) -> Iterator[Leaf]:
         for path, _, _ in leaves_of(operand.type):
             if path.rpartition(".")[2].startswith(HIDDEN):
                 yield operand.layout.leaf(f"{operand.path}.{path}")
+
+
+def _is_plain(operand: object) -> bool:
+    """Whether an operand is all that an instruction may write by it; a routine or an axis is not."""
+    return isinstance(operand, (Place, Group, Constant, Calculation, StringConstant, str))
+
+
+class TermScheduler:
+    """The tasks that EVENT makes due."""
+
+    def __init__(self, machine: ScanMachine) -> None:
+        self._machine = machine
+
+    def trigger(self, task: ScheduledTask) -> None:
+        """Make an event task due; if it is due already, it may count an overlap."""
+        self._machine.poke(task.pending, 0, TRUE)
+        self._machine.poke(task.overlaps, 0, self._machine.unknown_of(task.overlaps))

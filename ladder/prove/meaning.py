@@ -11,6 +11,7 @@ rounded after each operation.
 | shr, wrap, bit, setbit, b2i | shift right, keep low bits, read a bit, write a bit, a truth as 0 or 1 |
 | eq, lt | of whole numbers |
 | fadd, fsub, fmul, fdiv, fneg, fabs | of floats, to the nearest, half to even |
+| fsqrt, frem | root of a float >= 0; distance to the nearest multiple, as IEEE 754 has it |
 | feq, flt, fle, fnan, ffin | of floats, as IEEE 754 has them; `ffin`: neither infinite nor NaN |
 | i2f, f2f, f2i | conversions; `f2i` is 0 at and beyond 2**62, of infinity and NaN |
 """
@@ -46,6 +47,17 @@ def to_whole(value: float, how: str) -> int:
     if not finite(value) or abs(value) >= FAR:
         return 0
     return round(value) if how == "rne" else math.trunc(value)
+
+
+def to_nearest(a: float, b: float) -> float:
+    """Return the distance of a from the nearest multiple of b; NaN where there is none.
+
+    >>> to_nearest(5.0, 3.0), to_nearest(7.0, 3.0)
+    (-1.0, 1.0)
+    """
+    if not finite(a) or b != b or b == 0:
+        return math.nan
+    return math.remainder(a, b)
 
 
 def to_float(value: float, kind: str) -> float:
@@ -93,6 +105,8 @@ FLOATS: dict[str, Callable[..., float]] = {
     "fdiv": real_quotient,
     "fneg": operator.neg,
     "fabs": abs,
+    "fsqrt": math.sqrt,
+    "frem": to_nearest,
 }
 """Operations whose result is rounded to the kind of the term."""
 

@@ -326,6 +326,7 @@ def refuse(lowered: LoweredProgram) -> None:
     if schedule is not None:
         found += [f"task {each.task.name}, which preempts" for each in schedule.tasks if each.task.preempt]
         found += [f"fault routine {each.fault}" for each in schedule.programs if each.fault is not None]
+    found += [f"the sequential function chart {name}" for name in sorted(lowered.charts)]
     if lowered.axes or lowered.ideal is not None:
         found.append("motion axes")
     if found:

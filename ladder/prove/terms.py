@@ -357,7 +357,7 @@ def to_float(a: T, kind: str) -> T:
 
 
 def fop(op: str, *args: T) -> T:
-    """`fadd`, `fsub`, `fmul`, `fdiv`, `fneg` or `fabs` of floats of one kind."""
+    """`fadd`, `fsub`, `fmul`, `fdiv`, `frem`, `fneg`, `fabs` or `fsqrt` of floats of one kind."""
     kind = args[0].kind
     if all(a.op == "const" for a in args):
         return const(meaning(op, kind, None)(*[a.val for a in args]), kind)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 from ...io_images.site import Site
@@ -64,7 +66,8 @@ class TermValues(Interpreter):
 
     argument_type = TermArgument
 
-    def __init__(self, lowered: LoweredProgram, dt: tuple[int, int]) -> None:
+    def __init__(self, lowered: LoweredProgram, dt: tuple[int, int], known: Mapping[Key, Any]) -> None:
+        self.known = known  # values that never change
         self.state: dict[Key, T] = {}  # values now
         self.vars: dict[Key, T] = {}  # values before the scan: variables
         self.kinds: dict[Key, Leaf] = {}
@@ -106,6 +109,10 @@ class TermValues(Interpreter):
 
     def _first(self, key: Key, leaf: Leaf) -> T:
         """Make the variable of a place."""
+        if key in self.known:
+            self.state[key] = found = const(self.known[key], kind_of(leaf.type)[0])
+            self._asked.setdefault(key[0], []).append(key[1])
+            return found
         name = f"{key[0]}[{key[1]}]"
         if key[0].endswith(CLOCK):
             own = var(name, INT, 0, AGE)
@@ -197,6 +204,18 @@ class TermValues(Interpreter):
     def is_float(self, value: Any) -> bool:
         """Whether a number is REAL or LREAL."""
         return value.t.kind in FLOATS if isinstance(value, Symbol) else isinstance(value, float)
+
+    def is_infinite(self, value: Any) -> Any:
+        """Whether a number is infinite."""
+        if not isinstance(value, Symbol) or value.t.kind not in FLOATS:
+            return isinstance(value, float) and math.isinf(value)
+        return self.symbol(and_(not_(is_finite(value.t)), not_(is_nan(value.t))))
+
+    def is_nan(self, value: Any) -> Any:
+        """Whether a number is NaN."""
+        if not isinstance(value, Symbol) or value.t.kind not in FLOATS:
+            return isinstance(value, float) and math.isnan(value)
+        return self.symbol(is_nan(value.t))
 
     def least(self, value: Any, most: int) -> Any:
         """Return the smaller of a number and a limit."""
@@ -296,15 +315,25 @@ class TermValues(Interpreter):
         terms = [term_of(each, kind) for each in values]
         if name == "/":
             self.fault_log.zero_divisor_if(not_(truth_of(terms[1])))  # type: ignore[attr-defined]
-        if name not in _REAL:
-            raise NotModelled(f"{name} of floating-point numbers")
-        result = fop(_REAL[name], *terms)
+        if name == "MOD":
+            self.fault_log.zero_divisor_if(not_(truth_of(terms[1])))  # type: ignore[attr-defined]
+        result = self._real(name, terms, kind)
         if name not in ("NEG", "ABS"):
             finite = TRUE
             for each in terms:
                 finite = and_(finite, is_finite(each))
             self.overflow_if(and_(finite, not_(is_finite(result))))
         return result
+
+    def _real(self, name: str, terms: Sequence[T], kind: str) -> T:
+        if name in _REAL:
+            return _REAL[name](*terms)
+        if name in _FACTORS:
+            product = fop("fmul", to_float(terms[0], F64), const(_FACTORS[name], F64))
+            return to_float(product, kind)
+        if name in UNKNOWN:
+            return self.unknown(kind)
+        raise NotModelled(f"{name} of floating-point numbers")
 
     def overflow_if(self, t: T) -> None:
         """Note an overflow where a truth holds."""
@@ -462,6 +491,11 @@ def _below(t: T, most: int) -> T:
     return t if t.lo >= 0 and t.hi <= mask else bitop("band", t, const(mask))
 
 
+def is_nan(t: T) -> T:
+    """Return whether a float is no number."""
+    return mk("fnan", (t,), BOOL)
+
+
 def is_finite(t: T) -> T:
     """Return whether a float is neither infinite nor NaN."""
     return mk("ffin", (t,), BOOL)
@@ -486,7 +520,43 @@ _WHOLE: dict[str, Callable[..., T]] = {
     "TRN": lambda a: a,
 }
 
-_REAL = {"+": "fadd", "-": "fsub", "*": "fmul", "/": "fdiv", "NEG": "fneg", "ABS": "fabs"}
+
+def _remainder(a: T, b: T) -> T:
+    """Return the remainder with the sign of a."""
+    size, divisor, zero = fop("fabs", a), fop("fabs", b), const(0.0, a.kind)
+    near = fop("frem", size, divisor)
+    found = ite(lt(near, zero), fop("fadd", near, divisor), near)
+    return ite(lt(a, zero), fop("fneg", found), found)
+
+
+def _truncated(t: T) -> T:
+    """Return a float without its fraction; 0 of infinity and NaN."""
+    whole = to_float(to_int(t, "rtz"), t.kind)
+    big = not_(and_(lt(t, const(_FAR, t.kind)), lt(const(-_FAR, t.kind), t)))
+    return ite(is_finite(t), ite(big, t, whole), const(0.0, t.kind))
+
+
+_REAL: dict[str, Callable[..., T]] = {
+    **{
+        name: partial(fop, op)
+        for name, op in {
+            "+": "fadd",
+            "-": "fsub",
+            "*": "fmul",
+            "/": "fdiv",
+            "NEG": "fneg",
+            "ABS": "fabs",
+        }.items()
+    },
+    "MOD": _remainder,
+    "SQR": lambda a: fop("fsqrt", fop("fabs", a)),
+    "TRN": _truncated,
+}
+
+_FACTORS = {"DEG": 180 / math.pi, "RAD": math.pi / 180}
+
+UNKNOWN = frozenset(("SIN", "COS", "TAN", "ASN", "ACS", "ATN", "LN", "LOG", "**"))
+"""Functions of floats whose result may be any number here."""
 
 _TRUTH: dict[str, Callable[..., T]] = {
     "AND": and_,

@@ -183,9 +183,9 @@ _ROWS: tuple[Spec, ...] = (
     _file("SQL", Use.ARRAY, Use.INTEGER, Use.SLC_CONTROL, shown=2, run=words.sequence_load),
     # program control
     *(control.JMP, control.LBL, control.JSR, control.RET, control.SBR, control.MCR, control.AFI, control.NOP),
-    action("TND", run=_end_scan),
+    action("TND", run=_end_scan, prove=lambda machine, power: machine.end_scan(power)),
     condition("END", run=lambda _machine: True, alone=True),
-    action("SUS", Use.IGNORED, run=_suspend),
+    action("SUS", Use.IGNORED, run=_suspend, prove=lambda machine, power, _: machine.end_scan(power)),
     action("IIM", *_shown(3), optional=2, run=_nothing),
     action("IOM", *_shown(3), optional=2, run=_nothing),
     action("REF", *_shown(2), optional=2, run=_nothing),

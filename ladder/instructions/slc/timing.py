@@ -21,16 +21,15 @@ BASES_NS = {1.0: 1_000_000_000, 0.01: 10_000_000, 0.001: 1_000_000}
 def _count(machine: Interpreter, group: Group, timer: Members, base: Resolved) -> None:
     """Add the elapsed time bases to ACC."""
     assert isinstance(base, Constant)
-    unit, last = BASES_NS[float(base.value)], int(timer["~last_ns"])
-    units = max(machine.now_ns - last, 0) // unit
-    preset, accumulated = int(timer["PRE"]), int(timer["ACC"])
+    preset, accumulated = machine.whole(timer["PRE"]), machine.whole(timer["ACC"])
     if preset < 0 or accumulated < 0:
         machine.fault_log.negative_timer(machine.site, group.text, preset, accumulated)
-    timer.set(ACC=min(accumulated + units, max(preset, accumulated)), **{"~last_ns": last + units * unit})
+    units = machine.elapsed(group.member("~last_ns"), BASES_NS[float(base.value)])
+    timer.set(ACC=min(accumulated + units, max(preset, accumulated)))
 
 
-def _begin(machine: Interpreter, timer: Members) -> None:
-    timer.set(**{"~last_ns": machine.now_ns})
+def _begin(machine: Interpreter, group: Group) -> None:
+    machine.start_clock(group.member("~last_ns"))
 
 
 def on_delay(machine: Interpreter, power: bool, group: Group, base: Resolved, *_shown: Resolved) -> None:
@@ -53,7 +52,7 @@ def retentive(machine: Interpreter, power: bool, group: Group, base: Resolved, *
 
 def _run(machine: Interpreter, group: Group, timer: Members, base: Resolved) -> None:
     if not timer["EN"]:
-        _begin(machine, timer)
+        _begin(machine, group)
     _count(machine, group, timer, base)
     done = timer["ACC"] >= timer["PRE"]
     timer.set(EN=True, DN=done, TT=not done)
@@ -66,7 +65,7 @@ def off_delay(machine: Interpreter, power: bool, group: Group, base: Resolved, *
         timer.set(EN=True, TT=False, DN=True, ACC=0)
         return
     if timer["EN"]:
-        _begin(machine, timer)
+        _begin(machine, group)
     elif not timer["TT"]:
         return
     _count(machine, group, timer, base)
@@ -87,7 +86,7 @@ def prescan_retentive(machine: Interpreter, group: Group, *_others: Resolved) ->
 def prescan_off_delay(machine: Interpreter, group: Group, *_others: Resolved) -> None:
     """Reset a TOF to its state after the delay."""
     timer = Members(machine, group)
-    timer.set(EN=False, TT=False, DN=False, ACC=max(int(timer["PRE"]), 0))
+    timer.set(EN=False, TT=False, DN=False, ACC=max(machine.whole(timer["PRE"]), 0))
 
 
 # --- counters
@@ -96,7 +95,7 @@ def prescan_off_delay(machine: Interpreter, group: Group, *_others: Resolved) ->
 def _counted(group: Group, machine: Interpreter, power: bool, bit: str, step: int, beyond: str) -> None:
     counter = Members(machine, group)
     if power and not counter[bit]:
-        value = int(counter["ACC"]) + step
+        value = machine.whole(counter["ACC"]) + step
         counter.set(ACC=wrap(value, INT.bits))
         if not INT.lowest <= value <= INT.highest:
             counter.set(**{beyond: True})

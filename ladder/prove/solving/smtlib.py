@@ -81,7 +81,7 @@ def result_sort(op: str, sorts: Sequence[Sort], indices: Sequence[int]) -> Sort:
 
 
 _WORDS = frozenset(["bvadd", "bvsub", "bvmul", "bvsdiv", "bvsrem", "bvand", "bvor", "bvxor"])
-_KEEPING = _WORDS | {"fp.add", "fp.sub", "fp.mul", "fp.div", "fp.neg", "fp.abs"}
+_KEEPING = _WORDS | {"fp.add", "fp.sub", "fp.mul", "fp.div", "fp.neg", "fp.abs", "fp.sqrt", "fp.rem"}
 """Operations whose result is of the sort of their operands."""
 
 

@@ -70,6 +70,8 @@ _MEMBERS = {
     "fp.div": "FP_DIV",
     "fp.neg": "FP_NEG",
     "fp.abs": "FP_ABS",
+    "fp.sqrt": "FP_SQRT",
+    "fp.rem": "FP_REM",
     "fp.eq": "FP_EQUAL",
     "fp.lt": "FP_LT",
     "fp.leq": "FP_LEQ",

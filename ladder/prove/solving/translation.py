@@ -99,7 +99,7 @@ def _one(sink: Sink, t: T, made: list[Any]) -> Any:
         return special(sink, t, made)
     if t.op in _WHOLE:
         return _whole(sink, t, made)
-    rounded = [_ROUND, *made] if t.op in ("fadd", "fsub", "fmul", "fdiv") else made
+    rounded = [_ROUND, *made] if t.op in ("fadd", "fsub", "fmul", "fdiv", "fsqrt") else made
     return sink.apply(_DIRECT[t.op], rounded)
 
 
@@ -116,6 +116,8 @@ _DIRECT = {
     "fdiv": "fp.div",
     "fneg": "fp.neg",
     "fabs": "fp.abs",
+    "fsqrt": "fp.sqrt",
+    "frem": "fp.rem",
     "feq": "fp.eq",
     "flt": "fp.lt",
     "fle": "fp.leq",
