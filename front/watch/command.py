@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from ..jobs.load.loading import forces_to_hold, load_job, runs, scans_to_run
+from ..jobs.load.loading import forces_to_hold, load_job, recording_of, runs, scans_to_run
 from ..jobs.run.build import check_ports
 from ..jobs.trust.owned import check_recording
 from ..runtime.live.orders import MAX, SPEED_LEAST, SPEED_MOST
@@ -90,7 +90,7 @@ def _watch_command(
         with reported_mistakes():
             if given:
                 raise ValueError(f"{given[0]} is for a rack that runs; {rack} is a recording")
-            status = watch_trace(place_of(rack), port=port, trust=trust, opened=opened)
+            status = watch_trace(place_of(recording_of(rack)), port=port, trust=trust, opened=opened)
         raise typer.Exit(status)
     try:
         factor = _speed(speed)

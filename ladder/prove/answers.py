@@ -47,7 +47,7 @@ class Step:
     changes: tuple[tuple[str, Any], ...]
 
     def __str__(self) -> str:
-        said = [f"{name} = {_shown(value)}" for name, value in self.changes]
+        said = [value_text(name, value) for name, value in self.changes]
         return ", ".join([*([f"{self.ms:,} ms later"] if self.ms else []), *said]) or "power-up"
 
 
@@ -190,11 +190,11 @@ def tag_text(layout: Layout, key: Key) -> str:
     return element_text(leaf.path, leaf.dims, key[1]) if leaf.dims else leaf.path
 
 
-def _shown(value: Any) -> str:
-    return (
-        str(int(value))
-        if isinstance(value, bool)
-        else f"{value:g}"
-        if isinstance(value, float)
-        else str(value)
-    )
+def value_text(name: str, value: Any) -> str:
+    """Return a value as a scenario shows it.
+
+    >>> value_text("Run", True), value_text("Level", 2.5)
+    ('Run = 1', 'Level = 2.5')
+    """
+    shown = int(value) if isinstance(value, bool) else f"{value:g}" if isinstance(value, float) else value
+    return f"{name} = {shown}"

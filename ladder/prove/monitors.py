@@ -21,7 +21,8 @@ from __future__ import annotations
 
 import copy
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -35,7 +36,7 @@ from ..model.expressions import parse_address
 from ..model.operands import Constant, Place
 from ..model.resolver import AddressError
 from ..model.statements import Assignment
-from ..model.tags import OVERRIDE, SlotAlias, Tag, program_of, scoped
+from ..model.tags import OVERRIDE, STATUS_FLAGS, SlotAlias, Tag, program_of, scoped
 from ..model.tree import Address, Instruction, Operand, Operation, Routine, Rung, number
 from ..model.types import BOOL
 from ..run.engine import Engine
@@ -111,20 +112,34 @@ def monitored(program: LadderLogic, claims: Sequence[Claim] = (), slots: Sequenc
 
 def run_monitors(engine: Engine) -> None:
     """Run the monitors of a program after a scan."""
-    enable_monitors(engine.interpreter)
-    for name in engine.lowered.monitors:
-        engine.call_routine(name, ())
+    with monitoring(engine.interpreter):
+        for name in engine.lowered.monitors:
+            engine.call_routine(name, ())
 
 
-def enable_monitors(machine: Any) -> None:
-    """End the first scan and an open MCR zone before monitors: their rungs have power.
+@contextmanager
+def monitoring(machine: Any) -> Iterator[None]:
+    """Let the body run monitors: behind the first scan and an open MCR zone; they leave no status flag.
 
     Args:
         machine: an interpreter, or the machine of terms.
     """
+    kept = [(name, machine.status(name)) for name in STATUS_FLAGS if name != "S:FS"]
     machine.set_status("S:FS", False)
     if machine.lowered.override:
         machine.set_status(OVERRIDE, False)
+    yield
+    for name, value in kept:
+        machine.set_status(name, value)
+
+
+def is_monitors_own(path: str) -> bool:
+    """Whether a leaf, by its path in capitals, is one that only monitors have.
+
+    >>> is_monitors_own("PROVE__3"), is_monitors_own("FWD")
+    (True, False)
+    """
+    return path.startswith(("PROVE__", "OLD__"))
 
 
 def _copy(program: LadderLogic, slots: Sequence[int]) -> LadderLogic:

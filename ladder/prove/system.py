@@ -214,13 +214,26 @@ class Problem(System):
         self._settle()
 
     def _run_monitors(self) -> None:
-        names = getattr(self.lowered, "monitors", ())
-        if names:
-            from .monitors import enable_monitors
+        """Run the monitors; a LadderError if one of them acts on the program."""
+        machine, names = self.machine, self.lowered.monitors
+        if not names:
+            return
+        from .monitors import is_monitors_own, monitoring
 
-            enable_monitors(self.machine)
+        before, written = dict(machine.state), set(machine.written)
+        with monitoring(machine):
             for name in names:
-                self.machine.call_routine(name, ())
+                machine.call_routine(name, ())
+        for key in sorted(machine.written):
+            path = key[0]
+            if path.startswith(("S:", "~")) or is_monitors_own(path):
+                continue
+            acts = key in before and machine.state[key] is not before[key]
+            if acts or (key not in written and machine.kinds[key].slot is not None):
+                raise LadderError(
+                    f"a routine NEVER writes {shown(_name_of(key))}, which the program uses: "
+                    "a monitor has tags of its own"
+                )
 
     def _begin(self) -> None:
         try:
@@ -360,6 +373,10 @@ def _named(layout: Layout, what: str, patterns: Sequence[str]) -> frozenset[str]
             raise LadderError(f"{what}: no tag is called {each!r}")
         found.update(hits)
     return frozenset(found)
+
+
+def _name_of(key: Key) -> str:
+    return f"{key[0]}[{key[1]}]"
 
 
 def shown(name: str) -> str:

@@ -84,6 +84,8 @@ def _prove_command(
             subject = subject_of(rack)
             with ScenarioFolder(out or Path(f"{subject.name}-prove")) as folder:
                 results = list(_told(subject, folder, quiet=quiet, silent=as_json))
+                if _is_shown(quiet=quiet):
+                    say("proving: built-in questions", err=True)
                 answers = ask_questions(subject, folder)
                 if html is not None:
                     used = in_use(subject.job)
@@ -120,13 +122,16 @@ def _compare(
 def _told(subject: Subject, folder: ScenarioFolder, *, quiet: bool, silent: bool) -> Iterator[Result]:
     """Decide all claims; print each as soon as it is decided, unless `silent`."""
     width = max((len(each.claim.name) for each in subject.program.properties), default=0)
-    shown = not quiet and sys.stderr.isatty()
-    for result in prove_all(subject, folder, _progress if shown else no_progress):
+    for result in prove_all(subject, folder, _progress if _is_shown(quiet=quiet) else no_progress):
         if not silent:
             say(line_of(result, width))
-            for line in below(result):
+            for line in below(subject, result):
                 say(f"    {line}")
         yield result
+
+
+def _is_shown(*, quiet: bool) -> bool:
+    return not quiet and sys.stderr.isatty()
 
 
 def _progress(name: str, number: int, of: int) -> None:

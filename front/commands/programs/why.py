@@ -13,7 +13,7 @@ from ...jobs.bench import Bench, NotReachedError
 from ...jobs.bench.moment import ScanChoice
 from ...jobs.bench.of_trace import why_of_trace
 from ...jobs.bench.opening import open_bench
-from ...jobs.load.loading import runs
+from ...jobs.load.loading import recording_of, runs
 from ...ladder import LadderError
 from ...ladder.debug import CauseLink, Remedies, cross_reference
 from ...ladder.debug.crossref import Mention
@@ -44,7 +44,9 @@ def _run(bench: Bench, moment: ScanChoice) -> None:
 
 
 def _why_command(
-    file: Annotated[str, typer.Argument(metavar="RACK|TRACE", help="A rack file, or a trace of a run.")],
+    file: Annotated[
+        str, typer.Argument(metavar="RACK|TRACE", help="A rack file, or a trace of a run, or of a scenario.")
+    ],
     what: Annotated[
         str | None,
         typer.Argument(
@@ -96,7 +98,7 @@ def _why_command(
         if runs(file):
             asked = _ask_bench(open_bench(file, watched=True), what, moment, deep, want)
         else:
-            asked = _ask_trace(Path(file), what, moment, trust=trust, deep=deep, want=want)
+            asked = _ask_trace(Path(recording_of(file)), what, moment, trust=trust, deep=deep, want=want)
     except NotReachedError as error:
         raise typer.Exit(complain(str(error), NO)) from error
     except (LadderError, ValueError) as error:

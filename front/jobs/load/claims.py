@@ -32,5 +32,7 @@ def with_monitors(job: Job) -> Monitored:
         ValueError: a claim that can't be used, or a Python program, which has no claims.
     """
     if not isinstance(job.logic, LadderLogic):
-        raise ValueError(f"{job.program}: the program is a Python function: what is proved is ladder logic")
+        raise ValueError(
+            f"{job.program}: the program is in Python: what is proved is ladder logic and structured text"
+        )
     return monitored(job.logic, claims_of(job.spec), [slot.number for slot in job.spec.slot])

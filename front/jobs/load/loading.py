@@ -210,6 +210,25 @@ def runs(address: str) -> bool:
     return Path(split_address(address)[0]).suffix in RACK_FORMS or is_export(address)
 
 
+SCENARIO, SCENARIO_TRACE = "scenario.json", "trace.mcap"
+"""Files of a refuted property, or of a failure of a search: what happens, and its recording."""
+
+
+def recording_of(address: str) -> str:
+    """Return the recording that an address of a recording means: of a scenario, the one beside it.
+
+    Raises:
+        ValueError: the scenario has none: it did not happen on the rack.
+    """
+    path, sharp, rest = address.partition("#")
+    if PurePath(path).name != SCENARIO:
+        return address
+    trace = Path(path).with_name(SCENARIO_TRACE)
+    if not trace.is_file():
+        raise ValueError(f"{path}: there is no recording {SCENARIO_TRACE} beside it: the rack did not do it")
+    return f"{trace}{sharp}{rest}"
+
+
 def rack_form(path: PurePath) -> Form:
     """Return how `load_spec` reads a rack file; RackFileError if this is not a rack file."""
     if path.suffix not in RACK_FORMS:

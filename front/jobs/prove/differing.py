@@ -21,6 +21,7 @@ from ..load.loading import Job
 from ..trust.owned import in_use
 from .proving import ScenarioFolder
 from .scenario import on_scans_of
+from .subject import bounds_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +66,7 @@ def edited(old: str, new: str, only: Sequence[str], folder: ScenarioFolder) -> E
     before, after = (_ladder(each) for each in (old, new))
     job, logic = after
     given = job.spec.prove
-    bounds = ScanBounds(*given.scan_ms, whole=not job.spec.scan_ns % 1_000_000)
+    bounds = bounds_of(job)
     layout = logic.build().layout
     allowed = [_named(layout, each) for each in only]
     found = compare(before[1], logic, bounds, free=given.free, written_outside=given.written_outside)
@@ -79,7 +80,9 @@ def edited(old: str, new: str, only: Sequence[str], folder: ScenarioFolder) -> E
 def _ladder(file: str) -> tuple[Job, LadderLogic]:
     job, _ = load_any(file)
     if not isinstance(job.logic, LadderLogic):
-        raise ValueError(f"{job.program}: the program is a Python function: what is proved is ladder logic")
+        raise ValueError(
+            f"{job.program}: the program is in Python: what is proved is ladder logic and structured text"
+        )
     return job, job.logic
 
 

@@ -20,6 +20,7 @@ from .differing import Edited
 from .differing import lines_of as lines_of_edit
 from .proving import Questions, Result
 from .report import assumptions, detail_of, question_lines
+from .scenario import told
 from .subject import Subject
 
 WIDTH = 96
@@ -63,7 +64,7 @@ def parts_of(subject: Subject, results: Sequence[Result], answers: Questions) ->
     for each in results:
         if each.answer.steps:
             yield f'<h2 id="{escape(each.name)}">{escape(each.name)}</h2>'
-            yield _scans(each.answer.steps)
+            yield _scans(subject, each.answer.steps)
             if each.rack is not None:
                 yield f"<p>{escape(str(each.rack))}</p>"
             yield drawn(subject.program.program, each.answer.scans, watched[each.answer.claim])
@@ -95,10 +96,13 @@ def _table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     return f"<table><tr>{head}</tr>{body}</table>"
 
 
-def _scans(steps: Sequence[Step]) -> str:
+def _scans(subject: Subject, steps: Sequence[Step]) -> str:
     return _table(
         ("scan", "what changes before it"),
-        [(str(number), f"<code>{escape(str(each))}</code>") for number, each in enumerate(steps, start=1)],
+        [
+            (str(number), f"<code>{escape(told(each, subject.job.spec))}</code>")
+            for number, each in enumerate(steps, start=1)
+        ],
     )
 
 

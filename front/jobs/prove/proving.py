@@ -18,13 +18,11 @@ from ...runtime.loop.pace import wall_ns
 from ...traces.files.guard import Used
 from ..fuzz.folder_lock import locked, write_text
 from ..fuzz.scenarios.scenario import Scenario
+from ..load.loading import SCENARIO, SCENARIO_TRACE
 from ..trust.owned import in_use
 from .on_rack import OnRack, record, replay_on_rack
 from .scenario import on_scans_of
 from .subject import Subject
-
-SCENARIO, TRACE = "scenario.json", "trace.mcap"
-"""Files of a refuted claim, in a folder of its name."""
 
 Progress = Callable[[str, int, int], object]
 """Called before each claim: its name, its number from 1, how many there are."""
@@ -168,5 +166,5 @@ def _written(subject: Subject, found: Answer, rack: OnRack | None, folder: Scena
     file = folder.save(found.claim.name, orders.scenario(scan_ns), in_use(subject.job))
     if rack is not None and rack.confirmed:
         with suppress(CpuFault):  # the recording ends with the fault
-            record(subject.job, rack, file.with_name(TRACE))
+            record(subject.job, rack, file.with_name(SCENARIO_TRACE))
     return file

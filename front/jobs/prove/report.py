@@ -7,6 +7,7 @@ from typing import Any
 
 from ...ladder.prove.induction import Kind
 from .proving import Found, Questions, Result
+from .scenario import told
 from .subject import Subject
 
 HELD_SHOWN = 12
@@ -39,10 +40,10 @@ def detail_of(result: Result) -> str:
     return f"{said}; and {more:,} more" if more > 0 else said
 
 
-def below(result: Result) -> Iterator[str]:
+def below(subject: Subject, result: Result) -> Iterator[str]:
     """Yield the lines below that of a claim: its scenario, and what the rack did."""
     for number, step in enumerate(result.answer.steps, start=1):
-        yield f"scan {number}: {step}"
+        yield f"scan {number}: {told(step, subject.job.spec)}"
     if result.rack is not None:
         yield str(result.rack)
 

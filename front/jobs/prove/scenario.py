@@ -10,14 +10,17 @@ A tag is written; a word of a module's inputs is forced.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from ...io_images.module_words import ModuleWords
 from ...ladder.model.tags import Layout
-from ...ladder.prove.answers import tag_text
+from ...ladder.prove.answers import Step, tag_text, value_text
 from ...ladder.prove.monitors import Key
 from ...ladder.prove.replaying import ScanOf
+from ...runtime.config.rackspec import RackSpec
 from ...runtime.live.orders import Force, Order, Write
 from ..fuzz.scenarios.scenario import Given, Scenario
 
@@ -69,3 +72,22 @@ def _orders(layout: Layout, inputs: dict[Key, Any]) -> Iterator[Order]:
             yield Force(f"Local:{leaf.slot}:I.Data[{key[1]}]", int(value))
         elif leaf.slot is None and not key[0].startswith(("S:", "~")):
             yield Write(tag_text(layout, key), value)
+
+
+def told(step: Step, spec: RackSpec) -> str:
+    """Return a scan of a scenario in words, with the names of the bits in words of modules."""
+    words = {slot.number: slot.words for slot in spec.slot}
+    said = [] if not step.ms else [f"{step.ms:,} ms later"]
+    for name, value in step.changes:
+        found = _WORD.fullmatch(name)
+        bits = [] if found is None else _bits(words.get(int(found[1])), int(found[2]), int(value))
+        said.append(value_text(name, value) + (f" ({' '.join(bits)})" if bits else ""))
+    return ", ".join(said) or "power-up"
+
+
+_WORD = re.compile(r"Local:(\d+):I\.Data\[(\d+)\]")
+
+
+def _bits(words: ModuleWords | None, word: int, value: int) -> list[str]:
+    """Return the names of the bits of an input word that are set."""
+    return [] if words is None else [name for name, bit in words.bits("I", word) if value >> bit & 1]

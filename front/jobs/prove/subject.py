@@ -51,7 +51,7 @@ def subject_of(file: str, beside: Problem | None = None) -> Subject:
     rows = list(_contracts(job, program))
     problem = Problem(
         program.program,
-        ScanBounds(*given.scan_ms, whole=not job.spec.scan_ns % 1_000_000),
+        bounds_of(job),
         free=given.free,
         written_outside=given.written_outside,
         assume=program.assume,
@@ -60,6 +60,13 @@ def subject_of(file: str, beside: Problem | None = None) -> Subject:
     )
     name = Path(file.partition(":")[0]).stem
     return Subject(name, job, alone, program, problem, tuple(said for _, said in rows))
+
+
+def bounds_of(job: Job) -> ScanBounds:
+    """Return the times between scans that proofs cover; from 0 ms for a rack with scans below 1 ms."""
+    shortest, longest = job.spec.prove.scan_ms
+    shortest = 0 if shortest == 1 and job.spec.scan_ns < 1_000_000 else shortest
+    return ScanBounds(shortest, longest, whole=not job.spec.scan_ns % 1_000_000)
 
 
 def _contracts(job: Job, program: Monitored) -> Iterator[tuple[Contract, str]]:

@@ -79,7 +79,8 @@ def test_a_refuted_property_has_a_scenario_that_others_replay(place: Path) -> No
     status, said = scanrack("fuzz", "line.toml", "--scenario", scenario)
     assert status == 1
     assert "broken: never Fwd AND Rev [one direction]: scan 50, 0.5 s" in said
-    status, said = scanrack("why", "line-prove/one_direction/trace.mcap", "Fwd", "--at", "50")
+    assert "Local:1:I.Data[1] = 8 (IN_ESTOP)" in proved(BROKEN)[1]
+    status, said = scanrack("why", scenario, "Fwd", "--at", "50")
     assert status == 0
     assert "chain: Fwd on (0.5 s" in said
 
@@ -124,7 +125,7 @@ def test_numbers_that_change_from_outside_are_free(place: Path) -> None:
 @pytest.mark.parametrize(
     ("program", "says"),
     [
-        ("line.py", "the program is a Python function: what is proved is ladder logic"),
+        ("line.py", "the program is in Python: what is proved is ladder logic and structured text"),
         ("twice.rung", "routine \\Main.Fault"),
     ],
 )

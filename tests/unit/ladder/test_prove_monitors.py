@@ -154,3 +154,22 @@ def test_the_program_stays_as_it_is() -> None:
     monitored(program, [never("A")])
     assert program.source() == before
     assert "Prove__1" not in program.tags
+
+
+def test_a_monitor_that_acts_on_the_program_is_refused() -> None:
+    text = LINE.replace("XIC(Fwd)TON(T,20,0)", "XIC(B)OTU(Fwd)TON(T,20,0)")
+    with pytest.raises(LadderError, match="a routine NEVER writes FWD, which the program uses"):
+        parse_program(text).prove(never="Fwd AND Rev")
+
+
+def test_a_program_answers_in_a_test() -> None:
+    program = parse_program(LINE)
+    assert program.prove(always="N <> old(N) OR NOT B")
+    refuted = program.prove(never="Fwd AND Rev")
+    assert not refuted
+    assert repr(refuted) == "refuted: never Fwd AND Rev\n  scan 1: A = 1, B = 1"
+    assert program.prove(never="Fwd AND Rev", assume=["NOT (A AND B)"])
+    reached = program.prove(reachable="T.DN")
+    assert (bool(reached), reached.word, reached.verdict.k) == (True, "reached", 2)
+    with pytest.raises(LadderError, match="give one of never, always, reachable, not 2 of them"):
+        program.prove(never="A", always="B")
