@@ -131,6 +131,10 @@ class RecordedInputs:
         self._links = list(links)
         self.linked = True
 
+    def hold(self, image: bytes) -> None:
+        """Show an image from the next update on, whatever was recorded."""
+        self._images, self._times, self._last, self._row = (image,), (0,), 0, -1
+
     def update(self, now_ns: int, outputs: Image) -> Image:
         """Return the image in force at `now_ns`; see `Module.update`."""
         row = self._row

@@ -11,6 +11,7 @@ from ...io_images.addresses import Address, parse_address
 from ...io_images.image import IMAGE_BYTES, WORDS
 from ...io_images.module_words import ModuleWords
 from ...ladder.debug import CauseLink, Debugger, Remedies
+from ...ladder.state.memory import Value
 from ...runtime.config.rackspec import RackSpec
 from ...runtime.loop.scan import ScanFlag, ScanLogic
 from ...traces.format.layout import SlotInfo
@@ -26,6 +27,7 @@ from .source.class_names import Names
 from .source.conditions import source_line
 from .source.lines import Line
 from .traced_run import Load, TracedChange, TracedRun, Watched, fresh, run_again
+from .trials import ProgramTrials
 from .waits import waits
 
 NO_LINE = "no line of the program wrote it in that scan: a force came or went, or a test wrote it"
@@ -132,16 +134,34 @@ class Why:
             scans: within how many scans.
 
         Raises:
-            ValueError: an unknown name, a value that does not fit, or a Python program.
+            ValueError: an unknown name, or a value that does not fit.
         """
         if self.debugger is None:
-            raise ValueError(
-                "what it would take is known of ladder programs only: a Python program has no tags"
-            )
+            return self._what_would_of_python(text, None if wanted is None else _value_of(wanted), scans)
         own = text in self.debugger.tags or not self.means_image(text)
         tag = text if own else str(self.place(text))
         value = None if wanted is None else _value_of(wanted)
         return self.debugger.what_would(tag, value, scans=scans, name=self._terminal)
+
+    def _what_would_of_python(self, text: str, wanted: Any, scans: int) -> Remedies:
+        if self.load is None or self.spec is None:
+            raise ValueError("what it would take needs the program: the trace has none")
+        chains = self._chains(deep=False)
+        assert isinstance(chains, ProgramChain)
+        trials = ProgramTrials(self.recording, self.row, self.spec, self.load, self._terminal, scans)
+        own = chains.names.addresses.get(chains.names.own(text), text)
+        if not self.means_image(own):
+            return trials.of(text, chains.watched(text), wanted, chains.name)
+        place = self.place(own)
+        if place.image == "I":
+            raise ValueError(f"{text} is an input: what it would take is asked of outputs and of values")
+        at = self._offset(place.slot) + 2 * place.word
+
+        def read() -> Value:
+            word = int.from_bytes(trials.outputs()[at : at + 2], "little", signed=True)
+            return word if place.bit is None else bool(word >> place.bit & 1)
+
+        return trials.of(text, lambda _logic: read, wanted, chains.name)
 
     def _terminal(self, slot: int, word: int, bit: int | None) -> str | None:
         """Return the place of a terminal, or of an analog input; None for what a module reports."""

@@ -16,6 +16,7 @@ from ...traces.replay import Recording
 from ..replay.replaying import recorded_rack, score_of
 from ..replay.tag_orders import TagOrders
 from ..run.build import build_playback
+from ..run.playback import RecordedInputs
 
 
 class InputReplay(QuietListener):
@@ -59,6 +60,12 @@ class InputReplay(QuietListener):
     def _watchdog_ended_it(self) -> bool:
         """Whether the watchdog ended the recorded run; other runs may take longer when traced."""
         return any(each.fields.get("cause") == Cause.WATCHDOG.value for each in self._recording.events)
+
+    def hold(self, slot: int, image: bytes) -> None:
+        """Show a program this input image of a slot from the next scan on, whatever was recorded."""
+        module = self._rack.slots[slot].module
+        assert isinstance(module, RecordedInputs)
+        module.hold(image)
 
     def outputs(self) -> bytes:
         """Return all present output images."""

@@ -5,6 +5,7 @@ Expected by hand: from the timeline, the program and the manual's rules. A chain
 """
 
 import json
+import os
 
 import pytest
 from chain_text import text_of
@@ -247,9 +248,47 @@ def test_what_it_would_take_names_terminals_and_is_confirmed_by_a_run(made, tmp_
     assert [each["name"] for each in asked["takes"]["sets"][0]["inputs"]] == ["Start", "Stop"]
 
 
-def test_what_it_would_take_is_not_known_of_python(made):
-    with pytest.raises(ValueError, match="of ladder programs only"):
-        made("line.py", LINES, 3).what_would("state.run")
+# stop is on from scan 20; the program starts its jog from scan 4 on
+PYTHON_TAKES = [
+    (3, "state.run", None, ["slot2.input.start = True"], 1),
+    (30, "state.run", None, ["slot2.input.start = True", "slot2.input.stop = False"], 1),
+    (30, "Local:3:O.Data.4", "on", ["slot2.input.start = True", "slot2.input.stop = False"], 1),
+    (3, "slot1.command.MANUAL_CW", "on", ["slot2.input.start = True"], 2),
+    (15, "state.run", "off", ["slot2.input.stop = True"], 1),
+    (3, "state.level", "2", ["slot4 tank = 12001"], 1),
+]
+TANK = """
+[[slot]]
+number = 4
+module = "1769-IF4"
+[slot.options]
+inputs = { tank = 0 }
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="a Python program is copied by a fork")
+@pytest.mark.parametrize(("scans", "what", "wanted", "inputs", "after"), PYTHON_TAKES)
+def test_what_it_would_take_of_python_is_confirmed_by_a_run(made, scans, what, wanted, inputs, after):
+    program = LINES.replace("    count = 0", "    count = level = 0")
+    program += "    state.level = 2 if scan.slot[4].inputs[0] > 12000 else 1\n"
+    remedies = made("line.py", program, scans, TANK).what_would(what, wanted)
+    (remedy,) = remedies.found
+    said = [f"{each.name} = {each.value}" for each in remedy.changes]
+    assert (said, remedy.scans) == (inputs, after)
+    again = made("line.py", program, scans, TANK)
+    for each in remedy.changes:
+        again.force(str(each.cell.address), int(each.value))
+    again.scan(remedy.scans)
+    assert again[what] == remedies.wanted
+
+
+def test_what_it_would_take_is_not_asked_of_inputs(made):
+    bench = made("line.py", LINES, 3)
+    with pytest.raises(ValueError, match=r"slot2\.input\.start is an input: what it would take is asked of"):
+        bench.what_would("slot2.input.start")
+    with pytest.raises(ValueError, match=r"state\.count is 0: give the value that it should have"):
+        bench.what_would("state.count")
 
 
 # --- two racks, a lost link, an analog input: scans of 2 ms

@@ -63,7 +63,7 @@ class ProgramChain(RackChain):
     def _traced(self, row: int, text: str) -> TracedRun:
         known = self._runs.get((row, text))
         if known is None:
-            watched = self._watched(text) if text else None
+            watched = self.watched(text) if text else None
             known = run_again(self.recording, self.spec, self.load, frozenset({row}), row, watched)
             self._runs[row, text] = known
         return known
@@ -93,7 +93,7 @@ class ProgramChain(RackChain):
     def _operands(self, change: TracedChange, row: int) -> tuple[Operand, ...]:
         values = [Operand(name, value, changed=False) for name, value in change.values.items()]
         bits = [
-            Operand(self._name(each), self.value(each, row), changed=changed)
+            Operand(self.name(each), self.value(each, row), changed=changed)
             for each, changed in self._read(change, row)
         ]
         return (*values, *bits)
@@ -113,7 +113,8 @@ class ProgramChain(RackChain):
                 if mask >> bit & 1:
                     yield Bits(slot, "in", word, 1 << bit), bool(differs >> bit & 1)
 
-    def _name(self, bits: Bits) -> str:
+    def name(self, bits: Bits) -> str:
+        """Return the name of an input, as the program or the module has it."""
         for name, address in self.names.addresses.items():
             if address == str(bits.address):
                 return name
@@ -128,7 +129,7 @@ class ProgramChain(RackChain):
         """Yield the inputs that were new, else the value in the conditions that changed last."""
         new = [bits for bits, changed in self._read(change, row) if changed]
         for bits in new:
-            yield self._of_change(bits, self._name(bits), row)
+            yield self._of_change(bits, self.name(bits), row)
         if not new and row:
             names = [name for _, each in change.stands.inside for name in each]
             found = self._last_changes([self._full(name) for name in (*names, *change.stands.names)], row - 1)
@@ -139,7 +140,7 @@ class ProgramChain(RackChain):
 
     def _of_old_reads(self, change: TracedChange, row: int) -> Iterator[CauseLink]:
         """Yield the input among those read that changed last."""
-        links = [self.of_bits(bits, self._name(bits), row) for bits, _ in self._read(change, row)]
+        links = [self.of_bits(bits, self.name(bits), row) for bits, _ in self._read(change, row)]
         found = [each for each in links if each is not None]
         last = max((each.scan for each in found), default=None)
         yield from (each for each in found if each.scan == last)
@@ -150,7 +151,9 @@ class ProgramChain(RackChain):
         """Return a name in a method as a name of the program."""
         return f"{self.names.prefix}{name.removeprefix('self.')}" if name.startswith("self.") else name
 
-    def _watched(self, text: str) -> Watched:
+    def watched(self, text: str) -> Watched:
+        """Return what reads a value of the program."""
+
         def watched(logic: ScanLogic) -> Callable[[], Any]:
             namespace = namespace_of(logic)
             code = compile(_source(namespace, text), "<watched>", "eval")
