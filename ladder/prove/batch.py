@@ -18,10 +18,10 @@ from .terms import T, reach
 
 Array = np.ndarray[Any, np.dtype[Any]]
 
-LANES = 128
+LANES = 256
 """Runs at once."""
 
-NEAR = (0, 1, 2, 3, 5, 10, 100, 1000)
+_NEAR = np.array([0, 1, 2, 3, 5, 10, 100, 1000])
 """Numbers that random values often are."""
 
 
@@ -75,17 +75,32 @@ def _dtype(t: T) -> Any:
 
 
 def _function(t: T) -> Callable[..., Array]:
-    if t.op in _PLAIN and not _is_wide(t) and not any(map(_is_wide, t.args)):
+    if _is_wide(t) or any(map(_is_wide, t.args)):
+        return _each(t)
+    if t.op in _PLAIN:
         return _PLAIN[t.op]
-    if t.op == "bit" and not _is_wide(t.args[0]):
+    if t.op == "bit":
         number = min(t.val, 62)
         return lambda a: (a >> number & 1).astype(np.bool_)
-    if t.op == "shr" and not _is_wide(t.args[0]):
+    if t.op == "shr":
         return lambda a: a >> min(t.val, 62)
-    if t.op in ("f2f", "i2f") and not any(map(_is_wide, t.args)):
+    if t.op == "wrap":
+        return lambda a: _wrapped(a, t.val)
+    if t.op == "setbit":
+        number, bits = t.val
+        return lambda a, truth: _wrapped(a & ~(1 << number) | truth.astype(np.int64) << number, bits)
+    if t.op in ("f2f", "i2f"):
         kind = _dtype(t)
         return lambda a: a.astype(np.float64).astype(kind)
     return _each(t)
+
+
+def _wrapped(a: Array, bits: int) -> Array:
+    """Keep low bits, of at most 62, as `arithmetic.wrap` does."""
+    if bits < 0:
+        return a & (1 << -bits) - 1
+    half = 1 << bits - 1
+    return (a + half & half + half - 1) - half
 
 
 def _each(t: T) -> Callable[..., Array]:
@@ -146,7 +161,7 @@ class Runs:
         self._roots = roots
         every = [*[system.next[name] for name in self._states], *roots, system.contract]
         self._terms = BatchEvaluator(every)
-        self._chances = {name: [self._rng.choice(_CHANCES) for _ in range(LANES)] for name in self._free}
+        self._chances = {name: self._rare_and_often() for name in self._free}
         self.restart()
 
     def restart(self) -> None:
@@ -180,37 +195,57 @@ class Runs:
                 continue
             v, before = self._cone[name], self._values.get(name)
             new = self._any(name, v, before)
-            found[name] = new if before is None else np.where(self._bits(2) & self._bits(1), new, before)
+            found[name] = new if before is None else np.where(self._changing(), new, before)
         return found
 
-    def _bits(self, of: int) -> Array:
-        """Return truths that hold in every second, fourth, ... run."""
-        pattern = self._rng.getrandbits(LANES)
-        for _ in range(of - 1):
-            pattern &= self._rng.getrandbits(LANES)
+    def _rare_and_often(self) -> tuple[int, int]:
+        """Return the runs in which a bit is rarely on, and those in which it is often."""
+        one, other = self._rng.getrandbits(LANES), self._rng.getrandbits(LANES)
+        return one & other, one & ~other
+
+    def _changing(self) -> Array:
+        """Return truths that hold in every fourth run."""
+        return self._bits(self._rng.getrandbits(LANES) & self._rng.getrandbits(LANES))
+
+    def _bits(self, pattern: int) -> Array:
         packed = np.frombuffer(pattern.to_bytes(LANES // 8, "big"), dtype=np.uint8)
-        return np.unpackbits(packed).astype(np.bool_)
+        return np.unpackbits(packed).view(np.bool_)
 
     def _any(self, name: str, v: T, before: Array | None) -> Array:
-        rng, chances = self._rng, self._chances[name]
         if v.kind == BOOL:
-            return np.array([rng.random() < chance for chance in chances])
+            return self._bits(self._truths(name))
         if v.kind != INT:
-            return np.array([rng.choice((0.0, 1.0, rng.uniform(-100, 100))) for _ in chances], _dtype(v))
-        return np.array([self._number(name, v, before, lane) for lane in range(LANES)], _dtype(v))
+            return np.array([self._real() for _ in range(LANES)], _dtype(v))
+        if _is_wide(v):
+            return np.array([self._rng.randint(v.lo, v.hi) for _ in range(LANES)], object)
+        return self._numbers(name, v, before)
 
-    def _number(self, name: str, v: T, before: Array | None, lane: int) -> int:
-        rng, likely = self._rng, self._system.likely.get(name)
-        if likely is not None and rng.random() < 0.7:
-            word = rng.choice(likely)
-            return word if word <= v.hi else word - 0x10000
-        if before is not None and rng.random() < 0.3:
-            bits = max(1, (v.hi - v.lo).bit_length() - 1)
-            turned = int(before[lane]) ^ 1 << rng.randrange(bits)
-            return turned if v.lo <= turned <= v.hi else int(before[lane])
-        near = rng.choice(NEAR) if rng.random() < 0.8 else rng.randint(v.lo, v.hi)
-        return max(v.lo, min(v.hi, near))
+    def _truths(self, name: str) -> int:
+        """Return truths that are rare in some runs and frequent in others."""
+        draw, (rare, often) = self._rng.getrandbits, self._chances[name]
+        one, few = draw(LANES), draw(LANES) & draw(LANES)
+        return one & ~rare & ~often | one & few & rare | (one | ~few) & often
 
+    def _real(self) -> float:
+        return self._rng.choice((0.0, 1.0, self._rng.uniform(-100, 100)))
 
-_CHANCES = (0.1, 0.5, 0.5, 0.9)
-"""How likely a bit is on: each run has its own for each input."""
+    def _numbers(self, name: str, v: T, before: Array | None) -> Array:
+        """Return small numbers mostly, sometimes any, or such as differ from those before in a bit."""
+        likely = self._system.likely.get(name)
+        if likely is not None:
+            words = np.array([word if word <= v.hi else word - 0x10000 for word in likely])
+            found = words[self._draws() % len(words)]
+        else:
+            found = np.clip(_NEAR[self._draws() % len(_NEAR)], v.lo, v.hi)
+        raw = np.frombuffer(self._rng.randbytes(8 * LANES), np.uint64)
+        anything = (raw % np.uint64(v.hi - v.lo + 1)).astype(np.int64) + v.lo
+        found = np.where(self._draws() < 50, anything, found)
+        if before is not None:
+            turned = before ^ (1 << self._draws() % max(1, (v.hi - v.lo).bit_length()))
+            fits = (self._draws() < 80) & (v.lo <= turned) & (turned <= v.hi)
+            found = np.where(fits, turned, found)
+        return found
+
+    def _draws(self) -> Array:
+        """Return numbers from 0 to 255."""
+        return np.frombuffer(self._rng.randbytes(LANES), np.uint8).astype(np.int64)

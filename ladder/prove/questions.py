@@ -47,13 +47,16 @@ LIMITS = Limits(scans=5, k=2, steps=2_000, total=10_000)
 BUDGET = 100_000
 """Limit of the solver's steps for all questions of a program."""
 
-SCANS, RESTART = 60, 20
+SCANS, RESTART = 30, 15
 """Random scans of each run of the relation, and after how many it starts again."""
 
 PASSIVE = frozenset(("AFI", "NOP", "ONS", "OSR", "OSF"))
 """Contacts that are meant to pass never, always, or once."""
 
 COILS = frozenset(("OTE", "OTL", "OTU"))
+
+MOST_HELPED = 600
+"""States of a program up to which invariants are sought for its questions."""
 
 TIMED = frozenset(("TON", "TOF", "RTO", "CTU", "CTD", "CTUD", "TONR", "TOFR", "RTOR"))
 
@@ -110,6 +113,8 @@ def ask(
         budget: the solver's steps for all of them; what is left then is open.
     """
     questions = [each for each in _questions(problem) if each.rule in rules]
+    if len(problem.next) > MOST_HELPED:
+        limits = replace(limits, helped=False)
     return _Asking(problem, limits, budget, _possible(problem, questions)).answers(questions)
 
 

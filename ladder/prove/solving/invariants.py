@@ -30,7 +30,7 @@ from ..terms import TRUE, T, and_, const, lt, not_, or_
 from .frames import Frame
 from .solver import SAT, UNSAT, Solver
 
-SCANS, RESTART = 40, 20
+SCANS, RESTART = 24, 12
 """Random scans of each run, and after how many of them it starts again."""
 
 MOST_STATES = 120
