@@ -24,7 +24,7 @@ from .solving.invariants import Invariant, invariants
 from .solving.solver import SAT, STEPS, UNKNOWN, UNSAT, Solver
 from .solving.translation import sort_of
 from .stretching import STRETCHED_MS, in_short_scans, stretched
-from .system import CLOCK, Key, Problem, System
+from .system import CLOCK, DT, Key, Problem, System
 from .terms import FALSE, TRUE, T, and_, not_
 
 MOST_TRIES = 10
@@ -217,6 +217,9 @@ class _Proof:
         pins: list[Any] = []
         while True:
             scans = [frame.values() for frame in frames]
+            if isinstance(self.system, Problem):
+                done = self.system.bounds.done
+                scans = [each | {DT: done(each[DT])} if DT in each else each for each in scans]
             if not isinstance(self.system, Problem) or not self.limits.replays:
                 self._refuted(scans)
                 return

@@ -19,7 +19,7 @@ def stretched(problem: Problem) -> Problem:
     """Return the same problem with scans of up to a second, multiples of a fixed scan time."""
     low, high = problem.bounds.low_ms, problem.bounds.high_ms
     step = low if low == high else 1
-    bounds = ScanBounds(low, max(high, STRETCHED_MS // step * step))
+    bounds = ScanBounds(low, max(high, STRETCHED_MS // step * step), problem.bounds.whole)
     longer = Problem(problem.program, bounds, beside=problem, **problem.settings)
     if step > 1:
         multiple = eq(rem(longer.machine.dt, const(step)), const(0))

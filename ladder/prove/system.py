@@ -61,6 +61,8 @@ class Runnable(Protocol):
 class ScanBounds:
     """Least and most time between two scans, ms; `whole` if it is always whole ms.
 
+    With parts of a ms the bounds are cut off: 2.5 to 10.2 ms are 2 to 10, and each timer may count one more.
+
     Raises:
         ValueError: not 0 < low <= high, or more than a day.
     """
@@ -84,6 +86,10 @@ class ScanBounds:
         """
         whole = float(low_ms).is_integer() and float(high_ms).is_integer()
         return cls(math.floor(low_ms), math.floor(high_ms), whole)
+
+    def done(self, ms: int) -> int:
+        """Return the whole ms that a run has for a scan time of the solver: within the bounds, if any is."""
+        return ms if self.whole else min(self.high_ms, max(ms, self.low_ms + 1))
 
 
 @dataclass(slots=True)
@@ -201,6 +207,7 @@ class Problem(System):
             "contracts": contracts,
         }
         self.machine = NotingMachine(self.lowered, (bounds.low_ms, bounds.high_ms))
+        self.machine.parts = not bounds.whole
         self.machine.scan_terms()
         self.rungs = list(self.machine.rungs)
         self.machine.noting = False  # monitors are no part of the program

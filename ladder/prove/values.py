@@ -66,6 +66,9 @@ class TermValues(Interpreter):
 
     argument_type = TermArgument
 
+    parts = False
+    """Whether scan times have parts of a ms: then each timer may count one ms more in a scan."""
+
     def __init__(self, lowered: LoweredProgram, dt: tuple[int, int], known: Mapping[Key, Any]) -> None:
         self.known = known  # values that never change
         self.state: dict[Key, T] = {}  # values now
@@ -116,7 +119,8 @@ class TermValues(Interpreter):
         name = f"{key[0]}[{key[1]}]"
         if key[0].endswith(CLOCK):
             own = var(name, INT, 0, AGE)
-            now = least(add(own, self.dt), AGE)
+            late = add(self.dt, var(f"~rest:{name}", INT, 0, 1)) if self.parts else self.dt
+            now = least(add(own, late), AGE)
         else:
             own = now = var(name, *kind_of(leaf.type))
         for lost in self._lost.get(key[0], ()):

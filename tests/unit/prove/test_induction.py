@@ -209,3 +209,12 @@ END
     verdict = prove(Problem(made, ScanBounds(1, 1000)), ("LATE.DN", 0))
     assert verdict.kind is Kind.PROVED
     assert "LATE.ACC <= WATCH.ACC" in verdict.invariants
+
+
+def test_parts_of_a_ms_give_each_timer_one_ms_more() -> None:
+    """Scans of 2.5 ms: ACC after two of them is 5, which scans of 2 ms do not reach before the third."""
+    text = TIMED.replace("TON(T,5000,0)", "TON(T,5,0)")
+    whole = asked(text, "T.ACC = 3", bounds=ScanBounds.of(2, 2))
+    parts = asked(text, "T.ACC = 3", "T.ACC > 7", bounds=ScanBounds.of(2.5, 2.5))
+    assert [each.kind for each in whole] == [Kind.PROVED]
+    assert [each.kind for each in parts] == [Kind.UNKNOWN, Kind.PROVED]
