@@ -160,6 +160,7 @@ def test_trimming_leaves_what_the_new_thing_needs_and_makes_it_early():
 
     corpus = Corpus()
     entry = corpus.take(Scenario(presses=(other, needed)), shown(b=410), SPEC.scan_ns)
+    assert entry is not None
     trim(entry, run, SPEC.scan_ns)
     (left,) = entry.scenario.presses
     assert left.input is InputBit.HOME

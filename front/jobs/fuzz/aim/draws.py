@@ -103,10 +103,17 @@ class Draws:
         at = self._when(scenario, edges, first)
         pressed: tuple[Press | Push, ...] = (*scenario.presses, *scenario.pushes)
         if pressed and random.random() < AGAIN:
-            part: Timed = replace(random.choice(pressed), at_ns=at * self.scan_ns)
+            part: Timed = self._pressed_again(random.choice(pressed), at)
         else:
             part = random.choice(self._events)(at, edges)
         return with_part(scenario, part), at
+
+    def _pressed_again(self, part: Press | Push, at: int) -> Press | Push:
+        """Return the same press in another scan, of any axis that has this input."""
+        at_ns = at * self.scan_ns
+        if isinstance(part, Push):
+            return replace(part, at_ns=at_ns)
+        return replace(part, at_ns=at_ns, slot=self._random.choice(list(self._inputs) or [part.slot]))
 
     def with_one_moved(self, scenario: Scenario, edges: Edges) -> Scenario:
         """Return a scenario with one event at another time: near an edge, or displaced."""

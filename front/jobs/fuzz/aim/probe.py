@@ -14,7 +14,7 @@ Each group is compared as a whole first: a scan in which nothing changes costs a
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from enum import Enum
 from types import CellType
 from typing import Any
@@ -23,6 +23,7 @@ from ....io_images.amci3601.words import may_be_stepper
 from ....io_images.image import WORDS
 from ....ladder.compiler import ObservedScanner, observed_scanner_of
 from ....ladder.compiler.observed import NOTED, Observation, lines_of
+from ....ladder.python.sequences import Sequence as LogicSequence
 from ....ladder.run.engine import Engine
 from ....ladder.state.lowered import LoweredProgram
 from ....runtime.loop.listeners import QuietListener
@@ -40,7 +41,7 @@ SMALL = range(-1, 33)
 MOST_TAGS = 1_000
 """Largest number of tags that are looked at."""
 
-Values = Sequence[Hashable] | Mapping[Hashable, Hashable]
+Values = list[Hashable] | dict[Hashable, Hashable]
 """Values of a group by place or name."""
 
 
@@ -53,7 +54,7 @@ class Probe(QuietListener):
         self._branches = bytearray()
         self._values: list[tuple[str, Callable[[], Values]]] = []
         self._last: list[Values] = []
-        self._taken: bytes | None = None
+        self._taken = self._none = b""
 
     def prepared(self, logic: ScanLogic) -> ScanLogic:
         """Return an engine that notes the power of its rungs in place of a compiled one, else the logic."""
@@ -68,17 +69,18 @@ class Probe(QuietListener):
         self._slots = [(slot, 2 if may_be_stepper(slot.words) else WORDS) for slot in rack.slots.values()]
         self._memory, self._seen = rack.memory, bytes(len(rack.memory))
         self._words = [((0,) * WORDS, (0,) * WORDS) for _ in self._slots]
-        inside = unwrapped(logic)
+        inside, notes = unwrapped(logic), self._notes
         if isinstance(inside, Engine):
-            self._values = [("path", lambda: self._notes[:]), (STATE, _tags(inside))]
+            self._values = [("path", lambda: notes), (STATE, _tags(inside))]
         else:
             module = namespace_of(inside)
             self._branches = module.get(NAME, self._branches)
-            self._branches[:] = bytes(len(self._branches))  # of the run before
+            self._none = bytes(len(self._branches))
+            self._branches[:] = self._none  # of the run before
             self._values = [(STATE, fields_reader(inside, module))]
             if sequences := sequences_in(logic):
-                self._values.append((STATE, lambda: [(each.line,) for each in sequences]))
-        self._last = [() for _ in self._values]
+                self._values.append((STATE, _Lines(sequences)))
+        self._last = [[] for _ in self._values]
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
         """Note what differs from the scan before."""
@@ -88,9 +90,9 @@ class Probe(QuietListener):
         for place, (group, read) in enumerate(self._values):
             now = read()
             if now != (last := self._last[place]):
-                self._last[place] = now
                 self._note(group, place, now, last, scan)
-        if any(self._branches):
+                self._last[place] = now.copy()  # the notes are always the same list
+        if self._branches:
             self._note_branches(scan)
 
     def _note_words(self, scan: int) -> None:
@@ -120,15 +122,17 @@ class Probe(QuietListener):
                 add(SIZE if kind.__class__ is _Size else group, (place, name, kind), scan)
 
     def _note_branches(self, scan: int) -> None:
-        taken = bytes(self._branches)
-        self._branches[:] = bytes(len(taken))
-        if taken != self._taken:
-            self._taken = taken
-            self.edges.add("path", taken, scan)
+        branches = self._branches
+        if branches != self._taken:
+            if not any(branches):
+                return  # the program was not called, or has taken none
+            self._taken = bytes(branches)
+            self.edges.add("path", self._taken, scan)
+        branches[:] = self._none
 
 
 def _named(values: Values) -> Iterable[tuple[Hashable, Hashable]]:
-    return values.items() if isinstance(values, Mapping) else enumerate(values)
+    return values.items() if isinstance(values, dict) else enumerate(values)
 
 
 class _Size(int):
@@ -147,6 +151,23 @@ def _kind(value: Hashable) -> Hashable:
         return value
     assert isinstance(value, int)
     return _Size(value.bit_length() if value > 0 else -value.bit_length())
+
+
+class _Lines:
+    """Reads the lines where sequences wait, after one of them has gone on."""
+
+    def __init__(self, sequences: Sequence[LogicSequence]) -> None:
+        self._sequences = sequences
+        self._resumed: list[Any] = []
+        self._lines: Values = []
+
+    def __call__(self) -> Values:
+        """Return a line for each sequence, None behind its end."""
+        resumed = [each.resumed for each in self._sequences]
+        if resumed != self._resumed:
+            self._resumed = resumed
+            self._lines = [("line", each.line) for each in self._sequences]
+        return self._lines
 
 
 def _tags(engine: Engine) -> Callable[[], Values]:

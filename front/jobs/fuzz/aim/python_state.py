@@ -9,18 +9,20 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Hashable, Iterator, Mapping
 from enum import Enum
+from itertools import islice
 from types import FunctionType
 from typing import Any
 
 from ....runtime.loop.scan import ScanLogic
 
-PLAIN = (bool, int, str, Enum, type(None))
+PLAIN = frozenset({bool, int, str, type(None)})
+"""Types of values, beside the classes of Enum that the program knows."""
 
 DEEP = 2
 """Number of objects on the way to a value."""
 
-MOST_HOLDERS = 50
-"""Largest number of objects that are looked at."""
+MOST_HOLDERS, MOST_FIELDS = 50, 200
+"""Largest number of objects that are looked at, and of values in one of them."""
 
 
 def namespace_of(logic: ScanLogic) -> dict[str, Any]:
@@ -35,15 +37,24 @@ def fields_reader(logic: ScanLogic, module: Mapping[str, Any]) -> Callable[[], d
 
     Objects that come into being later are not looked at.
     """
-    holders = list(_holders(logic, module))[:MOST_HOLDERS]
+    holders = list(enumerate(islice(_holders(logic, module), MOST_HOLDERS)))
+    plain = PLAIN | {each for each in module.values() if isinstance(each, type) and issubclass(each, Enum)}
+    shared = [
+        name for name, value in module.items() if value.__class__ in plain and not name.startswith("__")
+    ]
 
     def read() -> dict[Hashable, Hashable]:
-        return {
+        values: dict[Hashable, Hashable] = {
             (place, name): value
-            for place, holder in enumerate(holders)
+            for place, holder in holders
             for name, value in holder.items()
-            if isinstance(value, PLAIN)
+            if value.__class__ in plain
         }
+        for name in shared:
+            value = module.get(name)
+            if value.__class__ in plain:
+                values[name] = value
+        return values
 
     return read
 
@@ -54,11 +65,10 @@ def _holders(logic: ScanLogic, module: Mapping[str, Any]) -> Iterator[Mapping[st
     waiting: list[tuple[int, Any]] = [(0, logic)]
     if isinstance(logic, FunctionType):
         waiting = [(0, value) for name, value in module.items() if not name.startswith("__")]
-        yield module
     seen: set[int] = set()
     for depth, value in waiting:
         holder = _holder(value, own, is_logic=value is logic)
-        if holder is None or id(holder) in seen:
+        if holder is None or id(holder) in seen or len(holder) > MOST_FIELDS:
             continue
         seen.add(id(holder))
         yield holder
