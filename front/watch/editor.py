@@ -13,6 +13,7 @@ An edit is an order of its own, recorded with the program's files: see `jobs.rec
 
 from __future__ import annotations
 
+import json
 import threading
 from collections import deque
 from collections.abc import Callable, Mapping
@@ -31,6 +32,9 @@ from ..ladder.python.sequences import Logic
 from ..runtime.live.orders import ALL, DRAFT_MOST, Draft, Edit, Source, names_in
 from ..runtime.live.session import Reply
 from .preview import Json, findings_of, mistake_of, mistakes_of, new_findings, preview_of
+
+ASKED_MOST = 8
+"""Most waiting previews."""
 
 LOOK_S = 0.3
 """Time between two checks of the file."""
@@ -90,7 +94,13 @@ class Editor:
         self._wake.set()
 
     def ask(self, order: Source | Draft, reply: Reply) -> None:
-        """Answer beside the scans: the text of the program, or the preview of an edited one."""
+        """Answer beside the scans: the text of the program, or the preview of an edited one.
+
+        Raises:
+            ValueError: too many wait.
+        """
+        if len(self._asked) >= ASKED_MOST:
+            raise ValueError(f"{ASKED_MOST} previews are being made: ask again in a moment")
         self._asked.append((order, reply))
         self._wake.set()
 
@@ -196,8 +206,8 @@ class Editor:
         """Return the text of the file, and whether a page may edit it."""
         text, program = self._saved_text(), self._job.program
         why = ""
-        if len(text) > DRAFT_MOST:
-            why = f"{program.name} has {len(text):,} characters: a page edits up to {DRAFT_MOST:,}"
+        if len(json.dumps(text, ensure_ascii=False).encode()) > DRAFT_MOST:
+            why = f"{program.name} is too long: a page edits up to {DRAFT_MOST:,} bytes"
         elif self._run.program.debugger is None and not self._manner.trust:
             why = "a page edits Python only with --trust, since it runs here"
         elif program.suffix not in TYPED_SUFFIXES:

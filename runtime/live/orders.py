@@ -23,8 +23,8 @@ MOST_EDITS = 1_000_000
 TEXT_MOST = 400
 """Longest name or text in an order, characters."""
 
-DRAFT_MOST = 40_000
-"""Longest text of a program that is edited in a page, characters."""
+DRAFT_MOST = 60_000
+"""Longest text of a program that is edited in a page, bytes as JSON: a message has up to 64 KiB."""
 
 DEEPEST = 8
 """Levels of lists and objects in a message."""
@@ -321,7 +321,9 @@ def _is_text(value: object) -> bool:
 
 
 def _is_draft(value: object) -> bool:
-    return isinstance(value, str) and len(value) <= DRAFT_MOST and _is_unicode(value)
+    if not isinstance(value, str) or len(value) > DRAFT_MOST or not _is_unicode(value):
+        return False
+    return len(json.dumps(value, ensure_ascii=False).encode()) <= DRAFT_MOST
 
 
 def _is_number(value: object) -> bool:
@@ -358,7 +360,7 @@ _ALLOWED: Mapping[str, tuple[Callable[[object], bool], str]] = {
     "program": (_is_text, _TEXT),
     "restart": (lambda value: value == "" or _is_text(value), _TEXT),
     "name": (_is_text, _TEXT),
-    "text": (_is_draft, f"text of up to {DRAFT_MOST:,} characters"),
+    "text": (_is_draft, f"text of up to {DRAFT_MOST:,} bytes"),
     "base": (_is_text, _TEXT),
     "take": (lambda value: isinstance(value, bool), "true or false"),
     "on": (lambda value: value is None or isinstance(value, bool), "true, false or null"),

@@ -300,7 +300,8 @@ class SessionMonitor(Monitor):
             raise ValueError("this session is read-only: it takes no orders")
         self._orders += 1
         self._asked[self._orders] = page, number
-        message = json.dumps({"id": self._orders, "order": said_of(order)}, allow_nan=False)
+        passed_on = {"id": self._orders, "order": said_of(order)}
+        message = json.dumps(passed_on, ensure_ascii=False, allow_nan=False)
         self._pipe.send_bytes(message.encode())
         self._ring.orders += 1
 

@@ -4,9 +4,10 @@
 import { button, el, setFlag, setText } from "./dom.js";
 import { hush, tell } from "./notice.js";
 import * as orders from "./orders.js";
-import { onHello, onProgram, run } from "./state.js";
+import { onHello, onProgram } from "./state.js";
 
 const ROWS = 18; // lines of the field
+const BYTES_MOST = 60000; // of a text as JSON
 const KEYS_MS = 600; // a text is previewed when nothing has been typed for so long
 
 export const editButton = button("Edit", open, { title: "Edit the program's text", hidden: true });
@@ -83,7 +84,10 @@ function keyed(event) {
   if (event.key === "Escape") backButton.focus();
 }
 
+const isTooLong = () => new TextEncoder().encode(JSON.stringify(field.value)).length > BYTES_MOST;
+
 async function preview() {
+  if (isTooLong()) return tell(`The text is too long to be edited here: up to ${BYTES_MOST} bytes.`);
   const mine = ++asked, said = await orders.order("draft", { text: field.value, base });
   if (mine === asked && said) show(said.preview);
 }
@@ -149,5 +153,3 @@ function toLine(line) {
   field.setSelectionRange(start, start + (lines[line - 1]?.length ?? 0));
   field.scrollTop = (line - ROWS / 2) * (field.scrollHeight / Math.max(lines.length, 1));
 }
-
-export const isEditing = () => !editor.hidden && run.hello !== null;

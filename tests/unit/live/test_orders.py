@@ -2,8 +2,11 @@
 
 import pytest
 from scanrack.runtime.live.orders import (
+    DRAFT_MOST,
     MAX,
     ORDERS,
+    TYPED,
+    Draft,
     Force,
     Happen,
     Mode,
@@ -111,3 +114,11 @@ def test_a_number_that_no_float_holds_is_refused():
     ):
         with pytest.raises(ValueError, match="is not allowed"):
             order_of(said)
+
+
+def test_a_draft_has_a_text_that_fits_a_message():
+    most = "ä" * (DRAFT_MOST // 2 - 1)  # two bytes each, and the quotation marks
+    assert order_of({"do": "draft", "text": most, "base": "0"}, TYPED) == Draft(most, "0")
+    for text in (most + "ä", "\n" * (DRAFT_MOST // 2), "\ud800", 7):
+        with pytest.raises(ValueError, match="text of up to 60,000 bytes"):
+            order_of({"do": "draft", "text": text, "base": "0"}, TYPED)
