@@ -4,7 +4,8 @@
     inputs      was            now
     outputs        told ------->     what scan n-1 left: in force until the inputs of scan n
 
-In the first scan `was` is 0: Module OK is clear there, so a contract of two images says nothing of it.
+In the first scan `was` is an image that no module shows, so a contract of two images says nothing of it: the axis
+moves both ways, and Module OK is clear.
 """
 
 from __future__ import annotations
@@ -12,11 +13,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from typing import Protocol
 
+from ...io_images.amci3601.bits import StatusMsw
 from ...io_images.amci3601.contracts import TYPICAL, Contract, Reading, Side
 from ..state.lowered import LoweredProgram
 from .terms import FALSE, TRUE, T, and_, bit, const, le, not_, or_
 
 Key = tuple[str, int]
+
+NO_IMAGE = ((StatusMsw.MOVING_CW | StatusMsw.MOVING_CCW).value, 0, 0, 0, 0, 0, 0, 0)
 
 
 class Sight(Protocol):
@@ -69,7 +73,7 @@ class _Terms(Reading[T]):
     def within(self, side: Side, word: int, least: int, most: int) -> T:
         path, value = self.word(side, word)
         if side is Side.WAS:
-            value = self._program.before(f"{path}[{word}]", value, 0)
+            value = self._program.before(f"{path}[{word}]", value, NO_IMAGE[word])
         return and_(le(const(least), value), le(value, const(most)))
 
     def both(self, first: T, second: T) -> T:
@@ -82,7 +86,9 @@ class _Terms(Reading[T]):
         """Return a bit; one of the scan before is a truth of its own, so that invariants speak of it."""
         path, value = self.word(side, word)
         here = bit(value, number)
-        return self._program.before(f"{path}[{word}].{number}", here, False) if side is Side.WAS else here
+        if side is not Side.WAS:
+            return here
+        return self._program.before(f"{path}[{word}].{number}", here, NO_IMAGE[word] >> number & 1 == 1)
 
     def word(self, side: Side, word: int) -> tuple[str, T]:
         """Return path and value of a word that is there before the scan."""

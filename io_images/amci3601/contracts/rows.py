@@ -25,6 +25,9 @@ FOLLOW, TRANSMIT = CommandLsw.ENC_FOLLOWER, CommandLsw.BLEND_TRANSMIT
 OPERATING = now(OK)
 IN_COMMAND_MODE = OPERATING & ~now(MODE)
 STAYS_IN_COMMAND_MODE = IN_COMMAND_MODE & was(OK) & ~was(MODE)
+KNOWN = ~(was(MOVING[0]) & was(MOVING[1]))
+"""Whether there was an image before: a proof has one in the first scan that no module shows."""
+
 POWERED_UP = now(CONFIG_ERROR)
 """With both images in command mode, the sign of a power-up in between: the error comes in no other way."""
 
@@ -42,6 +45,12 @@ def falls(bit: StatusMsw | StatusLsw) -> Fact:
 def none_but(*bits: StatusMsw) -> Fact:
     """Return that no other bit of input word 0 is set."""
     return ~AnyOf(Side.NOW, 0, 0xFFFF & ~sum(bit.value for bit in bits))
+
+
+def frozen() -> Fact:
+    """Return that word 0 is that of before, without Module OK and the bits of a motion."""
+    kept = (bit for bit in StatusMsw if bit not in (OK, *MOVING, *RAMPS))
+    return every(*(now(bit).same_as(was(bit)) for bit in kept))
 
 
 def at_most_one(*bits: StatusMsw) -> Fact:
@@ -102,7 +111,18 @@ ROWS: tuple[Contract, ...] = (
     Contract("words of a configuration", "In configuration mode words 4 and 5 are zero.",
              ("IOM-08",),
              (OPERATING & now(MODE)).only_with(words(0, 0, 4, 5))),
+    Contract("no motion in trouble", "No motion is shown while Module OK is clear.",
+             ("MOK-01",),
+             (~OPERATING).only_with(~now(*MOVING, *RAMPS))),
     # -- two images
+    Contract("frozen in trouble", "While Module OK is clear, word 0 stays as it was, or is 0: the module has "
+             "no power.",
+             ("MOK-01",),
+             (KNOWN & ~OPERATING).only_with(frozen() | none_but(POSITION_INVALID, CONFIG_ERROR))),
+    Contract("trouble ends with a power-up", "Module OK rises by a power-up: not configured, or in "
+             "configuration mode.",
+             ("MOK-01", "CFG-12"),
+             (KNOWN & ~was(OK) & OPERATING).only_with(now(CONFIG_ERROR, MODE))),
     Contract("position lost", "Position Invalid rises only with Stopped or Home Invalid, or at power-up.",
              ("POS-02", "POS-03", "POS-04", "POS-05", "POS-06", "PRG-01"),
              rises(POSITION_INVALID).only_with(now(STOPPED, HOME_INVALID) | POWERED_UP),

@@ -17,7 +17,11 @@ POWER_UP = (0x6400, 0, 0, 0, 0, 0, 0, 0)
 def words_at_random(dice):
     """Words with few bits in the first two, in command mode mostly."""
     bits = [1 << dice.randrange(16) | 1 << dice.randrange(16) for _ in range(2)]
-    return (bits[0] | 0x4000, bits[1], *(dice.choice((0, 5, 1000)) for _ in range(6)))
+    return (
+        bits[0] | dice.choice((0x4000, 0x4000, 0)),
+        bits[1],
+        *(dice.choice((0, 5, 1000)) for _ in range(6)),
+    )
 
 
 @pytest.mark.parametrize("row", CONTRACTS, ids=lambda row: row.name)
