@@ -26,6 +26,7 @@ pulse, pulse_before = program.declare("Pulse PulseBefore", BOOL)
 @program.routine
 def Main(rung: RungMaker) -> None:
     """Stations are 4000 steps apart: 4 in the thousands of the target, word 2."""
+    rung([~status.MODULE_OK, status.CONFIG_ERROR], CLR(outputs[0]))
     rung("S:FS", COP(configure, outputs, 8))
     rung(status.MODE_CONFIG, ~status.CONFIG_ERROR, FLL(0, outputs, 8))
     rung(~status.MODE_CONFIG, ~status.CONFIG_ERROR, status.POSITION_INVALID, COP(preset, outputs, 8))

@@ -4,8 +4,8 @@
     inputs      was            now
     outputs        told ------->     what scan n-1 left: in force until the inputs of scan n
 
-In the first scan `was` is an image that no module shows, so a contract of two images says nothing of it: the axis
-moves both ways, and Module OK is clear.
+In the first scan `was` is an image that no module shows, so a contract of two images says nothing of it: the
+axis moves both ways, and Module OK is clear.
 """
 
 from __future__ import annotations

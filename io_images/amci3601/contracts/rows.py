@@ -118,7 +118,8 @@ ROWS: tuple[Contract, ...] = (
     Contract("frozen in trouble", "While Module OK is clear, word 0 stays as it was, or is 0: the module has "
              "no power.",
              ("MOK-01",),
-             (KNOWN & ~OPERATING).only_with(frozen() | none_but(POSITION_INVALID, CONFIG_ERROR))),
+             (KNOWN & ~OPERATING).only_with(frozen() | none_but(POSITION_INVALID, CONFIG_ERROR)
+                                            & now(POSITION_INVALID).same_as(now(CONFIG_ERROR)))),
     Contract("trouble ends with a power-up", "Module OK rises by a power-up: not configured, or in "
              "configuration mode.",
              ("MOK-01", "CFG-12"),
