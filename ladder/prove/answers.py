@@ -26,6 +26,7 @@ from ..model.errors import LadderError
 from ..model.tags import Layout
 from ..state.memory import element_text
 from .claims import Claim, ClaimKind
+from .contracts import KeptBy
 from .induction import Kind, Limits, Verdict, prove
 from .monitors import Key, Monitored, Watched, monitored
 from .replaying import ScanOf
@@ -103,7 +104,8 @@ def answer(problem: Problem, program: Monitored, asked: Watched, limits: Limits 
         known = problem.assumed(cone)
         verdict = prove(problem, asked.bit, limits)
         bits = problem.assume
-    scans = verdict.scans and smallest(program.program, verdict.scans, asked.bit, bits)
+    modules = [each for each in problem.settings["contracts"] if isinstance(each, KeptBy)]
+    scans = verdict.scans and smallest(program.program, verdict.scans, asked.bit, bits, modules)
     own = [Claim("", ClaimKind.ASSUME, text) for text in asked.claim.assume]
     further = [each for each in verdict.assumed if each not in known]
     layout = problem.lowered.layout

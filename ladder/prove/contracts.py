@@ -10,11 +10,13 @@ axis moves both ways, and Module OK is clear.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Protocol
 
 from ...io_images.amci3601.bits import StatusMsw
 from ...io_images.amci3601.contracts import TYPICAL, Contract, Reading, Side
+from ..run.engine import Engine
 from ..state.lowered import LoweredProgram
 from .terms import FALSE, TRUE, T, and_, bit, const, le, not_, or_
 
@@ -36,23 +38,40 @@ class Sight(Protocol):
         """Return the value that a term had in the scan before."""
 
 
-def kept_by(slot: int, contracts: Iterable[Contract]) -> Callable[[Sight], T]:
-    """Return what makes the truth that a slot's images keep contracts.
+@dataclass(frozen=True, slots=True)
+class KeptBy:
+    """What makes the truth that a slot's images keep contracts.
 
-    Args:
+    Attributes:
         slot: number of the slot.
         contracts: those that its module keeps in this rack, see `contracts_of`.
     """
-    rows = tuple(contracts)
 
-    def narrowed(program: Sight) -> T:
-        images, kept = _Terms(program, slot), TRUE
+    slot: int
+    contracts: tuple[Contract, ...]
+
+    def __call__(self, program: Sight) -> T:
+        """Return the truth of a scan."""
+        images, kept = _Terms(program, self.slot), TRUE
         program.likely[images.word(Side.NOW, 0)[1].val] = TYPICAL
-        for each in rows:
+        for each in self.contracts:
             kept = and_(kept, each.fact.read(images))
         return kept
 
-    return narrowed
+    def watch(self, engine: Engine) -> Callable[[], bool]:
+        """Return what tells, once before each scan of an engine, whether its images keep the contracts."""
+        layout, memory = engine.lowered.layout, engine.memory
+        inputs, outputs = (layout.image(self.slot, output=output) for output in (False, True))
+        was: Sequence[int] = NO_IMAGE
+
+        def keeps() -> bool:
+            nonlocal was
+            now, told = ([memory.read(leaf, word) for word in range(8)] for leaf in (inputs, outputs))
+            kept = all(each.fact.holds(now, was, told) for each in self.contracts)
+            was = now
+            return kept
+
+        return keeps
 
 
 class _Terms(Reading[T]):

@@ -15,6 +15,7 @@ from itertools import islice
 from ..build.runnable import LadderLogic
 from ..model.errors import LadderFault
 from ..model.tags import Layout
+from .contracts import KeptBy
 from .monitors import Key
 from .replaying import ScanOf
 
@@ -25,13 +26,22 @@ BITS = 16
 
 
 def smallest(
-    program: LadderLogic, scans: Sequence[ScanOf], bit: Key, assume: Sequence[Key] = ()
+    program: LadderLogic,
+    scans: Sequence[ScanOf],
+    bit: Key,
+    assume: Sequence[Key] = (),
+    modules: Sequence[KeptBy] = (),
 ) -> tuple[ScanOf, ...]:
-    """Return a run with fewer inputs whose last scan sets a bit, as that of `scans` does."""
+    """Return a run with fewer inputs whose last scan sets a bit, as that of `scans` does.
+
+    Args:
+        assume: bits that each scan sets.
+        modules: contracts that its inputs keep.
+    """
     kept, layout = tuple(scans), program.build().layout
     for simpler in islice(_simplifications(layout, kept), MOST_RUNS):
         made = simpler(kept)
-        if made != kept and breaks(program, made, bit, assume):
+        if made != kept and breaks(program, made, bit, assume, modules):
             kept = made
     return kept
 
@@ -76,14 +86,23 @@ def _masked(key: Key, mask: int, scans: Sequence[ScanOf]) -> tuple[ScanOf, ...]:
     return tuple(found)
 
 
-def breaks(program: LadderLogic, scans: Sequence[ScanOf], bit: Key, assume: Sequence[Key]) -> bool:
+def breaks(
+    program: LadderLogic,
+    scans: Sequence[ScanOf],
+    bit: Key,
+    assume: Sequence[Key],
+    modules: Sequence[KeptBy] = (),
+) -> bool:
     """Whether the last scan of a run sets a bit, and each scan those that are assumed."""
     engine = program.compile()
+    watches = [each.watch(engine) for each in modules]
     layout, memory = engine.lowered.layout, engine.memory
     with suppress(LadderFault):
         for each in scans:
             for (path, index), value in each.inputs.items():
                 memory.write(layout.leaf(path), index, value)
+            if not all(keeps() for keeps in watches):
+                return False
             engine.step(each.ms)
             if not all(memory.read(layout.leaf(path), index) for path, index in assume):
                 return False

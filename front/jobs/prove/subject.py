@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ...io_images.amci3601.contracts import Reach, contracts_of
 from ...io_images.amci3601.words import is_stepper
-from ...ladder.prove.contracts import kept_by
+from ...ladder.prove.contracts import KeptBy
 from ...ladder.prove.monitors import Monitored
 from ...ladder.prove.system import Contract, Problem, ScanBounds
 from ...runtime.modules.record import Trait
@@ -78,4 +78,4 @@ def _contracts(job: Job, program: Monitored) -> Iterator[tuple[Contract, str]]:
             adapter = has(slot.module, Trait.LINE)
             rows = contracts_of(slot.options, reach=reach, adapter=adapter)
             said = f"slot {slot.number} keeps {len(rows)} contracts of the 3601, and its link holds"
-            yield kept_by(slot.number, rows), said
+            yield KeptBy(slot.number, rows), said

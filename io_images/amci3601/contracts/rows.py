@@ -25,7 +25,7 @@ FOLLOW, TRANSMIT = CommandLsw.ENC_FOLLOWER, CommandLsw.BLEND_TRANSMIT
 OPERATING = now(OK)
 IN_COMMAND_MODE = OPERATING & ~now(MODE)
 STAYS_IN_COMMAND_MODE = IN_COMMAND_MODE & was(OK) & ~was(MODE)
-KNOWN = ~(was(MOVING[0]) & was(MOVING[1]))
+KNOWN = ~(was(MOVING[0]) & was(MOVING[1]) & ~was(MODE))
 """Whether there was an image before: a proof has one in the first scan that no module shows."""
 
 POWERED_UP = now(CONFIG_ERROR)

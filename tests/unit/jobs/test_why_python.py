@@ -273,7 +273,7 @@ def test_about_the_whole_rack_a_ladder_program_names_its_rungs():
     bench = open_bench("examples/three_stations_ladder/line.toml")
     bench.scan(3401)
     lines = [line.strip() for line in bench.why().splitlines()]
-    assert lines[1].endswith("no command: CLR(axis.O.Data[0]) in routine Main, rung 7, whose rung was true:")
+    assert lines[1].endswith("no command: CLR(axis.O.Data[0]) in routine Main, rung 8, whose rung was true:")
     assert lines[2] == "[XIC(axis.status.MOVING_CW),XIC(axis.status.MOVING_CCW)]CLR(axis.O.Data[0]);"
 
 

@@ -8,7 +8,7 @@ import pytest
 from scanrack.io_images.amci3601.contracts import CONTRACTS, Reach, contracts_of
 from scanrack.ladder.files.rungfile import parse_program
 from scanrack.ladder.prove.claims import Claim, ClaimKind
-from scanrack.ladder.prove.contracts import kept_by
+from scanrack.ladder.prove.contracts import KeptBy
 from scanrack.ladder.prove.evaluation import Evaluator
 from scanrack.ladder.prove.induction import Kind, prove
 from scanrack.ladder.prove.monitors import monitored
@@ -34,7 +34,7 @@ END
 def problem(text, contracts):
     """The program with the claim, and the place of its bit."""
     made = monitored(parse_program(text), [Claim("lost", ClaimKind.NEVER, LOST)])
-    return Problem(made.program, contracts=[kept_by(1, contracts)]), made.properties[0].bit
+    return Problem(made.program, contracts=[KeptBy(1, tuple(contracts))]), made.properties[0].bit
 
 
 def test_a_position_that_is_remembered_as_valid_is_proved_with_the_contracts_only():
@@ -66,7 +66,7 @@ def words(dice):
 
 def test_terms_and_numbers_agree():
     asked, _ = problem(REMEMBERS, ())
-    terms = [kept_by(1, [row])(asked) for row in CONTRACTS]
+    terms = [KeptBy(1, (row,))(asked) for row in CONTRACTS]
     asked._settle()
     value = Evaluator(terms)
     dice, broken = Random(2), set()
@@ -90,6 +90,6 @@ def test_contracts_count_only_where_their_inputs_decide():
         "TAG Go", "TAG Blink : BOOL\nTAG Go"
     )
     made = monitored(parse_program(text), [Claim("blink", ClaimKind.NEVER, "Blink AND old(Blink)")])
-    asked = Problem(made.program, contracts=[kept_by(1, contracts_of())])
+    asked = Problem(made.program, contracts=[KeptBy(1, contracts_of())])
     verdict = prove(asked, made.properties[0].bit)
     assert (verdict.kind, verdict.values) == (Kind.PROVED, 2)
