@@ -273,6 +273,10 @@ SHARED = [
         "Drain,Rinse,5000,Local:3:O.Data.1",
         "Drain,Rinse,5000,Local:3:O.Data.0",
     ),
+    ("boolsteps.rung", "preset-zero", "TON(Settle,200,0)", "TON(Settle,0,0)"),
+    ("boolsteps.rung", "move-interrupted", "XIC(S[4])OTE(DropGo);", "XIC(S[2])OTE(DropGo);"),
+    ("pumps.rung", "subscript", "FOR Idx := 0 TO 2 DO", "FOR Idx := 1 TO 3 DO"),
+    ("pumps.rung", "division-by-zero", "Speed + 0.5", "Speed + 1.0 / 0.0"),
     ("lift.rung", "subscript", "FOR J := 1 TO 3 DO", "FOR J := 1 TO 40 DO"),
     (
         "lift.rung",
@@ -408,6 +412,19 @@ OF_PYTHON = [
         )
         + "    def every_scan",
     ),
+    ("dispenser.py", "unknown-attribute", "Phase.JOGGING\n", "Phase.JOGING\n"),
+    ("dispenser.py", "out-of-range", "SLOW, FAST = 800", "SLOW, FAST = 80"),
+    ("dispenser.py", "unknown-attribute", "self.history.get", "self.histroy.get"),
+    ("winder.py:Winder", "unknown-attribute", "recipe.pause", "recipe.paus"),
+    ("winder.py:Winder", "subscript", '"thick" if self.thick', '"thck" if self.thick'),
+    (
+        "winder.py:Winder",
+        "never-waits",
+        "        while True:\n            done",
+        "        while True:\n            if self.wanted: continue\n            done",
+    ),
+    ("winder.py:Winder", "motion-unconfigured", "await self.traverse.configure()\n", "pass\n"),
+    ("winder.py:Winder", "two-sequences", 'await dwell("100 ms")', "self.clamp = True"),
     ("deburr.py", "blend-profile", "speed=1500, rate=20", "speed=150, rate=20"),
 ]
 """Program, rule, old text and new text, in Python."""

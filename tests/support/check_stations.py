@@ -636,6 +636,353 @@ END
 """
 """Queues, a shift register, an average."""
 
+BOOLSTEPS = """\
+PROGRAM boolsteps
+// Steps as bits: each one is latched by the one before
+USE axis3601
+SLOT card : 1
+ALIAS Go : Local:2:I.Data.0
+ALIAS GripClosed : Local:2:I.Data.1
+ALIAS GripOpen : Local:2:I.Data.2
+ALIAS Halt_PB : Local:2:I.Data.3
+ALIAS Grip : Local:3:O.Data.0
+ALIAS StepLamp : Local:3:O.Data.1
+TAG Axis : AXIS_3601
+TAG Io : Amci3601
+TAG Cfg : INT[8] := [16#8434, 16#0034, 0, 300, 0, 0, 0, 0]
+TAG Conf : Configure3601
+TAG Home : MC_Home
+TAG ToPick : MC_MoveAbsolute
+TAG ToDrop : MC_MoveAbsolute
+TAG Stop : MC_Stop
+TAG Clear : MC_Reset
+TAG S : BOOL[6]
+TAG Awake : BOOL
+TAG HomeGo : BOOL
+TAG PickGo : BOOL
+TAG DropGo : BOOL
+TAG StartEdge : BOOL
+TAG Settle : TIMER
+TAG PickPos : DINT := 1000
+TAG DropPos : DINT := 7000
+
+ROUTINE Main
+XIO(S:FS)OTE(Awake);
+XIC(S:FS)OTL(S[0]);
+Configure3601(Conf,Axis,Cfg,Awake);
+XIC(S[0])XIC(Conf.Done)OTE(HomeGo);
+MC_Home(Home,Axis,HomeGo,-1,800,10,10);
+XIC(S[0])XIC(Home.Done)OTU(S[0])OTL(S[1]);
+XIC(S[1])XIC(Go)ONS(StartEdge)OTU(S[1])OTL(S[2]);
+XIC(S[2])OTE(PickGo);
+MC_MoveAbsolute(ToPick,Axis,PickGo,PickPos,3000,20,20);
+XIC(S[2])XIC(ToPick.Done)OTU(S[2])OTL(S[3]);
+XIC(S[3])XIC(GripClosed)TON(Settle,200,0);
+XIC(Settle.DN)OTU(S[3])OTL(S[4]);
+XIC(S[4])OTE(DropGo);
+MC_MoveAbsolute(ToDrop,Axis,DropGo,DropPos,3000,20,20);
+XIC(S[4])XIC(ToDrop.Done)OTU(S[4])OTL(S[5]);
+XIC(S[5])XIC(GripOpen)OTU(S[5])OTL(S[1]);
+[XIC(S[3]),XIC(S[4])]OTE(Grip);
+[XIC(S[2]),XIC(S[3]),XIC(S[4]),XIC(S[5])]OTE(StepLamp);
+MC_Stop(Stop,Axis,Halt_PB);
+XIC(Axis.ErrorStop)XIO(Halt_PB)OTU(S[1])OTU(S[2])OTU(S[3])OTU(S[4])OTU(S[5])OTL(S[0]);
+MC_Reset(Clear,Axis,Axis.ErrorStop);
+MOV(card.I.Fault,Io.Fault)Amci3601(Io,Axis,card.I.Data[0],card.O.Data[0]);
+END
+"""
+"""Steps as bits."""
+
+MISC = """\
+CONTROLLER misc
+TYPE Motor (Cmd : BOOL, Fb : BOOL, Trip : BOOL, Hours : DINT, Speed : REAL)
+TAG Pumps : Motor[3]
+TAG Duty : DINT
+TAG HMI_DutySelect : DINT
+TAG LevelRaw : INT
+TAG LevelPct : REAL
+TAG SP_Low : REAL := 20.0
+TAG SP_High : REAL := 80.0
+TAG Alternate : BOOL
+TAG Pattern : DINT[4] := [1, 2, 4, 1]
+TAG SqoC : CONTROL
+TAG Outputs : DINT
+TAG HourTimer : TIMER
+TAG AnyTrip : BOOL
+TAG Seconds : DINT
+TAG Clock : DINT[7]
+TAG Text : STRING
+TAG Msg : STRING[4]
+TAG Number : DINT
+TASK Main : CONTINUOUS RUNS Pumps_, Hmi
+PROGRAM Pumps_ MAIN Go
+TAG Idx : DINT
+TAG Starts : COUNTER
+TAG Flip : BOOL
+ROUTINE Go
+MOV(Local:2:I.Data[0],LevelRaw);
+CPT(LevelPct,LevelRaw*0.003);
+GRT(LevelPct,SP_High)XIO(AnyTrip)OTL(Alternate);
+LES(LevelPct,SP_Low)OTU(Alternate);
+XIC(Alternate)SQO(Pattern[0],7,Outputs,SqoC,3,0);
+[EQU(HMI_DutySelect,0)MOV(Outputs,Duty),NEQ(HMI_DutySelect,0)MOV(HMI_DutySelect,Duty)];
+JSR(Each,0);
+XIC(Alternate)ONS(Flip)CTU(Starts,1000,0);
+XIC(Starts.DN)RES(Starts);
+[XIC(Pumps[0].Trip),XIC(Pumps[1].Trip),XIC(Pumps[2].Trip)]OTE(AnyTrip);
+XIO(HourTimer.DN)XIC(Alternate)TON(HourTimer,3600000,0);
+END
+ROUTINE Each ST
+FOR Idx := 0 TO 2 DO
+    Pumps[Idx].Cmd := Duty.[Idx] AND NOT Pumps[Idx].Trip;
+    Pumps[Idx].Fb := Local:2:I.Data[0].[Idx + 8];
+    IF Pumps[Idx].Cmd AND HourTimer.DN THEN
+        Pumps[Idx].Hours := Pumps[Idx].Hours + 1;
+    END_IF;
+    IF Pumps[Idx].Cmd AND NOT Pumps[Idx].Fb THEN
+        Pumps[Idx].Speed := Pumps[Idx].Speed + 0.5;
+    ELSE
+        Pumps[Idx].Speed := 0.0;
+    END_IF;
+    Pumps[Idx].Trip := Pumps[Idx].Speed > 100.0 OR Pumps[Idx].Hours > 20000;
+END_FOR;
+END
+END PROGRAM
+PROGRAM Hmi MAIN Go
+ROUTINE Go
+XIC(Pumps[0].Cmd)OTE(Local:3:O.Data.0);
+XIC(Pumps[1].Cmd)OTE(Local:3:O.Data.1);
+XIC(Pumps[2].Cmd)OTE(Local:3:O.Data.2);
+XIC(AnyTrip)OTE(Local:3:O.Data.3);
+GSV(WallClockTime,,DateTime,Clock[0]);
+MOV(Clock[5],Seconds);
+DTOS(Seconds,Text);
+LIM(0,Duty,3)MOV(Duty,Number);
+GRT(Number,3)CLR(Number);
+COP(Text,Msg[0],1);
+GRT(Msg[0].LEN,0)MOV(Msg[0].LEN,Number);
+END
+END PROGRAM
+"""
+"""Pumps in an array, a sequencer, strings, the clock."""
+
+PYCLASS = """\
+'''A dispenser: three heads, one function of the scan, helpers and a table.'''
+
+from collections import deque
+from dataclasses import dataclass
+from enum import Enum, auto
+from math import ceil
+
+from scanrack import Configuration, Direction, FindHome, Idle, InputBit, Manual, Move, MoveKind, ResetErrors, StatusView
+
+CONFIG = Configuration(
+    inputs_used=InputBit.HOME | InputBit.CW_LIMIT | InputBit.CCW_LIMIT, step_and_direction=True, starting_speed=250
+)
+DOSES = (("small", 600), ("medium", 1200), ("large", 2400))
+SLOW, FAST = 800, 5200
+
+
+class Phase(Enum):
+    START = auto()
+    CONFIGURED = auto()
+    HOMING = auto()
+    IDLE = auto()
+    DOSING = auto()
+    JOGGING = auto()
+    ERROR = auto()
+
+
+@dataclass
+class Request:
+    name: str
+    steps: int
+
+
+class Dispenser:
+    def __init__(self, axis_slot, button_slot):
+        self.axis_slot, self.button_slot = axis_slot, button_slot
+        self.phase = Phase.START
+        self.queue: deque[Request] = deque(maxlen=8)
+        self.before = [False] * 4
+        self.history = {}
+
+    def edges(self, word):
+        now = [bool(word >> bit & 1) for bit in range(4)]
+        rising = [a and not b for a, b in zip(now, self.before)]
+        self.before = now
+        return rising
+
+    def __call__(self, scan):
+        axis = scan.slot[self.axis_slot]
+        status = StatusView(axis.inputs)
+        pressed = self.edges(scan.slot[self.button_slot].inputs[0])
+        for index, (name, steps) in enumerate(DOSES):
+            if pressed[index]:
+                self.queue.append(Request(name, steps))
+        handler = getattr(self, f"on_{self.phase.name.lower()}")
+        handler(axis.outputs, status, jog=self.before[3])
+        lamps = sum(1 << bit for bit, on in enumerate((self.queue, self.phase is Phase.ERROR)) if on)
+        scan.slot[3].outputs[0] = lamps
+
+    def on_start(self, outputs, status, jog):
+        outputs.load(CONFIG.to_image())
+        if status.MODE_CONFIG and not status.CONFIG_ERROR and not jog:
+            outputs.load(Idle().to_image())
+            self.phase = Phase.CONFIGURED
+
+    def on_configured(self, outputs, status, jog):
+        if not status.MODE_CONFIG and not jog:
+            outputs.load(FindHome(Direction.CCW, SLOW, 10, 10).to_image())
+            self.phase = Phase.HOMING
+
+    def on_homing(self, outputs, status, jog):
+        if status.AT_HOME and not jog:
+            outputs.load(Idle().to_image())
+            self.phase = Phase.IDLE
+
+    def on_idle(self, outputs, status, jog):
+        if status.COMMAND_ERROR or status.INPUT_ERROR:
+            self.phase = Phase.ERROR
+        elif jog:
+            outputs.load(Manual(Direction.CW, SLOW, 10, 10).to_image())
+            self.phase = Phase.JOGGING
+        elif self.queue:
+            request = self.queue.popleft()
+            self.history[request.name] = self.history.get(request.name, 0) + 1
+            speed = FAST if request.steps > 1000 else SLOW
+            ramp = max(10, ceil(speed / 100))
+            outputs.load(Move(MoveKind.RELATIVE, request.steps, speed, ramp, ramp).to_image())
+            self.phase = Phase.DOSING
+
+    def on_dosing(self, outputs, status, jog):
+        if status.MOVE_COMPLETE and not jog:
+            outputs.load(Idle().to_image())
+            self.phase = Phase.IDLE
+
+    def on_jogging(self, outputs, status, jog):
+        if not jog:
+            outputs.load(Idle().to_image())
+            self.phase = Phase.IDLE if not status.MOVING_CW else Phase.JOGGING
+
+    def on_error(self, outputs, status, jog):
+        outputs.load(ResetErrors().to_image())
+        if not (status.COMMAND_ERROR or status.INPUT_ERROR or jog):
+            outputs.load(Idle().to_image())
+            self.phase = Phase.IDLE
+
+
+logic = Dispenser(axis_slot=1, button_slot=2)
+"""
+"""An object that is called in every scan."""
+
+SEQ2 = """\
+'''A winder with inheritance, match, a timeline of recipes and a watchdog.'''
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import count
+
+from scanrack import (
+    Axis3601, AxisError, CommandAborted, Configuration, Direction, Fall, Input, InputBit, InputWord, Lock, Logic,
+    OnDelay, Output, Rise, WaitTimeout, dwell, first_of, sequence, steady, until, within,
+)
+
+LIMITS = InputBit.HOME | InputBit.CCW_LIMIT | InputBit.CW_LIMIT
+
+
+@dataclass(frozen=True)
+class Recipe:
+    turns: int
+    speed: int
+    pause: str = "200 ms"
+
+
+RECIPES = {"thin": Recipe(40, 6000), "thick": Recipe(25, 3000, "500 ms")}
+STEPS_PER_TURN = 200
+
+
+class Base(Logic):
+    drum = Axis3601(1, Configuration(inputs_used=LIMITS, step_and_direction=True, starting_speed=300))
+    stop = Input("Local:2:I.Data.0")
+    fault: Output = Output("Local:3:O.Data.0")
+    error = ""
+
+    async def prepare(self) -> None:
+        await self.drum.configure()
+        await self.drum.home(Direction.CCW, speed=700, acceleration=10, deceleration=10)
+
+    async def recover(self) -> None:
+        self.fault = True
+        await steady(lambda: not self.stop, "2 s")
+        await self.drum.reset()
+        self.fault = False
+
+
+class Winder(Base):
+    traverse = Axis3601(4, Configuration(inputs_used=LIMITS, step_and_direction=True, starting_speed=200))
+    start = Input("Local:2:I.Data.1")
+    thick = Input("Local:2:I.Data.2")
+    tension = InputWord("Local:2:I.Data[0]")
+    clamp: Output = Output("Local:3:O.Data.1")
+    lamps: Output = Output("Local:3:O.Data.2")
+    slack = OnDelay("800 ms")
+    started = Rise()
+    released = Fall()
+    guard = Lock()
+    wanted = False
+    layer = 0
+
+    def every_scan(self) -> None:
+        if self.started(self.start):
+            self.wanted = True
+        if self.released(self.start) and self.stop:
+            self.wanted = False
+        self.lamps = self.slack(self.tension < 100 and self.wanted)
+
+    @sequence
+    async def wind(self) -> None:
+        for attempt in count(1):
+            try:
+                await self.prepare()
+                await self.traverse.configure()
+                await self.traverse.set_position(0)
+                while True:
+                    await until(lambda: self.wanted, "wanted")
+                    await self.coil(RECIPES["thick" if self.thick else "thin"])
+                    self.wanted = False
+            except (AxisError, CommandAborted, WaitTimeout) as problem:
+                self.error = f"{attempt}: {problem}"
+        await self.recover()
+
+    async def coil(self, recipe: Recipe) -> None:
+        self.clamp = True
+        try:
+            for turn in range(recipe.turns):
+                self.layer, side = divmod(turn, 10)
+                async with self.guard:
+                    move = self.drum.move_by(STEPS_PER_TURN * 4, speed=recipe.speed, acceleration=30, deceleration=30)
+                    await self.traverse.move_to(side * 50, speed=400, acceleration=10, deceleration=10)
+                    await within("10 s", move)
+                if self.stop:
+                    break
+            await dwell(recipe.pause)
+        finally:
+            self.clamp = False
+
+    @sequence
+    async def watch(self) -> None:
+        while True:
+            done = await first_of(self.stop.rises, until(lambda: self.error != ""))
+            match done:
+                case None:
+                    self.wanted = False
+                case _:
+                    await dwell("100 ms")
+"""
+"""Sequences with a base class."""
+
 STATIONS = {
     "feeder.rung": FEEDER,
     "packer.py": PACKER,
@@ -648,5 +995,9 @@ STATIONS = {
     "deburr.py": DEBURR,
     "lift.rung": LIFT_ST,
     "tracking.rung": TRACKING,
+    "boolsteps.rung": BOOLSTEPS,
+    "pumps.rung": MISC,
+    "dispenser.py": PYCLASS,
+    "winder.py:Winder": SEQ2,
 }
 """The programs by name."""

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 from ...io_images.site import Site, sites_of
 from ...ladder import LadderLogic
@@ -143,8 +144,16 @@ def facts_of(job: Job) -> Facts:
         if isinstance(job.logic, Logic):
             return sequence_facts(job.program, job.logic, job.spec)
         names = {name for slot in job.spec.slot for _, _, name, _ in terminals(slot)}
-        return python_facts(job.program, getattr(job.logic, "__globals__", {}), names, job.spec)
+        return python_facts(job.program, _globals_of(job.logic), names, job.spec)
     return Facts(not_seen=[_STEPS_NOT_SEEN])
+
+
+def _globals_of(logic: object) -> Mapping[str, Any]:
+    """Return the names of the module of a function, a method, a partial function or an object to call."""
+    inner = getattr(logic, "func", logic)  # of functools.partial
+    call = inner if hasattr(inner, "__globals__") else vars(type(inner)).get("__call__")
+    found: Mapping[str, Any] = getattr(getattr(inner, "__func__", call), "__globals__", {})
+    return found
 
 
 def _unseen_configurations(subject: Subject) -> Iterator[str]:

@@ -155,6 +155,7 @@ class Command:
         locks: what the program holds there.
         words: whether it is given as words.
         execute: the bit that starts it, in capitals; "1" if it is always on, "" if there is none.
+        starts: the condition of the bit that starts it, as a text; "" if it is not of bits and steps alone.
         segments: of a blend: length, speed and rate of each, as far as they are known.
     """
 
@@ -172,6 +173,7 @@ class Command:
     locks: frozenset[str] = frozenset()
     words: bool = False
     execute: str = ""
+    starts: str = ""
     segments: tuple[tuple[Range, Range, Range], ...] | None = None
 
     def value(self, name: str) -> Range:

@@ -13,6 +13,7 @@ import ast
 import builtins
 import difflib
 from collections.abc import Iterator
+from dataclasses import fields, is_dataclass
 from enum import EnumMeta
 from inspect import isfunction, signature
 from types import ModuleType
@@ -25,6 +26,8 @@ from .scans import missing
 
 def note_names(reader: Reader, facts: Facts) -> None:
     """Note names that do not exist, attributes of modules and classes, and calls that do not fit."""
+    if not reader.names:
+        return  # the program is no function of its file
     known = {*reader.names, *vars(builtins), "__class__", "__file__", "__name__"}
     for function, owner in functions_in(reader.tree):
         own = {*known, *_bound(function), *([] if owner is None else ["super"])}
@@ -35,6 +38,9 @@ def note_names(reader: Reader, facts: Facts) -> None:
                 _remark(facts, "unknown-attribute", reader, node, f"there is no name `{node.id}`{hint}")
             elif isinstance(node, ast.Attribute):
                 _dotted(node, reader, own - {*reader.names, *vars(builtins)}, facts)
+                _of_parameter(node, function, reader, facts)
+            elif isinstance(node, ast.Subscript):
+                _element(node, reader, facts)
             elif isinstance(node, ast.Call):
                 _call(node, reader, owner, facts)
             elif isinstance(node, ast.For) and _is_set(node.iter):
@@ -80,6 +86,48 @@ def _dotted(node: ast.Attribute, reader: Reader, local: set[str], facts: Facts) 
             _remark(
                 facts, "unknown-attribute", reader, node, missing(ast.unparse(node), node.attr, dir(owner))
             )
+
+
+def _of_parameter(node: ast.Attribute, function: Function, reader: Reader, facts: Facts) -> None:
+    """Note an attribute that a parameter of a data class does not have."""
+    arguments = [each for each in function.args.args if each.arg == getattr(node.value, "id", "")]
+    kind = resolved(arguments[0].annotation, reader.names) if arguments and arguments[0].annotation else None
+    stored = any(
+        isinstance(each, ast.Name) and isinstance(each.ctx, ast.Store) and each.id == arguments[0].arg
+        for each in ast.walk(function)
+        if arguments
+    )
+    if not is_dataclass(kind) or stored:
+        return
+    names = {*dir(kind), *(each.name for each in fields(kind))}
+    if node.attr not in names:
+        _remark(facts, "unknown-attribute", reader, node, missing(ast.unparse(node), node.attr, names))
+
+
+def _element(node: ast.Subscript, reader: Reader, facts: Facts) -> None:
+    """Note a constant key, or index, that a table of the module does not have."""
+    is_table = isinstance(node.value, ast.Name) and node.value.id not in reader.local
+    table = resolved(node.value, reader.names) if is_table and isinstance(node.ctx, ast.Load) else None
+    keys = (node.slice.body, node.slice.orelse) if isinstance(node.slice, ast.IfExp) else (node.slice,)
+    for each in keys:
+        key = each.value if isinstance(each, ast.Constant) else None
+        if isinstance(table, tuple) and isinstance(key, int) and not -len(table) <= key < len(table):
+            text = f"`{ast.unparse(node.value)}` has {len(table)} elements, and no [{key}]"
+            _remark(facts, "subscript", reader, node, text)
+        elif isinstance(table, dict) and table and key is not None and key not in table:
+            text = f"`{ast.unparse(node.value)}` has no {key!r}: it has {', '.join(map(repr, table))[:80]}"
+            if not _is_stored(ast.unparse(node.value), reader.tree):
+                _remark(facts, "subscript", reader, node, text)
+
+
+def _is_stored(name: str, tree: ast.Module) -> bool:
+    """Whether a text writes elements of a table, or hands it on."""
+    used = [
+        each for each in ast.walk(tree) if isinstance(each, ast.Subscript) and ast.unparse(each.value) == name
+    ]
+    names = [each for each in ast.walk(tree) if isinstance(each, ast.Name) and each.id == name]
+    reads = [each for each in used if isinstance(each.ctx, ast.Load)]
+    return len(names) - 1 > len(reads)  # one is its assignment
 
 
 def _call(call: ast.Call, reader: Reader, owner: ast.ClassDef | None, facts: Facts) -> None:

@@ -27,6 +27,26 @@ def endless(tree: ast.Module, inputs: Collection[str]) -> Iterator[tuple[int, st
                     yield loop.lineno, f"{function.name} never waits in this loop: the watchdog ends it"
 
 
+def skips_wait(tree: ast.Module) -> Iterator[tuple[int, str]]:
+    """Yield `continue` in a loop before anything is awaited or changed: line and problem."""
+    functions = (node for node in ast.walk(tree) if isinstance(node, ast.AsyncFunctionDef))
+    for function in functions:
+        for loop in ast.walk(function):
+            if isinstance(loop, ast.While) and isinstance(loop.test, ast.Constant):
+                for node in loop.body:
+                    if not isinstance(node, ast.If) or not _only_continues(node):
+                        break
+                    test = ast.unparse(node.test)
+                    yield node.lineno, f"{function.name} never waits while `{test}`: the watchdog ends it"
+
+
+def _only_continues(node: ast.If) -> bool:
+    """Whether a statement begins the next pass, and its condition can't change until then."""
+    leaves = [each for each in ast.walk(node.test) if isinstance(each, ast.expr)]
+    is_fixed = all(isinstance(each, _FIXED_FORMS) for each in leaves)
+    return is_fixed and len(node.body) == 1 and isinstance(node.body[0], ast.Continue)
+
+
 def _stays(test: ast.expr, inputs: Collection[str]) -> bool:
     """Return whether a condition can't change within a scan and may hold: it is a constant, or of inputs."""
     if isinstance(test, ast.Constant):

@@ -42,7 +42,7 @@ from ..rungs.accesses import declaration_lines
 from .attributes import note_names
 from .calls import Calls
 from .flow import Flow
-from .loops import endless
+from .loops import endless, skips_wait
 from .names import Accesses, called_twice, variables_of
 from .numbers import Numbers
 from .reader import Function, Reader, functions_in
@@ -75,7 +75,7 @@ def sequence_facts(path: Path, program: Logic, spec: RackSpec) -> Facts:
         facts.remarks["out-of-range"] += calls.refused()
         facts.remarks["bad-call"] += calls.failing()
         facts.remarks["preset-zero"] += calls.without_time()
-        loops = endless(reader.tree, inputs)
+        loops = [*endless(reader.tree, inputs), *skips_wait(reader.tree)]
         facts.remarks["never-waits"] += (Remark(FileLine(file, line), text) for line, text in loops)
         Flow(reader, facts).note()
         note_names(reader, facts)

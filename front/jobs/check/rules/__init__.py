@@ -142,8 +142,8 @@ RULES = (
     # numbers and names
     Rule(
         "subscript",
-        "a subscript that a loop takes out of its array",
-        "let the loop end with the last element",
+        "a subscript that a loop takes out of its array, or that a table does not have",
+        "let the loop end with the last element, or correct the subscript",
         "error",
     ),
     Rule("division-by-zero", "a division by a constant 0", "divide by another number", "error"),

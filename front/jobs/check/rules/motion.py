@@ -173,7 +173,7 @@ def interrupted(subject: Subject) -> Iterator[Violation]:
         motions = [each for each in commands if each.kind in MOTIONS and each.execute]
         for at, each in enumerate(motions):
             for other in motions[:at]:
-                if other.execute == each.execute != "1":
+                if other.execute == each.execute != "1" or (each.starts and other.starts == each.starts):
                     text = (
                         f"{each.text} aborts {other.text} of line {other.place.line}: both start in one scan"
                     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from fnmatch import fnmatch
 from pathlib import Path
 
@@ -112,8 +113,9 @@ class _ProgramReader:
         facts.computed = unknown | self.writes.staged
         facts.at_once = list(sent.at_once())
         blocks = list(commands_of(self.calls, self.axes, self.values, self.owners))
-        facts.commands = [*blocks, *sent.commands()]
         steps = Steps(self.main, self.values, self.conditions.places, self.slots)
+        blocks = [replace(each, starts=steps.starts(each)) for each in blocks]
+        facts.commands = [*blocks, *sent.commands()]
         facts.actions = list(steps.actions(writes, blocks))
 
     def _sites(self, facts: Facts) -> None:
@@ -164,9 +166,10 @@ class _ProgramReader:
             path_of(each.where) for each in self.mentions if each.reads and isinstance(each.where, Place)
         )
         mistakes = Mistakes(self.lowered, self.values, facts, read)
+        seen: set[tuple[str, str]] = set()
         for point, place in self.points:
             mistakes.note(point, place)
-            note_subscripts(point, place, self.values, facts)
+            note_subscripts(point, place, self.values, facts, seen)
         for routine in self.routines:
             for line in routine.lines if routine.body is None else ():
                 mistakes.branches(line, self.conditions, self._place(line))

@@ -182,6 +182,16 @@ class Steps:
                 found.append(self._implied(_power(writers[0]), depth - 1))
         return AllOf(tuple(found)) if len(found) > 1 else condition
 
+    def starts(self, command: Command) -> str:
+        """Return the condition of the bit that starts a block; "" if not of bits and steps alone."""
+        coils = self._writers.get(command.execute, [])
+        if len(coils) != 1 or coils[0].step.name != "OTE":
+            return ""
+        condition = coils[0].condition
+        parts = condition.parts if isinstance(condition, AllOf) else (condition,)
+        is_plain = all(isinstance(each, Bit | Compare) for each in parts)
+        return " and ".join(sorted(map(repr, parts))) if is_plain else ""
+
     def _starting(self, command: Command) -> Iterator[tuple[Point, FileLine]]:
         """Yield the copies to Execute of a block."""
         execute = f"{command.text.rpartition(' ')[2].upper()}.EXECUTE"

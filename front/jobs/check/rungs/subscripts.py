@@ -12,10 +12,19 @@ from .values import Values, type_range
 from .walk import Point
 
 
-def note_subscripts(point: Point, place: FileLine, values: Values, facts: Facts) -> None:
-    """Note the subscripts of an instruction that leave their array: a major fault of type 4, code 20."""
+def note_subscripts(
+    point: Point, place: FileLine, values: Values, facts: Facts, seen: set[tuple[str, str]]
+) -> None:
+    """Note the subscripts of an instruction that leave their array: a major fault of type 4, code 20.
+
+    Args:
+        seen: routines and subscripts that are noted already.
+    """
     for operand in point.step.operands:
         for each, index, size in _subscripts(operand):
+            key = point.routine.name, each.text.partition("]")[0].upper()
+            if key in seen:
+                continue
             reached = values.of(index)
             count = _counted(index, values)
             if count is not None and reached.is_known and not 0 <= reached.least <= reached.most < size:
@@ -23,7 +32,7 @@ def note_subscripts(point: Point, place: FileLine, values: Values, facts: Facts)
                 if not _is_guarded(point, count, size - 1 - offset):
                     text = f"{each.text}: the subscript is {reached}, and allowed are 0 to {size - 1}"
                     facts.remark("subscript", place, text)
-                    return
+                    seen.add(key)
 
 
 def _subscripts(operand: object) -> Iterator[tuple[Place | Group, Resolved, int]]:

@@ -93,7 +93,7 @@ class Values:
         every = list(steps)
         for step in every:
             target = target_of(step)
-            if target is not None and target.bit is None:
+            if target is not None and target.bit is None and not target.frame:
                 self._written.setdefault(target.leaf.path.upper(), []).append(written_value(step))
                 known[target.leaf.path.upper()] = known.get(target.leaf.path.upper(), 0) + 1
         self._others: set[str] = set()
