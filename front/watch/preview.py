@@ -53,12 +53,25 @@ def mistakes_of(error: Exception, program: Path) -> list[Json]:
     """Return the mistakes of an edit one by one, as `mistake_of` does, without their places in the texts."""
     behind: BaseException | None = error
     while behind is not None:
+        if isinstance(behind, EditRefusal):
+            return _refusals(behind, program)
         if isinstance(behind, BuildError):
             return [_mistake(f"{each.text}; {each.remedy}", each.site, program) for each in behind.problems]
-        if isinstance(behind, SiteError) and behind.sites and not isinstance(behind, EditRefusal):
+        if isinstance(behind, SiteError) and behind.sites:
             return [_mistake(behind.reason, behind.site, program)]
         behind = behind.__cause__
     return [mistake_of(error, program)]
+
+
+def _refusals(error: EditRefusal, program: Path) -> list[Json]:
+    """Return why each sequence can't continue: `old` is the line of the running program where it waits."""
+    restart = list(error.sequences)
+    if not error.refusals:
+        return [{**_mistake(error.reason, error.site, program), "restart": restart}]
+    return [
+        {"text": each.reason, "file": program.name, "line": None, "old": each.site.line, "restart": restart}
+        for each in error.refusals
+    ]
 
 
 def _mistake(text: str, site: Site, program: Path) -> Json:
@@ -105,7 +118,9 @@ def preview_of(
         findings: what `check` says of it and not of the one that runs.
     """
     refused, found = list(mistakes), list(findings)
-    marked = {each["line"] for each in (*refused, *found) if each["line"]}
+    marked = {("new", each["line"]) for each in (*refused, *found)} | {
+        ("old", each.get("old")) for each in refused
+    }
     rows = rows_of(*texts, marked)
     groups = [] if edit is None else [(title, list(names)) for title, names in edit.groups if names]
     return {
@@ -120,11 +135,12 @@ def preview_of(
     }
 
 
-def rows_of(before: str, after: str, marked: Iterable[int] = ()) -> list[Json]:
-    r"""Return the lines of a difference, and those near marked lines of the edited text.
+def rows_of(before: str, after: str, marked: Iterable[tuple[str, int | None]] = ()) -> list[Json]:
+    r"""Return the lines of a difference, and those near marked lines.
 
     A row has `sign` (" ", "+", "-"), `old` and `new` line numbers, from 1, or None, and its `text`. A row
-    without a text stands for lines that are left out.
+    without a text stands for lines that are left out. A marked line is `("new", 12)`, or `("old", 12)` of the
+    first text.
 
     >>> [(row["sign"], row["new"], row["text"]) for row in rows_of("a\nb", "a\nc")]
     [(' ', 1, 'a'), ('-', None, 'b'), ('+', 2, 'c')]
@@ -132,7 +148,12 @@ def rows_of(before: str, after: str, marked: Iterable[int] = ()) -> list[Json]:
     rows = list(_rows(before.splitlines(), after.splitlines()))
     changed = [place for place, row in enumerate(rows) if row["sign"] != " "]
     lines = set(marked)
-    noted = [place for place, row in enumerate(rows) if row["new"] in lines]
+    noted = [
+        place
+        for place, row in enumerate(rows)
+        for side in ("old", "new")
+        if row[side] and (side, row[side]) in lines
+    ]
     seen = {each for place in changed for each in range(place - NEAR, place + NEAR + 1)}
     seen |= {each for place in noted for each in range(place - 1, place + 2)}
     found: list[Json] = []

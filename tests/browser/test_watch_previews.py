@@ -130,6 +130,9 @@ class Small(Logic):
 """
 
 
+AS_IT_IS = "It can't continue as it is, but with cycle begun anew."
+
+
 def test_python_that_is_typed_says_which_sequence_prevents_it(page, rack):
     path = rack("small.py", SEQUENCE)
     with watching(path, "--trust") as session:
@@ -142,8 +145,8 @@ def test_python_that_is_typed_says_which_sequence_prevents_it(page, rack):
             "Keep their value, whatever the text says": "rounds 7, not 9",
             "Continue": "cycle at line 12",
         }
-        typed(page, SEQUENCE.replace("go.rises", "go.falls"), "It can't continue as it is:")
-        assert "is not at its place any more" in page.run(TEXTS, ".note")[0]
+        typed(page, SEQUENCE.replace("go.rises", "go.falls"), AS_IT_IS)
+        assert "is not at its place any more" in page.run(TEXTS, "[data-old='11'] + .note")[0]
         page.click("//button[text()='Take over, cycle anew']", "xpath")
         until(lambda: "begin anew: cycle" in page.run(NOTICE))
         until(lambda: "go falls" in page.run("return document.querySelector('.waits')?.textContent ?? ''"))

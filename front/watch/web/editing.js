@@ -112,11 +112,11 @@ function show(preview) {
   permit(true, preview);
   const { mistakes, findings, rows, groups, keeps, more } = preview;
   const notes = [...mistakes.map(each => ({ ...each, kind: "mistake" })), ...findings.map(each => ({ ...each, kind: "finding" }))];
-  const lines = new Set(rows.map(row => row.new).filter(Boolean));
+  const isAt = (note, row) => row.text !== null && (note.old ? row.old === note.old && (row.sign === "-" || row.sign === " ") : note.line && row.new === note.line);
   shown.replaceChildren(
     verdict(preview),
-    ...notes.filter(({ line }) => !lines.has(line)).map(noteOf),
-    rows.length ? el("ol", { class: "diff", tabindex: "0", "aria-label": "Differences" }, ...rows.flatMap(row => [rowOf(row), ...notes.filter(({ line }) => line && line === row.new).map(noteOf)])) : "",
+    ...notes.filter(note => !rows.some(row => isAt(note, row))).map(noteOf),
+    rows.length ? el("ol", { class: "diff", tabindex: "0", "aria-label": "Differences" }, ...rows.flatMap(row => [rowOf(row), ...notes.filter(note => isAt(note, row)).map(noteOf)])) : "",
     more ? el("p", { class: "soft" }, `${more} further lines differ`) : "",
     keeps ? el("p", { class: "keeps" }, `${keeps[0].toUpperCase()}${keeps.slice(1)}.`) : "",
     groups.length ? el("dl", { class: "resets" }, ...groups.flatMap(groupOf)) : "");
@@ -124,7 +124,7 @@ function show(preview) {
 
 function verdict({ mistakes, rows, restart }) {
   const count = mistakes.length;
-  const said = restart.length ? "It can't continue as it is:" : count ? `${count === 1 ? "A mistake" : `${count} mistakes`}: it can't be taken over.` : rows.length ? "It can be taken over." : "It is the program that runs.";
+  const said = restart.length ? `It can't continue as it is, but with ${restart.join(", ")} begun anew.` : count ? `${count === 1 ? "A mistake" : `${count} mistakes`}: it can't be taken over.` : rows.length ? "It can be taken over." : "It is the program that runs.";
   return el("p", { class: "verdict", "data-kind": count ? "mistake" : "good" }, said);
 }
 
@@ -137,12 +137,12 @@ const groupOf = ({ title: name, names }) => [el("dt", {}, TITLES[name] ?? name),
 
 function rowOf({ sign, old, new: number, text }) {
   if (text === null) return el("li", { class: "gap" }, "⋯");
-  return el("li", { "data-sign": sign }, el("span", { class: "number" }, String(number ?? old)), el("span", { class: "sign" }, sign), el("code", {}, text || " "));
+  return el("li", { "data-sign": sign, "data-old": old, "data-new": number }, el("span", { class: "number" }, String(number ?? old)), el("span", { class: "sign" }, sign), el("code", {}, text || " "));
 }
 
-function noteOf({ kind, line, text, rule }) {
-  const where = line ? el("button", { type: "button", class: "plain", title: `To line ${line}`, click: () => toLine(line) }, `Line ${line}`) : "";
-  return el("li", { class: "note", "data-kind": kind, "data-line": line ?? "" }, where, ` ${rule ? `${rule}: ` : ""}${text}`);
+function noteOf({ kind, line, old, text, rule }) {
+  const where = line ? el("button", { type: "button", class: "plain", title: `To line ${line}`, click: () => toLine(line) }, `Line ${line}`) : old ? el("b", {}, `Line ${old} now`) : "";
+  return el("li", { class: "note", "data-kind": kind, "data-line": line ?? old ?? "" }, where, ` ${rule ? `${rule}: ` : ""}${text}`);
 }
 
 // Puts the caret into a line of the field.

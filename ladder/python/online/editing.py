@@ -201,7 +201,7 @@ def _refusal(errors: Mapping[str, NotPlacedError]) -> EditRefusal:
     names, text = ", ".join(errors), "\n".join(map(str, errors.values()))
     sites = (site for error in errors.values() for site in sites_of(error))
     refused = EditRefusal(f"{text}\nthe edit is possible if {names} begins anew", *sites)
-    refused.sequences = tuple(errors)
+    refused.sequences, refused.refusals = tuple(errors), tuple(errors.values())
     return refused
 
 

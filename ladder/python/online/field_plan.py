@@ -20,9 +20,11 @@ class EditRefusal(SiteError):  # noqa: N818 - it is an answer
 
     Attributes:
         sequences: the sequences that can't continue; restarting them makes the edit possible.
+        refusals: why, one for each; their sites are in the program that runs.
     """
 
     sequences: tuple[str, ...] = ()
+    refusals: tuple[SiteError, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
