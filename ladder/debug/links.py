@@ -77,9 +77,14 @@ class CauseLink:
 
     @property
     def since(self) -> dict[str, Any]:
-        """Since when it has its value, and when it was last different, as JSON values."""
+        """Since when it has its value, and when it was last different, as JSON values.
+
+        The page and `--json` have the same data; its keys stay. `last_different` is None if it never was. A
+        wait has its text as value.
+        """
         last = None if self.before is None or not self.scan else {"scan": self.scan - 1, "value": self.before}
-        return {"scan": self.scan, "now_ns": self.now_ns, "value": self.value, "last_different": last}
+        value = self.text if self.kind == "wait" else self.value
+        return {"scan": self.scan, "now_ns": self.now_ns, "value": value, "last_different": last}
 
     def as_json(self) -> list[dict[str, Any]]:
         """Return its links in the order of `walk` as JSON values; causes are numbers of that list."""

@@ -48,6 +48,9 @@ class ScanInputs(NamedTuple):
 ONE_BY_ONE = 24
 """Stretches of the latest scans that are searched one by one."""
 
+MOST_FOUND = 256
+"""Most results of searches that are kept."""
+
 SIDE_BY_SIDE = 5_000
 """Most stretches that are searched at once."""
 
@@ -90,6 +93,7 @@ class Replayer:
     ) -> None:
         self.engine = engine  # the engine after scan `at`
         self.at: int | None = None  # the scan that was run last; None before the first
+        self._found: dict[tuple[Cell, ...], tuple[int, int | None]] = {}  # last changes up to a scan
         self.truths: Truths = {}  # the power of the scan that was asked for last
         self._source, self._most, self._stretches = source, most, stretches
         self.images = input_leaves(engine.memory)  # what `ScanInputs.images` are of
@@ -154,9 +158,19 @@ class Replayer:
     def last_change_of(self, cells: Sequence[Cell], end: int) -> int | None:
         """Return the last scan that changed one of some values, up to one; None without one.
 
-        The latest scans run one by one; the ones before from all snapshots at once, see `lanes`.
+        The latest scans run one by one; the ones before from all snapshots at once, see `lanes`. What was
+        found is kept: a sentence and a chain ask the same.
         """
+        until, found = self._found.get(tuple(cells), (-1, None))
+        none_left = found is None and self._stretches is not None and end < until
+        if end > until or none_left or (found is not None and found > end):
+            until, found = end, self._search(cells, end)
+            self._found[tuple(cells)] = until, found
+            if len(self._found) > MOST_FOUND:
+                del self._found[next(iter(self._found))]
+        return found
 
+    def _search(self, cells: Sequence[Cell], end: int) -> int | None:
         def read(engine: WatchedEngine) -> list[Value]:
             return [each.of(engine.memory.read(each.leaf, each.index)) for each in cells]
 

@@ -195,7 +195,7 @@ class Why:
             found = chains.of_bits(Bits(names.axes[own], "out", 0, ALL_BITS), own, self.row)
         else:
             found = chains.of_value(text, self.row)
-        return found or self._since_power_up(text, None)
+        return found or self._since_power_up(text, chains.present.get(text))
 
     def _since_power_up(self, text: str, value: object) -> CauseLink:
         plain = value if isinstance(value, (bool, int, float, str)) else None

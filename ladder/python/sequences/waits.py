@@ -10,8 +10,11 @@ A wait takes one scan at least, even one that holds already. Times are virtual a
 from __future__ import annotations
 
 import inspect
+import linecache
 import threading
 from collections.abc import Callable, Generator
+from functools import lru_cache
+from types import CodeType
 from typing import Any, Generic, NoReturn, TypeVar
 
 from typing_extensions import override
@@ -118,13 +121,47 @@ def _never_answers(name: str) -> str:
 
 
 def text_of(condition: Condition) -> str:
-    """Return the name of a condition: of its function or its input.
+    """Return the name of a condition: of its function or its input; of a lambda the text of its expression.
 
-    >>> text_of(lambda: True), text_of(str.isdigit)
-    ('a condition', 'isdigit')
+    >>> text_of(str.isdigit), text_of(eval("lambda: True"))  # whose text is in no file
+    ('isdigit', 'a condition')
     """
     name = getattr(condition, "__name__", None) or getattr(condition, "name", None) or "<lambda>"
-    return "a condition" if name == "<lambda>" else str(name)
+    code = getattr(condition, "__code__", None)
+    if name != "<lambda>":
+        return str(name)
+    return (_expression(code) if isinstance(code, CodeType) else "") or "a condition"
+
+
+LONGEST = 80
+"""Most characters of the text of a condition."""
+
+
+@lru_cache(maxsize=1024)
+def _expression(code: CodeType) -> str:
+    """Return the text of a lambda's expression in its file; "" if the file has another one there now."""
+    spans = [each for each in code.co_positions() if None not in each and each[2] != each[3]]
+    if not spans:
+        return ""
+    begin = min((each[0] or 0, each[2] or 0) for each in spans)
+    end = max((each[1] or 0, each[3] or 0) for each in spans)
+    linecache.checkcache(code.co_filename)
+    lines = [each.encode() for each in linecache.getlines(code.co_filename)[begin[0] - 1 : end[0]]]
+    if not lines:
+        return ""
+    lines[-1] = lines[-1][: end[1]]
+    lines[0] = lines[0][begin[1] :]
+    text = " ".join(b"".join(lines).decode(errors="replace").split())
+    try:
+        read = compile(f"({text})", "<condition>", "eval")
+    except (SyntaxError, ValueError):
+        return ""
+    same = {*read.co_names} == {*code.co_names, *code.co_freevars} and _plain(read) == _plain(code)
+    return text if same and len(text) <= LONGEST else ""
+
+
+def _plain(code: CodeType) -> set[str]:
+    return {repr(each) for each in code.co_consts if each is not None and not isinstance(each, CodeType)}
 
 
 class until(Wait[None]):  # noqa: N801 - it reads as a word of the language

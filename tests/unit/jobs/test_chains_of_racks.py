@@ -153,7 +153,7 @@ PYTHON = [
     ),
     (30, "state.run", "state.run off @20 < stop on @20 input"),
     (30, "slot1.command.MANUAL_CW", "slot1.command.MANUAL_CW off @20 < stop on @20 input"),
-    (30, "state.count", "state.count @0 power-up"),
+    (30, "state.count", "state.count = 0 @0 power-up"),
 ]
 
 
@@ -176,6 +176,23 @@ def test_a_sequence_leads_back_through_its_waits_and_the_axis(made):
 def test_a_sequence_that_waited_for_an_input(made):
     bench = made("line.py", SEQUENCES, 100)
     assert text_of(bench.chain("sign")) == "sign @10 < sign @10 < sign @5 < start on @5 input"
+
+
+SINCE = [
+    (LINES, 30, "state.run", 20, False, (19, True)),
+    (LINES, 30, "state.count", 0, 0, None),
+    (LINES, 30, "Local:3:O.Data.4", 20, False, (19, True)),
+    (LINES, 30, "slot2.input.start", 10, False, (9, True)),
+    (SEQUENCES, 30, "sign", 10, "is over", (9, "waits for dwell 10 ms")),
+    (SEQUENCES, 8, "sign", 5, "waits for dwell 10 ms", (4, "waits for start rises")),
+]
+
+
+@pytest.mark.parametrize(("program", "scans", "what", "scan", "value", "last"), SINCE)
+def test_since_when_and_when_it_was_last_different(made, program, scans, what, scan, value, last):
+    since = made("line.py", program, scans).chain(what).since
+    different = None if last is None else {"scan": last[0], "value": last[1]}
+    assert since == {"scan": scan, "now_ns": scan * 2_000_000, "value": value, "last_different": different}
 
 
 MOVE = "MOVE = Move(MoveKind.RELATIVE, 50, 5000, 20, 10).to_image()\n\n\n"

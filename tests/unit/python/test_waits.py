@@ -137,3 +137,18 @@ def test_an_input_is_a_condition():
     assert held(lambda self: steady(self.start, "10 ms"), presses=[4]) == [9]
     start = Waiting(until).start
     assert repr(steady(start, "1 s")) == "start steady for 1 s"
+
+
+def test_the_name_of_a_lambda_is_its_text():
+    level = 3
+    waits = [
+        until(lambda: level > 3 and not level),
+        until(
+            lambda: level == 4  # a comment is no part of it
+        ),
+        until(lambda: level > 3, "full"),
+        until(eval("lambda: True")),
+    ]
+    assert list(map(repr, waits)) == [
+        "until level > 3 and not level", "until level == 4", "full", "until a condition",
+    ]  # fmt: skip

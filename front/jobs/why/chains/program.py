@@ -30,6 +30,7 @@ class ProgramChain(RackChain):
     spec: RackSpec = field(kw_only=True)
     load: Load = field(kw_only=True)
     names: Names = field(kw_only=True)
+    present: dict[str, Any] = field(default_factory=dict)  # values that were asked about last
     _runs: dict[tuple[int, str], TracedRun] = field(default_factory=dict)
 
     # --- questions
@@ -53,12 +54,14 @@ class ProgramChain(RackChain):
         again = self._traced(row, "")
         at = self.recording.place(bits.slot) // 2 + 2 * bits.word
         made = [each for each in again.changes.get(row, ()) if _differs(each, at, bits.mask)]
-        return self._of_line(bits.slot, name, self.value(bits, row), row, again, made)
+        values = self.value(bits, row), self.value(bits, row - 1) if row else None
+        return self._of_line(bits.slot, name, values, row, again, made)
 
     def _of_value(self, text: str, row: int) -> CauseLink:
         again = self._traced(row, text)
         made = [each for each in again.changes.get(row, ()) if each.before[1] != each.after[1]]
-        return self._of_line(0, text, again.value, row, again, made)
+        values = again.value, made[0].before[1] if made else None
+        return self._of_line(0, text, values, row, again, made)
 
     def _traced(self, row: int, text: str) -> TracedRun:
         known = self._runs.get((row, text))
@@ -69,12 +72,19 @@ class ProgramChain(RackChain):
         return known
 
     def _of_line(
-        self, slot: int, name: str, value: Any, row: int, again: TracedRun, made: Sequence[TracedChange]
+        self,
+        slot: int,
+        name: str,
+        values: tuple[Any, Any],
+        row: int,
+        again: TracedRun,
+        made: Sequence[TracedChange],
     ) -> CauseLink:
+        """Return the link of a change by a line; `values` after and before its scan."""
         sent = [each for each in made[-1].senders if each.slot == slot] if made else []
         line = sent[0].line if sent else made[-1].line if made else NOWHERE
-        common = {"name": name, "value": _plain(value), "scan": self.recording.numbers[row]}
-        common["now_ns"] = self.recording.times[row]
+        common = {"name": name, "value": _plain(values[0]), "scan": self.recording.numbers[row]}
+        common |= {"now_ns": self.recording.times[row], "before": _plain(values[1])}
         if not again.explains(row):
             return CauseLink(
                 "unknown", **common, text="run again, the program writes other words: no line is known"
@@ -176,7 +186,7 @@ class ProgramChain(RackChain):
                     codes[text] = compile(_source(namespace, text), "<watched>", "eval")
                 except ValueError:
                     continue  # a local name, or a value that is not plain
-            seen = {text: eval(code, namespace) for text, code in codes.items()}
+            seen = self.present = {text: eval(code, namespace) for text, code in codes.items()}
             rows = iter(range(row + 1))
             begun: list[bool] = []
 
@@ -215,7 +225,9 @@ class ProgramChain(RackChain):
         step = steps[number]
         row = self._row(step)
         causes = [(self._of_end(steps, number - 1, row),)] if number else []
-        return linked(causes, **self._parts(step, row, f"waits for {step.wait}" if step.line else "is over"))
+        before = f"waits for {steps[number - 1].wait}" if number else None
+        text = f"waits for {step.wait}" if step.line else "is over"
+        return linked(causes, **self._parts(step, row, text), before=before)
 
     def _of_end(self, steps: Sequence[Step], number: int, row: int) -> CauseLink:
         """Return the link of the end of a wait in a scan: what it waited for, or the wait before it."""
