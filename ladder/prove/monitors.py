@@ -27,12 +27,13 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from ...io_images.site import Site
+from ...io_images.tag_names import normal
 from ..build.checks import calls_of
 from ..build.lowering import Lowering
 from ..build.runnable import LadderLogic
 from ..instructions import BY_NAME
 from ..model.errors import BuildError, LadderError
-from ..model.expressions import parse_address
+from ..model.expressions import parse_address, parse_expression
 from ..model.operands import Constant, Place
 from ..model.resolver import AddressError
 from ..model.statements import Assignment
@@ -241,7 +242,11 @@ class _Maker:
     def _parsed(self, lowering: Lowering, claim: Claim, text: str) -> Operand:
         """Return a condition as an operand, with a tag in place of each `old(...)`."""
         try:
+            is_slc = lowering.lowered.layout.files
+            text = _FILE_BIT.sub(lambda found: normal(found[0]), text) if is_slc else text
             plain = _with_latches(text, lambda inner: self._latch(lowering, claim.scope, inner))
+            if is_slc:  # structured text has no addresses of data files
+                return parse_expression(plain)
             block = parse_statements(f"Claim := ({plain}\n);", specs=BY_NAME)
         except LadderError as error:
             raise LadderError(f"{_named(claim)}: {text}: {error.reason}", claim.site) from None
@@ -329,6 +334,9 @@ def _with_latches(text: str, latch: Callable[[str], str]) -> str:
         at = end + 1
     return "".join([*parts, text[at:]])
 
+
+_FILE_BIT = re.compile(r"(?<![\w:.])[A-Za-z]{1,2}\d{0,3}/\d+", re.ASCII)
+"""A bit of a whole data file: `B3/17`."""
 
 _OLD = re.compile(r"\bold\s*\(", re.IGNORECASE)
 

@@ -72,10 +72,28 @@ def replay_on_rack(subject: Subject, asked: Watched, scans: Sequence[ScanOf]) ->
             continue
         if scan is not None:
             return OnRack(True, scan, scenario, _not_given(subject, asked, scenario))
+    if not why and tried[0].left_out:
+        why = f"nothing sets {', '.join(tried[0].left_out)} there"
     ms = f"{period_ns / 1e6:g} ms"
     return OnRack(
-        False, None, tried[0], why=why or f"scans of {ms} do not break it; a scan of other length does"
+        False, None, tried[0], why=why or f"scans of {ms} do not break it; one of another length does"
     )
+
+
+def faults_on_rack(subject: Subject, scans: Sequence[ScanOf]) -> str:
+    """Run the scenario of a fault on the subject's rack; return what became of it, "" without a rack."""
+    job = subject.job
+    if not job.spec.slot:
+        return ""
+    scenario = on_scans_of(subject.problem.lowered.layout, scans, job.spec.scan_ns)
+    try:
+        with ExitStack() as ports:
+            _run(job, scenario, ports).run(scenario.scans)
+    except CpuFault as error:
+        return f"on the rack: the CPU faults in scan {error.fault.scan}"
+    except ValueError as error:
+        return f"on the rack: {error}"
+    return "on the rack: the CPU does not stop"
 
 
 def _not_given(subject: Subject, asked: Watched, scenario: RackScenario) -> tuple[str, ...]:

@@ -20,9 +20,12 @@ from ..fuzz.folder_lock import locked, write_text
 from ..fuzz.scenarios.scenario import Scenario
 from ..load.loading import SCENARIO, SCENARIO_TRACE
 from ..trust.owned import in_use
-from .on_rack import OnRack, record, replay_on_rack
+from .on_rack import OnRack, faults_on_rack, record, replay_on_rack
 from .scenario import on_scans_of
 from .subject import Subject
+
+FAULTS = ("fault", "endless")
+"""Rules of faults, which a rack shows."""
 
 Progress = Callable[[str, int, int], object]
 """Called before each claim: its name, its number from 1, how many there are."""
@@ -108,6 +111,7 @@ class Found:
     finding: Finding
     steps: tuple[Step, ...] = ()
     scenario: Path | None = None
+    rack: str = ""  # what a fault did on the rack
 
     @property
     def refuted(self) -> bool:
@@ -141,7 +145,8 @@ def ask_questions(subject: Subject, folder: ScenarioFolder) -> Questions:
         name = f"{each.rule} {each.site.routine} {each.site.rung} {each.site.instruction}"
         orders = on_scans_of(layout, scans, _scan_ns(subject)).scenario(_scan_ns(subject))
         file = folder.save(name, orders, in_use(subject.job))
-        found.append(Found(each, tuple(steps_of(layout, scans)), file))
+        rack = faults_on_rack(subject, scans) if each.rule in FAULTS else ""
+        found.append(Found(each, tuple(steps_of(layout, scans)), file, rack))
     return Questions(tuple(found), answers.asked, answers.open)
 
 

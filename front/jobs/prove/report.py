@@ -55,6 +55,8 @@ def question_lines(answers: Questions) -> Iterator[str]:
         yield f"{each.finding.rule:<10}  {each.finding.site.where}: {each.finding.text}{scenario}"
         for number, step in enumerate(each.steps, start=1):
             yield f"    scan {number}: {step}"
+        if each.rack:
+            yield f"    {each.rack}"
     asked, left = sum(answers.asked.values()), sum(answers.open.values())
     by_rule = ", ".join(f"{rule} {count:,}" for rule, count in sorted(answers.open.items()) if count)
     if asked:
@@ -125,6 +127,7 @@ def _found(found: Found) -> dict[str, Any]:
         "text": finding.text,
         "scans": [{"ms": each.ms, "set": dict(each.changes)} for each in found.steps],
         "scenario": None if found.scenario is None else str(found.scenario),
+        "rack": found.rack or None,
     }
 
 

@@ -27,10 +27,11 @@ from ..fuzz.scenarios.scenario import Given, Scenario
 
 @dataclass(frozen=True, slots=True)
 class RackScenario:
-    """Orders before scans of a rack, and the number of its scans."""
+    """Orders before scans of a rack, the number of its scans, and inputs that no order can set."""
 
     orders: tuple[tuple[int, Order], ...]
     scans: int
+    left_out: tuple[str, ...] = ()
 
     def scenario(self, scan_ns: int) -> Scenario:
         """Return it as `scanrack fuzz` replays it."""
@@ -39,7 +40,7 @@ class RackScenario:
     def without_forces(self) -> RackScenario:
         """Return it without what modules are to say."""
         kept = tuple(each for each in self.orders if not isinstance(each[1], Force))
-        return RackScenario(kept, self.scans)
+        return RackScenario(kept, self.scans, self.left_out)
 
     @property
     def forced(self) -> tuple[str, ...]:
@@ -62,7 +63,14 @@ def on_scans_of(
         first = at + (1 if inputs_first and number else count)
         orders += [(first, order) for order in _orders(layout, each.inputs)]
         at += count
-    return RackScenario(tuple(orders), at + 1)
+    left_out = {tag_text(layout, key) for each in scans for key in each.inputs if not _is_set(layout, key)}
+    return RackScenario(tuple(orders), at + 1, tuple(sorted(left_out)))
+
+
+def _is_set(layout: Layout, key: Key) -> bool:
+    """Whether an order can set an input: not the connection fault of a module, nor a hidden value."""
+    leaf = layout.leaf(key[0])
+    return leaf.is_image or (leaf.slot is None and not key[0].startswith(("S:", "~")))
 
 
 def _orders(layout: Layout, inputs: dict[Key, Any]) -> Iterator[Order]:
@@ -70,7 +78,7 @@ def _orders(layout: Layout, inputs: dict[Key, Any]) -> Iterator[Order]:
         leaf = layout.leaf(key[0])
         if leaf.is_image:
             yield Force(f"Local:{leaf.slot}:I.Data[{key[1]}]", int(value))
-        elif leaf.slot is None and not key[0].startswith(("S:", "~")):
+        elif _is_set(layout, key):
             yield Write(tag_text(layout, key), value)
 
 

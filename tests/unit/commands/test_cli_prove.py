@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 
 import pytest
+from l5x_files import document, ladder, program, rung, tag, task
 from scanrack.commands import build
 from typer.testing import CliRunner
 
@@ -113,6 +114,39 @@ def test_a_program_without_a_rack_has_the_claims_of_its_comments(place: Path) ->
     status, said = scanrack("prove", "line.rung")
     assert status == 0
     assert said.startswith("never Fwd AND NOT A  proved")
+
+
+def test_comments_of_exports_are_claims(place: Path) -> None:
+    rungs = (
+        rung("XIC(A)OTE(Fwd);", number=0, comment="forward\nprove: never Fwd AND Own"),
+        rung("XIO(A)OTE(Own);", number=1, comment="PROVE: always Own <> Fwd;"),
+    )
+    main = program("Main", ladder("Go", *rungs), tags=[tag("Own", "BOOL")])
+    exported = document(
+        tags=[tag("A", "BOOL"), tag("Fwd", "BOOL")], programs=[main], tasks=[task("T", "Main")]
+    )
+    (place / "line.L5X").write_text(exported)
+    status, said = scanrack("prove", "line.L5X")
+    assert (status, said.count("  proved  ")) == (0, 2)
+    lines = ["SLOT 1 OTHER 3 10 25", 'LADDER 2 "MAIN"', "% prove: never B3/1 AND B3:0/2 %"]
+    lines += ["SOR XIC I:2/3 OTE B3/1 EOR", "SOR XIC I:2/4 OTE B3/2 EOR"]
+    (place / "line.SLC").write_text("\n".join(lines))
+    status, said = scanrack("prove", "line.SLC")
+    assert (status, said.split("  ")[:2]) == (
+        1,
+        ["never B3:0/1 AND B3:0/2".replace("B3:0/1", "B3/1"), "refuted"],
+    )
+
+
+def test_a_fault_stops_the_rack(place: Path) -> None:
+    text = LINE.replace("TAG Count", "TAG List : DINT[4]\nTAG Count").replace(
+        "END\n", "MOV(1,List[Count]);\nEND\n"
+    )
+    (place / "line.rung").write_text(text)
+    status, said = proved("")
+    assert status == 1
+    # Count is 1 after the first scan, and 4 after the fourth, number 3
+    assert "on the rack: the CPU faults in scan 3" in said
 
 
 def test_numbers_that_change_from_outside_are_free(place: Path) -> None:
