@@ -10,7 +10,7 @@ from typing import Any
 from ..model.errors import LadderFault
 from ..run.engine import Engine
 from .evaluation import Evaluator
-from .system import CLOCK, DT, Key, Problem, System
+from .system import CLOCK, DT, TOLD, Key, Problem, System
 from .terms import T, reach
 
 Values = Mapping[str, Any]
@@ -52,6 +52,8 @@ class Run:
 
     def __init__(self, problem: Problem) -> None:
         self.problem, self.engine, self._started = problem, problem.program.compile(), False
+        self._told: Values = {}
+        self.set_bits: dict[Key, int] = {}  # numbers of which bits were written before the latest scan
 
     def scan(self, values: Values) -> dict[str, Any]:
         """Do a scan with a solver's values; return those of all variables before it."""
@@ -60,6 +62,8 @@ class Run:
             key = problem.key_of.get(name)
             if key is not None and problem.role(name) == "free":
                 memory.write(problem.machine.kinds[key], key[1], value)
+        self._write_bits()
+        self._told = values
         ms = values.get(DT, problem.least_ms)
         before = self._before() if self._started else dict(problem.initial)
         before.update(values)
@@ -67,6 +71,20 @@ class Run:
         self.engine.step(ms)
         self._started = True
         return before
+
+    def _write_bits(self) -> None:
+        """Write the bits that somebody outside has told behind the scan before."""
+        self.set_bits = {}
+        for key, mask in self.problem.open.items():
+            told = self._told.get(f"{TOLD}{self.problem.machine.vars[key].val}")
+            leaf = self.problem.machine.kinds[key]
+            if told is None:
+                continue
+            word = int(self.engine.memory.read(leaf, key[1]))
+            after = signed_pattern(word & ~mask | int(told) & mask, leaf.type.wraps)
+            if after != word:
+                self.engine.memory.write(leaf, key[1], after)
+                self.set_bits[key] = after
 
     def _before(self) -> dict[str, Any]:
         problem, engine = self.problem, self.engine
@@ -81,6 +99,16 @@ class Run:
     def after(self, key: Key) -> Any:
         """Return the value of a place now."""
         return self.engine.memory.read(self.problem.machine.kinds[key], key[1])
+
+
+def signed_pattern(word: int, width: int) -> int:
+    """Return a number of |width| bits, signed for a positive width, from its bits.
+
+    >>> signed_pattern(0x8000, 16), signed_pattern(0x8000, -16)
+    (-32768, 32768)
+    """
+    word &= (1 << abs(width)) - 1
+    return word - (1 << width) if width > 0 and word >> width - 1 else word
 
 
 def replay(problem: Problem, scans: Sequence[Values], broken: Broken) -> Replayed:
@@ -167,11 +195,25 @@ def first_broken(problem: Problem, scans: Sequence[Values], key: Key) -> int | N
 def scenario(system: System, scans: Sequence[Values]) -> tuple[ScanOf, ...]:
     """Return the times and the inputs that change, of values that a solver chose."""
     found, now = [], dict(system.initial)
+    bits = _bits_of(system, scans)
     for number, values in enumerate(scans):
         inputs: dict[Key, Any] = {}
         for name, value in values.items():
             key = system.key_of.get(name)
             if key is not None and system.role(name) == "free" and now.get(name) != value:
                 inputs[key] = now[name] = value
+        inputs |= bits[number] if number < len(bits) else {}
         found.append(ScanOf(values.get(DT, system.least_ms) if number else 0, inputs))
     return tuple(found)
+
+
+def _bits_of(system: System, scans: Sequence[Values]) -> list[dict[Key, int]]:
+    """Return the numbers of which bits are written from outside, before each scan: what they become."""
+    found: list[dict[Key, int]] = []
+    if isinstance(system, Problem) and system.open:
+        run = Run(system)
+        with suppress(LadderFault):
+            for values in scans:
+                run.scan(values)
+                found.append(run.set_bits)
+    return found

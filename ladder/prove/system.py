@@ -6,6 +6,8 @@
 | of a module's input image or fault, of a consumed tag, of the status file of an SLC | free |
 | a bit that nothing writes | free |
 | a number that nothing writes | held at its initial value, unless `free` names it |
+| a bit of a number, if rungs read it as a bit and nothing writes it | free, from the second scan on |
+| a number with the name of a module's inputs, as `I:2` or `Rack:3:I` | free |
 | named by `written_outside` | free, from the second scan on |
 | what an instruction that is not modelled leaves | free |
 
@@ -15,7 +17,8 @@ States have their values after prescan before the first scan.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+import re
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from functools import partial
@@ -28,9 +31,9 @@ from ..model.tags import Layout, Leaf
 from ..run.engine import Engine
 from ..state.lowered import LoweredProgram
 from . import terms
-from .meaning import BOOL
+from .meaning import BOOL, INT
 from .noting import NotingMachine
-from .terms import FALSE, TRUE, T, and_, var, variables
+from .terms import FALSE, TRUE, T, and_, bit, reach, setbit, var, variables
 
 Key = tuple[str, int]
 """A place: path of the leaf in capitals, flat index."""
@@ -40,6 +43,9 @@ CLOCK = "~LAST_NS"
 
 DT = "~dt"
 """Name of the variable with the ms since the scan before."""
+
+TOLD = "~told:"
+"""Start of the name of a variable whose bits somebody outside writes into a number before the next scan."""
 
 FIRST_SCAN = ("S:FS", 0)
 
@@ -191,6 +197,7 @@ class Problem(System):
         beside: Problem | None = None,
     ) -> None:
         super().__init__()
+        self.open: dict[Key, int] = {}  # masks of the bits of numbers that somebody outside writes
         if beside is None:
             terms.forget()
         self.program, self.bounds, self.assume = program, bounds, tuple(assume)
@@ -219,6 +226,7 @@ class Problem(System):
             self.contract = and_(self.contract, self.after(each))
         self.kept = [make(self) for make in contracts]
         self._settle()
+        self._open_bits()
 
     def _run_monitors(self) -> None:
         """Run the monitors; a LadderError if one of them acts on the program."""
@@ -266,7 +274,35 @@ class Problem(System):
     def _next(self, key: Key) -> T:
         if key == FIRST_SCAN and self.lowered.schedule is None:
             return FALSE
-        return self.machine.state[key]
+        after, mask = self.machine.state[key], self.open.get(key, 0)
+        if not mask:
+            return after
+        v = self.machine.vars[key]
+        told = var(f"{TOLD}{v.val}", INT, v.lo, v.hi)
+        width = self.machine.kinds[key].type.wraps
+        for number in _numbers(mask):
+            after = setbit(after, number, bit(told, number), width)
+        return after
+
+    def _open_bits(self) -> None:
+        """Free the bits of numbers that rungs read as bits and nothing writes."""
+        machine = self.machine
+        roots = [*machine.state.values(), *(t for _, active, power in self.rungs for t in (active, power))]
+        read: dict[str, int] = {}
+        for t in reach(roots):
+            if t.op == "bit" and t.args[0].op == "var":
+                name = t.args[0].val
+                read[name] = read.get(name, 0) | 1 << t.val
+        for key, v in list(machine.vars.items()):
+            mask = read.get(v.val, 0)
+            known = v.val in self.held or v.val in self.next
+            if not mask or not known or key[0].startswith(("~", "S:")) or machine.kinds[key].slot is not None:
+                continue
+            mask &= ~_written_bits(machine.state[key], v)
+            if mask:
+                self.open[key] = mask
+                self.held.discard(v.val)
+                self.next[v.val] = self._next(key)
 
     def _give_role(self, key: Key, v: T) -> None:
         path, leaf = key[0], self.machine.kinds[key]
@@ -287,7 +323,7 @@ class Problem(System):
         """Whether a value that nothing writes is free in each scan."""
         if leaf.slot is not None:
             return not leaf.output
-        if path in self._free or self._is_written_beside(path):
+        if path in self._free or self._is_written_beside(path) or _INPUTS.match(path):
             return True
         if self.lowered.connections and not path.startswith(("~", "S:")):
             return True  # a consumed tag may be any of them
@@ -337,6 +373,33 @@ class Problem(System):
         """Return the numbers of a cone that are held."""
         held = [name for name in cone if name in self.held and not name.startswith("~")]
         return tuple(f"{shown(name)} = {self.initial[name]}" for name in sorted(held))
+
+
+_INPUTS = re.compile(r"I:\d|[^.\[]*:(?:S?I|S)\d{0,2}(?![\w:])")
+"""Beginning of the path, in capitals, of a module's inputs that are tags here."""
+
+
+def _numbers(mask: int) -> Iterator[int]:
+    """Yield the numbers of the bits of a mask."""
+    return (number for number in range(mask.bit_length()) if mask >> number & 1)
+
+
+def _written_bits(after: T, v: T) -> int:
+    """Return a mask of the bits that a scan may change, from the term of a number after it."""
+    mask, todo, seen = 0, [after], set()
+    while todo:
+        t = todo.pop()
+        if t is v or t.id in seen:
+            continue
+        seen.add(t.id)
+        if t.op == "setbit":
+            mask |= 1 << t.val[0]
+            todo.append(t.args[0])
+        elif t.op == "ite":
+            todo += t.args[1:]
+        else:
+            return -1
+    return mask
 
 
 def refuse(lowered: LoweredProgram) -> None:
