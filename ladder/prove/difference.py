@@ -14,21 +14,28 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
+from random import Random
 from typing import Any
 
 from ..model.errors import LadderFault
+from ..run.engine import Engine
 from .induction import Limits, prove
+from .meaning import BOOL, INT
 from .replaying import ScanOf
 from .solving.frames import Frame
 from .solving.solver import UNSAT, Solver
 from .system import Key, Problem, Runnable, ScanBounds, System, shown
 from .terms import FALSE, T, and_, eq, mk, not_, reach, var, variables
 
-LIMITS = Limits(scans=6, k=2, steps=4_000, total=8_000)
-"""Limits for one value."""
+LIMITS = Limits(scans=5, k=2, steps=1_000, total=3_000, helped=False)
+"""Limits for one value that random runs do not tell apart."""
 
-BUDGET = 100_000
+RUNS, SCANS = 24, 12
+"""Random runs, and scans of each."""
+
+BUDGET = 20_000
 """Limit of the solver's steps for all values."""
 
 NEW = "~new:"
@@ -118,6 +125,7 @@ class _Comparison:
     own: dict[str, T] = field(default_factory=dict)
     havocs: dict[str, str] = field(default_factory=dict)
     memo: dict[int, T] = field(default_factory=dict)
+    runs: dict[Key, tuple[ScanOf, ...]] = field(default_factory=dict)  # found by chance
 
     def difference(self) -> Difference:
         """Compare."""
@@ -135,8 +143,10 @@ class _Comparison:
             self.own.setdefault(v.val, _own(v))
         self.memo.clear()
         system = self._together()
-        for key in shown_ones:
-            found = self._one(system, key, key in now) if key in dirty else None
+        asked = [key for key in shown_ones if key in dirty]
+        self.runs = random_runs(self.old, self.new, asked)
+        for key in asked:
+            found = self._one(system, key, key in now)
             if found is not None:
                 result.changed.append(found)
         return result
@@ -260,14 +270,72 @@ class _Comparison:
         free = {v.val.removeprefix(NEW) for v in variables([differ]) if system.role(v.val) == "free"}
         places = self.new.key_of.keys() | self.old.key_of.keys()
         inputs = tuple(shown(name) for name in sorted(free & places))
-        if self.left <= 0:
-            return Changed(key, now, inputs=inputs)
+        by_chance = self.runs.get(key, ())
+        if self.left <= 0 or (by_chance and not now):
+            return Changed(key, now, by_chance, inputs)
         verdict = prove(system, differ, self.limits)
         self.left -= 1 + verdict.spent
-        if verdict and self.old.deep is FALSE and self.new.deep is FALSE:
+        if verdict and not by_chance and self.old.deep is FALSE and self.new.deep is FALSE:
             return None
         confirmed = verdict.scans and differs(self.old, self.new, verdict.scans, key)
-        return Changed(key, now, verdict.scans if confirmed else (), inputs)
+        return Changed(key, now, verdict.scans if confirmed else by_chance, inputs)
+
+
+def random_runs(old: Problem, new: Problem, keys: Sequence[Key]) -> dict[Key, tuple[ScanOf, ...]]:
+    """Run both compiled programs with equal random inputs; return a run for each value that differs."""
+    free = _free(old) | _free(new)
+    places = {name: (new if name in new.key_of else old).key_of[name] for name in free}
+    found: dict[Key, tuple[ScanOf, ...]] = {}
+    rng, left = Random(1), list(keys)
+    for _ in range(RUNS if keys else 0):
+        engines = old.program.compile(), new.program.compile()
+        likely = {name: rng.choice((0.1, 0.5, 0.9)) for name in free}
+        scans: list[ScanOf] = []
+        with suppress(LadderFault):
+            for number in range(SCANS):
+                inputs = {
+                    places[name]: _any(rng, v, likely[name])
+                    for name, v in free.items()
+                    if number == 0 or rng.random() < 0.3
+                }
+                ms = _clipped(rng.choice((1, 10, 100, 1000)), old.bounds.low_ms, old.bounds.high_ms)
+                scans.append(ScanOf(ms if number else 0, inputs))
+                for engine in engines:
+                    _do(engine, scans[-1])
+                for key in left:
+                    if _value(engines[0], key) != _value(engines[1], key):
+                        found[key] = tuple(scans)
+                left = [key for key in left if key not in found]
+    return found
+
+
+def _free(problem: Problem) -> dict[str, T]:
+    """Return the inputs, but those that are written outside as well."""
+    places = problem.machine.vars
+    names = [name for name in problem.key_of if problem.role(name) == "free" and name not in problem.late]
+    return {name: places[problem.key_of[name]] for name in sorted(names)}
+
+
+def _any(rng: Random, v: T, likely: float) -> Any:
+    if v.kind == BOOL:
+        return rng.random() < likely
+    if v.kind == INT:
+        return _clipped(rng.choice((0, 1, 2, 3, 5, 10, 100, 1000, rng.randint(v.lo, v.hi))), v.lo, v.hi)
+    return rng.choice((0.0, 1.0, 2.5, -1.0, 100.0))
+
+
+def _clipped(value: int, low: int, high: int) -> int:
+    return max(low, min(high, value))
+
+
+def _value(engine: Engine, key: Key) -> Any:
+    return engine.memory.read(engine.lowered.layout.leaf(key[0]), key[1])
+
+
+def _do(engine: Engine, scan: ScanOf) -> None:
+    for (path, index), value in scan.inputs.items():
+        engine.memory.write(engine.lowered.layout.leaf(path), index, value)
+    engine.step(scan.ms)
 
 
 def differs(old: Problem, new: Problem, scans: Sequence[ScanOf], key: Key) -> bool:
@@ -280,10 +348,7 @@ def _left_by(problem: Problem, scans: Sequence[ScanOf], key: Key) -> Any:
     engine = problem.program.compile()
     try:
         for scan in scans:
-            for place, value in scan.inputs.items():
-                leaf = problem.lowered.layout.leaf(place[0])
-                engine.memory.write(leaf, place[1], value)
-            engine.step(scan.ms)
+            _do(engine, scan)
     except LadderFault as fault:
         return str(fault)
     return engine.memory.read(problem.leaf(key), key[1])

@@ -1,0 +1,269 @@
+"""Proofs: machines of 50 to 3,000 rungs, four presses, an edit, random programs; random scans attack proofs.
+
+    python benchmarks/prove.py              all of it: some minutes
+    python benchmarks/prove.py --smoke      the small ones: a short run that only checks
+    python benchmarks/prove.py --only presses edit
+    python benchmarks/prove.py --only attack --scans 1000000
+
+Checked: every verdict is the known one; every refutation has run on the compiled program; no random scan
+breaks a proof; a dropped contact is named; equal programs are; two runs say the same.
+
+Times are CPU seconds of this process, and as many compiled scans of the same machine as fit into them: the
+ratio does not depend on the computer.
+"""
+
+from __future__ import annotations
+
+import argparse
+import statistics
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from random import Random
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "support"))
+
+from proofs import Proofs
+from scanrack.ladder.build.program import Program
+from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.prove.difference import Difference, compare
+from scanrack.ladder.prove.induction import Kind, Limits, Verdict, prove
+from scanrack.ladder.prove.monitors import monitored
+from scanrack.ladder.prove.questions import Answers, ask
+from scanrack.ladder.prove.system import Problem, ScanBounds
+
+TIMES = {"translation": 2.0, "median property": 1.0, "dead rungs": 15.0, "presses": 2.0, "edit": 2.0}
+"""Bars, seconds."""
+
+COILS = ("FWD", "REV", "FAULT", "LAMP")
+
+DECIDED = 0.85
+"""Share of the coils whose "never on?" is decided in 5 s each."""
+
+COIL_LIMITS = Limits(scans=8, k=2, steps=4_000, total=12_000)
+
+
+def spent(run: Callable[[], object]) -> tuple[float, object]:
+    """Return CPU seconds and the result."""
+    begin = time.process_time()
+    result = run()
+    return time.process_time() - begin, result
+
+
+def said(name: str, seconds: float, what: str, scan: float = 0.0) -> None:
+    """Print a line, with the bar if there is one."""
+    bar = f", bar {TIMES[name]:g} s" if name in TIMES else ""
+    scans = f" = {seconds / scans_of(scan):,.0f} compiled scans" if scan else ""
+    print(f"{name:>16}: {seconds:8.3f} s{bar}{scans}; {what}", flush=True)
+
+
+def scans_of(scan: float) -> float:
+    """Return a divisor that is never 0."""
+    return max(scan, 1e-9)
+
+
+# --- machines
+
+
+def machine(rungs: int, timers: int, changed: str = "") -> str:
+    """Return motors with interlocks, dwell, faults, counters; every seventh rung uses numbers.
+
+    Args:
+        rungs: about how many.
+        timers: how many.
+        changed: a contact of the middle motor that is left out.
+    """
+    rng = Random(1)
+    motors = max(1, rungs // 7)
+    tags, lines = [], []
+    for n in range(motors):
+        tags += [f"TAG {x}{n} : BOOL" for x in ("Start", "Stop", "Fwd", "Rev", "Fault", "Ack", "Lamp")]
+        tags.append(f"TAG N{n} : DINT")
+        timer, other = n * timers // motors, rng.randrange(motors)
+        lines += [
+            f"[XIC(Start{n}),XIC(Fwd{n})]XIO(Rev{n})XIO(Stop{n})XIO(Fault{n})OTE(Fwd{n});",
+            f"[XIC(Start{other}),XIC(Rev{n})]XIO(Fwd{n})XIO(Stop{n})XIO(Fault{n})OTE(Rev{n});",
+            f"XIC(T{timer}.DN)XIC(Fwd{n})OTL(Fault{n});",
+            f"XIC(Ack{n})XIO(Fwd{n})OTU(Fault{n});",
+            f"XIC(Fault{n})EQU(N{n},3)OTE(Lamp{n});",
+            f"XIC(Start{n})LES(N{n},10)ADD(N{n},1,N{n});",
+            f"GEQ(N{n},10)MOV(0,N{n});",
+        ]
+        if n < timers:
+            tags.append(f"TAG T{n} : TIMER")
+            lines.append(f"[XIC(Fwd{n}),XIC(Rev{other})]TON(T{n},{rng.choice((500, 2000, 5000))},0);")
+    a = motors // 2
+    never = [
+        f"XIC(Fwd{a})XIC(Rev{a})NOP();",
+        f"GRT(N{a},10)NOP();",
+        f"XIC(T{min(a, timers - 1)}.DN)XIC(T{min(a, timers - 1)}.TT)NOP();",
+        f"XIC(Fault{a})NOP();",
+        f"XIC(Fault{a})XIC(Lamp{a})EQU(N{a},4)NOP();",
+    ]
+    if changed:
+        at = next(number for number, line in enumerate(lines) if line.startswith(f"[XIC(Start{a})"))
+        lines[at] = lines[at].replace(changed + f"{a})", "", 1)
+    parts = ["PROGRAM machine", "ALLOW repeated coils", *tags, "ROUTINE Main", *lines, "END"]
+    return "\n".join([*parts, "ROUTINE NEVER", *never, "END", ""])
+
+
+WANTED = [Kind.PROVED, Kind.PROVED, Kind.PROVED, Kind.REFUTED, Kind.REFUTED]
+
+
+def scan_seconds(program: Program, scans: int = 50) -> float:
+    """Return CPU seconds of a compiled scan."""
+    engine = program.compile()
+    engine.step()
+    return spent(lambda: [engine.step() for _ in range(scans)])[0] / scans
+
+
+def machines(smoke: bool) -> None:
+    """Translate machines and ask for properties and dead rungs."""
+    for rungs, timers in ((50, 5),) if smoke else ((50, 5), (700, 50), (3000, 200)):
+        program = parse_program(machine(rungs, timers))
+        scan = scan_seconds(program)
+        checked = monitored(program)
+        count = sum(len(each.lines) for each in program.build().routines.values())
+        seconds, problem = spent(lambda: Problem(checked.program))  # noqa: B023
+        assert isinstance(problem, Problem)
+        said("translation", seconds, f"{count} rungs", scan)
+        found, times = [], []
+        for watched in checked.properties:
+            seconds, verdict = spent(lambda: prove(problem, watched.bit, Limits(scans=12, k=4)))  # noqa: B023
+            assert isinstance(verdict, Verdict)
+            found.append(verdict.kind)
+            times.append(seconds)
+        assert found == WANTED, found
+        said("median property", statistics.median(times), f"worst {max(times):.2f} s", scan)
+        seconds, answers = spent(lambda: ask(problem, ["dead-rung"]))  # noqa: B023
+        assert isinstance(answers, Answers)
+        text = f"{answers.asked['dead-rung']} asked, {len(answers.findings)} dead"
+        said("dead rungs", seconds, text, scan)
+        assert answers.open["dead-rung"] <= count // 50, answers
+
+
+def coils(smoke: bool) -> None:
+    """Ask of coils of the largest machine whether they are ever on."""
+    program = parse_program(machine(50 if smoke else 3000, 5 if smoke else 200))
+    problem = Problem(program)
+    keys = sorted(key for key in problem.machine.written if key[0].startswith(COILS))
+    chosen = Random(4).sample(keys, 8 if smoke else 28)
+    decided, times = 0, []
+    for key in chosen:
+        seconds, verdict = spent(lambda: prove(problem, key, COIL_LIMITS))  # noqa: B023
+        assert isinstance(verdict, Verdict)
+        decided += seconds <= 5 and verdict.kind is not Kind.UNKNOWN
+        times.append(seconds)
+    share = decided / len(chosen)
+    said(
+        "coils", statistics.median(times), f"{share:.0%} decided, bar {DECIDED:.0%}; worst {max(times):.1f} s"
+    )
+    assert share >= DECIDED, share
+
+
+# --- presses: four buttons in their order, each held 300 ms
+
+PRESSES = """PROGRAM presses
+TAG A : BOOL
+TAG B : BOOL
+TAG C : BOOL
+TAG D : BOOL
+TAG P1 : TIMER
+TAG P2 : TIMER
+TAG P3 : TIMER
+TAG S1 : BOOL
+TAG S2 : BOOL
+TAG S3 : BOOL
+TAG Open : BOOL
+ROUTINE Main
+XIC(A)XIO(B)XIO(C)XIO(D)TON(P1,300,0);
+XIC(P1.DN)OTL(S1);
+XIC(S1)XIC(B)XIO(A)XIO(C)XIO(D)TON(P2,300,0);
+XIC(P2.DN)OTL(S2);
+XIC(S2)XIC(C)XIO(A)XIO(B)XIO(D)TON(P3,300,0);
+XIC(P3.DN)OTL(S3);
+XIC(S3)XIC(D)XIO(A)XIO(B)XIO(C)OTL(Open);
+[XIC(A)XIC(D),XIC(B)XIC(D)]OTU(S1);
+XIO(S1)OTU(S2);
+XIO(S2)OTU(S3);
+END
+ROUTINE NEVER
+XIC(Open)NOP();
+XIC(S3)XIO(S1)NOP();
+END
+"""
+
+
+def presses(smoke: bool) -> None:
+    """Find how the four presses open, with scans of any time and of 10 ms."""
+    program = parse_program(PRESSES)
+    scan = scan_seconds(program)
+    for bounds in (ScanBounds(1, 1000), ScanBounds(10, 10)):
+        checked = monitored(parse_program(PRESSES))
+        problem = Problem(checked.program, bounds)
+        opened, order = checked.properties
+        seconds, verdict = spent(lambda: prove(problem, opened.bit))  # noqa: B023
+        assert isinstance(verdict, Verdict)
+        assert verdict.kind is Kind.REFUTED
+        assert prove(problem, order.bit).kind is Kind.PROVED
+        text = f"scans of {bounds.low_ms} to {bounds.high_ms} ms: refuted in scan {verdict.k}"
+        said("presses", seconds, text, scan)
+        assert sum(each.ms for each in verdict.scans) >= 900
+        assert prove(problem, opened.bit) == verdict, "two runs differ"
+
+
+def edit(smoke: bool) -> None:
+    """Compare a machine with one that lacks a contact."""
+    rungs, timers = (50, 5) if smoke else (700, 50)
+    old, new = (parse_program(machine(rungs, timers, changed)) for changed in ("", "XIO(Stop"))
+    scan = scan_seconds(old)
+    seconds, found = spent(lambda: compare(old, new))
+    assert isinstance(found, Difference)
+    now = [each.name for each in found.changed if each.now]
+    shown = [each for each in found.changed if each.scans]
+    middle = max(1, rungs // 7) // 2
+    assert f"FWD{middle}" in now, now
+    assert shown
+    text = (
+        f"{found.compared} values: {len(now)} differ now, {len(found.changed)} ever, {len(shown)} with a run"
+    )
+    said("edit", seconds, text, scan)
+    assert not compare(old, parse_program(machine(rungs, timers))).changed
+
+
+def attack(smoke: bool, scans: int = 1_000_000) -> None:
+    """Prove what can be of random programs; attack it with random scans."""
+    found, seed = Proofs(), 0
+    begin = time.process_time()
+    while found.count["scans"] < (3_000 if smoke else scans):
+        found.try_one(seed)
+        seed += 1
+    text = ", ".join(
+        f"{found.count[name]} {name}" for name in ("programs", "proved", "refuted", "unknown", "scans")
+    )
+    said("attack", time.process_time() - begin, f"{text}; {len(found.broken)} broken")
+    assert not found.broken, found.broken
+
+
+PARTS = {"machines": machines, "coils": coils, "presses": presses, "edit": edit, "attack": attack}
+
+
+def main() -> None:
+    """Run the parts."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--smoke", action="store_true")
+    parser.add_argument("--only", nargs="+", choices=PARTS, default=list(PARTS))
+    parser.add_argument("--scans", type=int, default=1_000_000, help="random scans of the attack")
+    given = parser.parse_args()
+    for name in given.only:
+        if name == "attack":
+            attack(given.smoke, given.scans)
+        else:
+            PARTS[name](given.smoke)
+
+
+if __name__ == "__main__":
+    main()
