@@ -20,7 +20,7 @@ from .timing import one_count, put, put_done, write_done, write_get, write_one_c
 
 
 def _get(machine: Interpreter, block: Group, name: str) -> bool:
-    return bool(machine.get(block.member(name)))
+    return machine.truth(machine.get(block.member(name)))
 
 
 # --- timers: TON, TOF and RTO with TimerEnable for the rung, and Reset; a negative PRE sets fault bits
@@ -35,7 +35,7 @@ def _timer(name: str, of_rungs: Spec, *, full: bool = False) -> Spec:
 
     def run(machine: Interpreter, timer: Group) -> None:
         put(machine, timer, EnableOut=True)
-        if int(machine.get(timer.member("PRE"))) < 0:
+        if machine.whole(machine.get(timer.member("PRE"))) < 0:
             put(machine, timer, **_INVALID)
             return
         put(machine, timer, **_VALID)

@@ -37,7 +37,7 @@ def _put(machine: Interpreter, bits: Mapping[str, Place], **values: int) -> None
 
 
 def _number(machine: Interpreter, place: Place) -> int:
-    return int(machine.get(place))
+    return machine.whole(machine.get(place))
 
 
 def _count(machine: Interpreter, bits: Mapping[str, Place]) -> None:
@@ -149,7 +149,7 @@ def _activate(machine: Interpreter, node: ChartNode) -> None:
 
 def _step(machine: Interpreter, chart: LoweredChart, node: ChartNode, _tag: Group) -> None:
     bits = node.bits
-    new = bool(machine.get(bits["new"]))
+    new = machine.truth(machine.get(bits["new"]))
     ns = 0 if new else _number(machine, bits["ns"]) + _elapsed(machine, chart, bits)
     shown = _show_time(machine, bits, ns)
     _put(machine, bits, FS=new, SA=not new, TMax=max(_number(machine, bits["TMax"]), shown))
@@ -232,8 +232,8 @@ def _fire(machine: Interpreter, chart: LoweredChart, transition: ChartTransition
 def _act(machine: Interpreter, chart: LoweredChart, each: ChartAction, _tag: Group) -> bool:
     """Decide in a scan of its step, or after it, whether the body of an action runs."""
     bits, qualifier = each.bits, each.qualifier
-    active = bool(machine.get(each.node.bits["X"]))
-    first = active and bool(machine.get(each.node.bits["new"]))
+    active = machine.truth(machine.get(each.node.bits["X"]))
+    first = active and machine.truth(machine.get(each.node.bits["new"]))
     if qualifier is Qualifier.R:
         for other in each.resets if active else ():
             _end(machine, chart, other)
@@ -275,7 +275,7 @@ whether it was stored, and whether T has reached PRE [1756-PM006, choose a quali
 
 
 def _is_on(machine: Interpreter, each: ChartAction) -> bool:
-    return bool(machine.get(each.bits["A"])) and _number(machine, each.bits["owner"]) == each.index
+    return machine.truth(machine.get(each.bits["A"])) and _number(machine, each.bits["owner"]) == each.index
 
 
 def _start(machine: Interpreter, each: ChartAction, *, on: bool) -> None:

@@ -7,7 +7,6 @@ from typing import Any
 from ..compiler.rungs import RungWriter
 from ..compiler.values import Term
 from ..interpreter import Interpreter
-from ..model import arithmetic
 from ..model.operands import Place, Resolved, width_of
 from ..model.spec import Spec, Use, action
 from ..model.types import LINT
@@ -50,9 +49,9 @@ def _trn(machine: Interpreter, source: Resolved, target: Place) -> None:
     machine.clear_flags()
     value = machine.number(source, width_of(source))
     if machine.is_float(value):
-        if not arithmetic.finite(value):
+        if machine.is_infinite(value) or machine.is_nan(value):
             machine.fault_log.overflow(machine.site)
-        value = arithmetic.truncated(value)
+        value = machine.truncated(value)
     machine.store(target, value)
 
 

@@ -103,14 +103,14 @@ def _timed(resolver: OperandResolver, operands: tuple[Resolved | None, ...]) -> 
 
 
 def _end(machine: Interpreter, power: bool, stub: Ending, timed: TimedCall) -> bool:
-    state = {name: bool(machine.get(place)) for name, place in timed.bits.items()}
+    state = {name: machine.truth(machine.get(place)) for name, place in timed.bits.items()}
     ended = state["DN"] or state.get("ER", False)
     if not state["EN"]:
         if power:
             _set(machine, timed, EN=True, DN=False, ER=False, IP=True, PC=False)
             machine.put(timed.started, machine.now_ns)
         return power
-    if not ended and machine.now_ns - int(machine.get(timed.started)) >= stub.after_ns:
+    if not ended and machine.now_ns - machine.whole(machine.get(timed.started)) >= stub.after_ns:
         ended = True
         good = not stub.error or "ER" not in timed.bits
         _set(machine, timed, DN=good, ER=not good, IP=False, PC=good)

@@ -112,6 +112,10 @@ class PlaceValues:
         """Whether a number is NaN."""
         return math.isnan(value)
 
+    def truncated(self, value: float) -> int:
+        """Return a float without its fraction; 0 of infinity and NaN."""
+        return arithmetic.truncated(value)
+
     def least(self, value: int, most: int) -> int:
         """Return the smaller of a number and a limit."""
         return min(value, most)

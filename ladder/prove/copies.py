@@ -14,7 +14,7 @@ from .meaning import INT
 from .patterns import Pattern, constant_bytes, pack, unpack
 from .places import kind_of
 from .symbols import NotModelled, Symbol, term_of
-from .terms import const, ite, lt
+from .terms import const, ite, lt, mk
 
 if TYPE_CHECKING:
     from .values import TermValues
@@ -114,7 +114,8 @@ class Regions:
             return a
         if other.hi <= one.lo:
             return b
-        return self._values.symbol(ite(lt(one, other), one, other))
+        least = min(one.lo, other.lo), min(one.hi, other.hi)
+        return self._values.symbol(mk("ite", (lt(one, other), one, other), INT, None, *least))
 
 
 def _alike(a: ArrayRegion, b: ArrayRegion) -> bool:

@@ -47,6 +47,9 @@ from .values import TermValues
 MOST_PASSES = 64
 """Maximum passes of a loop whose end is not known."""
 
+MOST_PASSES_OF_A_SCAN = 192
+"""The same of all loops in a scan."""
+
 MOST_KNOWN_PASSES = 2048
 """Maximum passes of a loop in all."""
 
@@ -68,7 +71,10 @@ _NEVER_WRITTEN = {Use.TIMER: (".PRE",), Use.COUNTER: (".PRE",), Use.CONTROL: (".
 _ELSEWHERE = frozenset(("SSV", "EVENT", "SFR", "SFP", "EOT"))
 """Instructions that write more than their operands."""
 
-_REFUSED = (NotModelled, TypeError, AttributeError, KeyError, ValueError, IndexError, ArithmeticError)
+_REFUSED = (
+    *(NotModelled, TypeError, AttributeError, KeyError, ValueError, IndexError, ArithmeticError),
+    RecursionError,
+)
 """What a row on terms raises if it does something that has none."""
 
 _OF_ROUTINE = ("active", "site", "inputs", "_pending", "_labels", "_number", "_answers", "_depth")
@@ -113,6 +119,7 @@ class ScanMachine(TermValues):
         self._answers: list[Answer] = []
         self._exits: T = FALSE
         self._depth = 0
+        self._passes = 0  # of all loops whose end is not known
         self._ended: T = FALSE  # where the scan has ended
         self.scheduler = TermScheduler(self)  # type: ignore[assignment]
 
@@ -340,7 +347,7 @@ class ScanMachine(TermValues):
                 entry = self.active
                 self.active = and_(entry, not_(self._is_over(index, terminal, step)))
                 passes += self.active is not entry
-                if self.active is FALSE or passes > MOST_PASSES:
+                if self.active is FALSE or self._is_long(passes):
                     break
                 for where, values in self.call_routine(call.routine, ()):
                     if values is BROKEN:
@@ -348,6 +355,11 @@ class ScanMachine(TermValues):
                 self._set_index(index, lambda: self.integer(index) + self.integer(step))
             self._cut_pass(self.site)
         return power
+
+    def _is_long(self, passes: int) -> bool:
+        """Whether a loop, or all of the scan, has had too many passes without a known end."""
+        self._passes += passes > 0
+        return passes > MOST_PASSES or self._passes > MOST_PASSES_OF_A_SCAN
 
     def _is_over(self, index: Place, terminal: Resolved, step: Resolved) -> T:
         count, last, by = (term_of(self.integer(each), INT) for each in (index, terminal, step))
@@ -441,7 +453,7 @@ class ScanMachine(TermValues):
             entry = self.active
             ends = or_(ends, self._left_by(loop.test, inputs, ends_if=False))
             passes += self.active is not entry
-            if self.active is FALSE or passes > MOST_PASSES:
+            if self.active is FALSE or self._is_long(passes):
                 break
             self._body(loop.body, inputs)
             if loop.advance is not None:

@@ -221,6 +221,10 @@ class TermValues(Interpreter):
             return isinstance(value, float) and math.isnan(value)
         return self.symbol(is_nan(value.t))
 
+    def truncated(self, value: Any) -> Any:
+        """Return a float without its fraction; 0 of infinity and NaN."""
+        return self.symbol(self._cut(value.t)) if isinstance(value, Symbol) else super().truncated(value)
+
     def least(self, value: Any, most: int) -> Any:
         """Return the smaller of a number and a limit."""
         return self.symbol(least(term_of(value, INT), most))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import struct
 from collections import Counter
 
-from scanrack.ladder import LadderFault
+from scanrack.ladder import CONTROL, LadderFault
 from scanrack.ladder.prove.evaluation import Evaluator
 from scanrack.ladder.prove.machine import ScanMachine
 from scanrack.ladder.prove.places import AGE, CLOCK
@@ -17,11 +17,13 @@ SCAN_MS = (1, 2, 10, 37, 100)
 class Relation:
     """The terms of one scan of a program, to be computed again and again."""
 
-    def __init__(self, program):
+    def __init__(self, program, lengths=3):
         self.program = program
         self.engine = None
         forget()
-        self.machine = ScanMachine(program.build(), (1, 1000))
+        self.lengths = lengths  # LEN of each CONTROL, which no scan changes
+        known = {(leaf.path.upper(), 0): lengths for leaf in _lengths(program.build().layout)}
+        self.machine = ScanMachine(program.build(), (1, 1000), known)
         self.machine.scan_terms()
         fault = FALSE
         for _, condition in self.machine.faults:
@@ -56,6 +58,9 @@ class Relation:
         except LadderFault:
             self.engine = None
         self.now = 0
+        for leaf in _lengths(self.program.build().layout):
+            if self.engine is not None:
+                self.engine.memory.write(leaf, 0, self.lengths)
 
     def _scan(self, rng, count):
         if self.engine is None:
@@ -116,13 +121,20 @@ def same(a, b):
     return a == b
 
 
+def _lengths(layout):
+    """Return LEN of each single CONTROL."""
+    tags = (tag for tag in layout.tags().values() if tag.type == CONTROL and not tag.dims)
+    return [layout.leaf(f"{tag.name}.LEN") for tag in tags]
+
+
 FLOATS = (0.0, 1.5, -2.5, 100.0, 3.4e38, 1e-40, float("inf"), float("-inf"), float("nan"))
 
 
 def randomise(memory, rng):
     """Set most values of tags to random ones."""
+    lengths = _lengths(memory.layout)
     for leaf in memory.layout.leaves.values():
-        if leaf.path.startswith("S:") or "~" in leaf.path or not memory.has(leaf):
+        if leaf.path.startswith("S:") or "~" in leaf.path or not memory.has(leaf) or leaf in lengths:
             continue
         for index in range(min(leaf.size, 64)):
             if rng.random() < 0.7:

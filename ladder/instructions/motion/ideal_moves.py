@@ -300,7 +300,7 @@ def position_of(machine: Interpreter, operand: Given) -> tuple[int, float]:
     """Return number and position of a master axis; 0 for another operand."""
     if not isinstance(operand, Group) or not is_axis(operand.type):
         return 0, 0.0
-    number = int(machine.get(operand.member("~axis")))
+    number = machine.whole(machine.get(operand.member("~axis")))
     if number < 0:
         return number, IdealAxis(machine.memory, machine.lowered.ideal, number).position(machine.now_ns)
     return number, float(machine.get(operand.member("~position")))

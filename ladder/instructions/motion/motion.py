@@ -86,7 +86,7 @@ def _begin_ideal(
     elif number:
         ideal_moves.begin(ideal, number, call)
     elif isinstance(first, Group) and first.type == COORDINATE_SYSTEM:
-        system = int(machine.get(first.member("~number")))
+        system = machine.whole(machine.get(first.member("~number")))
         ideal_systems.begin(ideal, system, call) if system else motion.refuse(AXIS_NOT_CONFIGURED)
     else:
         motion.refuse(ILLEGAL)
@@ -100,7 +100,7 @@ def _number_of(machine: Interpreter, operand: Resolved) -> int:
     """Return the number of an axis: above 0 on a 3601, below 0 an ideal one; 0 for another operand."""
     if not isinstance(operand, Group) or not is_axis(operand.type):
         return 0
-    return int(machine.get(operand.member("~axis")))
+    return machine.whole(machine.get(operand.member("~axis")))
 
 
 def _prescan(machine: Interpreter, *operands: Resolved) -> None:

@@ -28,7 +28,7 @@ class MotionControl:
     def __getitem__(self, name: str) -> bool:
         """Return a bit."""
         place = replace(self._group.member("FLAGS"), bit=Constant(MOTION_BITS[name], DINT))
-        return bool(self._machine.get(place))
+        return self._machine.truth(self._machine.get(place))
 
     def set(self, **bits: bool) -> None:
         """Set bits."""
@@ -39,7 +39,7 @@ class MotionControl:
     @property
     def ticket(self) -> int:
         """Number of its request to the axis, 0 without one."""
-        return int(self._machine.get(self._group.member("~ticket")))
+        return self._machine.whole(self._machine.get(self._group.member("~ticket")))
 
     @ticket.setter
     def ticket(self, value: int) -> None:
@@ -48,7 +48,7 @@ class MotionControl:
     @property
     def claim(self) -> int:
         """Its own number and that of its request: what an ideal axis notes of it."""
-        return int(self._machine.get(self._group.member("~number"))) << 32 | self.ticket
+        return self._machine.whole(self._machine.get(self._group.member("~number"))) << 32 | self.ticket
 
     def begin(self, ticket: int = 0) -> None:
         """Set the bits of a begun instruction."""

@@ -27,7 +27,7 @@ class _Loop(Members):
     """A PID in a scan; its bits lie in CTL."""
 
     def bit(self, name: str) -> bool:
-        return bool(self._machine.get(self._bit(name)))
+        return self._machine.truth(self._machine.get(self._bit(name)))
 
     def set_bits(self, **values: bool) -> None:
         for name, value in values.items():

@@ -34,7 +34,7 @@ def shift(left: bool) -> Callable[..., None]:
         count = -(-length // _BITS)
         pattern = sum((int(words[place]) & 0xFFFF) << place * _BITS for place in range(count))
         inside = pattern & (1 << length) - 1
-        entering = int(bool(machine.get(source)))
+        entering = int(machine.truth(machine.get(source)))
         leaving = inside >> length - 1 & 1 if left and length else inside & 1
         moved = (inside << 1 | entering) if left else (inside >> 1 | entering << max(length - 1, 0))
         pattern = pattern & ~((1 << length) - 1) | moved & (1 << length) - 1
@@ -75,7 +75,7 @@ def sequence_output(
         control.set(EN=False)
     elif _step(control):
         bits, value = machine.integer(mask), int(Elements(machine, file)[control["POS"]])
-        machine.put(target, wrap(int(machine.get(target)) & ~bits | value & bits, target.type.bits))
+        machine.put(target, wrap(machine.whole(machine.get(target)) & ~bits | value & bits, target.type.bits))
 
 
 def sequence_compare(

@@ -31,14 +31,14 @@ class _Block:
         self._machine, self._word = machine, word
 
     def __getitem__(self, name: str) -> bool:
-        return bool(self._machine.get(replace(self._word, bit=Constant(BITS[name], DINT))))
+        return self._machine.truth(self._machine.get(replace(self._word, bit=Constant(BITS[name], DINT))))
 
     def set(self, **bits: bool) -> None:
         for name, value in bits.items():
             self._machine.put(replace(self._word, bit=Constant(BITS[name], DINT)), value)
 
     def fail(self, code: int) -> None:
-        word = int(self._machine.get(self._word))
+        word = self._machine.whole(self._machine.get(self._word))
         self._machine.put(self._word, word & ~0xFF | code & 0xFF)
 
 
@@ -53,7 +53,7 @@ def _words(machine: Interpreter, power: bool, word: Place, started: Place) -> No
     over = block["DN"] or block["ER"]
     stub = stub_of(machine.lowered.stubs, word.text)
     assert isinstance(stub, Ending)  # resolved only with one
-    waited = machine.now_ns - int(machine.get(started)) >= stub.after_ns
+    waited = machine.now_ns - machine.whole(machine.get(started)) >= stub.after_ns
     if not over and (block["TO"] or waited):
         error = TIMEOUT if block["TO"] else stub.error
         block.set(ST=False, DN=not error, ER=bool(error))

@@ -181,7 +181,7 @@ def compute(machine: Interpreter, target: Place, expression: Resolved) -> None:
 def masked_move(machine: Interpreter, source: Resolved, mask: Resolved, target: Place) -> None:
     """MVM."""
     bits = int(number(machine, mask))
-    before = int(machine.get(target))
+    before = machine.whole(machine.get(target))
     store_bits(machine, target, before & ~bits | int(number(machine, source)) & bits)
 
 

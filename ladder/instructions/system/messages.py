@@ -41,7 +41,7 @@ class _Message:
 
     def __getitem__(self, name: str) -> bool:
         place = replace(self._group.member("FLAGS"), bit=Constant(MESSAGE_BITS[name], DINT))
-        return bool(self._machine.get(place))
+        return self._machine.truth(self._machine.get(place))
 
     def set(self, **bits: bool) -> None:
         for name, value in bits.items():
@@ -50,7 +50,9 @@ class _Message:
 
     @property
     def elapsed_ns(self) -> int:
-        return self._machine.now_ns - int(self._machine.get(self._group.member("~started_ns")))
+        return self._machine.now_ns - self._machine.whole(
+            self._machine.get(self._group.member("~started_ns"))
+        )
 
     def start(self, *, waiting: bool = False) -> None:
         self._machine.put(self._group.member("~waiting"), waiting)

@@ -55,7 +55,7 @@ def _resolve_sfp(resolver: OperandResolver, given: tuple[Operand, ...]) -> tuple
 
 def _sfp(machine: Interpreter, routine: str, word: str) -> None:
     chart = machine.lowered.charts[routine]
-    state = int(machine.get(chart.state))
+    state = machine.whole(machine.get(chart.state))
     if _STATES[word]:
         machine.put(chart.state, PAUSED)
     elif state == PAUSED:

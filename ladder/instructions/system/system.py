@@ -62,7 +62,9 @@ def _read_major_fault(machine: Interpreter, name: str) -> bytes:
     program = _program(machine, name)
     if program is None:
         return bytes(_RECORD.size)
-    kind, code = (int(machine.memory.read(leaf)) for leaf in (program.fault_type, program.fault_code))
+    kind, code = (
+        machine.whole(machine.memory.read(leaf)) for leaf in (program.fault_type, program.fault_code)
+    )
     return _RECORD.pack(machine.now_ns // 1_000 if kind else 0, kind, code, *[0] * 8)
 
 
@@ -116,7 +118,7 @@ _LATEST_US = 8_000 * 365 * 86_400 * 1_000_000  # maximum setting of the clock, Â
 
 def _wall_us(machine: Interpreter) -> int:
     leaf = machine.lowered.layout.find(_path(CLOCK, "", "OFFSET"))
-    offset = int(machine.memory.read(leaf)) if leaf is not None else 0
+    offset = machine.whole(machine.memory.read(leaf)) if leaf is not None else 0
     return machine.now_ns // 1_000 + offset
 
 
@@ -181,7 +183,8 @@ ATTRIBUTES: Mapping[tuple[str, str], Attribute] = {
     ("TASK", "RATE"): Attribute(_of_task("<i", lambda _machine, each: each.task.rate_ns // 1_000)),
     ("TASK", "PRIORITY"): Attribute(_of_task("<h", lambda _machine, each: each.task.priority)),
     ("TASK", "OVERLAPCOUNT"): Attribute(
-        _of_task("<i", lambda machine, each: int(machine.memory.read(each.overlaps))), _write_overlaps
+        _of_task("<i", lambda machine, each: machine.whole(machine.memory.read(each.overlaps))),
+        _write_overlaps,
     ),
     (CLOCK, "CURRENTVALUE"): Attribute(_microseconds, _write_microseconds),
     (CLOCK, "DATETIME"): Attribute(_date, _write_date),

@@ -1,9 +1,18 @@
 """The terms of a scan give what the interpreter computes."""
 
+import re
+from pathlib import Path
 from random import Random
 
+import pytest
+from amounts import amount
 from relation import Relation
+from relation_programs import drawn
+from scanrack.ladder import instructions
 from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.prove.evaluation import evaluate
+from scanrack.ladder.prove.machine import ScanMachine
+from scanrack.ladder.prove.terms import forget
 
 HEAD = """PROGRAM small
 TAG A : BOOL
@@ -13,6 +22,8 @@ TAG C : COUNTER
 TAG X : DINT
 TAG R : REAL
 TAG Arr : DINT[5]
+TAG Text : STRING
+TAG Most : DINT
 ROUTINE Main
 """
 
@@ -34,3 +45,63 @@ def test_a_program_of_common_instructions_equals_the_interpreter() -> None:
     )
     assert found.differences(Random(1), 40) == []
     assert found.machine.cut == []
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_drawn_program_equals_the_interpreter(seed: int) -> None:
+    assert Relation(parse_program(drawn(seed))).differences(Random(seed), 6) == []
+
+
+@pytest.mark.slow
+def test_drawn_programs_equal_the_interpreter() -> None:
+    for seed in range(3, 3 + amount(15)):
+        found = Relation(parse_program(drawn(seed))).differences(Random(seed), 8)
+        assert found == [], f"program {seed}"
+
+
+def test_what_is_not_modelled_is_unknown_and_named() -> None:
+    found = relation("SIN(R,R);", "XIC(A)RTOS(R,Text);", "GRT(R,1.0)OTE(B);", more="")
+    assert {str(site.rung) for site in found.machine.havocs.values()} == {"0", "1"}
+    assert [name for _, name, _ in found.machine.cut] == ["RTOS"]
+    assert found.differences(Random(1), 10) == []
+
+
+def test_a_loop_without_a_known_end_is_deep_from_its_sixty_fifth_pass_on() -> None:
+    found = relation("FOR(Sub,X,0,Most,1);", more="ROUTINE Sub\nADD(Arr[1],1,Arr[1]);\nEND\n")
+    machine = found.machine
+    deep = [evaluate([machine.deep], {"MOST[0]": most})[0] for most in (0, 63, 64, 100)]
+    assert deep == [False, False, True, True]
+
+
+TASKS = """CONTROLLER plant
+TAG Count : DINT
+TASK Fast : PERIODIC 20 ms PRIORITY 3 RUNS Filter
+PROGRAM Filter
+ROUTINE Step
+ADD(Count,1,Count);
+END
+END PROGRAM
+"""
+
+
+@pytest.mark.parametrize(("dt", "may_run", "counts"), [(20, False, 1), (5, False, 0), (5, True, 1)])
+def test_a_periodic_task_may_run_and_does_if_its_period_is_over(dt: int, may_run: bool, counts: int) -> None:
+    forget()
+    machine = ScanMachine(parse_program(TASKS).build())
+    machine.scan_terms()
+    values = {"~dt": dt, "?0": may_run, "COUNT[0]": 7}
+    assert evaluate([machine.state["COUNT", 0]], values) == [7 + counts]
+
+
+def test_rows_take_numbers_and_truths_by_the_machine() -> None:
+    """`int` and `bool` of a symbol are refused: what a row asks that way would not be modelled."""
+    refused = re.compile(r"\b(?:int|bool|float)\((?:self\._)?machine\.(?:get|memory\.read)\(")
+    rows = Path(instructions.__file__).parent.rglob("*.py")
+    found = [
+        f"{each.name}: {line.strip()}"
+        for each in rows
+        if "motion" not in each.parts
+        for line in each.read_text(encoding="utf-8").splitlines()
+        if refused.search(line)
+    ]
+    assert found == []

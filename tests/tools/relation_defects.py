@@ -1,0 +1,320 @@
+"""Defects planted in the relation: the comparison with the interpreter has to find each of them.
+
+    python tests/tools/relation_defects.py            all of them
+    python tests/tools/relation_defects.py MCR        those whose name has the word
+
+Each defect changes one thing in `ladder/prove`, as a mistake there would. Random programs
+(`tests/support/relation_programs.py`) then run until one differs; the number of that program is printed. The
+status is 1 if a defect is not found, or if a difference is found without one.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from random import Random
+from typing import Any
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
+
+from relation import Relation
+from relation_programs import drawn
+from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.prove import (
+    copies,
+    faults,
+    machine,
+    paths,
+    patterns,
+    places,
+    symbols,
+    terms,
+    texts,
+    values,
+)
+from scanrack.ladder.prove.terms import FALSE, TRUE, add, and_, const, eq, ite, lt, mul, not_, or_, sub
+
+MOST_PROGRAMS = 900
+"""Programs that run before a defect counts as not found."""
+
+SCANS = 8
+
+Machine, Values, Symbol = machine.ScanMachine, values.TermValues, symbols.Symbol
+Patch = tuple[Any, str, Any]
+"""Owner, name, and what is there instead; the name of an item is in brackets."""
+
+
+def _rounded_down(a: Any, b: Any) -> Any:
+    """Divide, rounding down."""
+    exact = terms.div(a, b)
+    below = and_(lt(a, const(0)), not_(eq(mul(exact, b), a)))
+    return ite(below, sub(exact, const(1)), exact)
+
+
+def _unmerged(found: list[Any], value: Any) -> Any:
+    """Merge two paths the other way round."""
+    left = [each for each in found if not each.faulted]
+    if len(left) == 2 and len(left[0].decided) == 1:
+        return ite(left[0].decided[0][0], value(left[1]), value(left[0]))
+    return paths.merged(found, value)
+
+
+def _instead(name: str, run: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a method that does something else, with the one that it stands for first."""
+    before = getattr(Machine, name)
+    return lambda self, *given, **named: run(before, self, *given, **named)
+
+
+def _always_active(self: Any, power: Any) -> Any:
+    from contextlib import nullcontext
+
+    return nullcontext(power)
+
+
+def _no_flags(self: Any, t: Any, kind: str = "overflow") -> None:
+    """Note no overflow."""
+
+
+def _left_over(self: Any, nodes: Any) -> None:
+    """Copy no results out."""
+
+
+def _forget_rest(self: Any, since: Any, unit_ns: int) -> Any:
+    found = self.get(since)
+    self.put(since, 0)
+    return found + 1
+
+
+def _kept_age(self: Any, since: Any) -> None:
+    """Do not begin to measure."""
+
+
+def _first_choice_only(before: Any, self: Any, selection: Any, inputs: Any) -> None:
+    before(self, replace(selection, choices=selection.choices[:1]), inputs)
+
+
+def _no_else(before: Any, self: Any, arms: Any, inputs: Any) -> None:
+    before(self, replace(arms, otherwise=()), inputs)
+
+
+def _until_ignored(before: Any, self: Any, line: Any, inputs: Any, *, ends_if: bool) -> Any:
+    return (
+        before(self, line, inputs, ends_if=False)
+        if ends_if and line is not None
+        else before(self, line, inputs, ends_if=ends_if)
+    )
+
+
+def _both_legs(self: Any, branch: Any, power: Any) -> Any:
+    behind = TRUE
+    for leg in branch.legs:
+        behind = and_(behind, self._series(leg, power))
+    return behind
+
+
+def _last_leg(self: Any, branch: Any, power: Any) -> Any:
+    behind = FALSE
+    for leg in branch.legs:
+        behind = self._series(leg, power)
+    return behind
+
+
+def _in_place(self: Any, source: Any, target: Any, length: Any) -> None:
+    """Copy element by element, so that an overlap reads what was just written."""
+    origin, region, first = source
+    goal, into, at = target
+    count = self._least(self._least(length, into.left(at, goal)), region.left(first, origin))
+    for number in range(copies._most(count, into)):
+        for one, other in zip(region.parts, into.parts, strict=True):
+            value = origin.read(one.leaf, (first + number) * one.per_element + one.field.index)
+            self._write(
+                goal, other.leaf, (at + number) * other.per_element + other.field.index, value, number, count
+            )
+
+
+REAL = {
+    "bit": terms.bit,
+    "setbit": terms.setbit,
+    "wrap": terms.wrap,
+    "lt": terms.lt,
+    "to_float": terms.to_float,
+}
+
+DEFECTS: dict[str, tuple[Patch, ...]] = {
+    "a narrow destination keeps 32 bits": (
+        (values, "wrap", lambda a, n: REAL["wrap"](a, 32 if 0 < n < 32 else n)),
+    ),
+    "an unsigned destination is signed": ((values, "wrap", lambda a, n: REAL["wrap"](a, abs(n))),),
+    "division rounds down": ((values, "_DIVISIONS", {"/": _rounded_down, "MOD": terms.rem}),),
+    "MOD has the sign of the divisor": (
+        (values, "_DIVISIONS", {"/": terms.div, "MOD": lambda a, b: sub(a, mul(_rounded_down(a, b), b))}),
+    ),
+    "bits above 25 are their neighbours": (
+        (places, "bit", lambda a, k: REAL["bit"](a, k - 1 if k > 25 else k)),
+    ),
+    "setting a bit clears bit 0": (
+        (places, "setbit", lambda a, k, b, n: REAL["setbit"](REAL["setbit"](a, 0, FALSE, n), k, b, n)),
+    ),
+    "less or equal for less": ((symbols, "lt", lambda a, b: terms.le(a, b)),),
+    "unequal for equal beyond 100": (
+        (symbols, "eq", lambda a, b: terms.eq(a, b) if a.kind != "i" or a.hi < 100 else FALSE),
+    ),
+    "OR of conditions is XOR": (
+        (values, "_TRUTH", {**values._TRUTH, "OR": lambda a, b: not_(terms.iff(a, b))}),
+    ),
+    "NOT of a number is its negation": ((symbols, "inv", lambda a: sub(const(0), a)),),
+    "AND of patterns is OR": ((Symbol, "__and__", lambda self, other: self._bits(other, "bor", or_)),),
+    "JMP does not skip": ((Machine, "jump_to", lambda self, power, label: power),),
+    "a label is not reached by its jump": (
+        (Machine, "jump_to", lambda self, power, label: self._left(power)),
+    ),
+    "RET does not leave": ((Machine, "_left", lambda self, power: power),),
+    "RET brings no values": ((Machine, "take_values", lambda self, places_, values_: None),),
+    "a call leaves the caller's rung false": (
+        (
+            Machine,
+            "call_with",
+            _instead("call_with", lambda before, self, *given: (before(self, *given), FALSE)[1]),
+        ),
+    ),
+    "a false rung acts": ((Machine, "when", _always_active),),
+    "a branch is true where all legs are": ((Machine, "_branch", _both_legs),),
+    "a branch is as its last leg": ((Machine, "_branch", _last_leg),),
+    "MCR is not seen": (
+        (
+            Machine,
+            "_line",
+            _instead(
+                "_line", lambda before, self, line, inputs, **_: before(self, line, inputs, statement=True)
+            ),
+        ),
+    ),
+    "overflow sets no flag": ((faults.TermFaults, "overflow_if", _no_flags),),
+    "a divisor of zero sets no flag": ((faults.TermFaults, "zero_divisor_if", _no_flags),),
+    "division by zero gives 0": (
+        (values, "ite", lambda c, a, b: terms.ite(c, const(0) if a.kind == "i" and b.op == "wrap" else a, b)),
+    ),
+    "REAL is computed in double": ((values, "F32", terms.F64),),
+    "a REAL is cut off into an integer": ((values, "to_int", lambda t, how: terms.to_int(t, "rtz")),),
+    "NaN equals itself": ((symbols, "eq", lambda a, b: TRUE if a is b else terms.eq(a, b)),),
+    "a fault of a subscript is lost": (
+        (paths, "faults_of", lambda found: FALSE),
+        (values, "faults_of", lambda found: FALSE),
+    ),
+    "a negative subscript counts from the end": (
+        (values, "_below", lambda t, most: terms.bitop("band", sub(t, const(1)), const(7))),
+    ),
+    "a computed write hits the next element": ((places, "eq", lambda a, b: terms.eq(add(a, const(1)), b)),),
+    "a computed read reads the first element": ((places, "chosen", lambda found, number: found[0]),),
+    "a timer counts a millisecond more": ((Values, "elapsed", _forget_rest),),
+    "a timer does not begin anew": ((Values, "start_clock", _kept_age),),
+    "paths are merged the other way": ((values, "merged", _unmerged),),
+    "a path that writes nothing clears": (
+        (
+            values,
+            "merged",
+            lambda found, value: paths.merged([each for each in found if each.written] or found[:1], value),
+        ),
+    ),
+    "results of an add-on are not copied out": ((Machine, "_copies", _left_over),),
+    "EnableInFalse runs on a true rung": (
+        (
+            Machine,
+            "call_add_on",
+            _instead("call_add_on", lambda before, self, power, call: before(self, not_(power), call)),
+        ),
+    ),
+    "ELSE does nothing": (
+        (Machine, "_arms", _instead("_arms", _no_else)),
+        (
+            Machine,
+            "_selection",
+            _instead(
+                "_selection",
+                lambda before, self, each, inputs: before(self, replace(each, otherwise=()), inputs),
+            ),
+        ),
+    ),
+    "only the first choice of CASE counts": (
+        (Machine, "_selection", _instead("_selection", _first_choice_only)),
+    ),
+    "UNTIL ends on false": ((Machine, "_left_by", _instead("_left_by", _until_ignored)),),
+    "EXIT goes on": ((Machine, "exit_loop", lambda self, power: power),),
+    "BRK does not end a FOR": ((machine, "BROKEN", object()),),
+    "a copy reads what it has just written": ((copies.Regions, "_copy_fields", _in_place),),
+    "a copy is one element longer": (
+        (copies, "_known", lambda count, region: count + 1 if count == 1 else count),
+    ),
+    "bytes are in the other order": (
+        (patterns, "shr", lambda a, n: terms.shr(a, 8 - n if 0 <= n <= 8 else n)),
+    ),
+    "FLL fills one element less": ((copies.Regions, "fill", lambda self, target, length, value: None),),
+    "CONCAT starts one place early": (
+        (
+            texts,
+            "_moved",
+            lambda codes, by, size, real=texts._moved: real(
+                codes, terms.clip(sub(by, const(1)), 0, 255), size
+            ),
+        ),
+    ),
+    "capitals end at Y": ((texts.Text, "upper", lambda self: self._shifted(b"ay", -32)),),
+    "texts are equal without their ends": (
+        (texts.Text, "_equals", lambda self, other: eq(self.length, other.length)),
+    ),
+    "digits come the other way": (
+        (values, "digits", lambda make, value: _turned(texts.digits(make, value))),
+    ),
+}
+"""What is wrong, and where."""
+
+
+def _turned(text: Any) -> Any:
+    return texts.Text(text.make, text.length, [text.at(1), text.at(0), *text.codes[2:]])
+
+
+@contextmanager
+def planted(patches: tuple[Patch, ...]) -> Iterator[None]:
+    """Run the body with a defect."""
+    kept = [(owner, name, getattr(owner, name)) for owner, name, _ in patches]
+    for owner, name, new in patches:
+        setattr(owner, name, new)
+    try:
+        yield
+    finally:
+        for owner, name, old in kept:
+            setattr(owner, name, old)
+
+
+def first_difference(most: int) -> str:
+    """Return the first program that differs, "" if none does."""
+    for seed in range(most):
+        try:
+            relation = Relation(parse_program(drawn(seed)))
+            found = relation.differences(Random(seed), SCANS)
+        except Exception as error:
+            return f"program {seed}: {type(error).__name__}"
+        if found:
+            return f"program {seed}"
+    return ""
+
+
+def main(words: list[str]) -> int:
+    """Plant the defects whose names have the words; return the status."""
+    missed = 0
+    for name, patches in DEFECTS.items():
+        if words and not any(each in name for each in words):
+            continue
+        with planted(patches):
+            where = first_difference(MOST_PROGRAMS)
+        missed += not where
+        print(f"{name}: {where or 'NOT FOUND'}", flush=True)
+    print(f"{len(DEFECTS)} defects, {missed} not found")
+    return 1 if missed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
