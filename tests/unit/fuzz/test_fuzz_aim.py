@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 import hashlib
+import pickle
 from random import Random
 from textwrap import dedent
 
 import pytest
 from planted_programs import version_of
 from scanrack.io_images.amci3601.bits import InputBit
-from scanrack.jobs.fuzz import Scenario, TrialBench, search
+from scanrack.jobs.fuzz import Scenario, SearchReport, TrialBench, search
 from scanrack.jobs.fuzz.aim.branches import NAME, branches_noted
 from scanrack.jobs.fuzz.aim.corpus import Corpus, Entry, trim
 from scanrack.jobs.fuzz.aim.draws import Draws
 from scanrack.jobs.fuzz.aim.edges import NEAR, Edges
 from scanrack.jobs.fuzz.aim.probe import Probe
 from scanrack.jobs.fuzz.aim.sweep import Sweep
+from scanrack.jobs.fuzz.campaign.campaign import _tasks
 from scanrack.jobs.fuzz.campaign.fresh import in_fresh_process
+from scanrack.jobs.fuzz.campaign.state import State
 from scanrack.jobs.fuzz.scenarios.kinds import Kind, kinds_for
 from scanrack.jobs.fuzz.scenarios.parts import timed_parts
 from scanrack.jobs.fuzz.scenarios.scenario import Press
@@ -211,3 +214,16 @@ def steps_of_a_hunt(folder, examples):
 def test_a_hunt_with_a_corpus_is_the_same_under_another_hash_seed(tmp_path):
     here = steps_of_a_hunt(tmp_path / "it", 25)
     assert in_fresh_process(steps_of_a_hunt, tmp_path / "there", 25) == here
+
+
+def test_the_next_task_of_a_campaign_gets_what_the_last_one_has_found():
+    done, state = SearchReport(runs=40, shrinking=10), State()
+    done.corpus.take(Scenario(), shown(a=5), SPEC.scan_ns)
+    state.add(done)
+    (task,) = _tasks(state, 50, 1, frozenset())
+    assert task.corpus is not None
+    assert task.corpus.runs == 30
+    assert [each.points for each in task.corpus.entries] == [[5]]
+    again = pickle.loads(pickle.dumps(task.corpus))
+    assert again.take(Scenario(), shown(a=5), SPEC.scan_ns) is None
+    assert again.take(Scenario(), shown(a=5, b=6), SPEC.scan_ns) is not None
