@@ -6,7 +6,7 @@
 | of a module's input image or fault, of a consumed tag, of the status file of an SLC | free |
 | a bit that nothing writes | free |
 | a number that nothing writes | held at its initial value, unless `free` names it |
-| a bit of a number, if rungs read it as a bit and nothing writes it | free, from the second scan on |
+| a bit of a number, if the program names it and does not write it | free, from the second scan on |
 | a number with the name of a module's inputs, as `I:2` or `Rack:3:I` | free |
 | named by `written_outside` | free, from the second scan on |
 | what an instruction that is not modelled leaves | free |
@@ -27,13 +27,14 @@ from typing import Any, Protocol
 from ..instructions.slc.processor import before_scan
 from ..instructions.slc.status import STATUS
 from ..model.errors import LadderError, LadderFault
+from ..model.operands import Calculation, Constant, Place
 from ..model.tags import Layout, Leaf
 from ..run.engine import Engine
-from ..state.lowered import LoweredProgram
+from ..state.lowered import Call, LoweredProgram, steps_of
 from . import terms
 from .meaning import BOOL, INT
 from .noting import NotingMachine
-from .terms import FALSE, TRUE, T, and_, bit, reach, setbit, var, variables
+from .terms import FALSE, TRUE, T, and_, bit, setbit, var, variables
 
 Key = tuple[str, int]
 """A place: path of the leaf in capitals, flat index."""
@@ -285,16 +286,10 @@ class Problem(System):
         return after
 
     def _open_bits(self) -> None:
-        """Free the bits of numbers that rungs read as bits and nothing writes."""
-        machine = self.machine
-        roots = [*machine.state.values(), *(t for _, active, power in self.rungs for t in (active, power))]
-        read: dict[str, int] = {}
-        for t in reach(roots):
-            if t.op == "bit" and t.args[0].op == "var":
-                name = t.args[0].val
-                read[name] = read.get(name, 0) | 1 << t.val
+        """Free the bits of numbers that the program names as bits and does not write."""
+        machine, named = self.machine, _named_bits(self.lowered)
         for key, v in list(machine.vars.items()):
-            mask = read.get(v.val, 0)
+            mask = named.get(key, 0)
             known = v.val in self.held or v.val in self.next
             if not mask or not known or key[0].startswith(("~", "S:")) or machine.kinds[key].slot is not None:
                 continue
@@ -382,6 +377,43 @@ _INPUTS = re.compile(r"I:\d|[^.\[]*:(?:S?I|S)\d{0,2}(?![\w:])")
 def _numbers(mask: int) -> Iterator[int]:
     """Yield the numbers of the bits of a mask."""
     return (number for number in range(mask.bit_length()) if mask >> number & 1)
+
+
+def _named_bits(lowered: LoweredProgram) -> dict[Key, int]:
+    """Return masks of the bits that operands name in numbers; not of what an add-on instruction is passed."""
+    found: dict[Key, int] = {}
+    operands = [
+        operand
+        for routine in lowered.routines.values()
+        for line in routine.lines
+        for step in steps_of(line.nodes)
+        for operand in step.operands
+    ]
+    for place in _places_in(operands):
+        if place.bit is None or place.leaf.root:
+            continue
+        mask = (
+            1 << int(place.bit.value) if isinstance(place.bit, Constant) else (1 << place.leaf.type.bits) - 1
+        )
+        index = place.fixed_index
+        for each in range(place.leaf.size) if index is None else (index,):
+            key = place.leaf.path.upper(), each
+            found[key] = found.get(key, 0) | mask
+    return found
+
+
+def _places_in(operands: Iterable[Any]) -> Iterator[Place]:
+    """Yield the places in operands, those in expressions, subscripts and calls included."""
+    todo = list(operands)
+    while todo:
+        each = todo.pop()
+        if isinstance(each, Place):
+            yield each
+            todo += [*each.indices, each.bit]
+        elif isinstance(each, Calculation):
+            todo += each.operands
+        elif isinstance(each, Call):
+            todo += each.inputs
 
 
 def _written_bits(after: T, v: T) -> int:

@@ -31,6 +31,12 @@ def test_a_number_that_is_not_read_as_bits_is_held() -> None:
     assert found.held == (("V", 0),)
 
 
+def test_a_number_that_is_only_copied_is_held_though_bits_of_its_copy_are_read() -> None:
+    found = made("MOV(V,W);", "XIC(W.3)OTE(A);").prove(never="A")
+    assert found
+    assert found.held == (("V", 0),)
+
+
 @pytest.mark.parametrize("bit", [0, 15])
 def test_a_bit_of_a_number_that_nothing_writes_is_free(bit: int) -> None:
     refuted = made(f"XIC(V.{bit})OTE(A);").prove(never="A")
