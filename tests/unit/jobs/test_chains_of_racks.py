@@ -11,6 +11,9 @@ import pytest
 from chain_text import text_of
 from scanrack import open_bench
 from scanrack.commands import build
+from scanrack.jobs.bench.opening import loading
+from scanrack.jobs.load.loading import load_job
+from scanrack.jobs.why.chains.of_run import chain_of
 from typer.testing import CliRunner
 
 CARDS = """
@@ -247,6 +250,17 @@ def test_a_recording_has_the_same_chain(made, tmp_path):
     assert run.exit_code == 0, run.output
     said = CliRunner().invoke(build(), ["why", str(file), "Lamp", "--deep"]).output
     assert "Run off (0.04 s, rung 0: XIO(Stop)) <- Stop on (0.04 s, slot 2 input 1" in said
+
+
+RECORDED = [("line.rung", RUNGS, "Late"), ("line.py", LINES, "state.run")]
+
+
+@pytest.mark.parametrize(("name", "program", "what"), RECORDED)
+def test_a_recorded_run_has_the_chain_of_the_bench(made, tmp_path, name, program, what):
+    bench = made(name, program, 30)
+    job = load_job(str(tmp_path / "rack.toml"))
+    found = chain_of(bench._journal.recording(), job, what, load=loading(job, str(tmp_path / "rack.toml")))
+    assert text_of(found) == text_of(bench.chain(what))
 
 
 def test_what_it_would_take_names_terminals_and_is_confirmed_by_a_run(made, tmp_path):

@@ -1,1 +1,4 @@
-"""Chains of causes beyond the rack's images: through its Python program, and into the racks beside it."""
+"""Chains of causes beyond the rack's images.
+
+`program` has the lines of Python, `partners` the racks beside, `of_run` that of a recorded run.
+"""

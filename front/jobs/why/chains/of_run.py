@@ -1,0 +1,44 @@
+"""The chain of causes in a recorded run: for what is found in runs, such as by `fuzz`."""
+
+from __future__ import annotations
+
+from ....ladder import LadderLogic
+from ....ladder.debug import CauseLink, Debugger
+from ....traces.replay import Recording
+from ...load.loading import Job
+from ...replay.replaying import score_of
+from ...replay.tag_orders import TagOrders
+from ..answer import Why
+from ..input_replay import InputReplay
+from ..traced_run import Load
+
+
+def chain_of(
+    recording: Recording,
+    job: Job,
+    what: str,
+    row: int | None = None,
+    *,
+    load: Load | None = None,
+    deep: bool = False,
+) -> CauseLink:
+    """Return the chain of causes of a value in a recorded run, back to what first made it so.
+
+    The program runs again on the recorded inputs; `CauseLink.walk` yields the links.
+
+    Args:
+        job: the rack and its program.
+        what: a tag, a bit or word of an image, a value of a Python program, or a sequence.
+        row: the scan of the question, by default the last one.
+        load: loads a Python program again; None for a ladder program, and for images alone.
+        deep: whether rungs of add-on instructions are links, too.
+
+    Raises:
+        ValueError: an unknown name.
+    """
+    row = len(recording.scans) - 1 if row is None else row
+    if not isinstance(job.logic, LadderLogic):
+        return Why(recording, row, job.spec, load).chain(what, deep=deep)
+    debugger = Debugger(job.logic)
+    InputReplay(recording, job.spec, row).play(debugger, TagOrders(score_of(recording), recording.events))
+    return Why(recording, row, job.spec, None, debugger).chain(what, deep=deep)
