@@ -59,6 +59,7 @@ def chain(bench: Bench) -> None:
 
 def chain_scan_by_scan(bench: Bench) -> None:
     """Ask without the search in all stretches at once."""
+    bench.program._past._found.clear()  # what has been found is kept
     side_by_side, replay.ONE_BY_ONE = replay.ONE_BY_ONE, 1 << 30
     try:
         chain(bench)

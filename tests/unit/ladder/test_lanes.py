@@ -1,10 +1,14 @@
 """The search for the last change in many stretches at once finds what the search scan by scan finds."""
 
+from contextlib import suppress
 from itertools import pairwise
 
 import pytest
+from amounts import amount
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from ladder_programs import programs
+from scanrack.ladder import LadderFault
 from scanrack.ladder.debug import Debugger
 from scanrack.ladder.debug.cells import Cell
 from scanrack.ladder.debug.lanes.search import Lanes
@@ -95,8 +99,11 @@ def stretches_of(debugger, inputs):
 
 
 def check(name, inputs):
-    debugger = Debugger(program_of(name))
-    past, stretches = stretches_of(debugger, inputs)
+    return checked(*stretches_of(Debugger(program_of(name)), inputs))
+
+
+def checked(past, stretches):
+    """Compare both ways for the last element of every leaf; return how often the quick one knew."""
     lanes = Lanes(past.engine.lowered, past.engine.memory, past.images)
     known = 0
     for leaf in past.engine.lowered.layout.leaves.values():
@@ -130,9 +137,30 @@ def test_it_finds_what_the_slow_way_finds(name):
 
 
 @pytest.mark.slow
-@settings(max_examples=20, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=amount(20), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     st.sampled_from([*ROWS, *STATEMENTS]), st.lists(st.integers(-40, 40), min_size=3 * LENGTH, max_size=80)
 )
 def test_whatever_the_inputs(name, inputs):
     check(name, inputs)
+
+
+@pytest.mark.slow
+@settings(
+    max_examples=amount(15),
+    deadline=None,
+    suppress_health_check=[
+        HealthCheck.function_scoped_fixture,
+        HealthCheck.too_slow,
+        HealthCheck.data_too_large,
+    ],
+)
+@given(programs(), st.dictionaries(st.sampled_from(("A", "B", "C")), st.booleans()))
+def test_random_programs(text, values):
+    debugger = Debugger(parse_program(text))
+    for name, value in values.items():
+        debugger.tags[name] = value
+    with suppress(LadderFault):
+        debugger.scan(4 * LENGTH)
+    starts = list(debugger._past._source.snapshots(debugger.scans - 1))
+    checked(debugger._past, [debugger._past._stretch(start, end) for end, start in pairwise(starts)])

@@ -1,4 +1,4 @@
 """Chains of causes beyond the rack's images.
 
-`program` has the lines of Python, `partners` the racks beside, `of_run` that of a recorded run.
+`program` has the lines of Python, `partners` the racks beside, `of_run` the chain in a recorded run.
 """
