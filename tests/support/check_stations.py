@@ -983,6 +983,304 @@ class Winder(Base):
 """
 """Sequences with a base class."""
 
+CARTONER = """\
+PROGRAM cartoner
+// Carton erector with two timers and an alternate stroke; classic three-wire control
+ALIAS PB_Start : Local:2:I.Data.0
+ALIAS PB_Stop : Local:2:I.Data.1
+ALIAS EStop_OK : Local:2:I.Data.2
+ALIAS PE_Carton : Local:2:I.Data.3
+ALIAS LS_Extend : Local:2:I.Data.4
+ALIAS LS_Retract : Local:2:I.Data.5
+ALIAS SS_Auto : Local:2:I.Data.6
+ALIAS PB_Jog : Local:2:I.Data.7
+ALIAS M_Belt : Local:3:O.Data.0
+ALIAS SV_Pusher : Local:3:O.Data.1
+ALIAS PL_Run : Local:3:O.Data.2
+ALIAS PL_Alarm : Local:3:O.Data.3
+TAG Master : BOOL
+TAG Auto : BOOL
+TAG Cycle : BOOL
+TAG JamTimer : TIMER
+TAG PushTimer : TIMER
+TAG OffDelay : TIMER
+TAG Runtime : TIMER
+TAG Cartons : COUNTER
+TAG Batch : COUNTER
+TAG Alarm : DINT
+TAG LastAlarm : DINT
+TAG FlashOn : TIMER
+TAG FlashOff : TIMER
+TAG Toggle : BOOL
+TAG ToggleOS : BOOL
+TAG Hours : DINT
+
+ROUTINE Main
+XIC(EStop_OK)[XIC(PB_Start),XIC(Master)]XIC(PB_Stop)EQU(Alarm,0)OTE(Master);
+XIC(Master)XIC(SS_Auto)OTE(Auto);
+XIC(Auto)[XIC(PE_Carton)XIC(LS_Retract),XIC(Cycle)XIO(PushTimer.DN)]OTE(Cycle);
+XIC(Cycle)TON(PushTimer,1200,0);
+XIC(Cycle)XIO(PushTimer.DN)OTE(SV_Pusher);
+XIC(Cycle)XIO(LS_Extend)TON(JamTimer,2500,0);
+XIC(JamTimer.DN)MOV(1,Alarm);
+XIO(EStop_OK)MOV(2,Alarm);
+XIC(PB_Start)XIC(EStop_OK)XIC(LS_Retract)NEQ(Alarm,0)MOV(Alarm,LastAlarm)CLR(Alarm);
+XIC(Auto)XIO(Cycle)TOF(OffDelay,3000,0);
+[XIC(OffDelay.DN)XIC(Master),XIO(SS_Auto)XIC(PB_Jog)XIC(EStop_OK)]OTE(M_Belt);
+XIC(LS_Extend)CTU(Cartons,12,0);
+XIC(Cartons.DN)CTU(Batch,1000,0);
+XIC(Cartons.DN)XIC(LS_Retract)RES(Cartons);
+XIC(Batch.DN)RES(Batch);
+XIO(FlashOff.DN)TON(FlashOn,500,0);
+XIC(FlashOn.DN)TON(FlashOff,500,0);
+XIC(PB_Jog)ONS(ToggleOS)[XIO(Toggle)OTL(Toggle),XIC(Toggle)OTU(Toggle)];
+XIC(Master)RTO(Runtime,3600000,0);
+XIC(Runtime.DN)ADD(Hours,1,Hours)RES(Runtime);
+XIC(Master)[XIC(Toggle),GRT(Hours,0)]OTE(PL_Run);
+NEQ(Alarm,0)XIC(FlashOn.DN)OTE(PL_Alarm);
+EQU(LastAlarm,2)GRT(Hours,40000)CLR(Hours);
+END
+"""
+"""A carton erector with three-wire control."""
+
+REGULATOR = """\
+PROGRAM regulator
+ALIAS Enable : Local:2:I.Data.15
+TAG Setpoint : REAL := 55.5
+TAG Kp : REAL := 1.2
+TAG Ki : REAL := 0.05
+TAG Error : REAL
+TAG Integral : REAL
+TAG Output : REAL
+TAG Pwm : DINT
+TAG Tick : DINT
+TAG Table : REAL[11] := [0.0, 5.0, 12.0, 20.0, 30.0, 41.0, 53.0, 66.0, 80.0, 95.0, 100.0]
+TAG Index : DINT
+TAG Low : REAL
+TAG High : REAL
+TAG Measured : REAL
+TAG Filter : REAL[4]
+TAG J : DINT
+TAG Mode : SINT
+TAG State : INT
+TAG Best : REAL
+TAG BestAt : DINT
+
+ROUTINE Main ST
+// moving average
+FOR J := 3 TO 1 BY -1 DO
+    Filter[J] := Filter[J - 1];
+END_FOR;
+Filter[0] := Local:2:I.Data[0] * 0.01;
+Measured := (Filter[0] + Filter[1] + Filter[2] + Filter[3]) / 4.0;
+IF NOT Enable THEN
+    Integral := 0.0;
+    Output := 0.0;
+    Mode := 0;
+ELSE
+    Error := Setpoint - Measured;
+    Integral := Integral + Error * Ki;
+    IF Integral > 100.0 THEN Integral := 100.0; ELSIF Integral < -100.0 THEN Integral := -100.0; END_IF;
+    Output := Kp * Error + Integral;
+    IF Output < 0.0 THEN
+        Output := 0.0;
+    END_IF;
+    IF Output > 100.0 THEN
+        Output := 100.0;
+    END_IF;
+    Mode := 1;
+END_IF;
+Index := TRUNC(Output / 10.0);
+IF Index >= 10 THEN
+    Low := Table[10];
+    High := Table[10];
+ELSE
+    Low := Table[Index];
+    High := Table[Index + 1];
+END_IF;
+Pwm := TRUNC(Low + (High - Low) * (Output - Index * 10) / 10.0);
+Tick := Tick + 1;
+IF Tick >= 100 THEN Tick := 0; END_IF;
+Local:3:O.Data[0].0 := Tick < Pwm AND Mode = 1;
+Best := -1.0;
+J := 0;
+WHILE J <= 3 DO
+    IF Filter[J] > Best THEN
+        Best := Filter[J];
+        BestAt := J;
+    END_IF;
+    J := J + 1;
+END_WHILE;
+CASE State OF
+    0: IF Enable THEN State := 1; END_IF;
+    1, 2: IF BestAt = 0 AND Best > 90.0 THEN State := State + 1; END_IF;
+    3..5: IF NOT Enable THEN State := 0; END_IF;
+ELSE
+    State := 0;
+END_CASE;
+Local:3:O.Data[0].1 := State >= 3;
+END
+"""
+"""A regulator with a table and a moving average."""
+
+PALLETIZER = """\
+'''Palletizer layers: two axes, one operator button per side, an andon light and statistics.'''
+
+import math
+from collections import Counter as Tally
+from itertools import cycle, product
+
+from scanrack import (
+    Axis3601, AxisError, Configuration, Direction, Input, InputBit, Lock, Logic, OffDelay, OnDelay, Output, Pulse,
+    Rise, State, WaitTimeout, all_of, dwell, first_of, sequence, steady, until, within,
+)
+
+SENSORS = InputBit.HOME | InputBit.CCW_LIMIT | InputBit.CW_LIMIT
+GRID = tuple(product(range(3), range(2)))
+PITCH = {"x": 1100, "y": 900}
+HIGH_SPEED = 7000
+RAMPS = dict(acceleration=25, deceleration=25)
+
+
+def steps(millimetres: float) -> int:
+    return math.floor(millimetres * 20 + 0.5)
+
+
+class Palletizer(Logic):
+    x = Axis3601(1, Configuration(inputs_used=SENSORS, step_and_direction=True, starting_speed=500))
+    y = Axis3601(4, Configuration(inputs_used=SENSORS, step_and_direction=True, starting_speed=500))
+    left = Input("Local:2:I.Data.0")
+    right = Input("Local:2:I.Data.1")
+    box = Input("Local:2:I.Data.2")
+    e_stop = Input("Local:2:I.Data.3")
+    gripper: Output = Output("Local:3:O.Data.0")
+    green: Output = Output("Local:3:O.Data.1")
+    red: Output = Output("Local:3:O.Data.2")
+    horn: Output = Output("Local:3:O.Data.3")
+    idle = OnDelay("30 s")
+    glow = OffDelay("1 s")
+    beep = Pulse("300 ms")
+    pressed = Rise()
+    area = Lock()
+    auto = False
+    side = "left"
+    layers = 0
+
+    def __init__(self) -> None:
+        self.tally: Tally[str] = Tally()
+        self.places = cycle(GRID)
+
+    def every_scan(self) -> None:
+        if self.pressed(self.left or self.right):
+            self.auto = not self.auto
+            self.side = "left" if self.left else "right"
+        moving = self.x.moving or self.y.moving
+        self.green = self.glow(self.auto)
+        self.red = not self.auto and moving
+        self.horn = self.beep(self.idle(self.auto and not moving))
+
+    @sequence
+    async def main(self) -> None:
+        while True:
+            try:
+                await self.home_all()
+                while self.auto or not self.e_stop:
+                    await until(lambda: self.auto and bool(self.box), "a box")
+                    column, row = next(self.places)
+                    await self.carry(column, row)
+                    self.tally[self.side] += 1
+                    if sum(self.tally.values()) % len(GRID) == 0:
+                        self.layers += 1
+                        await dwell("2 s")
+            except AxisError as error:
+                self.gripper = False
+                self.auto = False
+                await steady(lambda: not self.e_stop, "500 ms", f"after {error}")
+            except WaitTimeout:
+                await self.stop_all()
+
+    async def home_all(self) -> None:
+        for axis in (self.x, self.y):
+            if axis.state == State.DISABLED:
+                await axis.configure()
+            elif axis.state == State.ERROR_STOP:
+                await axis.reset()
+            if axis.status.POSITION_INVALID:
+                await axis.home(Direction.CCW, speed=1500, **RAMPS)
+
+    async def carry(self, column: int, row: int) -> None:
+        async with self.area:
+            await within("20 s", self.go(0, 0))
+            self.gripper = True
+            await dwell("150 ms")
+            await self.go(column * PITCH["x"] + steps(1.5), row * PITCH["y"])
+            self.gripper = False
+            await dwell("150 ms")
+
+    async def go(self, x: int, y: int) -> None:
+        await all_of(
+            self.x.move_to(x, speed=HIGH_SPEED, **RAMPS),
+            self.y.move_to(y, speed=HIGH_SPEED // 2, **RAMPS),
+        )
+
+    async def stop_all(self) -> None:
+        if self.x.moving:
+            await self.x.halt()
+        if self.y.moving:
+            await self.y.halt()
+        await first_of(self.left.rises, self.right.rises)
+"""
+"""Two axes, boxes and an andon light."""
+
+RAW = """\
+'''A function with module state and helper functions, raw words only.'''
+
+from scanrack import Idle
+
+PARAMETERS = [0, 0, 2, 500, 4, 0, 50, 50]
+CONFIGURE = [0x8434, 0x0034, 0, 500, 0, 0, 0, 0]
+state = {"step": 0, "count": 0, "since": 0}
+
+
+def send(outputs, words):
+    for index, word in enumerate(words):
+        outputs[index] = word
+
+
+def elapsed_ms(scan):
+    return (scan.now_ns - state["since"]) // 1_000_000
+
+
+def go(scan, step):
+    state["step"], state["since"] = step, scan.now_ns
+
+
+def logic(scan):
+    card = scan.slot[1]
+    flags = card.inputs[0]
+    button = scan.slot[2].inputs.bit(0, 3)
+    if scan.first or state["step"] == 0:
+        send(card.outputs, CONFIGURE)
+        if flags & 0x8000 and not flags & 0x2000:
+            go(scan, 1)
+    elif state["step"] == 1:
+        card.outputs.load(Idle().to_image())
+        if not flags & 0x8000 and elapsed_ms(scan) > 20:
+            go(scan, 2)
+    elif state["step"] == 2 and button:
+        send(card.outputs, PARAMETERS)
+        card.outputs.set_bit(0, 1, True)
+        go(scan, 3)
+    elif state["step"] == 3 and flags & 0x0003:
+        card.outputs.clear()
+        go(scan, 4)
+    elif state["step"] == 4 and flags & 0x0080:
+        state["count"] += 1
+        go(scan, 2)
+    scan.slot[3].outputs[0] = state["count"] & 0xFF
+"""
+"""A function with the state of its module, and raw words."""
+
 STATIONS = {
     "feeder.rung": FEEDER,
     "packer.py": PACKER,
@@ -999,5 +1297,9 @@ STATIONS = {
     "pumps.rung": MISC,
     "dispenser.py": PYCLASS,
     "winder.py:Winder": SEQ2,
+    "cartoner.rung": CARTONER,
+    "regulator.rung": REGULATOR,
+    "palletizer.py": PALLETIZER,
+    "raw.py": RAW,
 }
 """The programs by name."""

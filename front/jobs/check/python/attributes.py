@@ -12,7 +12,7 @@ from __future__ import annotations
 import ast
 import builtins
 import difflib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import fields, is_dataclass
 from enum import EnumMeta
 from inspect import isfunction, signature
@@ -107,27 +107,32 @@ def _of_parameter(node: ast.Attribute, function: Function, reader: Reader, facts
 def _element(node: ast.Subscript, reader: Reader, facts: Facts) -> None:
     """Note a constant key, or index, that a table of the module does not have."""
     is_table = isinstance(node.value, ast.Name) and node.value.id not in reader.local
-    table = resolved(node.value, reader.names) if is_table and isinstance(node.ctx, ast.Load) else None
+    table = resolved(node.value, reader.names) if is_table else None
     keys = (node.slice.body, node.slice.orelse) if isinstance(node.slice, ast.IfExp) else (node.slice,)
     for each in keys:
         key = each.value if isinstance(each, ast.Constant) else None
         if isinstance(table, tuple) and isinstance(key, int) and not -len(table) <= key < len(table):
             text = f"`{ast.unparse(node.value)}` has {len(table)} elements, and no [{key}]"
             _remark(facts, "subscript", reader, node, text)
-        elif isinstance(table, dict) and table and key is not None and key not in table:
-            text = f"`{ast.unparse(node.value)}` has no {key!r}: it has {', '.join(map(repr, table))[:80]}"
-            if not _is_stored(ast.unparse(node.value), reader.tree):
+        elif isinstance(table, dict) and table and key is not None:
+            known = _keys(ast.unparse(node.value), table, reader.tree)
+            if known is not None and key not in known:
+                text = (
+                    f"`{ast.unparse(node.value)}` has no {key!r}: it has {', '.join(map(repr, table))[:80]}"
+                )
                 _remark(facts, "subscript", reader, node, text)
 
 
-def _is_stored(name: str, tree: ast.Module) -> bool:
-    """Whether a text writes elements of a table, or hands it on."""
-    used = [
-        each for each in ast.walk(tree) if isinstance(each, ast.Subscript) and ast.unparse(each.value) == name
-    ]
-    names = [each for each in ast.walk(tree) if isinstance(each, ast.Name) and each.id == name]
-    reads = [each for each in used if isinstance(each.ctx, ast.Load)]
-    return len(names) - 1 > len(reads)  # one is its assignment
+def _keys(name: str, table: Mapping[object, object], tree: ast.Module) -> set[object] | None:
+    """Return the keys that a table may have; None if something else may add others."""
+    nodes = list(ast.walk(tree))
+    used = [each for each in nodes if isinstance(each, ast.Subscript) and ast.unparse(each.value) == name]
+    names = [each for each in nodes if isinstance(each, ast.Name) and each.id == name]
+    changed = {id(each.target) for each in nodes if isinstance(each, ast.AugAssign)}
+    stored = [each.slice for each in used if isinstance(each.ctx, ast.Store) and id(each) not in changed]
+    if len(names) - 1 > len(used) or not all(isinstance(each, ast.Constant) for each in stored):
+        return None
+    return {*table, *(each.value for each in stored if isinstance(each, ast.Constant))}
 
 
 def _call(call: ast.Call, reader: Reader, owner: ast.ClassDef | None, facts: Facts) -> None:

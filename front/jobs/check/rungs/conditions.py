@@ -5,8 +5,9 @@ A bit that the program writes has another name from there on in the rung: its va
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
+from itertools import count
 
 from ....ladder.debug.crossref import TARGETS
 from ....ladder.model.operands import Calculation, Constant, Group, Place, Resolved
@@ -63,12 +64,13 @@ class Names:
     timers: frozenset[str]  # on-delay timers
     written: dict[str, int] = field(default_factory=dict)
     all: int = 0
+    turns: Iterator[int] = field(default_factory=lambda: count(1))
 
     def of(self, place: Place) -> str:
         """Return the name of a value."""
         key = key_of(place)
         if "?" in key:
-            self.all += 1  # another element each time
+            self.forget()  # another element each time
         self.places.setdefault(key, place)
         mark = ON_DELAY if key.rpartition(".")[0] in self.timers else ""
         return f"{key}#{self.all}.{self.written.get(place.leaf.path.upper(), 0)}{mark}"
@@ -76,15 +78,27 @@ class Names:
     def note(self, step: LoweredStep) -> None:
         """Give what an instruction writes another name."""
         if step.name in ("JSR", "SBR", "FOR", ADD_ON):
-            self.all += 1
+            self.forget()
         for use, operand in zip(step.uses, step.operands, strict=False):
             if use not in TARGETS:
                 continue
             if isinstance(operand, Place):
                 path = operand.leaf.path.upper()
-                self.written[path] = self.written.get(path, 0) + 1
+                self.written[path] = next(self.turns)
             else:
-                self.all += 1
+                self.forget()
+
+    def forget(self) -> None:
+        """Give every value another name."""
+        self.all = next(self.turns)
+
+    def state(self) -> tuple[dict[str, int], int]:
+        """Return the names at this place, for `go_back`."""
+        return dict(self.written), self.all
+
+    def go_back(self, state: tuple[dict[str, int], int]) -> None:
+        """Go back to the names of another place."""
+        self.written, self.all = dict(state[0]), state[1]
 
 
 def on_delays(steps: Iterable[LoweredStep]) -> frozenset[str]:
@@ -121,7 +135,7 @@ class Conditions:
         if step.name in COMPARISONS:
             return self.compared(given[0], COMPARISONS[step.name], given[1])
         if step.name == "ONS" and isinstance(given[0], Place):
-            self.names.all += 1
+            self.names.forget()
             return Bit(f"{EDGE}{self.names.of(given[0])}")
         if step.name == "LIM":
             return self._limited(*given)

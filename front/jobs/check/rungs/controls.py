@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 
+from ....ladder.debug.crossref import Mention
 from ....ladder.model.operands import Constant, Group, Place
 from ....ladder.model.spec import Use
 from ....ladder.state.lowered import LoweredStep
 from ..facts import Facts, FileLine
 from .conditions import key_of
+from .output_writes import path_of
 from .walk import Point
 
 Placed = Sequence[tuple[Point, FileLine]]
@@ -28,8 +30,13 @@ LOADS = {"FFU": "FFL", "LFU": "LFL"}
 """By instruction that takes from a queue, the one that fills it."""
 
 
-def shared(points: Placed, facts: Facts) -> None:
-    """Note the mistakes of instructions that share something."""
+def shared(points: Placed, mentions: Sequence[Mention], facts: Facts) -> None:
+    """Note the mistakes of instructions that share something.
+
+    Args:
+        mentions: all operands of the program.
+    """
+    _never_reset(points, mentions, facts)
     own = [(point, place) for point, place in points if point.is_rung]
     _queues(own, facts)
     _controls(own, facts)
@@ -82,6 +89,30 @@ def _counters(points: Placed, facts: Facts) -> None:
                     f"{group.text} counts here, and in line {at.line} already: it takes one edge for another"
                 )
                 facts.remark("repeated-coil", place, text)
+
+
+def _never_reset(points: Placed, mentions: Sequence[Mention], facts: Facts) -> None:
+    """Note RTO and counters whose DN is read, and that nothing sets back: it stays on for good."""
+    counting = {"RTO", "CTU", "CTD"}
+    kinds: dict[str, set[str]] = {}
+    for point, _ in points:
+        first = point.step.operands[0] if point.step.name in counting else None
+        if isinstance(first, Group):
+            kinds.setdefault(first.path.upper(), set()).add(point.step.name)
+    written = {
+        path_of(each.where)
+        for each in mentions
+        if each.writes and each.site.instruction.partition("(")[0] not in counting
+    }
+    read = {path_of(each.where) for each in mentions if each.reads}
+    for point, place in points:
+        group = point.step.operands[0] if point.step.name in ("RTO", "CTU") else None
+        path = group.path.upper() if isinstance(group, Group) and not group.frame else ""
+        is_open = path in written or f"{path}.ACC" in written or len(kinds.get(path, ())) > 1
+        around = any(path.startswith(f"{each}.") for each in written)
+        if group is not None and path and f"{path}.DN" in read and not is_open and not around:
+            text = f"{group.text} is never set back: once its DN is on, it stays on"
+            facts.remark("latch-never-cleared", place, text)
 
 
 def _outputs(points: Placed, facts: Facts) -> None:

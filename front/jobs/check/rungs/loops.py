@@ -100,9 +100,10 @@ def counts_by_site(routines: Iterable[LoweredRoutine]) -> dict[int, dict[str, Ra
     found: dict[int, dict[str, Range]] = {}
     for routine in routines:
         for loop in loops_in(routine.body or ()):
+            steps = [step for line in _lines(loop.body) for step in line.all_steps]
             for path, range_ in _counted_by(loop):
-                for line in _lines(loop.body):
-                    for step in line.all_steps:
+                if not any(_may_write(step, {path}) for step in steps):
+                    for step in steps:
                         found.setdefault(step.site, {})[path] = range_
     return found
 

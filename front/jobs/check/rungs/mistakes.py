@@ -28,12 +28,16 @@ class Mistakes:
 
     Args:
         read: paths in capitals that the program reads, such as COUNT.DN.
+        made: whether Python has made the rungs.
     """
 
-    def __init__(self, lowered: LoweredProgram, values: Values, facts: Facts, read: frozenset[str]) -> None:
+    def __init__(
+        self, lowered: LoweredProgram, values: Values, facts: Facts, read: frozenset[str], *, made: bool
+    ) -> None:
         self._lowered, self._values, self._facts, self._read = lowered, values, facts, read
         self._presets = {path.upper(): value for (path, _), value in lowered.presets.items()}
         self._dead: FileLine | None = None
+        self._is_made = made  # Python has made the rungs: their numbers have lost their radix
 
     def note(self, point: Point, place: FileLine) -> None:
         """Note the mistakes of an instruction."""
@@ -130,7 +134,10 @@ class Mistakes:
         found, limits = self._values.of(source), type_range(target.type)
         text = ""
         if found.is_constant and isinstance(source, Constant):
-            text = _constant_lost(source, limits)
+            is_pattern = "#" in self._text(step) or target.leaf.slot is not None or self._is_made
+            text = _constant_lost(source, limits, is_pattern=is_pattern)
+        elif step.name == ":=" and isinstance(source, Calculation) and not _is_rounded(source):
+            text = "the expression is a REAL: its fraction is lost"
         elif found.is_known and found.outside(limits.least, limits.most):
             text = f"it is {found}"
         elif _is_copy(step) and isinstance(source, Place):
@@ -176,12 +183,19 @@ def _is_copy(step: LoweredStep) -> bool:
     return (step.name in COPIES and step.name != "TRN") or step.name in (":=", "[:=]")
 
 
-def _constant_lost(source: Constant, limits: Range) -> str:
+def _is_rounded(source: Resolved) -> bool:
+    """Whether an expression is an integer: it has no REAL, or a function makes one of it."""
+    if isinstance(source, Calculation):
+        return source.name in ("TRUNC", "TRN") or all(map(_is_rounded, source.operands))
+    return is_integer(source)
+
+
+def _constant_lost(source: Constant, limits: Range, *, is_pattern: bool) -> str:
     """Return what is lost of a constant; a bit pattern such as 16#8000 is not."""
     value = source.value
     if value != int(value):
         return f"{value:g} loses its fraction"
-    width = limits.most - limits.least
+    width = limits.most - limits.least if is_pattern else limits.most
     return "" if limits.least <= value <= width else f"{value:g} is out of its range, {limits}"
 
 

@@ -58,8 +58,10 @@ class _ProgramReader:
                  for step in steps_of(line.nodes)]  # fmt: skip
         loops = counted(self.lowered.routines.values())
         self.values = Values(every, self.mentions, self.tags, self.lowered.presets, loops)
-        counts = counts_by_site(self.lowered.routines.values())
-        self.writes = WriteReader(self.lowered, self.mentions, self.slots, self.values, counts, self._place)
+        self.counts = counts_by_site(self.lowered.routines.values())
+        self.writes = WriteReader(
+            self.lowered, self.mentions, self.slots, self.values, self.counts, self._place
+        )
         self.conditions = Conditions(self.values, on_delays(every))
         walker = Walker(self.conditions)
         self.routines = own_routines(program, self.lowered)
@@ -88,7 +90,7 @@ class _ProgramReader:
         self._text(facts)
         misordered(self.calls, self.axes, facts, has_other_axes=bool(self.lowered.axes))
         called_twice(self.main, facts)
-        shared(self.main, facts)
+        shared(self.main, self.mentions, facts)
         endless(self.routines, self._place, facts)
         return facts
 
@@ -165,11 +167,11 @@ class _ProgramReader:
         read = frozenset(
             path_of(each.where) for each in self.mentions if each.reads and isinstance(each.where, Place)
         )
-        mistakes = Mistakes(self.lowered, self.values, facts, read)
+        mistakes = Mistakes(self.lowered, self.values, facts, read, made=self.path.suffix == ".py")
         seen: set[tuple[str, str]] = set()
         for point, place in self.points:
             mistakes.note(point, place)
-            note_subscripts(point, place, self.values, facts, seen)
+            note_subscripts(point, place, self.counts, facts, seen)
         for routine in self.routines:
             for line in routine.lines if routine.body is None else ():
                 mistakes.branches(line, self.conditions, self._place(line))

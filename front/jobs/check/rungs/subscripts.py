@@ -2,22 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from ....ladder.model.operands import Calculation, Constant, Group, Place, Resolved
 from ..facts import Facts, FileLine
 from ..logic import AllOf, Compare, leaves, never
+from ..ranges import Range
 from .conditions import key_of
-from .values import Values, type_range
 from .walk import Point
 
 
 def note_subscripts(
-    point: Point, place: FileLine, values: Values, facts: Facts, seen: set[tuple[str, str]]
+    point: Point,
+    place: FileLine,
+    counts: Mapping[int, Mapping[str, Range]],
+    facts: Facts,
+    seen: set[tuple[str, str]],
 ) -> None:
     """Note the subscripts of an instruction that leave their array: a major fault of type 4, code 20.
 
     Args:
+        counts: what FOR counts, by instruction in its body, and by path in capitals.
         seen: routines and subscripts that are noted already.
     """
     for operand in point.step.operands:
@@ -25,14 +30,17 @@ def note_subscripts(
             key = point.routine.name, each.text.partition("]")[0].upper()
             if key in seen:
                 continue
-            reached = values.of(index)
-            count = _counted(index, values)
-            if count is not None and reached.is_known and not 0 <= reached.least <= reached.most < size:
-                offset = reached.most - values.of(count).most
-                if not _is_guarded(point, count, size - 1 - offset):
-                    text = f"{each.text}: the subscript is {reached}, and allowed are 0 to {size - 1}"
-                    facts.remark("subscript", place, text)
-                    seen.add(key)
+            count, offset = _counted(index)
+            counted = counts.get(point.step.site, {}).get(key_of(count)) if count is not None else None
+            if count is None or counted is None:
+                continue
+            reached = Range(counted.least + offset, counted.most + offset)
+            above = reached.most >= size and not _is_guarded(point, count, ">", size - 1 - offset)
+            below = reached.least < 0 and not _is_guarded(point, count, "<", -offset)
+            if above or below:
+                text = f"{each.text}: the subscript is {reached}, and allowed are 0 to {size - 1}"
+                facts.remark("subscript", place, text)
+                seen.add(key)
 
 
 def _subscripts(operand: object) -> Iterator[tuple[Place | Group, Resolved, int]]:
@@ -47,24 +55,25 @@ def _subscripts(operand: object) -> Iterator[tuple[Place | Group, Resolved, int]
             yield operand, operand.bit, operand.leaf.type.bits
 
 
-def _counted(index: Resolved, values: Values) -> Place | None:
-    """Return the number that FOR counts, of a subscript `I`, `I + 1` or `I - 1`; None for another one."""
-    place = index.operands[0] if isinstance(index, Calculation) and index.name in "+-" else index
-    others = index.operands[1:] if isinstance(index, Calculation) else ()
-    if not isinstance(place, Place) or not all(isinstance(each, Constant) for each in others):
-        return None
-    is_counted = place.type.is_integer and not place.indices and place.bit is None
-    return (
-        place if is_counted and values.of(place) != type_range(place.type) and values.counts(place) else None
-    )
+def _counted(index: Resolved) -> tuple[Place | None, float]:
+    """Return the number in a subscript `I`, `I + 1` or `I - 1`, and what is added; None for another one."""
+    place, offset = index, 0.0
+    if isinstance(index, Calculation) and index.name in ("+", "-") and len(index.operands) == 2:
+        place, other = index.operands
+        if not isinstance(other, Constant):
+            return None, 0
+        offset = other.value if index.name == "+" else -other.value
+    is_count = isinstance(place, Place) and not place.indices and place.bit is None
+    return (place, offset) if is_count and isinstance(place, Place) else (None, 0)
 
 
-def _is_guarded(point: Point, count: Place, most: float) -> bool:
-    """Whether a condition keeps a number from being above this."""
+def _is_guarded(point: Point, count: Place, relation: str, bound: float) -> bool:
+    """Whether a condition keeps a number from being beyond a bound."""
     key = key_of(count)
     names = {
         each.name
         for each in leaves(point.condition)
         if isinstance(each, Compare) and each.name.partition("#")[0] == key
     }
-    return any(never(AllOf((Compare(name, ">", most), point.condition))) for name in sorted(names))
+    beyond = (Compare(name, relation, bound) for name in sorted(names))
+    return any(never(AllOf((each, point.condition))) for each in beyond)

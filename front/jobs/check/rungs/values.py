@@ -107,7 +107,6 @@ class Values:
                 else:  # the preset stays
                     self._others.update(f"{path}.{name}" for name in _COUNTED)
         self._known: dict[str, Range] = dict(self._counted(every, list(counted)))
-        self._loops = frozenset(self._known)
 
     def _counted(
         self, steps: Iterable[LoweredStep], loops: Sequence[tuple[str, Range, frozenset[int]]]
@@ -133,10 +132,6 @@ class Values:
             whole = operand.name == "/" and all(_is_whole(each) for each in operand.operands)
             return _cut(found) if whole else found
         return ANY
-
-    def counts(self, place: Place) -> bool:
-        """Whether FOR gives a number every value of its range."""
-        return place.leaf.path.upper() in self._loops
 
     def choices(self, operand: Resolved) -> tuple[Range, ...]:
         """Return the constants that a tag gets, with its initial value; one range for another operand."""

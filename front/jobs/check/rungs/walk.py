@@ -134,11 +134,16 @@ class Walker:
         return self._series(line, line.nodes, reached)
 
     def _arms(self, arms: Arms, reached: Condition) -> None:
+        names = self._conditions.names
         for line, body in arms.arms:
             decided = self._act(line, reached)
+            here = names.state()
             self._body(body, _both(reached, decided))
+            names.go_back(here)  # the next arm is reached without this one
             reached = _both(reached, negated(decided))
         self._body(arms.otherwise, reached)
+        if any(body for _, body in arms.arms) or arms.otherwise:
+            names.forget()
 
     def _selection(self, selection: Selection, reached: Condition) -> None:
         self._act(selection.line, reached)
@@ -165,14 +170,14 @@ class Walker:
     def _loop(self, loop: Loop, reached: Condition) -> None:
         if loop.start is not None:
             self._act(loop.start, reached)
-        self._conditions.names.all += 1  # another pass has written what its body writes
+        self._conditions.names.forget()  # another pass has written what its body writes
         first = self._first_pass(loop)
         decided = self._act(loop.test, _both(reached, first)) if loop.test is not None else TRUE
         self._body(loop.body, _both(reached, decided) if loop.start is None else reached)
         for line in (loop.advance, loop.until):
             if line is not None:
                 self._act(line, reached)
-        self._conditions.names.all += 1
+        self._conditions.names.forget()
 
     def _first_pass(self, loop: Loop) -> Condition:
         """Return what holds in the first pass of FOR: the count has its first value."""
