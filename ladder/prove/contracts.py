@@ -66,7 +66,7 @@ class KeptBy:
 
         def keeps() -> bool:
             nonlocal was
-            now, told = ([memory.read(leaf, word) for word in range(8)] for leaf in (inputs, outputs))
+            now, told = ([int(memory.read(leaf, word)) for word in range(8)] for leaf in (inputs, outputs))
             kept = all(each.fact.holds(now, was, told) for each in self.contracts)
             was = now
             return kept
