@@ -58,6 +58,7 @@ def proved(properties: str, *words: str) -> tuple[int, str]:
     return scanrack("prove", "line.toml", *words)
 
 
+@pytest.mark.slow
 def test_what_holds_is_proved_with_its_assumptions(place: Path) -> None:
     status, said = proved(HOLDS + ASSUMED)
     assert status == 0
@@ -86,6 +87,7 @@ def test_a_refuted_property_has_a_scenario_that_others_replay(place: Path) -> No
     assert "chain: Fwd on (0.5 s" in said
 
 
+@pytest.mark.slow
 def test_two_runs_say_the_same_but_for_times(place: Path) -> None:
     first, second = (json.loads(proved(BROKEN + HOLDS, "--json")[1]) for _ in range(2))
     for each in (first, second):
@@ -99,6 +101,7 @@ def test_two_runs_say_the_same_but_for_times(place: Path) -> None:
     assert first["properties"][1]["held"] == {"Limit": 5}
 
 
+@pytest.mark.slow
 def test_a_state_is_reached_or_not(place: Path) -> None:
     status, said = proved(claim("done", 'reachable = "Dwell.DN"'))
     assert (status, said.split()[:4]) == (0, ["done", "reached", "scan", "6"])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 from scanrack.io_images.amci3601.bits import CommandMsw, StatusLsw
 from scanrack.ladder import LadderError, read_program
@@ -139,7 +141,7 @@ def test_a_monitor_has_power_behind_an_open_zone_and_a_left_out_rung() -> None:
         assert ["first" in each for each in said] == [False, True, False, False, False]
 
 
-def test_bits_that_structured_text_sets_in_a_monitor_are_claims(tmp_path) -> None:  # type: ignore[no-untyped-def]
+def test_bits_that_structured_text_sets_in_a_monitor_are_claims(tmp_path: Path) -> None:
     text = LINE.split("ROUTINE Never")[0].replace("TAG T : TIMER", "TAG Both : BOOL\nTAG More : DINT")
     text += "ROUTINE Never ST\nMore := N + 1;\nBoth := Fwd AND Rev;\nEND\n"
     file = tmp_path / "line.rung"
