@@ -109,7 +109,8 @@ def _never_reset(points: Placed, mentions: Sequence[Mention], facts: Facts) -> N
         group = point.step.operands[0] if point.step.name in ("RTO", "CTU") else None
         path = group.path.upper() if isinstance(group, Group) and not group.frame else ""
         is_open = path in written or f"{path}.ACC" in written or len(kinds.get(path, ())) > 1
-        around = any(path.startswith(f"{each}.") for each in written)
+        names = path.split(".")
+        around = any(".".join(names[:at]) in written for at in range(1, len(names)))
         if group is not None and path and f"{path}.DN" in read and not is_open and not around:
             text = f"{group.text} is never set back: once its DN is on, it stays on"
             facts.remark("latch-never-cleared", place, text)
