@@ -19,6 +19,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from functools import partial
@@ -228,6 +229,7 @@ class Problem(System):
         self.kept = [make(self) for make in contracts]
         self._settle()
         self._open_bits()
+        self._note_prescanned()
 
     def _run_monitors(self) -> None:
         """Run the monitors; a LadderError if one of them acts on the program."""
@@ -258,6 +260,23 @@ class Problem(System):
             return
         if self.engine.scheduler is not None:
             self.engine.scheduler.begin(0)
+
+    def _note_prescanned(self) -> None:
+        """Let bits that prescan clears be free from the second scan on: the first one finds them cleared."""
+        free = [
+            (name, self.machine.kinds[key], key[1])
+            for name, key in self.key_of.items()
+            if self.role(name) == "free" and self.machine.kinds[key].slot is None
+        ]
+        bits = [each for each in free if each[1].type.is_bool]
+        if not bits:
+            return
+        engine = self.program.interpret()
+        for _, leaf, index in bits:
+            engine.memory.write(leaf, index, True)
+        with suppress(LadderFault):
+            engine.interpreter.prescan()
+        self.late.update(name for name, leaf, index in bits if not engine.memory.read(leaf, index))
 
     def _settle(self) -> None:
         """Find the role of each variable that has none yet."""

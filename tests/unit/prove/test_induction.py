@@ -218,3 +218,10 @@ def test_parts_of_a_ms_give_each_timer_one_ms_more() -> None:
     parts = asked(text, "T.ACC = 3", "T.ACC > 7", bounds=ScanBounds.of(2.5, 2.5))
     assert [each.kind for each in whole] == [Kind.PROVED]
     assert [each.kind for each in parts] == [Kind.UNKNOWN, Kind.PROVED]
+
+
+def test_a_bit_that_prescan_clears_is_not_set_before_the_first_scan() -> None:
+    """The timer never runs, so its DN is free; an operator can set it after power-up only."""
+    text = TIMED.replace("XIC(Go)TON(T,5000,0)", "XIC(Go)AFI()TON(T,5000,0)")
+    (verdict,) = asked(text.replace("TON(", "RTO("), "Out")
+    assert (verdict.kind, verdict.k) == (Kind.REFUTED, 2)
