@@ -29,8 +29,9 @@ from ..instructions.slc.processor import before_scan
 from ..instructions.slc.status import STATUS
 from ..model.errors import LadderError, LadderFault
 from ..model.operands import Calculation, Constant, Place
-from ..model.tags import Layout, Leaf
+from ..model.tags import Layout, Leaf, tag_in
 from ..run.engine import Engine
+from ..run.view import Tags
 from ..state.lowered import Call, LoweredProgram, steps_of
 from . import terms
 from .meaning import BOOL, INT
@@ -339,8 +340,8 @@ class Problem(System):
             return not leaf.output
         if path in self._free or self._is_written_beside(path) or _INPUTS.match(path):
             return True
-        if self.lowered.connections and not path.startswith(("~", "S:")):
-            return True  # a consumed tag may be any of them
+        if (self.lowered.connections or self.lowered.replies) and not path.startswith(("~", "S:")):
+            return True  # a consumed tag, or one that gets the reply of a message, may be any of them
         return (v.kind == BOOL and not path.startswith(("~", "S:"))) or path == FIRST_SCAN[0]
 
     def _is_written_beside(self, path: str) -> bool:
@@ -476,6 +477,11 @@ def _written_beside(lowered: LoweredProgram) -> tuple[str, ...]:
     if any(isinstance(each, partial) for each in lowered.closing):
         ends = (".~WAITING", ".~STARTED_NS")
         found += [path[: path.rfind(".")] for path in lowered.layout.leaves if path.endswith(ends)]
+    tags = Tags(lowered, None)  # type: ignore[arg-type]  # names are resolved without memory
+    for to, _ in lowered.replies.values():  # what a message brings
+        where = tags.where(to)
+        path = where.leaf.path if isinstance(where, Place) else where.path
+        found.append(tag_in(path).upper())
     return tuple(found)
 
 

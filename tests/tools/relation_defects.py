@@ -2,6 +2,7 @@
 
     python tests/tools/relation_defects.py            all of them
     python tests/tools/relation_defects.py MCR        those whose name has the word
+    python tests/tools/relation_defects.py --values 2000000     no defect, until so many values are compared
 
 Each defect changes one thing in `ladder/prove`, as a mistake there would. Random programs
 (`tests/support/relation_programs.py`) then run until one differs; the number of that program is printed. The
@@ -10,7 +11,9 @@ status is 1 if a defect is not found, or if a difference is found without one.
 
 from __future__ import annotations
 
+import itertools
 import sys
+from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -37,7 +40,7 @@ from scanrack.ladder.prove import (
 )
 from scanrack.ladder.prove.terms import FALSE, TRUE, add, and_, const, eq, ite, lt, mul, not_, or_, sub
 
-MOST_PROGRAMS = 900
+MOST_PROGRAMS = 300
 """Programs that run before a defect counts as not found."""
 
 SCANS = 8
@@ -302,8 +305,27 @@ def first_difference(most: int) -> str:
     return ""
 
 
+def compare(values: int, first: int = 0) -> int:
+    """Compare values without a defect, from a seed on; return the status."""
+    count: Counter[str] = Counter()
+    for seed in itertools.count(first):
+        found = Relation(parse_program(drawn(seed))).differences(Random(seed), SCANS, count)
+        count["programs"] += 1
+        if found:
+            print(f"program {seed}: {found[0]}")
+            return 1
+        if count["programs"] % 100 == 0:
+            print(", ".join(f"{number:,} {name}" for name, number in count.items()), flush=True)
+        if count["values"] >= values:
+            break
+    print(f"{count['values']:,} values of {count['programs']:,} programs are equal")
+    return 0
+
+
 def main(words: list[str]) -> int:
     """Plant the defects whose names have the words; return the status."""
+    if words[:1] == ["--values"]:
+        return compare(*map(int, words[1:]))
     missed = 0
     for name, patches in DEFECTS.items():
         if words and not any(each in name for each in words):
