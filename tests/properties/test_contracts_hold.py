@@ -140,7 +140,7 @@ def test_adapters_keep_the_rows_that_say_so(kind):
         assert check(images[-1], *((images[-2], tuple(outputs)) if len(images) > 1 else (None, None))) == []
         return image
 
-    bench.module.update = watched
+    bench.module.update = watched  # type: ignore[method-assign]
     bench.configured(*CONFIGURE_006) if kind == "PCL601" else bench.configured()
     rates = (4, 0, 100, 100)
     for words in (

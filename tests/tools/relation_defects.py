@@ -138,7 +138,7 @@ def _in_place(self: Any, source: Any, target: Any, length: Any) -> None:
             )
 
 
-REAL = {
+REAL: dict[str, Any] = {
     "bit": terms.bit,
     "setbit": terms.setbit,
     "wrap": terms.wrap,

@@ -134,7 +134,7 @@ def held_in(story, row, options):
         found.extend(check(tuple(now), was, tuple(outputs)))
         return now
 
-    bench.module.update = update
+    bench.module.update = update  # type: ignore[method-assign]
     bench.image = bench.image.copy()
     story(bench)
     return found
