@@ -23,7 +23,7 @@ _HEAD = 3
 T = TypeVar("T")
 
 RECENT = 16
-"""Unpacked chunks that are kept: searches read chunks more than once."""
+"""Chunks read by number that are kept unpacked: searches read them more than once."""
 
 
 class PackedScans:
@@ -59,19 +59,16 @@ class PackedScans:
     def chunk(self, number: int) -> Columns:
         """Return the scans of a chunk; none after the last one."""
         if number < len(self._packed):
-            return self._unpacked(number)
+            self._recent[number] = known = self._recent.pop(number, None) or self._unpack(self._packed[number])
+            if len(self._recent) > RECENT:
+                del self._recent[next(iter(self._recent))]
+            return known
         return self._waiting if number == len(self._packed) else no_columns(self._slots)
 
-    def _unpacked(self, number: int) -> Columns:
-        known = self._recent.pop(number, None) or self._unpack(self._packed[number])
-        self._recent[number] = known
-        if len(self._recent) > RECENT:
-            del self._recent[next(iter(self._recent))]
-        return known
-
     def chunks(self, first: int = 0) -> Iterator[Columns]:
-        """Iterate over the chunks from one on."""
-        return (self.chunk(number) for number in range(first, len(self._packed) + 1))
+        """Iterate over the chunks from one on; none is kept."""
+        for number in range(first, len(self._packed) + 1):
+            yield self._unpack(self._packed[number]) if number < len(self._packed) else self._waiting
 
     def columns(self, first: int = 0) -> Columns:
         """Return all scans from a chunk on as columns: 20 bytes per scan and 32 per scan and slot."""
