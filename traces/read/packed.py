@@ -59,7 +59,8 @@ class PackedScans:
     def chunk(self, number: int) -> Columns:
         """Return the scans of a chunk; none after the last one."""
         if number < len(self._packed):
-            self._recent[number] = known = self._recent.pop(number, None) or self._unpack(self._packed[number])
+            known = self._recent.pop(number, None) or self._unpack(self._packed[number])
+            self._recent[number] = known
             if len(self._recent) > RECENT:
                 del self._recent[next(iter(self._recent))]
             return known
