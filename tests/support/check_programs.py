@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 from scanrack.jobs.check import CheckReport, check_rack, load_any
 
@@ -353,10 +354,12 @@ SOUND = {
 """Sound programs by name."""
 
 
-def check(folder: Path, name: str, text: str, *, controller: str = "", rack: str = RACK) -> CheckReport:
+def check(
+    folder: Path, name: str, text: str, *, controller: str = "", rack: str = RACK, **options: Any
+) -> CheckReport:
     """Check a program in the rack."""
     (folder / name.partition(":")[0]).write_text(text, encoding="utf-8")
     file = folder / "rack.toml"
     given = f'controller = "{controller}"' if controller else ""
     file.write_text(rack.replace("PROGRAM", name).replace("CONTROLLER", given), encoding="utf-8")
-    return check_rack(load_any(str(file))[0])
+    return check_rack(load_any(str(file))[0], **options)

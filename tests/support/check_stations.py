@@ -1013,6 +1013,7 @@ TAG FlashOn : TIMER
 TAG FlashOff : TIMER
 TAG Toggle : BOOL
 TAG ToggleOS : BOOL
+TAG Pressed : BOOL
 TAG Hours : DINT
 
 ROUTINE Main
@@ -1033,7 +1034,8 @@ XIC(Cartons.DN)XIC(LS_Retract)RES(Cartons);
 XIC(Batch.DN)RES(Batch);
 XIO(FlashOff.DN)TON(FlashOn,500,0);
 XIC(FlashOn.DN)TON(FlashOff,500,0);
-XIC(PB_Jog)ONS(ToggleOS)[XIO(Toggle)OTL(Toggle),XIC(Toggle)OTU(Toggle)];
+XIC(PB_Jog)OSR(ToggleOS,Pressed);
+[XIC(Pressed)XIO(Toggle),XIO(Pressed)XIC(Toggle)]OTE(Toggle);
 XIC(Master)RTO(Runtime,3600000,0);
 XIC(Runtime.DN)ADD(Hours,1,Hours)RES(Runtime);
 XIC(Master)[XIC(Toggle),GRT(Hours,0)]OTE(PL_Run);

@@ -11,6 +11,7 @@ import typer
 from ...jobs.check import CheckReport, check_rack, load_any, refused
 from ...jobs.check.formats import as_json as json_of
 from ...jobs.check.formats import as_junit, as_sarif
+from ...jobs.prove.judging import verdicts
 from ...ladder import LadderError
 from ...terminal.as_json import JsonOption, say_json
 from ...terminal.status import BAD_INPUT, NO, complain
@@ -46,7 +47,7 @@ def _check_command(
     """
     try:
         job, alone = load_any(rack)
-        report = check_rack(job, alone=alone)
+        report = check_rack(job, alone=alone, prover=verdicts)
     except (LadderError, ValueError) as error:
         if form is not ReportFormat.TEXT or as_json:
             _print(refused(error, rack), ReportFormat.JSON if as_json else form, rack)

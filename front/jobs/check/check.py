@@ -68,11 +68,11 @@ class Verdict:
     text: str = ""
 
 
-Prover = Callable[[Job], Iterable[Verdict]]
-"""Yields verdicts about a rack's program."""
+Prover = Callable[[Job, Facts], Iterable[Verdict]]
+"""Yields verdicts about a rack's program, of which the facts are known."""
 
 
-def _no_proofs(_job: Job) -> Iterable[Verdict]:
+def _no_proofs(_job: Job, _facts: Facts) -> Iterable[Verdict]:
     return ()
 
 
@@ -88,7 +88,7 @@ def check_rack(job: Job, *, alone: bool = False, prover: Prover = _no_proofs) ->
     is_toml = not alone and rack_form(job.rack_file) is Form.DATA
     lines = load_rack_file(job.rack_file).lines if is_toml else None
     subject = Subject(job, facts, lines, alone)
-    found = list(_judged(list(_findings(subject)), list(prover(job)), facts))
+    found = list(_judged(list(_findings(subject)), list(prover(job, facts)), facts))
     suppressions = Suppressions(job)
     kept = tuple(each for each in found if not suppressions.ignores(each.rule, each.place))
     stubs = (f"behind {each}" for each in job.stubs)
@@ -124,14 +124,15 @@ def _findings(subject: Subject) -> Iterator[Finding]:
 
 
 def _judged(found: list[Finding], verdicts: list[Verdict], facts: Facts) -> Iterator[Finding]:
-    """Yield the findings with what is proved of them."""
+    """Yield the findings with what is proved of them, and what only a proof finds where there is none."""
+    places = {each.place for each in found}
     by_place = {(each.rule, each.place): each for each in verdicts}
     for each in found:
         verdict = by_place.pop((each.rule, each.place), None)
         if verdict is None or verdict.holds:
             yield each if verdict is None else replace(each, text=f"{each.text} (proved)")
     for other in by_place.values():
-        if other.holds:
+        if other.holds and other.place not in places:
             site = facts.sites.get(other.place) or Site(file=other.place.file, line=other.place.line)
             yield Finding(other.rule, other.place, f"{other.text} (proved)", site)
 

@@ -9,7 +9,7 @@ import pytest
 import slc_files as slc
 from check_programs import BLOCKS, RACK, SEQUENCE, check
 from scanrack.commands import build
-from scanrack.jobs.check import RULES, Verdict, check_rack, load_any
+from scanrack.jobs.check import RULES, FileLine, Verdict, check_rack, load_any
 from typer.testing import CliRunner
 
 EXPORT = Path(__file__).parents[3] / "examples" / "l5x" / "indexer.L5X"
@@ -132,18 +132,24 @@ def test_a_file_is_a_uri_in_sarif(rack, monkeypatch):
 def test_what_is_proved_says_so_and_what_is_refuted_is_left_out(rack):
     job, _ = load_any(str(rack))
     (found,) = check_rack(job).findings
-    proved = check_rack(job, prover=lambda _: [Verdict(found.rule, found.place, holds=True)])
+    proved = check_rack(job, prover=lambda _job, _facts: [Verdict(found.rule, found.place, holds=True)])
     assert [each.text for each in proved.findings] == [f"{found.text} (proved)"]
-    assert check_rack(job, prover=lambda _: [Verdict(found.rule, found.place, holds=False)]).findings == ()
-    more = Verdict("division-by-zero", found.place, holds=True, text="it divides by 0 in scan 3")
-    assert [each.rule for each in check_rack(job, prover=lambda _: [more]).findings] == [
+    assert (
+        check_rack(job, prover=lambda _job, _facts: [Verdict(found.rule, found.place, holds=False)]).findings
+        == ()
+    )
+    more = Verdict("division-by-zero", FileLine(found.place.file, 1), holds=True, text="it divides by 0")
+    assert [each.rule for each in check_rack(job, prover=lambda _job, _facts: [more]).findings] == [
         "contradiction",
         "division-by-zero",
     ]
 
 
 def test_a_program_of_rslogix_500(tmp_path):
-    """A coil twice, a contradiction, a preset of 0, a division by 0, in the lines of the export."""
+    """A coil twice, a contradiction, a preset of 0, a division by 0, in the lines of the export.
+
+    Proved: the coil of rung 0 is never on, as that of rung 3 waits for a timer that the contradiction stops.
+    """
     export_ = slc.export(
         slc.ladder(
             2,
@@ -171,6 +177,7 @@ def test_a_program_of_rslogix_500(tmp_path):
         ("contradiction", 1, True),
         ("preset-zero", 2, True),
         ("division-by-zero", 4, True),
+        ("constant-condition", 0, True),
     ]
 
 

@@ -1,0 +1,74 @@
+"""What proofs say of the findings of `scanrack check`, where the solver is installed and few steps decide.
+
+The questions are those of `scanrack prove`: whether an output of a rung ever has power, whether a coil is
+ever on, whether a divisor can be zero. Bits that the program only clears, and tags named after an operator's
+panel, are set from outside.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from importlib.util import find_spec
+
+from ...ladder import LadderLogic
+from ...ladder.model.errors import LadderError
+from ..check import FileLine, Verdict
+from ..check.facts import Facts, Touch
+from ..check.rungs.values import BY_PEOPLE
+from ..load.loading import Job
+
+MOST_LINES = 400
+"""Rungs and statements of a program up to which it is asked."""
+
+MOST_TERMS = 3_000
+"""Terms of a scan up to which a program is asked: about a second."""
+
+BUDGET = 2_000
+"""Steps of the solver for all questions of a program."""
+
+RULES: Mapping[str, str] = {
+    "dead-rung": "unreachable",
+    "never-on": "constant-condition",
+    "fault": "division-by-zero",
+}
+"""Rules of `check` by the questions of a proof."""
+
+
+def verdicts(job: Job, facts: Facts) -> Iterator[Verdict]:
+    """Yield what proofs find in the lines that the user has written; nothing without the solver.
+
+    Args:
+        facts: what `check` knows of the program.
+    """
+    own = facts.sites
+    if not isinstance(job.logic, LadderLogic) or find_spec("bitwuzla") is None or len(own) > MOST_LINES:
+        return
+    from ...ladder.prove.induction import Limits
+    from ...ladder.prove.questions import ask
+    from ...ladder.prove.system import Problem
+    from ...ladder.prove.terms import reach
+
+    limits = Limits(scans=2, k=1, steps=200, total=400, helped=False)
+    outside = (*job.spec.prove.written_outside, *_set_outside(facts))
+    try:
+        problem = Problem(job.logic, free=job.spec.prove.free, written_outside=outside)
+    except LadderError:
+        return  # no proof covers such a program
+    if len(reach(problem.next.values())) > MOST_TERMS:
+        return
+    seen: set[FileLine] = set()
+    for each in ask(problem, tuple(RULES), limits, BUDGET).findings:
+        place = FileLine(each.site.file, each.site.line or 1)
+        counts = each.rule != "fault" or each.text.endswith("zero divisor")
+        if counts and place in own and place not in seen:
+            seen.add(place)
+            yield Verdict(RULES[each.rule], place, holds=True, text=each.text)
+
+
+def _set_outside(facts: Facts) -> Iterator[str]:
+    """Yield the names of variables that somebody outside sets, too."""
+    for variable, accesses in facts.by_variable():
+        writes = [each for each in accesses if each.writes]
+        only_cleared = all(each.use is Touch.UNLATCH and not each.part for each in writes)
+        if writes and (only_cleared or BY_PEOPLE.search(variable.name)):
+            yield variable.name
