@@ -11,7 +11,7 @@ from importlib.metadata import requires
 
 import scanrack
 
-MODULE_OF = {"mcap-ros2-support": "mcap_ros2", "pyvcd": "vcd"}
+MODULE_OF = {"mcap-ros2-support": "mcap_ros2", "pyvcd": "vcd", "z3-solver": "z3"}
 """Modules that are not called like their distribution."""
 
 
