@@ -24,6 +24,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ..jobs.load.loading import Job, load_job
+from ..jobs.prove.effects import Group, effects_of
 from ..jobs.record.editions import Edition, Editions, edition_of, folders_of, forget
 from ..jobs.run.running import JobRun
 from ..jobs.trust.attachments import load_files, program_name
@@ -71,7 +72,7 @@ class Editor:
         self._hand_over, self._tell, self._manner = hand_over, tell, manner
         self._asked: deque[tuple[Source | Draft, Reply]] = deque()
         self._folders: set[Path] = set()  # of copies that were loaded
-        self._known: tuple[int, list[Json]] | None = None
+        self._known: tuple[int, Job, list[Json]] | None = None
         self._ending, self._wake = threading.Event(), threading.Event()
         self._wanted = False
         self._restart = ""
@@ -247,7 +248,8 @@ class Editor:
         program, texts = self._job.program, (self._running_text(), text)
         try:
             job = self._usable(load(), restart)
-            findings = new_findings(findings_of(job), self._known_findings())
+            running, known = self._known_version()
+            findings, effects = new_findings(findings_of(job), known), _effects(running, job)
         except (ValueError, OSError) as error:
             refused = preview_of(program, texts, mistakes=mistakes_of(error, program))
             return lambda: {"preview": refused}
@@ -257,7 +259,7 @@ class Editor:
                 edit = self._run.program.planned(self._run.cpu, job, names_in(restart))
             except ValueError as error:
                 return {"preview": preview_of(program, texts, mistakes=mistakes_of(error, program))}
-            return {"preview": preview_of(program, texts, edit=edit, findings=findings)}
+            return {"preview": preview_of(program, texts, edit=edit, findings=findings, effects=effects)}
 
         return shown
 
@@ -284,16 +286,24 @@ class Editor:
         with self._job.program.open(encoding="utf-8", newline="") as file:
             return file.read()
 
-    def _known_findings(self) -> list[Json]:
-        """Return the findings of the program that runs."""
+    def _known_version(self) -> tuple[Job, list[Json]]:
+        """Return the program that runs, loaded again, and its findings."""
         number = self._run.program.edits
         if self._known is None or self._known[0] != number:
-            self._known = number, findings_of(self._of_text(self._running_text()))
-        return self._known[1]
+            job = self._of_text(self._running_text())
+            self._known = number, job, findings_of(job)
+        return self._known[1:]
 
 
 TYPED_SUFFIXES = (".rung", ".st", ".py")
 """Suffixes of programs that a page edits."""
+
+
+def _effects(running: Job, edited: Job) -> tuple[Group, ...]:
+    """Return what an edit of rungs can change."""
+    if not isinstance(running.logic, LadderLogic) or not isinstance(edited.logic, LadderLogic):
+        return ()
+    return effects_of(running.logic, edited.logic)
 
 
 def _digest(text: str) -> str:

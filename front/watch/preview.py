@@ -17,6 +17,7 @@ from typing import Any
 from ..io_images.site import Site, SiteError, sites_of
 from ..jobs.check import check_rack
 from ..jobs.load.loading import Job
+from ..jobs.prove.effects import Group
 from ..jobs.run.editing import DescribedEdit
 from ..ladder.model.errors import BuildError
 from ..ladder.python.online import EditRefusal
@@ -107,6 +108,7 @@ def preview_of(
     edit: DescribedEdit | None = None,
     mistakes: Iterable[Json] = (),
     findings: Iterable[Json] = (),
+    effects: Iterable[Group] = (),
 ) -> Json:
     """Return a preview for a page.
 
@@ -116,13 +118,15 @@ def preview_of(
         edit: what it would do; None if it can't be taken over.
         mistakes: why, as `mistakes_of` has them.
         findings: what `check` says of it and not of the one that runs.
+        effects: what it can change in any run, by kind.
     """
     refused, found = list(mistakes), list(findings)
     marked = {("new", each["line"]) for each in (*refused, *found)} | {
         ("old", each.get("old")) for each in refused
     }
     rows = rows_of(*texts, marked)
-    groups = [] if edit is None else [(title, list(names)) for title, names in edit.groups if names]
+    told = () if edit is None else (*edit.groups, *effects)
+    groups = [(title, list(names)) for title, names in told if names]
     return {
         "file": program.name,
         "rows": rows[:MOST_ROWS],

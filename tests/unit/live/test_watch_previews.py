@@ -79,6 +79,8 @@ def test_a_typed_text_is_previewed_and_taken_over_only_then(rack):
             "new": ["New"],
             "of another type": ["N"],
             "keep their value": ["Fill.PRE 1000, not 2000"],
+            "outputs that can differ, from power-up on": ["none"],
+            "other values that can differ, from power-up on": ["Fill.ACC", "Fill.DN", "Fill.TT", "N"],
         }
         assert [each["rule"] for each in preview["findings"] if each["line"] == 2] == ["unused-tag"]
         begun = page.frame["scan"]
