@@ -141,7 +141,10 @@ class _Asking:
         self.system = any_numbers(self.problem)
         self._find_impossible([each.bad for each in questions])
         dead_rungs: set[tuple[str, int | None]] = set()
+        found: set[tuple[str, Site, str]] = set()
         for each in questions:
+            if (each.rule, each.site, each.text) in found:
+                continue  # another pass of a loop
             self.found.asked[each.rule] += 1
             place = each.site.routine, each.site.rung
             if each.rule == "dead-leg" and place in dead_rungs:
@@ -152,6 +155,7 @@ class _Asking:
             elif (verdict.kind is Kind.PROVED) is (each.rule in PROVED_RULES):
                 if self._can_be(each.lives):
                     self.found.findings.append(Finding(each.rule, each.site, each.text, verdict))
+                    found.add((each.rule, each.site, each.text))
                 if each.rule == "dead-rung":
                     dead_rungs.add(place)
         return self.found

@@ -5,6 +5,8 @@ from scanrack.jobs.prove import effects
 from scanrack.jobs.prove.effects import effects_of
 from scanrack.ladder.files.rungfile import parse_program
 
+pytestmark = pytest.mark.extra("prove")
+
 PROGRAM = """\
 PROGRAM line
 ALIAS Start : Local:2:I.Data.0

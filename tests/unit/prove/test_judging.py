@@ -6,6 +6,8 @@ from check_sound import SOUND
 from scanrack.jobs.prove import judging
 from scanrack.jobs.prove.judging import verdicts
 
+pytestmark = pytest.mark.extra("prove")
+
 PROGRAM = """\
 PROGRAM line
 ALIAS Start : Local:2:I.Data.0

@@ -81,6 +81,13 @@ def test_a_fault_comes_with_the_run_that_has_it() -> None:
     assert len(finding.verdict.scans) == 4
 
 
+def test_a_fault_in_a_loop_is_found_once() -> None:
+    """Passes 4 to 9 are beyond the array."""
+    lines = "ROUTINE Main ST\nFOR N := 0 TO 9 DO\nIF A THEN List[N] := 1; END_IF;\nEND_FOR;\nEND\n"
+    program = parse_program("\n".join(["PROGRAM p", *TAGS, lines]))
+    assert [each.rule for each in ask(Problem(program), ("fault",)).findings] == ["fault"]
+
+
 def test_a_loop_without_end_is_found() -> None:
     looping = "LBL(Again)XIC(A)JMP(Again);"
     rules = [each.rule for each in answers(looping).findings]
