@@ -28,10 +28,10 @@ from proofs import Proofs
 from scanrack.ladder.build.runnable import LadderLogic
 from scanrack.ladder.files.rungfile import parse_program
 from scanrack.ladder.prove.difference import Difference, compare
-from scanrack.ladder.prove.induction import Kind, Limits, Verdict, prove
+from scanrack.ladder.prove.induction import Limits, Verdict, VerdictKind, prove
 from scanrack.ladder.prove.monitors import monitored
 from scanrack.ladder.prove.questions import Answers, ask
-from scanrack.ladder.prove.system import Problem, ScanBounds
+from scanrack.ladder.prove.system import ProgramSystem, ScanBounds
 
 TIMES = {"translation": 2.0, "median property": 1.0, "dead rungs": 15.0, "presses": 2.0, "edit": 2.0}
 """Bars, seconds."""
@@ -108,7 +108,13 @@ def machine(rungs: int, timers: int, changed: str = "") -> str:
     return "\n".join([*parts, "ROUTINE NEVER", *never, "END", ""])
 
 
-WANTED = [Kind.PROVED, Kind.PROVED, Kind.PROVED, Kind.REFUTED, Kind.REFUTED]
+WANTED = [
+    VerdictKind.PROVED,
+    VerdictKind.PROVED,
+    VerdictKind.PROVED,
+    VerdictKind.REFUTED,
+    VerdictKind.REFUTED,
+]
 
 
 def scan_seconds(program: LadderLogic, scans: int = 50) -> float:
@@ -128,8 +134,8 @@ def machines(smoke: bool) -> None:
         scan = scan_seconds(program)
         checked = monitored(program)
         count = sum(len(each.lines) for each in program.build().routines.values())
-        seconds, problem = spent(lambda: Problem(checked.program))  # noqa: B023
-        assert isinstance(problem, Problem)
+        seconds, problem = spent(lambda: ProgramSystem(checked.program))  # noqa: B023
+        assert isinstance(problem, ProgramSystem)
         said("translation", seconds, f"{count} rungs", scan)
         found, times = [], []
         for watched in checked.properties:
@@ -149,14 +155,14 @@ def machines(smoke: bool) -> None:
 def coils(smoke: bool) -> None:
     """Ask of coils of the largest machine whether they are ever on."""
     program = parse_program(machine(50 if smoke else 3000, 5 if smoke else 200))
-    problem = Problem(program)
+    problem = ProgramSystem(program)
     keys = sorted(key for key in problem.machine.written if key[0].startswith(COILS))
     chosen = Random(4).sample(keys, 8 if smoke else 28)
     decided, times = 0, []
     for key in chosen:
         seconds, verdict = spent(lambda: prove(problem, key, COIL_LIMITS))  # noqa: B023
         assert isinstance(verdict, Verdict)
-        decided += seconds <= 5 and verdict.kind is not Kind.UNKNOWN
+        decided += seconds <= 5 and verdict.kind is not VerdictKind.UNKNOWN
         times.append(seconds)
     share = decided / len(chosen)
     said(
@@ -204,12 +210,12 @@ def presses(smoke: bool) -> None:
     scan = scan_seconds(program)
     for bounds in (ScanBounds(1, 1000), ScanBounds(10, 10)):
         checked = monitored(parse_program(PRESSES))
-        problem = Problem(checked.program, bounds)
+        problem = ProgramSystem(checked.program, bounds)
         opened, order = checked.properties
         seconds, verdict = spent(lambda: prove(problem, opened.bit))  # noqa: B023
         assert isinstance(verdict, Verdict)
-        assert verdict.kind is Kind.REFUTED
-        assert prove(problem, order.bit).kind is Kind.PROVED
+        assert verdict.kind is VerdictKind.REFUTED
+        assert prove(problem, order.bit).kind is VerdictKind.PROVED
         text = f"scans of {bounds.low_ms} to {bounds.high_ms} ms: refuted in scan {verdict.k}"
         said("presses", seconds, text, scan)
         assert sum(each.ms for each in verdict.scans) >= 900

@@ -55,7 +55,7 @@ SIDE_BY_SIDE = 5_000
 """Most stretches that are searched at once."""
 
 
-class Stretch(NamedTuple):
+class ReplayStretch(NamedTuple):
     """Scans from a snapshot to the next one."""
 
     first: int
@@ -198,11 +198,11 @@ class Replayer:
                 return found
         return None
 
-    def _stretch(self, start: int, end: int) -> Stretch:
+    def _stretch(self, start: int, end: int) -> ReplayStretch:
         count, known = self._source.inputs(start, end - 1)
         values, forces = self._source.snapshot(start)
         inputs = list(known) if count == end - start and not forces else []
-        return Stretch(start, end - 1, values, inputs, self._source.snapshot(end)[0])
+        return ReplayStretch(start, end - 1, values, inputs, self._source.snapshot(end)[0])
 
     @cached_property
     def _lanes(self) -> Any:

@@ -27,11 +27,11 @@ from ..model.tags import Layout
 from ..state.memory import element_text
 from .claims import Claim, ClaimKind
 from .contracts import KeptBy
-from .induction import Kind, Limits, Verdict, prove
-from .monitors import Key, Monitored, Watched, monitored
+from .induction import Limits, Verdict, VerdictKind, prove
+from .monitors import Key, MonitoredProgram, WatchedClaim, monitored
 from .replaying import ScanOf
 from .smallest import smallest
-from .system import Problem, ScanBounds
+from .system import ProgramSystem, ScanBounds
 from .terms import and_
 
 LIMITS = Limits()
@@ -41,7 +41,7 @@ REACHED = "reached"
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class ScenarioStep:
     """A scan of a scenario: ms since the scan before, and what changes before it, by tag."""
 
     ms: int
@@ -70,22 +70,22 @@ class Answer:
     claim: Claim
     verdict: Verdict
     scans: tuple[ScanOf, ...]
-    steps: tuple[Step, ...]
+    steps: tuple[ScenarioStep, ...]
     held: tuple[tuple[str, Any], ...]
     assumed: tuple[str, ...]
     deciding: int
     tags: int
 
     def __bool__(self) -> bool:
-        return self.word in (Kind.PROVED, REACHED)
+        return self.word in (VerdictKind.PROVED, REACHED)
 
     @property
     def word(self) -> str:
         """Proved, refuted, unknown; of a claim `reachable` reached, refuted, unknown."""
         kind = self.verdict.kind
-        if self.claim.kind is not ClaimKind.REACHABLE or kind is Kind.UNKNOWN:
+        if self.claim.kind is not ClaimKind.REACHABLE or kind is VerdictKind.UNKNOWN:
             return kind
-        return REACHED if kind is Kind.REFUTED else Kind.REFUTED
+        return REACHED if kind is VerdictKind.REFUTED else VerdictKind.REFUTED
 
     def __str__(self) -> str:
         lines = [f"{self.word}: {self.claim.sentence}"]
@@ -96,7 +96,9 @@ class Answer:
     __repr__ = __str__
 
 
-def answer(problem: Problem, program: Monitored, asked: Watched, limits: Limits = LIMITS) -> Answer:
+def answer(
+    problem: ProgramSystem, program: MonitoredProgram, asked: WatchedClaim, limits: Limits = LIMITS
+) -> Answer:
     """Decide a claim of a program."""
     with _assuming(problem, asked.assume):
         bad = problem.after(asked.bit)
@@ -144,7 +146,7 @@ def ask(
     kind, text = named[0]
     claim = Claim(f"{kind} {text}", kind, text, tuple(assume))
     watched = monitored(program, [claim])
-    problem = Problem(
+    problem = ProgramSystem(
         watched.program,
         ScanBounds.of(*scan_ms),
         free=free,
@@ -155,7 +157,7 @@ def ask(
     return answer(problem, watched, asked, limits)
 
 
-def _numbers_held(problem: Problem, cone: Iterable[str]) -> Iterator[Key]:
+def _numbers_held(problem: ProgramSystem, cone: Iterable[str]) -> Iterator[Key]:
     """Yield the places of a cone whose numbers nothing writes; none of modules or hidden ones."""
     for name in cone:
         key = problem.key_of.get(name)
@@ -166,7 +168,7 @@ def _numbers_held(problem: Problem, cone: Iterable[str]) -> Iterator[Key]:
 
 
 @contextmanager
-def _assuming(problem: Problem, bits: Sequence[Key]) -> Iterator[None]:
+def _assuming(problem: ProgramSystem, bits: Sequence[Key]) -> Iterator[None]:
     """Let bits be true after each scan of the runs in question."""
     kept = problem.contract, problem.assume
     try:
@@ -178,10 +180,10 @@ def _assuming(problem: Problem, bits: Sequence[Key]) -> Iterator[None]:
         problem.contract, problem.assume = kept
 
 
-def steps_of(layout: Layout, scans: Sequence[ScanOf]) -> Iterator[Step]:
+def steps_of(layout: Layout, scans: Sequence[ScanOf]) -> Iterator[ScenarioStep]:
     """Yield the scans of a run with the names of what changes."""
     for each in scans:
-        yield Step(
+        yield ScenarioStep(
             each.ms, tuple((tag_text(layout, key), value) for key, value in sorted(each.inputs.items()))
         )
 

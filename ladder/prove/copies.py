@@ -13,7 +13,7 @@ from ..state.regions import ArrayRegion, End
 from .meaning import INT
 from .patterns import Pattern, constant_bytes, pack, unpack
 from .places import kind_of
-from .symbols import NotModelled, Symbol, term_of
+from .symbols import TermSymbol, UnmodelledError, term_of
 from .terms import const, ite, lt, mk
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ MOST_COPIED = 4096
 """Maximum values of a copy."""
 
 
-class Regions:
+class CopyRegions:
     """Copies of a scan on terms."""
 
     def __init__(self, values: TermValues) -> None:
@@ -100,7 +100,7 @@ class Regions:
 
     def _write(self, store: Store, leaf: Any, index: Any, value: Any, number: int, count: Any) -> None:
         """Write a value of an element if its number is below the count."""
-        if isinstance(count, Symbol) and number >= count.t.lo:
+        if isinstance(count, TermSymbol) and number >= count.t.lo:
             kept = store.read(leaf, index)
             kind = kind_of(leaf.type)[0]
             new, old = term_of(value, kind), term_of(kept, kind)
@@ -130,13 +130,13 @@ def _shape(region: ArrayRegion) -> list[tuple[Any, ...]]:
 
 def _most(count: Any, region: ArrayRegion) -> int:
     """Return the most elements that a count may be."""
-    most: int = count.t.hi if isinstance(count, Symbol) else count
+    most: int = count.t.hi if isinstance(count, TermSymbol) else count
     if most * len(region.parts) > MOST_COPIED:
-        raise NotModelled(f"a copy of {most} elements of {len(region.parts)} values")
+        raise UnmodelledError(f"a copy of {most} elements of {len(region.parts)} values")
     return max(0, most)
 
 
 def _known(count: Any, region: ArrayRegion) -> int:
-    if isinstance(count, Symbol):
-        raise NotModelled("a copy of a computed length between types")
+    if isinstance(count, TermSymbol):
+        raise UnmodelledError("a copy of a computed length between types")
     return _most(count, region)

@@ -26,7 +26,7 @@ from .meaning import BOOL, INT
 from .replaying import ScanOf
 from .solving.frames import Frame
 from .solving.solver import UNSAT, Solver
-from .system import Key, Problem, Runnable, ScanBounds, System, shown
+from .system import Key, ProgramSystem, Runnable, ScanBounds, System, shown
 from .terms import FALSE, T, and_, eq, mk, not_, reach, var, variables
 
 LIMITS = Limits(scans=5, k=2, steps=1_000, total=3_000, helped=False)
@@ -43,7 +43,7 @@ NEW = "~new:"
 
 
 @dataclass(frozen=True, slots=True)
-class Changed:
+class ChangedValue:
     """A value that can differ.
 
     Attributes:
@@ -75,12 +75,12 @@ class Difference:
         compared: how many values both write.
     """
 
-    changed: list[Changed] = field(default_factory=list)
+    changed: list[ChangedValue] = field(default_factory=list)
     removed: list[str] = field(default_factory=list)
     added: list[str] = field(default_factory=list)
     compared: int = 0
 
-    def beyond(self, only: Iterable[str]) -> list[Changed]:
+    def beyond(self, only: Iterable[str]) -> list[ChangedValue]:
         """Return what can differ besides some tags and their members."""
         allowed = tuple(name.upper() for name in only)
         starts = tuple(f"{name}{sign}" for name in allowed for sign in ".[")
@@ -104,8 +104,8 @@ def compare(
     Raises:
         LadderError: what is not proved about, by name.
     """
-    before = Problem(old, bounds, free=free, written_outside=written_outside)
-    after = Problem(new, bounds, free=free, written_outside=written_outside, beside=before)
+    before = ProgramSystem(old, bounds, free=free, written_outside=written_outside)
+    after = ProgramSystem(new, bounds, free=free, written_outside=written_outside, beside=before)
     return _Comparison(before, after, limits, budget).difference()
 
 
@@ -118,8 +118,8 @@ class _Comparison:
         havocs: text of the instruction for each variable of what is not modelled.
     """
 
-    old: Problem
-    new: Problem
+    old: ProgramSystem
+    new: ProgramSystem
     limits: Limits
     left: int
     own: dict[str, T] = field(default_factory=dict)
@@ -264,7 +264,7 @@ class _Comparison:
             system.late |= {place} if name in new.late else set()
         return system
 
-    def _one(self, system: System, key: Key, now: bool) -> Changed | None:
+    def _one(self, system: System, key: Key, now: bool) -> ChangedValue | None:
         """Return how a value differs; None if it is proved equal in every run."""
         differ = self._differ(key)
         free = {v.val.removeprefix(NEW) for v in variables([differ]) if system.role(v.val) == "free"}
@@ -272,16 +272,16 @@ class _Comparison:
         inputs = tuple(shown(name) for name in sorted(free & places))
         by_chance = self.runs.get(key, ())
         if self.left <= 0 or (by_chance and not now):
-            return Changed(key, now, by_chance, inputs)
+            return ChangedValue(key, now, by_chance, inputs)
         verdict = prove(system, differ, self.limits)
         self.left -= 1 + verdict.spent
         if verdict and not by_chance and self.old.deep is FALSE and self.new.deep is FALSE:
             return None
         confirmed = verdict.scans and differs(self.old, self.new, verdict.scans, key)
-        return Changed(key, now, verdict.scans if confirmed else by_chance, inputs)
+        return ChangedValue(key, now, verdict.scans if confirmed else by_chance, inputs)
 
 
-def random_runs(old: Problem, new: Problem, keys: Sequence[Key]) -> dict[Key, tuple[ScanOf, ...]]:
+def random_runs(old: ProgramSystem, new: ProgramSystem, keys: Sequence[Key]) -> dict[Key, tuple[ScanOf, ...]]:
     """Run both compiled programs with equal random inputs; return a run for each value that differs."""
     free = _free(old) | _free(new)
     places = {name: (new if name in new.key_of else old).key_of[name] for name in free}
@@ -309,7 +309,7 @@ def random_runs(old: Problem, new: Problem, keys: Sequence[Key]) -> dict[Key, tu
     return found
 
 
-def _free(problem: Problem) -> dict[str, T]:
+def _free(problem: ProgramSystem) -> dict[str, T]:
     """Return the inputs, but those that are written outside as well."""
     places = problem.machine.vars
     names = [name for name in problem.key_of if problem.role(name) == "free" and name not in problem.late]
@@ -338,12 +338,12 @@ def _do(engine: Engine, scan: ScanOf) -> None:
     engine.step(scan.ms)
 
 
-def differs(old: Problem, new: Problem, scans: Sequence[ScanOf], key: Key) -> bool:
+def differs(old: ProgramSystem, new: ProgramSystem, scans: Sequence[ScanOf], key: Key) -> bool:
     """Run both compiled programs; return whether a value differs at the end."""
     return bool(_left_by(old, scans, key) != _left_by(new, scans, key))
 
 
-def _left_by(problem: Problem, scans: Sequence[ScanOf], key: Key) -> Any:
+def _left_by(problem: ProgramSystem, scans: Sequence[ScanOf], key: Key) -> Any:
     """Return a value after a run; a fault's text if it faults."""
     engine = problem.program.compile()
     try:
@@ -354,7 +354,7 @@ def _left_by(problem: Problem, scans: Sequence[ScanOf], key: Key) -> Any:
     return engine.memory.read(problem.leaf(key), key[1])
 
 
-def _states(problem: Problem) -> set[Key]:
+def _states(problem: ProgramSystem) -> set[Key]:
     return {problem.key_of[name] for name in problem.next if name in problem.key_of}
 
 
@@ -362,7 +362,7 @@ def _is_shown(key: Key) -> bool:
     return not key[0].startswith(("~", "S:")) and ".~" not in key[0]
 
 
-def _by_instruction(problem: Problem) -> dict[str, list[T]]:
+def _by_instruction(problem: ProgramSystem) -> dict[str, list[T]]:
     """Return the variables of what is not modelled, in order, by the text of the instruction."""
     havocs = problem.machine.havocs
     known = {v.val: v for v in variables(problem.next.values()) if v.val in havocs}

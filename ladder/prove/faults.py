@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from .paths import Faulted
-from .symbols import NotModelled
+from .paths import PathFault
+from .symbols import UnmodelledError
 from .terms import FALSE, TRUE, T, add, and_, b2i, or_
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ class TermFaults:
 
     def major(self, *_parts: object) -> NoReturn:
         """End this path."""
-        raise Faulted
+        raise PathFault
 
     subscript = negative_timer = negative_control = major
 
@@ -72,4 +72,4 @@ class TermFaults:
         """Count nothing: passes have a limit of their own."""
 
     def __getattr__(self, name: str) -> Any:
-        raise NotModelled(f"the fault log is used by its {name}")
+        raise UnmodelledError(f"the fault log is used by its {name}")

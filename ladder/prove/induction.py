@@ -18,13 +18,13 @@ from typing import Any
 from ...io_images.site import Site
 from ..model.errors import LadderFault
 from .meaning import BOOL, INT
-from .replaying import Replayed, ScanOf, breaks, first_broken, replay, scenario
+from .replaying import ReplayedRun, ScanOf, breaks, first_broken, replay, scenario
 from .solving.frames import Frame
 from .solving.invariants import Invariant, invariants
 from .solving.solver import SAT, STEPS, UNKNOWN, UNSAT, Solver
 from .solving.translation import sort_of
 from .stretching import STRETCHED_MS, in_short_scans, stretched
-from .system import CLOCK, DT, Key, Problem, System
+from .system import CLOCK, DT, Key, ProgramSystem, System
 from .terms import FALSE, TRUE, T, and_, not_
 
 MOST_TRIES = 10
@@ -37,7 +37,7 @@ STRETCHED_FROM = 5
 """Scans after which a run with longer scans is sought."""
 
 
-class Kind(StrEnum):
+class VerdictKind(StrEnum):
     """How a property stands."""
 
     PROVED = "proved"
@@ -82,7 +82,7 @@ class Verdict:
         spent: steps of the solver.
     """
 
-    kind: Kind = Kind.UNKNOWN
+    kind: VerdictKind = VerdictKind.UNKNOWN
     k: int = 0
     scans: tuple[ScanOf, ...] = ()
     invariants: tuple[str, ...] = ()
@@ -93,7 +93,7 @@ class Verdict:
     spent: int = 0
 
     def __bool__(self) -> bool:
-        return self.kind is Kind.PROVED
+        return self.kind is VerdictKind.PROVED
 
 
 def prove(problem: System, bad: T | Key, limits: Limits = Limits(), *, fault: Site | None = None) -> Verdict:
@@ -128,7 +128,7 @@ class _Proof:
         """Decide."""
         system, result = self.system, self.result
         if isinstance(self.asked, tuple):
-            assert isinstance(system, Problem)
+            assert isinstance(system, ProgramSystem)
             self.key, self.bad = self.asked, system.after(self.asked)
         else:
             self.bad = self.asked
@@ -142,10 +142,10 @@ class _Proof:
     def _answer(self, cone: dict[str, T]) -> None:
         system, result = self.system, self.result
         result.states, result.values = sum(name in system.next for name in cone), len(cone)
-        if isinstance(system, Problem):
+        if isinstance(system, ProgramSystem):
             result.assumed = (*system.assumed(cone), *result.assumed)
         self._decide(cone)
-        if result.kind is Kind.UNKNOWN:
+        if result.kind is VerdictKind.UNKNOWN:
             result.blame = tuple(dict.fromkeys((*result.blame, *system.blame(cone))))
 
     def _decide(self, cone: dict[str, T]) -> None:
@@ -194,7 +194,7 @@ class _Proof:
     def _proved(self, k: int, found: Sequence[Invariant] = ()) -> None:
         if not self._follows():
             return
-        self.result.kind, self.result.k = Kind.PROVED, k
+        self.result.kind, self.result.k = VerdictKind.PROVED, k
         self.result.invariants = tuple(each.text for each in found)
 
     def _follows(self) -> bool:
@@ -217,10 +217,10 @@ class _Proof:
         pins: list[Any] = []
         while True:
             scans = [frame.values() for frame in frames]
-            if isinstance(self.system, Problem):
+            if isinstance(self.system, ProgramSystem):
                 done = self.system.bounds.done
                 scans = [each | {DT: done(each[DT])} if DT in each else each for each in scans]
-            if not isinstance(self.system, Problem) or not self.limits.replays:
+            if not isinstance(self.system, ProgramSystem) or not self.limits.replays:
                 self._refuted(scans)
                 return
             self.tries -= 1
@@ -232,11 +232,11 @@ class _Proof:
             if not pins or self.tries <= 0 or base.check(broken, *pins) != SAT:
                 return
 
-    def _is_the_fault(self, replayed: Replayed, scans: int) -> bool:
+    def _is_the_fault(self, replayed: ReplayedRun, scans: int) -> bool:
         fault = replayed.fault
         return fault is not None and fault.site == self.fault and replayed.done == scans - 1
 
-    def _learnt(self, base: Solver, frames: list[Frame], replayed: Replayed) -> list[Any]:
+    def _learnt(self, base: Solver, frames: list[Frame], replayed: ReplayedRun) -> list[Any]:
         """Return what a run says of values that the solver chose; none if it can't help."""
         if replayed.fault is not None:
             self._learn_fault(replayed.fault)
@@ -255,7 +255,7 @@ class _Proof:
     def _learn_fault(self, fault: LadderFault) -> None:
         """Let no later run have the fault: runs end with it."""
         system = self.system
-        assert isinstance(system, Problem)
+        assert isinstance(system, ProgramSystem)
         sites = system.lowered.sites
         for number, condition in system.machine.faults:
             if sites[number] == fault.site and condition is not FALSE:
@@ -267,7 +267,7 @@ class _Proof:
         self._unknown(f"a fault ends the run: {fault}")
 
     def _refuted(self, scans: list[dict[str, Any]]) -> None:
-        self.result.kind, self.result.k = Kind.REFUTED, len(scans)
+        self.result.kind, self.result.k = VerdictKind.REFUTED, len(scans)
         self.result.scans = scenario(self.system, scans)
 
     # --- longer scans than the rack's
@@ -275,7 +275,7 @@ class _Proof:
     def _refute_stretched(self, cone: dict[str, T]) -> bool:
         """Seek a run with longer scans, and do it with the rack's own scans, inputs held."""
         system, key = self.system, self.key
-        if not isinstance(system, Problem) or key is None or system.bounds.high_ms >= STRETCHED_MS:
+        if not isinstance(system, ProgramSystem) or key is None or system.bounds.high_ms >= STRETCHED_MS:
             return False
         if not any(name.endswith(CLOCK + "[0]") for name in cone):
             return False
@@ -293,9 +293,9 @@ class _Proof:
             solver.state(solver.apply("not", [broken]))
         return False
 
-    def _done_in_short_scans(self, longer: Problem, scans: list[dict[str, Any]]) -> bool:
+    def _done_in_short_scans(self, longer: ProgramSystem, scans: list[dict[str, Any]]) -> bool:
         system, key = self.system, self.key
-        assert isinstance(system, Problem)
+        assert isinstance(system, ProgramSystem)
         assert key is not None
         for inputs_first in (False, True):
             short = in_short_scans(system.bounds, longer, scans, inputs_first=inputs_first)

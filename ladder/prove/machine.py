@@ -40,7 +40,7 @@ from ..state.lowered import (
 )
 from .meaning import BOOL, INT
 from .places import Key
-from .symbols import NotModelled, term_of
+from .symbols import UnmodelledError, term_of
 from .terms import FALSE, TRUE, T, and_, const, ite, le, lt, not_, or_
 from .values import TermValues
 
@@ -72,7 +72,7 @@ _ELSEWHERE = frozenset(("SSV", "EVENT", "SFR", "SFP", "EOT"))
 """Instructions that write more than their operands."""
 
 _REFUSED = (
-    *(NotModelled, TypeError, AttributeError, KeyError, ValueError, IndexError, ArithmeticError),
+    *(UnmodelledError, TypeError, AttributeError, KeyError, ValueError, IndexError, ArithmeticError),
     RecursionError,
 )
 """What a row on terms raises if it does something that has none."""
@@ -186,7 +186,7 @@ class ScanMachine(TermValues):
     def execute(self, step: LoweredStep, power: Any) -> Any:
         """Run an instruction; return the power after it."""
         if self.paths.path is not None:
-            raise NotModelled("an instruction that runs others")
+            raise UnmodelledError("an instruction that runs others")
         self.site = step.site
         spec, before, frame = step.spec, self.active, self.frame
         if power is FALSE and spec.kind is not InstructionKind.BOTH and not spec.decides:
@@ -203,7 +203,7 @@ class ScanMachine(TermValues):
         """Run the row of the interpreter on terms."""
         spec = step.spec
         if spec.leaves:
-            raise NotModelled("it leaves the rung")
+            raise UnmodelledError("it leaves the rung")
         if spec.kind is InstructionKind.BOTH or spec.decides:
             after = self.on_paths(lambda: spec.run(self, self.symbol(power), *step.operands))
             return after if spec.decides else power
@@ -259,9 +259,9 @@ class ScanMachine(TermValues):
         """Run a routine; return its results, each with the condition of its return."""
         routine = self.lowered.routines.get(name)
         if routine is None:
-            raise NotModelled("a routine in Python")
+            raise UnmodelledError("a routine in Python")
         if self._depth >= MOST_CALLS:
-            raise NotModelled(f"calls more than {MOST_CALLS} deep")
+            raise UnmodelledError(f"calls more than {MOST_CALLS} deep")
         kept = {each: getattr(self, each) for each in _OF_ROUTINE}
         self._pending, self._labels, self._answers = {}, routine.labels, []
         self._depth += 1
@@ -289,7 +289,7 @@ class ScanMachine(TermValues):
     def jump_to(self, power: T, label: str) -> T:
         """Go on at a label further down where power holds."""
         if self._labels[label] <= self._number:
-            raise NotModelled("a jump backwards")
+            raise UnmodelledError("a jump backwards")
         self._pending[label] = or_(self._pending.get(label, FALSE), and_(self.active, power))
         return self._left(power)
 
@@ -403,7 +403,7 @@ class ScanMachine(TermValues):
 
         self.on_paths(look)
         if len(frames) > 1:
-            raise NotModelled("arguments that depend on the path")
+            raise UnmodelledError("arguments that depend on the path")
         outer = self.frame
         for self.frame in frames:  # none if all paths fault
             self.call_routine(routine, ())

@@ -49,7 +49,7 @@ Key = tuple[str, int]
 
 
 @dataclass(frozen=True, slots=True)
-class Watched:
+class WatchedClaim:
     """A claim and the bit that says after each scan whether its state breaks it, or reaches it."""
 
     claim: Claim
@@ -62,7 +62,7 @@ class Watched:
 
 
 @dataclass(frozen=True, slots=True)
-class Monitored:
+class MonitoredProgram:
     """A program with its monitors.
 
     Attributes:
@@ -73,12 +73,14 @@ class Monitored:
     """
 
     program: LadderLogic
-    properties: tuple[Watched, ...]
+    properties: tuple[WatchedClaim, ...]
     assume: tuple[Key, ...]
     assumptions: tuple[Claim, ...]
 
 
-def monitored(program: LadderLogic, claims: Sequence[Claim] = (), slots: Sequence[int] = ()) -> Monitored:
+def monitored(
+    program: LadderLogic, claims: Sequence[Claim] = (), slots: Sequence[int] = ()
+) -> MonitoredProgram:
     """Return a program with monitors: the given claims, those of its comments, those of its routines NEVER.
 
     Args:
@@ -103,7 +105,7 @@ def monitored(program: LadderLogic, claims: Sequence[Claim] = (), slots: Sequenc
     maker.keep_initials(with_them)
     properties = [each for each in maker.watched if each.claim.kind is not ClaimKind.ASSUME]
     assumed = [each for each in maker.watched if each.claim.kind is ClaimKind.ASSUME]
-    return Monitored(
+    return MonitoredProgram(
         with_them,
         tuple(properties),
         tuple(each.bit for each in assumed),
@@ -176,7 +178,7 @@ class _Maker:
     claims: Sequence[Claim]
     never: Sequence[Routine]
     slots: Sequence[int]
-    watched: list[Watched] = field(default_factory=list)
+    watched: list[WatchedClaim] = field(default_factory=list)
     routines: list[str] = field(default_factory=list)  # monitors in their order, full names in capitals
     _old: dict[tuple[str, str], tuple[str, Place]] = field(default_factory=dict)  # tag by scope and text
     _lines: dict[tuple[str, int], Claim] = field(default_factory=dict)  # claim of a monitor's line
@@ -216,7 +218,7 @@ class _Maker:
             bits.append(self._new_bit(lowering))
             coil = Instruction("OTE", (Address(bits[-1]),))
             rungs.append(replace(rung, series=(*rung.series, coil)))
-            self.watched.append(Watched(_claim_of(routine, index, rung), (bits[-1].upper(), 0)))
+            self.watched.append(WatchedClaim(_claim_of(routine, index, rung), (bits[-1].upper(), 0)))
         cleared = [Assignment(Address(each), number(0)) for each in bits]
         self._statements(lowering, scope, "Never__0", cleared)  # a jump may leave rungs out
         self._add(lowering, scope, replace(routine, name=f"{_short(routine.name)}__", rungs=tuple(rungs)))
@@ -227,7 +229,7 @@ class _Maker:
         own = tuple(self._condition(lowering, claim, each) for each in claim.assume)
         negated = claim.kind is ClaimKind.ALWAYS
         bit = self._condition(lowering, claim, claim.text, negated=negated)
-        self.watched.append(Watched(claim, bit, own))
+        self.watched.append(WatchedClaim(claim, bit, own))
 
     def _condition(self, lowering: Lowering, claim: Claim, text: str, *, negated: bool = False) -> Key:
         """Lower a condition to a monitor of one line; return its bit."""

@@ -9,7 +9,7 @@ from typing import Any
 from ..model.errors import LadderFault
 from .meaning import BOOL
 from .places import Key
-from .symbols import NotModelled, term_of
+from .symbols import UnmodelledError, term_of
 from .terms import FALSE, TRUE, T, and_, const, ite, not_, or_
 
 MOST_PATHS = 96
@@ -19,7 +19,7 @@ MOST_DECISIONS = 64
 """Maximum truths decided on one path."""
 
 
-class Faulted(Exception):  # noqa: N818 - control flow, not an error
+class PathFault(Exception):  # noqa: N818 - control flow, not an error
     """A path ends in a major fault."""
 
 
@@ -47,13 +47,13 @@ class Paths:
         if t.op == "const":
             return bool(t.val)
         if self.path is None:
-            raise NotModelled("a truth is needed outside of an instruction")
+            raise UnmodelledError("a truth is needed outside of an instruction")
         for known, truth in self._trail[: self._at]:
             if known is t or known is not_(t):
                 return truth is (known is t)
         if self._at == len(self._trail):
             if self._at == MOST_DECISIONS:
-                raise NotModelled(f"more than {MOST_DECISIONS} decisions")
+                raise UnmodelledError(f"more than {MOST_DECISIONS} decisions")
             self._trail.append((t, True))
         self._at += 1
         return self._trail[self._at - 1][1]
@@ -65,7 +65,7 @@ class Paths:
     def walk(self, run: Callable[[], Any]) -> list[Path]:
         """Run on every path; return them in the order of a tree, true first."""
         if self.path is not None:
-            raise NotModelled("an instruction within an instruction")
+            raise UnmodelledError("an instruction within an instruction")
         self._trail, paths = [], []
         try:
             while True:
@@ -75,7 +75,7 @@ class Paths:
                 if not self._trail:
                     return paths
                 if len(paths) == MOST_PATHS:
-                    raise NotModelled(f"more than {MOST_PATHS} paths")
+                    raise UnmodelledError(f"more than {MOST_PATHS} paths")
                 self._trail[-1] = self._trail[-1][0], False
         finally:
             self.path, self._at = None, 0
@@ -85,7 +85,7 @@ class Paths:
         self.path, self._at, self.overflows = path, 0, const(0)
         try:
             path.result = run()
-        except (Faulted, LadderFault):
+        except (PathFault, LadderFault):
             path.faulted = True
         path.decided = list(self._trail)
         return path

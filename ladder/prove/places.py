@@ -8,7 +8,7 @@ from ..model.tags import Layout, Leaf
 from ..model.types import Elementary
 from ..state.memory import InterpretedAddOnStore
 from .meaning import BOOL, F32, F64, INT
-from .symbols import NotModelled, Symbol, term_of
+from .symbols import TermSymbol, UnmodelledError, term_of
 from .terms import T, bit, const, eq, interval_of, ite, setbit, sub
 
 if TYPE_CHECKING:
@@ -45,14 +45,14 @@ class TermMemory:
     def read(self, leaf: Leaf, index: Any = 0) -> Any:
         """Return a value; a computed index chooses among the elements."""
         values = self._values
-        if not isinstance(index, Symbol):
+        if not isinstance(index, TermSymbol):
             return values.symbol(values.peek(leaf, index))
         number, places = _choices(leaf, index.t)
         return values.symbol(chosen([values.peek(leaf, at) for at in places], number))
 
     def write(self, leaf: Leaf, index: Any, value: Any) -> None:
         """Set a value of the leaf's type."""
-        if not isinstance(index, Symbol):
+        if not isinstance(index, TermSymbol):
             self._values.poke(leaf, index, term_of(value))
             return
         number, places = _choices(leaf, index.t)
@@ -68,7 +68,7 @@ class TermMemory:
     def bit_of(self, word: Any, number: Any) -> Any:
         """Return a bit of a word."""
         t = term_of(word, INT)
-        if not isinstance(number, Symbol):
+        if not isinstance(number, TermSymbol):
             return self._values.symbol(bit(t, number))
         found = [bit(t, k) for k in range(number.t.hi + 1)]
         return self._values.symbol(chosen(found, number.t))
@@ -76,7 +76,7 @@ class TermMemory:
     def with_bit(self, word: Any, number: Any, truth: Any, kind: Elementary) -> Any:
         """Return a word of a type with a bit set to a truth."""
         t, on = term_of(word, INT), term_of(truth, BOOL)
-        if not isinstance(number, Symbol):
+        if not isinstance(number, TermSymbol):
             return self._values.symbol(setbit(t, number, on, kind.wraps))
         changed = t
         for k in range(number.t.lo, min(number.t.hi, kind.bits - 1) + 1):
@@ -84,7 +84,7 @@ class TermMemory:
         return self._values.symbol(changed)
 
     def __getattr__(self, name: str) -> Any:
-        raise NotModelled(f"memory is used by its {name}")
+        raise UnmodelledError(f"memory is used by its {name}")
 
 
 def _choices(leaf: Leaf, index: T) -> tuple[T, range]:
@@ -97,7 +97,7 @@ def _choices(leaf: Leaf, index: T) -> tuple[T, range]:
     first = max(number.lo, -(begin // step))
     last = min(number.hi, (leaf.size - 1 - begin) // step)
     if last - first >= MOST_ELEMENTS:
-        raise NotModelled(f"a computed subscript among {last - first + 1} elements")
+        raise UnmodelledError(f"a computed subscript among {last - first + 1} elements")
     if last < first:
         return const(0), range(begin % step, begin % step + 1)
     return sub(number, const(first)), range(begin + first * step, begin + last * step + 1, step)

@@ -28,12 +28,12 @@ from ..model.operands import Constant, Group, Place
 from ..model.spec import InstructionKind
 from ..state.lowered import LoweredLine, LoweredStep, Node, Parallel, steps_of
 from .batch import Runs
-from .induction import Kind, Limits, Verdict, prove
+from .induction import Limits, Verdict, VerdictKind, prove
 from .meaning import BOOL
 from .solving.frames import Frame
 from .solving.solver import UNSAT, Solver
 from .symbols import term_of
-from .system import Problem, System
+from .system import ProgramSystem, System
 from .terms import FALSE, TRUE, T, and_, bit, iff, not_, or_, variables
 
 PROVED_RULES = ("dead-rung", "dead-leg", "never-on", "stuck", "never-done")
@@ -102,7 +102,7 @@ class Answers:
 
 
 def ask(
-    problem: Problem, rules: Sequence[str] = RULES, limits: Limits = LIMITS, budget: int = BUDGET
+    problem: ProgramSystem, rules: Sequence[str] = RULES, limits: Limits = LIMITS, budget: int = BUDGET
 ) -> Answers:
     """Answer the questions of some rules, in the order of the program.
 
@@ -128,7 +128,7 @@ class _Asking:
         impossible: truths that are known to hold in none.
     """
 
-    problem: Problem
+    problem: ProgramSystem
     limits: Limits
     left: int
     possible: set[T]
@@ -150,9 +150,9 @@ class _Asking:
             if each.rule == "dead-leg" and place in dead_rungs:
                 continue
             verdict = self._proof(each.bad) if each.rule in PROVED_RULES else self._run(each)
-            if verdict.kind is Kind.UNKNOWN:
+            if verdict.kind is VerdictKind.UNKNOWN:
                 self.found.open[each.rule] += 1
-            elif (verdict.kind is Kind.PROVED) is (each.rule in PROVED_RULES):
+            elif (verdict.kind is VerdictKind.PROVED) is (each.rule in PROVED_RULES):
                 if self._can_be(each.lives):
                     self.found.findings.append(Finding(each.rule, each.site, each.text, verdict))
                     found.add((each.rule, each.site, each.text))
@@ -177,14 +177,14 @@ class _Asking:
 
     def _proof(self, t: T) -> Verdict:
         if t in self.impossible:
-            return Verdict(Kind.PROVED)
+            return Verdict(VerdictKind.PROVED)
         if t in self.possible:
-            return Verdict(Kind.REFUTED)
+            return Verdict(VerdictKind.REFUTED)
         return self._decided(self.system, t, replace(self.limits, replays=False))
 
     def _run(self, question: Question) -> Verdict:
         if question.bad in self.impossible:
-            return Verdict(Kind.PROVED)
+            return Verdict(VerdictKind.PROVED)
         return self._decided(self.problem, question.bad, self.limits, question.fault)
 
     def _decided(self, system: System, t: T, limits: Limits, fault: Site | None = None) -> Verdict:
@@ -192,15 +192,15 @@ class _Asking:
             return Verdict(blame=("the limit of steps for all questions",))
         verdict = prove(system, t, limits, fault=fault)
         self.left -= 1 + verdict.spent
-        if verdict.kind is not Kind.UNKNOWN and system is self.system:
+        if verdict.kind is not VerdictKind.UNKNOWN and system is self.system:
             (self.impossible if verdict else self.possible).add(t)
         return verdict
 
     def _can_be(self, t: T) -> bool:
-        return t is TRUE or self._proof(t).kind is not Kind.PROVED
+        return t is TRUE or self._proof(t).kind is not VerdictKind.PROVED
 
 
-def any_numbers(problem: Problem) -> System:
+def any_numbers(problem: ProgramSystem) -> System:
     """Return the problem with all numbers free that nothing writes."""
     return System(
         next=problem.next,
@@ -215,7 +215,7 @@ def any_numbers(problem: Problem) -> System:
     )
 
 
-def _possible(problem: Problem, questions: Sequence[Question]) -> set[T]:
+def _possible(problem: ProgramSystem, questions: Sequence[Question]) -> set[T]:
     """Return truths that random scans from power-up made true."""
     asked = [t for t in dict.fromkeys(each.bad for each in questions) if t.op != "const"]
     found = {each.bad for each in questions if each.bad is TRUE}
@@ -232,7 +232,7 @@ def _possible(problem: Problem, questions: Sequence[Question]) -> set[T]:
 # --- the questions of a program
 
 
-def _questions(problem: Problem) -> Iterator[Question]:
+def _questions(problem: ProgramSystem) -> Iterator[Question]:
     lines = [
         line
         for routine in problem.lowered.routines.values()
@@ -254,7 +254,7 @@ def _questions(problem: Problem) -> Iterator[Question]:
     yield from _faults(problem)
 
 
-def _of_line(problem: Problem, line: LoweredLine) -> Iterator[Question]:
+def _of_line(problem: ProgramSystem, line: LoweredLine) -> Iterator[Question]:
     passages, sites = problem.machine.passages, problem.lowered.sites
     outputs = [step for step in line.steps if step.kind is not InstructionKind.INPUT]
     if not outputs or sites[outputs[0].site].unit != "rung":
@@ -265,7 +265,7 @@ def _of_line(problem: Problem, line: LoweredLine) -> Iterator[Question]:
     yield from _of_contacts(problem, line.nodes)
 
 
-def _of_contacts(problem: Problem, nodes: tuple[Node, ...]) -> Iterator[Question]:
+def _of_contacts(problem: ProgramSystem, nodes: tuple[Node, ...]) -> Iterator[Question]:
     for node in nodes:
         if isinstance(node, Parallel):
             for leg in node.legs:
@@ -281,7 +281,7 @@ def _of_contacts(problem: Problem, nodes: tuple[Node, ...]) -> Iterator[Question
             yield Question("dead-leg", site, f"{site.instruction} never passes", passed, blocked)
 
 
-def _of_legs(problem: Problem, branch: Parallel) -> Iterator[Question]:
+def _of_legs(problem: ProgramSystem, branch: Parallel) -> Iterator[Question]:
     """Ask for legs that decide nothing: another one has power whenever they have."""
     if any(step.kind is not InstructionKind.INPUT for step in steps_of((branch,))):
         return
@@ -297,14 +297,14 @@ def _of_legs(problem: Problem, branch: Parallel) -> Iterator[Question]:
             yield Question("dead-leg", site, text, alone, on)
 
 
-def _of_timer(problem: Problem, step: LoweredStep) -> Iterator[Question]:
+def _of_timer(problem: ProgramSystem, step: LoweredStep) -> Iterator[Question]:
     done = step.operands[0].member("DN")
     if _is_fixed(done):
         site, text = problem.lowered.sites[step.site], step.operands[0].text
         yield Question("never-done", site, f"{text} is never done", bit_after(problem, done))
 
 
-def _of_coil(problem: Problem, steps: Sequence[LoweredStep]) -> Iterator[Question]:
+def _of_coil(problem: ProgramSystem, steps: Sequence[LoweredStep]) -> Iterator[Question]:
     place: Place = steps[0].operands[0]
     sites, after = problem.lowered.sites, bit_after(problem, place)
     on = next((step for step in steps if step.name != "OTU"), None)
@@ -318,7 +318,7 @@ def _of_coil(problem: Problem, steps: Sequence[LoweredStep]) -> Iterator[Questio
         yield Question("conflict", sites[other.site], text, _disagree(problem, one, other))
 
 
-def _disagree(problem: Problem, one: LoweredStep, other: LoweredStep) -> T:
+def _disagree(problem: ProgramSystem, one: LoweredStep, other: LoweredStep) -> T:
     passages = problem.machine.passages
     return _any(
         and_(and_(a.active, b.active), not_(iff(a.power, b.power)))
@@ -327,7 +327,7 @@ def _disagree(problem: Problem, one: LoweredStep, other: LoweredStep) -> T:
     )
 
 
-def _faults(problem: Problem) -> Iterator[Question]:
+def _faults(problem: ProgramSystem) -> Iterator[Question]:
     sites, machine = problem.lowered.sites, problem.machine
     for number, condition in machine.faults:
         site = sites[number]
@@ -359,12 +359,12 @@ def _is_fixed(place: Any) -> bool:
     )
 
 
-def bit_after(problem: Problem, place: Place) -> T:
+def bit_after(problem: ProgramSystem, place: Place) -> T:
     """Return the term of a bit after a scan."""
     return term_of(problem.machine.get(place), BOOL)
 
 
-def bit_before(problem: Problem, place: Place) -> T:
+def bit_before(problem: ProgramSystem, place: Place) -> T:
     """Return the term of a bit before a scan."""
     word = problem.now((place.leaf.path.upper(), place.fixed_index or 0))
     return bit(word, int(place.bit.value)) if isinstance(place.bit, Constant) else word

@@ -10,7 +10,7 @@ from typing import Any
 from ..model.errors import LadderFault
 from ..run.engine import Engine
 from .evaluation import Evaluator
-from .system import CLOCK, DT, TOLD, Key, Problem, System
+from .system import CLOCK, DT, TOLD, Key, ProgramSystem, System
 from .terms import T, reach
 
 Values = Mapping[str, Any]
@@ -29,7 +29,7 @@ class ScanOf:
 
 
 @dataclass(slots=True)
-class Replayed:
+class ReplayedRun:
     """What became of a scenario.
 
     Attributes:
@@ -50,7 +50,7 @@ class Replayed:
 class Run:
     """One run of the compiled program with given inputs."""
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: ProgramSystem) -> None:
         self.problem, self.engine, self._started = problem, problem.program.compile(), False
         self._told: Values = {}
         self.set_bits: dict[Key, int] = {}  # numbers of which bits were written before the latest scan
@@ -111,9 +111,9 @@ def signed_pattern(word: int, width: int) -> int:
     return word - (1 << width) if width > 0 and word >> width - 1 else word
 
 
-def replay(problem: Problem, scans: Sequence[Values], broken: Broken) -> Replayed:
+def replay(problem: ProgramSystem, scans: Sequence[Values], broken: Broken) -> ReplayedRun:
     """Run a scenario; its last scan is to break the property."""
-    run, result = Run(problem), Replayed()
+    run, result = Run(problem), ReplayedRun()
     before: dict[str, Any] = {}
     remembered = [name for name in problem.next if name not in problem.key_of]
     remember = Evaluator([problem.next[name] for name in remembered])
@@ -135,7 +135,9 @@ def replay(problem: Problem, scans: Sequence[Values], broken: Broken) -> Replaye
     return result
 
 
-def _learn(problem: Problem, run: Run, number: int, before: dict[str, Any], result: Replayed) -> None:
+def _learn(
+    problem: ProgramSystem, run: Run, number: int, before: dict[str, Any], result: ReplayedRun
+) -> None:
     """Find what instructions that are not modelled computed in a scan, where its end still shows it."""
     for _ in range(3):  # a value may decide where another one is seen
         found = _seen_havocs(problem, run, before)
@@ -146,7 +148,7 @@ def _learn(problem: Problem, run: Run, number: int, before: dict[str, Any], resu
         result.computed[number, name] = value
 
 
-def _seen_havocs(problem: Problem, run: Run, before: Values) -> dict[str, Any]:
+def _seen_havocs(problem: ProgramSystem, run: Run, before: Values) -> dict[str, Any]:
     keys = [key for key in problem.machine.written if problem.machine.state[key].op in ("ite", "var")]
     keys.sort()
     roots = [problem.machine.state[key] for key in keys]
@@ -162,7 +164,7 @@ def _seen_havocs(problem: Problem, run: Run, before: Values) -> dict[str, Any]:
     return found
 
 
-def _differences(problem: Problem, run: Run, before: Values) -> tuple[Key, ...]:
+def _differences(problem: ProgramSystem, run: Run, before: Values) -> tuple[Key, ...]:
     """Return places where the program left something else than the relation says."""
     machine = problem.machine
     keys = sorted(key for key in machine.written if not key[0].endswith(CLOCK))[:2000]
@@ -170,7 +172,7 @@ def _differences(problem: Problem, run: Run, before: Values) -> tuple[Key, ...]:
     return tuple(key for key, value in zip(keys, got, strict=True) if value != run.after(key))[:3]
 
 
-def breaks(problem: Problem, bad: T, key: Key | None = None) -> Broken:
+def breaks(problem: ProgramSystem, bad: T, key: Key | None = None) -> Broken:
     """Return the judge of a property: a bit after the scan, or a term of the values before it."""
     if key is not None:
         leaf = problem.leaf(key)
@@ -179,7 +181,7 @@ def breaks(problem: Problem, bad: T, key: Key | None = None) -> Broken:
     return lambda _engine, before: bool(evaluator(before)[0])
 
 
-def first_broken(problem: Problem, scans: Sequence[Values], key: Key) -> int | None:
+def first_broken(problem: ProgramSystem, scans: Sequence[Values], key: Key) -> int | None:
     """Return the first scan, from 0, after which a bit is true; None if a run has none or faults before."""
     run = Run(problem)
     with suppress(LadderFault):
@@ -210,7 +212,7 @@ def scenario(system: System, scans: Sequence[Values]) -> tuple[ScanOf, ...]:
 def _bits_of(system: System, scans: Sequence[Values]) -> list[dict[Key, int]]:
     """Return the numbers of which bits are written from outside, before each scan: what they become."""
     found: list[dict[Key, int]] = []
-    if isinstance(system, Problem) and system.open:
+    if isinstance(system, ProgramSystem) and system.open:
         run = Run(system)
         with suppress(LadderFault):
             for values in scans:

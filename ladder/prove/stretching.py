@@ -8,19 +8,19 @@ from __future__ import annotations
 
 from typing import Any
 
-from .system import DT, Problem, ScanBounds
+from .system import DT, ProgramSystem, ScanBounds
 from .terms import and_, const, eq, rem
 
 STRETCHED_MS = 1000
 """Longest scan of such a run."""
 
 
-def stretched(problem: Problem) -> Problem:
+def stretched(problem: ProgramSystem) -> ProgramSystem:
     """Return the same problem with scans of up to a second, multiples of a fixed scan time."""
     low, high = problem.bounds.low_ms, problem.bounds.high_ms
     step = low if low == high else 1
     bounds = ScanBounds(low, max(high, STRETCHED_MS // step * step), problem.bounds.whole)
-    longer = Problem(problem.program, bounds, beside=problem, **problem.settings)
+    longer = ProgramSystem(problem.program, bounds, beside=problem, **problem.settings)
     if step > 1:
         multiple = eq(rem(longer.machine.dt, const(step)), const(0))
         longer.contract = and_(longer.contract, multiple)
@@ -28,7 +28,7 @@ def stretched(problem: Problem) -> Problem:
 
 
 def in_short_scans(
-    bounds: ScanBounds, longer: Problem, scans: list[dict[str, Any]], *, inputs_first: bool
+    bounds: ScanBounds, longer: ProgramSystem, scans: list[dict[str, Any]], *, inputs_first: bool
 ) -> list[dict[str, Any]]:
     """Return the scans of the rack for long ones; the inputs change before the first or the last of them."""
     found: list[dict[str, Any]] = []

@@ -41,7 +41,7 @@ Decide = Callable[[T], bool]
 """Decides a truth on the current path."""
 
 
-class NotModelled(Exception):  # noqa: N818 - control flow, not an error
+class UnmodelledError(Exception):
     """An instruction does something that has no terms; what it may write becomes unknown."""
 
 
@@ -55,13 +55,13 @@ def truth_of(t: T) -> T:
 def whole_of(t: T) -> T:
     """Return a truth as 0 or 1; a whole number unchanged."""
     if t.kind in FLOATS:
-        raise NotModelled("a floating-point number where a whole one is needed")
+        raise UnmodelledError("a floating-point number where a whole one is needed")
     return b2i(t) if t.kind == BOOL else t
 
 
 def term_of(value: Any, kind: str | None = None) -> T:
     """Return the term of a number or a symbol, of a kind if one is given."""
-    if isinstance(value, Symbol):
+    if isinstance(value, TermSymbol):
         t = value.t
     elif isinstance(value, float):
         t = const(value, kind if kind in FLOATS else F64)
@@ -82,14 +82,14 @@ def alike(a: Any, b: Any) -> tuple[T, T]:
 
 
 def _kind(value: Any) -> str:
-    if isinstance(value, Symbol):
+    if isinstance(value, TermSymbol):
         return value.t.kind
     if isinstance(value, float):
         return F32 if value != value or const(value, F32).val == value else F64
     return INT
 
 
-class Symbol:
+class TermSymbol:
     """A number of which a term is known."""
 
     __slots__ = ("decide", "t")
@@ -104,7 +104,7 @@ class Symbol:
         return self.decide(truth_of(self.t))
 
     def _refuse(self, *_others: object) -> NoReturn:
-        raise NotModelled("a Python number is needed")
+        raise UnmodelledError("a Python number is needed")
 
     __int__ = __index__ = __float__ = __format__ = __str__ = __iter__ = __round__ = __trunc__ = _refuse
     __floor__ = __ceil__ = __len__ = _refuse
@@ -114,12 +114,12 @@ class Symbol:
 
     def of(self, t: T) -> Any:
         """Return the symbol of another term, or its value if it is constant."""
-        return t.val if t.op == "const" else Symbol(t, self.decide)
+        return t.val if t.op == "const" else TermSymbol(t, self.decide)
 
     # --- arithmetic
 
     def _arithmetic(self, a: Any, b: Any, whole: Callable[[T, T], T], real: str) -> Any:
-        if not (isinstance(a, (Symbol, int, float)) and isinstance(b, (Symbol, int, float))):
+        if not (isinstance(a, (TermSymbol, int, float)) and isinstance(b, (TermSymbol, int, float))):
             return NotImplemented
         one, other = alike(a, b)
         if one.kind == INT:
@@ -161,7 +161,7 @@ class Symbol:
     # --- bits
 
     def _bits(self, other: Any, op: str, truth: Callable[[T, T], T]) -> Any:
-        if not isinstance(other, (Symbol, int)):
+        if not isinstance(other, (TermSymbol, int)):
             return NotImplemented
         if self.t.kind == BOOL and _is_truth(other):
             return self.of(truth(self.t, term_of(other)))
@@ -194,7 +194,7 @@ class Symbol:
     # --- comparing
 
     def __eq__(self, other: object) -> Any:
-        if not isinstance(other, (Symbol, int, float)):
+        if not isinstance(other, (TermSymbol, int, float)):
             return NotImplemented
         if self.t.kind == BOOL and _is_truth(other):
             return self.of(iff(self.t, term_of(other)))
@@ -202,7 +202,7 @@ class Symbol:
 
     def __ne__(self, other: object) -> Any:
         equal = self == other
-        return self.of(not_(equal.t)) if isinstance(equal, Symbol) else not equal
+        return self.of(not_(equal.t)) if isinstance(equal, TermSymbol) else not equal
 
     def __lt__(self, other: Any) -> Any:
         return self.of(lt(*alike(self, other)))
@@ -218,7 +218,7 @@ class Symbol:
 
 
 def _is_truth(value: Any) -> bool:
-    return value is True or value is False or (isinstance(value, Symbol) and value.t.kind == BOOL)
+    return value is True or value is False or (isinstance(value, TermSymbol) and value.t.kind == BOOL)
 
 
 def _sum(a: T, b: T) -> T:

@@ -168,11 +168,11 @@ class System:
         return ("a loop or call beyond the limits",)
 
 
-Contract = Callable[["Problem"], T]
-"""Makes a truth of each scan; `Problem.now` and `Problem.previous` give it values."""
+Contract = Callable[["ProgramSystem"], T]
+"""Makes a truth of each scan; `ProgramSystem.now` and `ProgramSystem.before` give it values."""
 
 
-class Problem(System):
+class ProgramSystem(System):
     """A program of which something is to be proved.
 
     Args:
@@ -197,7 +197,7 @@ class Problem(System):
         written_outside: Sequence[str] = (),
         assume: Sequence[Key] = (),
         contracts: Sequence[Contract] = (),
-        beside: Problem | None = None,
+        beside: ProgramSystem | None = None,
     ) -> None:
         super().__init__()
         self.open: dict[Key, int] = {}  # masks of the bits of numbers that somebody outside writes

@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from .meaning import INT
-from .symbols import NotModelled, term_of
+from .symbols import UnmodelledError, term_of
 from .terms import (
     FALSE,
     T,
@@ -44,20 +44,20 @@ Make = Callable[[T], Any]
 NONE = const(0)
 
 
-class Text:
+class TermText:
     """Characters, each from 0 to 255; those behind the length do not count."""
 
     __hash__ = None  # type: ignore[assignment]
 
     def __init__(self, make: Make, length: T, codes: Sequence[T]) -> None:
         if len(codes) > MOST_CHARACTERS:
-            raise NotModelled(f"a text of {len(codes)} characters")
+            raise UnmodelledError(f"a text of {len(codes)} characters")
         self.make, self.length, self.codes = make, length, list(codes)
 
     @classmethod
-    def of(cls, make: Make, value: Any) -> Text:
+    def of(cls, make: Make, value: Any) -> TermText:
         """Return known characters as a text, a text unchanged."""
-        return value if isinstance(value, Text) else cls(make, const(len(value)), list(map(const, value)))
+        return value if isinstance(value, TermText) else cls(make, const(len(value)), list(map(const, value)))
 
     def __len__(self) -> Any:
         return self.make(self.length)
@@ -71,67 +71,67 @@ class Text:
 
     # --- joined and cut
 
-    def __add__(self, other: Any) -> Text:
-        behind = Text.of(self.make, other)
+    def __add__(self, other: Any) -> TermText:
+        behind = TermText.of(self.make, other)
         moved = _moved(behind.codes, self.length, len(self.codes) + len(behind.codes))
         codes = [ite(lt(const(at), self.length), self.at(at), each) for at, each in enumerate(moved)]
-        return Text(self.make, add(self.length, behind.length), codes)
+        return TermText(self.make, add(self.length, behind.length), codes)
 
-    def __radd__(self, other: Any) -> Text:
-        return Text.of(self.make, other) + self
+    def __radd__(self, other: Any) -> TermText:
+        return TermText.of(self.make, other) + self
 
-    def __getitem__(self, part: slice) -> Text:
+    def __getitem__(self, part: slice) -> TermText:
         first = clip(term_of(part.start or 0, INT), 0, len(self.codes))
         end = self.length
         if part.stop is not None:
             stop = clip(term_of(part.stop, INT), 0, len(self.codes))
             end = ite(lt(stop, end), stop, end)
         length = ite(lt(first, end), sub(end, first), const(0))
-        return Text(self.make, clip(length, 0, len(self.codes)), _dropped(self.codes, first))
+        return TermText(self.make, clip(length, 0, len(self.codes)), _dropped(self.codes, first))
 
     # --- letters
 
-    def upper(self) -> Text:
+    def upper(self) -> TermText:
         """Return capitals."""
         return self._shifted(b"az", -32)
 
-    def lower(self) -> Text:
+    def lower(self) -> TermText:
         """Return small letters."""
         return self._shifted(b"AZ", 32)
 
-    def _shifted(self, ends: bytes, by: int) -> Text:
+    def _shifted(self, ends: bytes, by: int) -> TermText:
         low, high = const(ends[0]), const(ends[1])
         codes = [ite(and_(le(low, each), le(each, high)), add(each, const(by)), each) for each in self.codes]
-        return Text(self.make, self.length, codes)
+        return TermText(self.make, self.length, codes)
 
     # --- compared
 
     def __eq__(self, other: object) -> Any:
-        return self.make(self._equals(Text.of(self.make, other)))
+        return self.make(self._equals(TermText.of(self.make, other)))
 
     def __ne__(self, other: object) -> Any:
-        return self.make(not_(self._equals(Text.of(self.make, other))))
+        return self.make(not_(self._equals(TermText.of(self.make, other))))
 
     def __lt__(self, other: Any) -> Any:
-        return self.make(self._before(Text.of(self.make, other)))
+        return self.make(self._before(TermText.of(self.make, other)))
 
     def __gt__(self, other: Any) -> Any:
-        return self.make(Text.of(self.make, other)._before(self))
+        return self.make(TermText.of(self.make, other)._before(self))
 
     def __le__(self, other: Any) -> Any:
-        return self.make(not_(Text.of(self.make, other)._before(self)))
+        return self.make(not_(TermText.of(self.make, other)._before(self)))
 
     def __ge__(self, other: Any) -> Any:
-        return self.make(not_(self._before(Text.of(self.make, other))))
+        return self.make(not_(self._before(TermText.of(self.make, other))))
 
-    def _equals(self, other: Text) -> T:
+    def _equals(self, other: TermText) -> T:
         found = eq(self.length, other.length)
         for at in range(min(len(self.codes), len(other.codes))):
             counts = lt(const(at), self.length)
             found = and_(found, or_(not_(counts), eq(self.codes[at], other.codes[at])))
         return found
 
-    def _before(self, other: Text) -> T:
+    def _before(self, other: TermText) -> T:
         """Whether this comes before another by the codes of the characters, a prefix first."""
         found = lt(self.length, other.length)
         for at in reversed(range(min(len(self.codes), len(other.codes)))):
@@ -142,15 +142,15 @@ class Text:
 
     def find(self, wanted: Any, start: Any) -> Any:
         """Return the first place of another text from a start on, -1 if it is not in it."""
-        text = Text.of(self.make, wanted)
+        text = TermText.of(self.make, wanted)
         if len(self.codes) * len(text.codes) > MOST_COMPARED:
-            raise NotModelled(f"a search for {len(text.codes)} characters in {len(self.codes)}")
+            raise UnmodelledError(f"a search for {len(text.codes)} characters in {len(self.codes)}")
         begin, found = term_of(start, INT), const(-1)
         for at in reversed(range(len(self.codes) + 1)):
             found = ite(and_(le(begin, const(at)), self._has(text, at)), const(at), found)
         return self.make(found)
 
-    def _has(self, text: Text, at: int) -> T:
+    def _has(self, text: TermText, at: int) -> T:
         """Whether another text is at a place."""
         found = le(add(text.length, const(at)), self.length)
         for number, code in enumerate(text.codes):
@@ -177,7 +177,7 @@ def _dropped(codes: Sequence[T], by: T) -> list[T]:
     return found
 
 
-def digits(make: Make, value: Any) -> Text:
+def digits(make: Make, value: Any) -> TermText:
     """Return a whole number as text."""
     t = term_of(value, INT)
     negative = lt(t, const(0))
@@ -190,17 +190,17 @@ def digits(make: Make, value: Any) -> Text:
         more = le(power, size)
         leading = add(leading, ite(more, const(0), const(1)))
         count = add(count, ite(more, const(1), const(0)))
-    number = Text(make, clip(count, 1, places), _dropped(codes, clip(leading, 0, places - 1)))
+    number = TermText(make, clip(count, 1, places), _dropped(codes, clip(leading, 0, places - 1)))
     signed = b"-" + number
     chosen = [ite(negative, signed.at(at), number.at(at)) for at in range(places + 1)]
-    return Text(make, ite(negative, signed.length, number.length), chosen)
+    return TermText(make, ite(negative, signed.length, number.length), chosen)
 
 
 FAR = 10**20
 """Numbers in texts count up to here: beyond every type of integers."""
 
 
-def number_in(text: Text) -> tuple[T, T]:
+def number_in(text: TermText) -> tuple[T, T]:
     """Return the first whole number in a text, 0 without one, and whether it is exact: below FAR."""
     value, negative, begun, over = const(0), FALSE, FALSE, FALSE
     before = NONE

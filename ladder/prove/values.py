@@ -17,13 +17,13 @@ from ..model.types import ULINT, Elementary, Field
 from ..state.lowered import LoweredProgram
 from ..state.memory import Store
 from ..state.regions import ArrayRegion, End
-from .copies import Regions
+from .copies import CopyRegions
 from .faults import TermFaults
 from .meaning import BOOL, F32, F64, INT
-from .paths import Faulted, Paths, faults_of, merged, result_of, written_by
+from .paths import PathFault, Paths, faults_of, merged, result_of, written_by
 from .patterns import Byte, constant_bytes, unpack
 from .places import AGE, CLOCK, Key, TermArgument, TermMemory, kind_of
-from .symbols import FLOATS, NotModelled, Symbol, term_of, truth_of, whole_of
+from .symbols import FLOATS, TermSymbol, UnmodelledError, term_of, truth_of, whole_of
 from .terms import (
     FALSE,
     TRUE,
@@ -53,7 +53,7 @@ from .terms import (
     var,
     wrap,
 )
-from .texts import Text, digits, number_in
+from .texts import TermText, digits, number_in
 
 _FAR = 2.0**62
 """Floats from here on have no exact term as a whole number."""
@@ -82,14 +82,14 @@ class TermValues(Interpreter):
         self._asked: dict[str, list[int]] = {}  # elements with a variable, by path in capitals
         self.active: T = TRUE
         self.dt = var("~dt", INT, *dt)
-        self.paths, self.regions = Paths(), Regions(self)
+        self.paths, self.regions = Paths(), CopyRegions(self)
         faults = TermFaults(self)
         super().__init__(lowered, TermMemory(self, lowered.layout), faults, _no_python)  # type: ignore[arg-type]
 
     @property
     def now_ns(self) -> int:
         """Refuse the clock: `start_clock` and `elapsed` have its place."""
-        raise NotModelled("the clock is read")
+        raise UnmodelledError("the clock is read")
 
     @now_ns.setter
     def now_ns(self, _value: int) -> None:
@@ -97,7 +97,7 @@ class TermValues(Interpreter):
 
     def symbol(self, t: T) -> Any:
         """Return a term as a number for rows, a constant as its value."""
-        return t.val if t.op == "const" else Symbol(t, self.paths.decide)
+        return t.val if t.op == "const" else TermSymbol(t, self.paths.decide)
 
     # --- places
 
@@ -182,20 +182,20 @@ class TermValues(Interpreter):
     def subscript(self, index: Resolved, length: Any, tag: str) -> Any:
         """Return a subscript or bit number below `length`, or fault."""
         value: Any = self.integer(index)
-        if not isinstance(value, Symbol) and not isinstance(length, Symbol):
+        if not isinstance(value, TermSymbol) and not isinstance(length, TermSymbol):
             if not 0 <= value < length:
-                raise Faulted
+                raise PathFault
             return value
         t, most = term_of(value, INT), term_of(length, INT)
         if self.paths.decide(or_(lt(t, const(0)), le(most, t))):
-            raise Faulted
+            raise PathFault
         return self.symbol(_below(t, most.hi))
 
     # --- conversions of rows
 
     def whole(self, value: Any) -> Any:
         """Return a number as a whole one, cut off, or a truth as 0 or 1."""
-        if not isinstance(value, Symbol):
+        if not isinstance(value, TermSymbol):
             return int(value)
         if value.t.kind in FLOATS:
             return self.symbol(self._cut(value.t))
@@ -207,23 +207,23 @@ class TermValues(Interpreter):
 
     def is_float(self, value: Any) -> bool:
         """Whether a number is REAL or LREAL."""
-        return value.t.kind in FLOATS if isinstance(value, Symbol) else isinstance(value, float)
+        return value.t.kind in FLOATS if isinstance(value, TermSymbol) else isinstance(value, float)
 
     def is_infinite(self, value: Any) -> Any:
         """Whether a number is infinite."""
-        if not isinstance(value, Symbol) or value.t.kind not in FLOATS:
+        if not isinstance(value, TermSymbol) or value.t.kind not in FLOATS:
             return isinstance(value, float) and math.isinf(value)
         return self.symbol(and_(not_(is_finite(value.t)), not_(is_nan(value.t))))
 
     def is_nan(self, value: Any) -> Any:
         """Whether a number is NaN."""
-        if not isinstance(value, Symbol) or value.t.kind not in FLOATS:
+        if not isinstance(value, TermSymbol) or value.t.kind not in FLOATS:
             return isinstance(value, float) and math.isnan(value)
         return self.symbol(is_nan(value.t))
 
     def truncated(self, value: Any) -> Any:
         """Return a float without its fraction; 0 of infinity and NaN."""
-        return self.symbol(self._cut(value.t)) if isinstance(value, Symbol) else super().truncated(value)
+        return self.symbol(self._cut(value.t)) if isinstance(value, TermSymbol) else super().truncated(value)
 
     def least(self, value: Any, most: int) -> Any:
         """Return the smaller of a number and a limit."""
@@ -231,7 +231,7 @@ class TermValues(Interpreter):
 
     def converted(self, kind: Elementary, value: Any) -> Any:
         """Return a number converted to a type, without flags and faults."""
-        if not isinstance(value, Symbol):
+        if not isinstance(value, TermSymbol):
             return super().converted(kind, value)
         if kind.is_bool:
             return self.truth(value)
@@ -291,12 +291,12 @@ class TermValues(Interpreter):
 
     def rounded(self, value: Any, width: int) -> Any:
         """Return a number in the precision SINGLE or DOUBLE; unchanged for a width of integers."""
-        if not isinstance(value, Symbol):
+        if not isinstance(value, TermSymbol):
             return super().rounded(value, width)
         return value if width > 0 else self.symbol(to_float(value.t, F32 if width == SINGLE else F64))
 
     def _calculate(self, name: str, values: Sequence[Any], width: int) -> Any:
-        if not any(isinstance(each, Symbol) for each in values):
+        if not any(isinstance(each, TermSymbol) for each in values):
             return super()._calculate(name, values, width)
         if width <= 0:
             return self.symbol(self._calculated_real(name, values, F32 if width == SINGLE else F64))
@@ -310,7 +310,7 @@ class TermValues(Interpreter):
 
     def _exact(self, name: str, terms: Sequence[T]) -> T:
         if name not in _WHOLE:
-            raise NotModelled(f"{name} of integers")
+            raise UnmodelledError(f"{name} of integers")
         return _WHOLE[name](*terms)
 
     def _wrapped(self, exact: T, width: int, guard: T = TRUE) -> T:
@@ -341,7 +341,7 @@ class TermValues(Interpreter):
             return to_float(product, kind)
         if name in UNKNOWN:
             return self.unknown(kind)
-        raise NotModelled(f"{name} of floating-point numbers")
+        raise UnmodelledError(f"{name} of floating-point numbers")
 
     def overflow_if(self, t: T) -> None:
         """Note an overflow where a truth holds."""
@@ -353,7 +353,7 @@ class TermValues(Interpreter):
         if kind.is_bool:
             self.put(place, self.truth(value))
             return
-        if not isinstance(value, Symbol):
+        if not isinstance(value, TermSymbol):
             super().store(place, value)
             return
         stored = self.symbol(self._stored(value.t, kind))
@@ -405,14 +405,14 @@ class TermValues(Interpreter):
         room: int = data.dims[-1]
         codes = [term_of(store.read(data, at * room + number), INT) for number in range(room)]
         length = clip(term_of(store.read(counter, at), INT), 0, room)
-        return Text(self.symbol, length, [bitop("band", each, const(0xFF)) for each in codes])
+        return TermText(self.symbol, length, [bitop("band", each, const(0xFF)) for each in codes])
 
     def set_text(self, target: Group, value: Any) -> None:
         """Set a string to characters, truncated to its size and padded with 0."""
         store, layout, path, at = self.string(target)
         data, counter = (layout.leaf(f"{path}.{name}") for name in ("DATA", "LEN"))
         room: int = data.dims[-1]
-        text = Text.of(self.symbol, value)
+        text = TermText.of(self.symbol, value)
         length = least(text.length, room)
         store.write(counter, at, self.symbol(length))
         for number in range(room):
@@ -431,7 +431,7 @@ class TermValues(Interpreter):
         """Return the first integer as a value of a type; None of an empty string."""
         if not text:
             return None
-        exact, is_exact = number_in(Text.of(self.symbol, text))
+        exact, is_exact = number_in(TermText.of(self.symbol, text))
         if kind.is_integer:
             stored = term_of(self.converted(kind, self.symbol(exact)), INT)
             fit = and_(is_exact, eq(stored, exact))
@@ -444,7 +444,7 @@ class TermValues(Interpreter):
 
     def bytes_of(self, value: Any, size: int) -> Any:
         """Return the low bytes of an integer, the lowest first, padded with 0."""
-        if not isinstance(value, Symbol):
+        if not isinstance(value, TermSymbol):
             return super().bytes_of(value, size)
         t = term_of(value, INT)
         return [*(Byte(t, at) for at in range(min(8, size))), *(Byte(const(0)) for _ in range(size - 8))]
@@ -458,7 +458,7 @@ class TermValues(Interpreter):
 
     def _nearest(self, value: Any) -> Any:
         if self.is_float(value):
-            raise NotModelled("the text of a floating-point number")
+            raise UnmodelledError("the text of a floating-point number")
         return value
 
     def condition(self, condition: Resolved) -> Any:
@@ -490,7 +490,7 @@ class TermValues(Interpreter):
 
 
 def _no_python(name: str, _inputs: object) -> Any:
-    raise NotModelled(f"routine {name} in Python")
+    raise UnmodelledError(f"routine {name} in Python")
 
 
 def _below(t: T, most: int) -> T:

@@ -9,9 +9,9 @@ from random import Random
 from scanrack.ladder.files.rungfile import parse_program
 from scanrack.ladder.model.errors import LadderFault
 from scanrack.ladder.prove.claims import Claim, ClaimKind
-from scanrack.ladder.prove.induction import Kind, Limits, prove
-from scanrack.ladder.prove.monitors import Watched, monitored
-from scanrack.ladder.prove.system import Problem, ScanBounds
+from scanrack.ladder.prove.induction import Limits, VerdictKind, prove
+from scanrack.ladder.prove.monitors import WatchedClaim, monitored
+from scanrack.ladder.prove.system import ProgramSystem, ScanBounds
 
 LIMITS = Limits(scans=6, k=3, steps=2_000)
 BITS, NUMBERS, REALS, TIMERS = 8, 4, 2, 3
@@ -117,21 +117,23 @@ class Proofs:
         rng = Random(seed)
         checked = monitored(parse_program(program_text(rng)), claims(rng))
         bounds = rng.choice((ScanBounds(1, 100), ScanBounds(1, 1000), ScanBounds(10, 10)))
-        problem = Problem(checked.program, bounds)
+        problem = ProgramSystem(checked.program, bounds)
         self.count["programs"] += 1
         proved = []
         for watched in checked.properties:
             verdict = prove(problem, watched.bit, LIMITS)
             self.count[verdict.kind] += 1
-            self.count["proved with k > 0"] += verdict.kind is Kind.PROVED and verdict.k > 0
+            self.count["proved with k > 0"] += verdict.kind is VerdictKind.PROVED and verdict.k > 0
             self.count["by havoc"] += any("not modelled" in each for each in verdict.blame)
             self.broken += [f"{seed}: {each}" for each in verdict.blame if "differ" in each]
-            if verdict.kind is Kind.PROVED:
+            if verdict.kind is VerdictKind.PROVED:
                 proved.append(watched)
         for _ in range(runs if proved else 0):
             self._run(problem, proved, rng, seed, scans)
 
-    def _run(self, problem: Problem, proved: list[Watched], rng: Random, seed: int, scans: int) -> None:
+    def _run(
+        self, problem: ProgramSystem, proved: list[WatchedClaim], rng: Random, seed: int, scans: int
+    ) -> None:
         engine = problem.program.compile()
         inputs = [
             (problem.leaf(key), key[1])

@@ -45,7 +45,7 @@ MOST_PROGRAMS = 300
 
 SCANS = 8
 
-Machine, Values, Symbol = machine.ScanMachine, values.TermValues, symbols.Symbol
+Machine, Values, Symbol = machine.ScanMachine, values.TermValues, symbols.TermSymbol
 Patch = tuple[Any, str, Any]
 """Owner, name, and what is there instead; the name of an item is in brackets."""
 
@@ -247,14 +247,14 @@ DEFECTS: dict[str, tuple[Patch, ...]] = {
     "UNTIL ends on false": ((Machine, "_left_by", _instead("_left_by", _until_ignored)),),
     "EXIT goes on": ((Machine, "exit_loop", lambda self, power: power),),
     "BRK does not end a FOR": ((machine, "BROKEN", object()),),
-    "a copy reads what it has just written": ((copies.Regions, "_copy_fields", _in_place),),
+    "a copy reads what it has just written": ((copies.CopyRegions, "_copy_fields", _in_place),),
     "a copy is one element longer": (
         (copies, "_known", lambda count, region: count + 1 if count == 1 else count),
     ),
     "bytes are in the other order": (
         (patterns, "shr", lambda a, n: terms.shr(a, 8 - n if 0 <= n <= 8 else n)),
     ),
-    "FLL fills one element less": ((copies.Regions, "fill", lambda self, target, length, value: None),),
+    "FLL fills one element less": ((copies.CopyRegions, "fill", lambda self, target, length, value: None),),
     "CONCAT starts one place early": (
         (
             texts,
@@ -264,9 +264,9 @@ DEFECTS: dict[str, tuple[Patch, ...]] = {
             ),
         ),
     ),
-    "capitals end at Y": ((texts.Text, "upper", lambda self: self._shifted(b"ay", -32)),),
+    "capitals end at Y": ((texts.TermText, "upper", lambda self: self._shifted(b"ay", -32)),),
     "texts are equal without their ends": (
-        (texts.Text, "_equals", lambda self, other: eq(self.length, other.length)),
+        (texts.TermText, "_equals", lambda self, other: eq(self.length, other.length)),
     ),
     "digits come the other way": (
         (values, "digits", lambda make, value: _turned(texts.digits(make, value))),
@@ -276,7 +276,7 @@ DEFECTS: dict[str, tuple[Patch, ...]] = {
 
 
 def _turned(text: Any) -> Any:
-    return texts.Text(text.make, text.length, [text.at(1), text.at(0), *text.codes[2:]])
+    return texts.TermText(text.make, text.length, [text.at(1), text.at(0), *text.codes[2:]])
 
 
 @contextmanager

@@ -16,9 +16,9 @@ from ...jobs.prove.page import parts_of, parts_of_edit, save_page
 from ...jobs.prove.proving import Questions, Result, ScenarioFolder, ask_questions, no_progress, prove_all
 from ...jobs.prove.report import as_json as json_of
 from ...jobs.prove.report import assumptions, below, line_of, question_lines
-from ...jobs.prove.subject import Subject, subject_of
+from ...jobs.prove.subject import ProofSubject, subject_of
 from ...jobs.trust.owned import in_use
-from ...ladder.prove.induction import Kind
+from ...ladder.prove.induction import VerdictKind
 from ...ladder.prove.solving.solver import SolverMissingError
 from ...terminal.as_json import JsonOption, say_json
 from ...terminal.complaints import reported_mistakes
@@ -119,7 +119,7 @@ def _compare(
     return NO if found.beyond else DONE
 
 
-def _told(subject: Subject, folder: ScenarioFolder, *, quiet: bool, silent: bool) -> Iterator[Result]:
+def _told(subject: ProofSubject, folder: ScenarioFolder, *, quiet: bool, silent: bool) -> Iterator[Result]:
     """Decide all claims; print each as soon as it is decided, unless `silent`."""
     width = max((len(each.claim.name) for each in subject.program.properties), default=0)
     for result in prove_all(subject, folder, _progress if _is_shown(quiet=quiet) else no_progress):
@@ -138,7 +138,7 @@ def _progress(name: str, number: int, of: int) -> None:
     say(f"proving {number} of {of}: {name}", err=True)
 
 
-def _say_rest(subject: Subject, results: Sequence[Result], answers: Questions) -> None:
+def _say_rest(subject: ProofSubject, results: Sequence[Result], answers: Questions) -> None:
     for line in question_lines(answers):
         say(line)
     if not results:
@@ -151,9 +151,9 @@ def _say_rest(subject: Subject, results: Sequence[Result], answers: Questions) -
 def status_of(results: Sequence[Result], answers: Questions) -> int:
     """Return the exit status of some answers; built-in questions that are open do not count."""
     words = {each.answer.word for each in results}
-    if Kind.REFUTED in words or any(each.refuted for each in answers.found):
+    if VerdictKind.REFUTED in words or any(each.refuted for each in answers.found):
         return NO
-    return UNDECIDED if Kind.UNKNOWN in words else DONE
+    return UNDECIDED if VerdictKind.UNKNOWN in words else DONE
 
 
 def register(app: typer.Typer) -> None:

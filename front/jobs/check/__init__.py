@@ -14,7 +14,7 @@ check.py           a whole check
 from __future__ import annotations
 
 from .alone import load_any
-from .check import CheckReport, Finding, Prover, Verdict, check_rack, refused
+from .check import CheckReport, Finding, Judgement, Prover, check_rack, refused
 from .facts import FileLine
 from .rules import BY_ID, RULES, Rule
 
@@ -24,9 +24,9 @@ __all__ = [
     "CheckReport",
     "FileLine",
     "Finding",
+    "Judgement",
     "Prover",
     "Rule",
-    "Verdict",
     "check_rack",
     "load_any",
     "refused",

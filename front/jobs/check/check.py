@@ -53,7 +53,7 @@ class CheckReport:
 
 
 @dataclass(frozen=True, slots=True)
-class Verdict:
+class Judgement:
     """What a proof says: a finding of a rule for all inputs, or that a rule's finding is none.
 
     Attributes:
@@ -68,11 +68,11 @@ class Verdict:
     text: str = ""
 
 
-Prover = Callable[[Job, Facts], Iterable[Verdict]]
+Prover = Callable[[Job, Facts], Iterable[Judgement]]
 """Yields verdicts about a rack's program, of which the facts are known."""
 
 
-def _no_proofs(_job: Job, _facts: Facts) -> Iterable[Verdict]:
+def _no_proofs(_job: Job, _facts: Facts) -> Iterable[Judgement]:
     return ()
 
 
@@ -123,7 +123,7 @@ def _findings(subject: Subject) -> Iterator[Finding]:
                 yield Finding(rule.id, place, text, site)
 
 
-def _judged(found: list[Finding], verdicts: list[Verdict], facts: Facts) -> Iterator[Finding]:
+def _judged(found: list[Finding], verdicts: list[Judgement], facts: Facts) -> Iterator[Finding]:
     """Yield the findings with what is proved of them, and what only a proof finds where there is none."""
     places = {each.place for each in found}
     by_place = {(each.rule, each.place): each for each in verdicts}

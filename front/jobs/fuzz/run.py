@@ -291,7 +291,7 @@ class TrialBench:
 
 
 @dataclass(frozen=True, slots=True)
-class _Desk:
+class _OrderDesk:
     """The tags of a program, which a scenario's orders set."""
 
     tags: Any
@@ -372,7 +372,7 @@ class _Run:
         if not self._orders:
             return None
         given = [GivenOrder(each.at_ns // self._spec.scan_ns, each.order) for each in self._orders]
-        repeated = OrderRepeater(cpu, Hands(cpu, self._rack, _Desk(self._watcher.moment.tags)), given)
+        repeated = OrderRepeater(cpu, Hands(cpu, self._rack, _OrderDesk(self._watcher.moment.tags)), given)
         cpu.add_listener(repeated)
         repeated.begin()
         return repeated

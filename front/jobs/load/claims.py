@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ...ladder import LadderLogic
 from ...ladder.prove.claims import Claim, ClaimKind, claims_in
-from ...ladder.prove.monitors import Monitored, monitored, never_routines
+from ...ladder.prove.monitors import MonitoredProgram, monitored, never_routines
 from ...runtime.config.rackspec import RackSpec
 from .loading import Job
 
@@ -25,7 +25,7 @@ def has_claims(job: Job) -> bool:
     return bool(job.spec.prove.property or claims_in(job.logic.build()) or never_routines(job.logic))
 
 
-def with_monitors(job: Job) -> Monitored:
+def with_monitors(job: Job) -> MonitoredProgram:
     """Return a job's ladder program with a monitor for each of its claims.
 
     Raises:

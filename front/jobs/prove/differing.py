@@ -12,8 +12,8 @@ from ...ladder.model.errors import LadderError
 from ...ladder.model.operands import Group, Place
 from ...ladder.model.resolver import Resolver
 from ...ladder.model.tags import Layout
-from ...ladder.prove.answers import Step, steps_of, tag_text
-from ...ladder.prove.difference import Changed, compare
+from ...ladder.prove.answers import ScenarioStep, steps_of, tag_text
+from ...ladder.prove.difference import ChangedValue, compare
 from ...ladder.prove.monitors import Key
 from ...ladder.prove.system import ScanBounds
 from ..check.alone import load_any
@@ -30,14 +30,14 @@ class ChangedTag:
 
     name: str
     now: bool  # whether one scan after equal states can make the difference
-    steps: tuple[Step, ...]
+    steps: tuple[ScenarioStep, ...]
     inputs: tuple[str, ...]  # on which the difference depends
     scenario: Path | None
     allowed: bool  # by --only
 
 
 @dataclass(frozen=True, slots=True)
-class Edited:
+class EditedSubject:
     """What can differ between two programs."""
 
     compared: int  # values that both programs write
@@ -52,7 +52,7 @@ class Edited:
         return tuple(each for each in self.changed if not each.allowed)
 
 
-def edited(old: str, new: str, only: Sequence[str], folder: ScenarioFolder) -> Edited:
+def edited(old: str, new: str, only: Sequence[str], folder: ScenarioFolder) -> EditedSubject:
     """Compare two programs with the same inputs; the settings of [prove] are those of the new one.
 
     Args:
@@ -74,7 +74,7 @@ def edited(old: str, new: str, only: Sequence[str], folder: ScenarioFolder) -> E
         _with_scenario(job, layout, each, folder, allowed=any(_is_in(each.key, one) for one in allowed))
         for each in found.changed
     )
-    return Edited(found.compared, changed, tuple(found.removed), tuple(found.added), bounds)
+    return EditedSubject(found.compared, changed, tuple(found.removed), tuple(found.added), bounds)
 
 
 def _ladder(file: str) -> tuple[Job, LadderLogic]:
@@ -106,7 +106,7 @@ def _is_in(key: Key, allowed: Place | Group) -> bool:
 
 
 def _with_scenario(
-    job: Job, layout: Layout, found: Changed, folder: ScenarioFolder, *, allowed: bool
+    job: Job, layout: Layout, found: ChangedValue, folder: ScenarioFolder, *, allowed: bool
 ) -> ChangedTag:
     name, file = tag_text(layout, found.key), None
     if found.scans:
@@ -124,7 +124,7 @@ def _cased(layout: Layout, text: str) -> str:
     return text if leaf is None else f"{leaf.path}{sign}{index}"
 
 
-def lines_of(found: Edited) -> Iterator[str]:
+def lines_of(found: EditedSubject) -> Iterator[str]:
     """Yield what can differ, a line each, with its run."""
     now = sum(each.now for each in found.changed)
     yield (
@@ -151,7 +151,7 @@ def lines_of(found: Edited) -> Iterator[str]:
     yield f"assumed: scans are {found.bounds.low_ms:,} to {found.bounds.high_ms:,} ms apart"
 
 
-def as_json(found: Edited) -> dict[str, Any]:
+def as_json(found: EditedSubject) -> dict[str, Any]:
     """Return what can differ in JSON's types."""
     return {
         "compared": found.compared,

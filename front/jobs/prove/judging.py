@@ -12,7 +12,7 @@ from importlib.util import find_spec
 
 from ...ladder import LadderLogic
 from ...ladder.model.errors import LadderError
-from ..check import FileLine, Verdict
+from ..check import FileLine, Judgement
 from ..check.facts import Facts, Touch
 from ..check.rungs.values import BY_PEOPLE
 from ..load.loading import Job
@@ -34,7 +34,7 @@ RULES: Mapping[str, str] = {
 """Rules of `check` by the questions of a proof."""
 
 
-def verdicts(job: Job, facts: Facts) -> Iterator[Verdict]:
+def verdicts(job: Job, facts: Facts) -> Iterator[Judgement]:
     """Yield what proofs find in the lines that the user has written; nothing without the solver.
 
     Args:
@@ -45,13 +45,13 @@ def verdicts(job: Job, facts: Facts) -> Iterator[Verdict]:
         return
     from ...ladder.prove.induction import Limits
     from ...ladder.prove.questions import ask
-    from ...ladder.prove.system import Problem
+    from ...ladder.prove.system import ProgramSystem
     from ...ladder.prove.terms import reach
 
     limits = Limits(scans=2, k=1, steps=200, total=400, helped=False)
     outside = (*job.spec.prove.written_outside, *_set_outside(facts))
     try:
-        problem = Problem(job.logic, free=job.spec.prove.free, written_outside=outside)
+        problem = ProgramSystem(job.logic, free=job.spec.prove.free, written_outside=outside)
     except LadderError:
         return  # no proof covers such a program
     if len(reach(problem.next.values())) > MOST_TERMS:
@@ -62,7 +62,7 @@ def verdicts(job: Job, facts: Facts) -> Iterator[Verdict]:
         counts = each.rule != "fault" or each.text.endswith("zero divisor")
         if counts and place in own and place not in seen:
             seen.add(place)
-            yield Verdict(RULES[each.rule], place, holds=True, text=each.text)
+            yield Judgement(RULES[each.rule], place, holds=True, text=each.text)
 
 
 def _set_outside(facts: Facts) -> Iterator[str]:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from ...ladder.debug import Debugger
-from ...ladder.prove.monitors import Watched
+from ...ladder.prove.monitors import WatchedClaim
 from ...ladder.prove.replaying import ScanOf
 from ...runtime.live.hands import GivenOrder
 from ...runtime.loop.faults import CpuFault
@@ -21,7 +21,7 @@ from ...runtime.loop.listeners import QuietListener
 from ..load.loading import Job
 from ..run.running import JobRun, RunOptions
 from .scenario import RackScenario, on_scans_of
-from .subject import Subject
+from .subject import ProofSubject
 
 MORE = 5
 """Recorded scans after the one that breaks the claim."""
@@ -56,7 +56,7 @@ class OnRack:
         )
 
 
-def replay_on_rack(subject: Subject, asked: Watched, scans: Sequence[ScanOf]) -> OnRack | None:
+def replay_on_rack(subject: ProofSubject, asked: WatchedClaim, scans: Sequence[ScanOf]) -> OnRack | None:
     """Run a scenario on the subject's rack; None without a rack."""
     job = subject.job
     if not job.spec.slot:
@@ -80,7 +80,7 @@ def replay_on_rack(subject: Subject, asked: Watched, scans: Sequence[ScanOf]) ->
     )
 
 
-def faults_on_rack(subject: Subject, scans: Sequence[ScanOf]) -> str:
+def faults_on_rack(subject: ProofSubject, scans: Sequence[ScanOf]) -> str:
     """Run the scenario of a fault on the subject's rack; return what became of it, "" without a rack."""
     job = subject.job
     if not job.spec.slot:
@@ -96,7 +96,7 @@ def faults_on_rack(subject: Subject, scans: Sequence[ScanOf]) -> str:
     return "on the rack: the CPU does not stop"
 
 
-def _not_given(subject: Subject, asked: Watched, scenario: RackScenario) -> tuple[str, ...]:
+def _not_given(subject: ProofSubject, asked: WatchedClaim, scenario: RackScenario) -> tuple[str, ...]:
     """Return the forced words without which the modules do not break the claim."""
     if not scenario.forced:
         return ()
@@ -110,7 +110,7 @@ def _not_given(subject: Subject, asked: Watched, scenario: RackScenario) -> tupl
 class _Looker(QuietListener):
     """Notes the first scan after which a claim is broken; its assumptions have held until then."""
 
-    def __init__(self, program: Debugger, subject: Subject, asked: Watched) -> None:
+    def __init__(self, program: Debugger, subject: ProofSubject, asked: WatchedClaim) -> None:
         self._program, self._bit = program, asked.bit[0]
         self._assumed = [name for name, _ in (*subject.program.assume, *asked.assume)]
         self._holds = True
@@ -124,7 +124,7 @@ class _Looker(QuietListener):
             self.broken = scan
 
 
-def _broken_in(subject: Subject, asked: Watched, scenario: RackScenario) -> int | None:
+def _broken_in(subject: ProofSubject, asked: WatchedClaim, scenario: RackScenario) -> int | None:
     """Return the scan that breaks a claim; a ValueError for an order that can't be carried out."""
     job = replace(subject.job, logic=subject.program.program)
     with ExitStack() as ports:

@@ -11,17 +11,17 @@ from ...ladder.debug import Debugger
 from ...ladder.draw import captions_of, routines_svg
 from ...ladder.model.errors import LadderFault
 from ...ladder.model.operands import Place
-from ...ladder.prove.answers import Step
-from ...ladder.prove.monitors import Watched
+from ...ladder.prove.answers import ScenarioStep
+from ...ladder.prove.monitors import WatchedClaim
 from ...ladder.prove.replaying import ScanOf
 from ...traces.files.guard import PAGE, Used
 from ...traces.files.newfile import new_file
-from .differing import Edited
+from .differing import EditedSubject
 from .differing import lines_of as lines_of_edit
 from .proving import Questions, Result
 from .report import assumptions, detail_of, question_lines
 from .scenario import told
-from .subject import Subject
+from .subject import ProofSubject
 
 WIDTH = 96
 """Columns between the rails of a drawn rung."""
@@ -55,7 +55,7 @@ def save_page(path: Path, title: str, parts: Iterable[str], used: Used) -> None:
         file.write("</body></html>\n")
 
 
-def parts_of(subject: Subject, results: Sequence[Result], answers: Questions) -> Iterator[str]:
+def parts_of(subject: ProofSubject, results: Sequence[Result], answers: Questions) -> Iterator[str]:
     """Yield the parts of the page of some answers."""
     rows = [_row(each) for each in results]
     if rows:
@@ -74,7 +74,7 @@ def parts_of(subject: Subject, results: Sequence[Result], answers: Questions) ->
     yield f"<ul>{''.join(f'<li>{escape(each)}</li>' for each in assumptions(subject, results))}</ul>"
 
 
-def parts_of_edit(found: Edited) -> Iterator[str]:
+def parts_of_edit(found: EditedSubject) -> Iterator[str]:
     """Yield the part of the page of two programs."""
     yield f"<pre>{escape(chr(10).join(lines_of_edit(found)))}</pre>"
 
@@ -96,7 +96,7 @@ def _table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     return f"<table><tr>{head}</tr>{body}</table>"
 
 
-def _scans(subject: Subject, steps: Sequence[Step]) -> str:
+def _scans(subject: ProofSubject, steps: Sequence[ScenarioStep]) -> str:
     return _table(
         ("scan", "what changes before it"),
         [
@@ -106,7 +106,7 @@ def _scans(subject: Subject, steps: Sequence[Step]) -> str:
     )
 
 
-def drawn(program: LadderLogic, scans: Sequence[ScanOf], asked: Watched) -> str:
+def drawn(program: LadderLogic, scans: Sequence[ScanOf], asked: WatchedClaim) -> str:
     """Return the rungs that decide a claim as SVG, with the power of a scenario's last scan."""
     debugger = Debugger(program)
     layout, memory = debugger.engine.lowered.layout, debugger.engine.memory
@@ -131,7 +131,7 @@ def _grouped(rungs: Iterable[tuple[str, int]]) -> dict[str, list[int]]:
     return found
 
 
-def _deciding(debugger: Debugger, asked: Watched) -> Iterator[tuple[str, int]]:
+def _deciding(debugger: Debugger, asked: WatchedClaim) -> Iterator[tuple[str, int]]:
     """Yield routine and number of the rungs that write what a claim reads, then what these read."""
     drawable = {each.name: set(each.numbers) for each in debugger.program.routines if each.chart is None}
     reads: dict[tuple[str, int], set[str]] = {}

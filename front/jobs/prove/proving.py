@@ -10,8 +10,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Self
 
-from ...ladder.prove.answers import LIMITS, Answer, Step, answer, steps_of
-from ...ladder.prove.induction import Kind, Limits
+from ...ladder.prove.answers import LIMITS, Answer, ScenarioStep, answer, steps_of
+from ...ladder.prove.induction import Limits, VerdictKind
 from ...ladder.prove.questions import Finding, ask
 from ...runtime.loop.faults import CpuFault
 from ...runtime.loop.pace import wall_ns
@@ -22,7 +22,7 @@ from ..load.loading import SCENARIO, SCENARIO_TRACE
 from ..trust.owned import in_use
 from .on_rack import OnRack, faults_on_rack, record, replay_on_rack
 from .scenario import on_scans_of
-from .subject import Subject
+from .subject import ProofSubject
 
 FAULTS = ("fault", "endless")
 """Rules of faults, which a rack shows."""
@@ -80,7 +80,7 @@ class Result:
 
 
 def prove_all(
-    subject: Subject, folder: ScenarioFolder, progress: Progress = no_progress, limits: Limits = LIMITS
+    subject: ProofSubject, folder: ScenarioFolder, progress: Progress = no_progress, limits: Limits = LIMITS
 ) -> Iterator[Result]:
     """Decide the claims of a subject.
 
@@ -105,30 +105,30 @@ def prove_all(
 
 
 @dataclass(frozen=True, slots=True)
-class Found:
+class FoundAnswer:
     """What a built-in question found; with the run and its file, if a run found it."""
 
     finding: Finding
-    steps: tuple[Step, ...] = ()
+    steps: tuple[ScenarioStep, ...] = ()
     scenario: Path | None = None
     rack: str = ""  # what a fault did on the rack
 
     @property
     def refuted(self) -> bool:
         """Whether a run shows it, such as a fault; else it is proved, such as a dead rung."""
-        return self.finding.verdict.kind is Kind.REFUTED
+        return self.finding.verdict.kind is VerdictKind.REFUTED
 
 
 @dataclass(frozen=True, slots=True)
 class Questions:
     """The answers to the built-in questions."""
 
-    found: tuple[Found, ...]
+    found: tuple[FoundAnswer, ...]
     asked: Mapping[str, int]  # by rule
     open: Mapping[str, int]
 
 
-def ask_questions(subject: Subject, folder: ScenarioFolder) -> Questions:
+def ask_questions(subject: ProofSubject, folder: ScenarioFolder) -> Questions:
     """Answer the built-in questions; see `prove_all` for the folder.
 
     Raises:
@@ -140,17 +140,17 @@ def ask_questions(subject: Subject, folder: ScenarioFolder) -> Questions:
     for each in answers.findings:
         scans = each.verdict.scans
         if not scans:
-            found.append(Found(each))
+            found.append(FoundAnswer(each))
             continue
         name = f"{each.rule} {each.site.routine} {each.site.rung} {each.site.instruction}"
         orders = on_scans_of(layout, scans, _scan_ns(subject)).scenario(_scan_ns(subject))
         file = folder.save(name, orders, in_use(subject.job))
         rack = faults_on_rack(subject, scans) if each.rule in FAULTS else ""
-        found.append(Found(each, tuple(steps_of(layout, scans)), file, rack))
+        found.append(FoundAnswer(each, tuple(steps_of(layout, scans)), file, rack))
     return Questions(tuple(found), answers.asked, answers.open)
 
 
-def _scan_ns(subject: Subject) -> int:
+def _scan_ns(subject: ProofSubject) -> int:
     """Return the rack's time between scans; without a rack 1 ms, the grid of the prover."""
     return subject.job.spec.scan_ns if subject.job.spec.slot else 1_000_000
 
@@ -164,7 +164,7 @@ def slug(name: str) -> str:
     return re.sub(r"\W+", "_", name).strip("_")[:60] or "claim"
 
 
-def _written(subject: Subject, found: Answer, rack: OnRack | None, folder: ScenarioFolder) -> Path:
+def _written(subject: ProofSubject, found: Answer, rack: OnRack | None, folder: ScenarioFolder) -> Path:
     """Write the scenario, and its recording if the rack breaks the claim; return the scenario's path."""
     scan_ns, layout = _scan_ns(subject), subject.problem.lowered.layout
     orders = on_scans_of(layout, found.scans, scan_ns) if rack is None else rack.scenario

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
-from ...ladder.prove.induction import Kind
-from .proving import Found, Questions, Result
+from ...ladder.prove.induction import VerdictKind
+from .proving import FoundAnswer, Questions, Result
 from .scenario import told
-from .subject import Subject
+from .subject import ProofSubject
 
 HELD_SHOWN = 12
 """Held numbers that the text lists."""
@@ -32,7 +32,7 @@ def detail_of(result: Result) -> str:
     found, verdict = result.answer, result.answer.verdict
     if found.steps:
         return f"scan {verdict.k:,}   {result.scenario}"
-    if verdict.kind is Kind.PROVED:
+    if verdict.kind is VerdictKind.PROVED:
         reached = "no run reaches it   " if not found else ""
         return f"{reached}{result.spent_ns / 1e9:.2f} s   ({found.deciding:,} tags of {found.tags:,})"
     more = len(verdict.blame) - BLAME_SHOWN
@@ -40,7 +40,7 @@ def detail_of(result: Result) -> str:
     return f"{said}; and {more:,} more" if more > 0 else said
 
 
-def below(subject: Subject, result: Result) -> Iterator[str]:
+def below(subject: ProofSubject, result: Result) -> Iterator[str]:
     """Yield the lines below that of a claim: its scenario, and what the rack did."""
     for number, step in enumerate(result.answer.steps, start=1):
         yield f"scan {number}: {told(step, subject.job.spec)}"
@@ -65,7 +65,7 @@ def question_lines(answers: Questions) -> Iterator[str]:
         )
 
 
-def assumptions(subject: Subject, results: Iterable[Result]) -> list[str]:
+def assumptions(subject: ProofSubject, results: Iterable[Result]) -> list[str]:
     """Return what the answers depend on, a sentence each: the report's list of assumptions."""
     held: dict[str, Any] = {}
     said: dict[str, None] = {}
@@ -81,7 +81,7 @@ def assumptions(subject: Subject, results: Iterable[Result]) -> list[str]:
     return lines
 
 
-def as_json(subject: Subject, results: Sequence[Result], answers: Questions) -> dict[str, Any]:
+def as_json(subject: ProofSubject, results: Sequence[Result], answers: Questions) -> dict[str, Any]:
     """Return the answers in JSON's types; times in ns, scans from 1."""
     return {
         "properties": [_row(each) for each in results],
@@ -115,7 +115,7 @@ def _row(result: Result) -> dict[str, Any]:
     }
 
 
-def _found(found: Found) -> dict[str, Any]:
+def _found(found: FoundAnswer) -> dict[str, Any]:
     finding = found.finding
     site = finding.site
     return {

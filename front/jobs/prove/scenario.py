@@ -17,12 +17,12 @@ from typing import Any
 
 from ...io_images.module_words import ModuleWords
 from ...ladder.model.tags import Layout
-from ...ladder.prove.answers import Step, tag_text, value_text
+from ...ladder.prove.answers import ScenarioStep, tag_text, value_text
 from ...ladder.prove.monitors import Key
 from ...ladder.prove.replaying import ScanOf
 from ...runtime.config.rackspec import RackSpec
 from ...runtime.live.orders import Force, Order, Write
-from ..fuzz.scenarios.scenario import Given, Scenario
+from ..fuzz.scenarios.scenario import GivenOrder, Scenario
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +35,7 @@ class RackScenario:
 
     def scenario(self, scan_ns: int) -> Scenario:
         """Return it as `scanrack fuzz` replays it."""
-        return Scenario(orders=tuple(Given(scan * scan_ns, order) for scan, order in self.orders))
+        return Scenario(orders=tuple(GivenOrder(scan * scan_ns, order) for scan, order in self.orders))
 
     def without_forces(self) -> RackScenario:
         """Return it without what modules are to say."""
@@ -82,7 +82,7 @@ def _orders(layout: Layout, inputs: dict[Key, Any]) -> Iterator[Order]:
             yield Write(tag_text(layout, key), value)
 
 
-def told(step: Step, spec: RackSpec) -> str:
+def told(step: ScenarioStep, spec: RackSpec) -> str:
     """Return a scan of a scenario in words, with the names of the bits in words of modules."""
     words = {slot.number: slot.words for slot in spec.slot}
     said = [] if not step.ms else [f"{step.ms:,} ms later"]

@@ -9,8 +9,8 @@ from pathlib import Path
 from ...io_images.amci3601.contracts import Reach, contracts_of
 from ...io_images.amci3601.words import is_stepper
 from ...ladder.prove.contracts import KeptBy
-from ...ladder.prove.monitors import Monitored
-from ...ladder.prove.system import Contract, Problem, ScanBounds
+from ...ladder.prove.monitors import MonitoredProgram
+from ...ladder.prove.system import Contract, ProgramSystem, ScanBounds
 from ...runtime.modules.record import Trait
 from ...runtime.modules.registry import has
 from ..check.alone import load_any
@@ -19,7 +19,7 @@ from ..load.loading import Job
 
 
 @dataclass(frozen=True, slots=True)
-class Subject:
+class ProofSubject:
     """A program of which something is to be proved.
 
     Attributes:
@@ -31,12 +31,12 @@ class Subject:
     name: str
     job: Job
     alone: bool
-    program: Monitored
-    problem: Problem
+    program: MonitoredProgram
+    problem: ProgramSystem
     assumed: tuple[str, ...]
 
 
-def subject_of(file: str, beside: Problem | None = None) -> Subject:
+def subject_of(file: str, beside: ProgramSystem | None = None) -> ProofSubject:
     """Load a rack with its program, or a program or an export alone.
 
     Args:
@@ -49,7 +49,7 @@ def subject_of(file: str, beside: Problem | None = None) -> Subject:
     program = with_monitors(job)
     given = job.spec.prove
     rows = list(_contracts(job, program))
-    problem = Problem(
+    problem = ProgramSystem(
         program.program,
         bounds_of(job),
         free=given.free,
@@ -59,7 +59,7 @@ def subject_of(file: str, beside: Problem | None = None) -> Subject:
         beside=beside,
     )
     name = Path(file.partition(":")[0]).stem
-    return Subject(name, job, alone, program, problem, tuple(said for _, said in rows))
+    return ProofSubject(name, job, alone, program, problem, tuple(said for _, said in rows))
 
 
 def bounds_of(job: Job) -> ScanBounds:
@@ -69,7 +69,7 @@ def bounds_of(job: Job) -> ScanBounds:
     return ScanBounds(shortest, longest, whole=not job.spec.scan_ns % 1_000_000)
 
 
-def _contracts(job: Job, program: Monitored) -> Iterator[tuple[Contract, str]]:
+def _contracts(job: Job, program: MonitoredProgram) -> Iterator[tuple[Contract, str]]:
     """Yield what the inputs of each 3601 in use keep, with a sentence about it."""
     reach = Reach.OUTPUTS if job.spec.controller == "micrologix" else Reach.IMAGE
     used = {leaf.slot for leaf in program.program.build().layout.images}

@@ -145,8 +145,7 @@ class RunProgram:
             return planned(self.debugger.engine, logic.build())
         if self._continues(logic, cpu, restart):
             return plan_edit(self._own_logic(), logic, restart).edit
-        names = tuple(each.name for each in named_values(namespace_of(self.logic), ["*"]))
-        return Anew(names)
+        return Anew(_value_names(self.logic))
 
     def _continues(self, logic: ScanLogic, cpu: Cpu, restart: Sequence[str]) -> TypeGuard[Logic]:
         """Whether a program in Python continues as another one; else that one begins anew."""
@@ -192,6 +191,14 @@ class RunProgram:
         except Exception as error:  # of the user's, in a program that has ended
             return f"; at its end the one before raised {type(error).__name__}: {error}"
         return ""
+
+
+def _value_names(logic: ScanLogic) -> tuple[str, ...]:
+    """Return the names of the values of a Python program; none if it has none."""
+    try:
+        return tuple(each.name for each in named_values(namespace_of(logic), ["*"]))
+    except ValueError:
+        return ()
 
 
 def _debugger_of(logic: ScanLogic) -> Debugger | None:

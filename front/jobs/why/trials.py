@@ -78,7 +78,7 @@ class ProgramTrials:
             ValueError: nothing is wished of a value that is no bit, or the program ends before that scan.
         """
         with fresh(self._load) as logic:
-            own = _Observed(logic, watched(logic), self._row - LAST)
+            own = _Observation(logic, watched(logic), self._row - LAST)
             recording = _longer(self._recording, self._row, self._scans)
             own.replay = InputReplay(
                 recording, self._spec, 1 << 62, lambda: self._over(own, text, wanted, name)
@@ -99,7 +99,7 @@ class ProgramTrials:
         assert self._replay is not None
         return self._replay.outputs()
 
-    def _over(self, own: _Observed, text: str, wanted: Value | None, name: Callable[[Bits], str]) -> bool:
+    def _over(self, own: _Observation, text: str, wanted: Value | None, name: Callable[[Bits], str]) -> bool:
         """At the scan in question try all sets; return whether the run is over."""
         scans = own.replay.row - self._row - 1
         if self._answer is not None:
@@ -120,13 +120,13 @@ class ProgramTrials:
             return False
         return True
 
-    def _searched(self, own: _Observed, text: str, wish: Value, name: Callable[[Bits], str]) -> Remedies:
+    def _searched(self, own: _Observation, text: str, wish: Value, name: Callable[[Bits], str]) -> Remedies:
         search = Search(text, wish, lambda changes: self._try(changes, own))
         mine, reported = self._candidates(own.reads.masks, wish, name)
         known = search.among(mine)
         return known if known.found or not reported else search.among([*mine, *reported])
 
-    def _try(self, changes: Sequence[InputChange], own: _Observed) -> int | None:
+    def _try(self, changes: Sequence[InputChange], own: _Observation) -> int | None:
         """Return after how many scans the value is as wished; a copy of the process does them."""
         read, write = os.pipe()
         child = os.fork()
@@ -167,7 +167,7 @@ class ProgramTrials:
         return own, reported
 
 
-class _Observed(LogicWrapper):
+class _Observation(LogicWrapper):
     """A logic whose reads are noted from a scan on."""
 
     replay: InputReplay

@@ -76,7 +76,7 @@ class Fact(ABC):
         return ~(~self & ~other)
 
     def __invert__(self) -> Fact:
-        return Negated(self)
+        return Negation(self)
 
     def only_with(self, other: Fact) -> Fact:
         """Return the fact that `other` is true whenever this is."""
@@ -148,7 +148,7 @@ class Both(Fact):
 
 
 @dataclass(frozen=True, slots=True)
-class Negated(Fact):
+class Negation(Fact):
     """The opposite of a fact."""
 
     fact: Fact

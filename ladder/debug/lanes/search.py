@@ -21,7 +21,7 @@ from ...model.tags import Leaf
 from ...state.lowered import LoweredProgram
 from ...state.memory import Memory
 from ..cells import Cell
-from ..replay import Stretch
+from ..replay import ReplayStretch
 from .translation import code_of
 from .vectors import Vectors
 
@@ -51,7 +51,7 @@ class Lanes:
         self._lowered, self._memory = lowered, memory
         self._images = [leaf.ident for leaf in images]
 
-    def last_changes(self, cells: Sequence[Cell], stretches: Sequence[Stretch]) -> list[LastChange]:
+    def last_changes(self, cells: Sequence[Cell], stretches: Sequence[ReplayStretch]) -> list[LastChange]:
         """Return the last scan of each stretch that changed one of some values."""
         found = [UNKNOWN] * len(stretches)
         plain = [at for at, each in enumerate(stretches) if _is_plain(each)]
@@ -82,7 +82,7 @@ class Lanes:
             return None
         return spot.ident, spot.at(index)
 
-    def _run(self, watched: Sequence[_Watched], stretches: Sequence[Stretch]) -> list[LastChange]:
+    def _run(self, watched: Sequence[_Watched], stretches: Sequence[ReplayStretch]) -> list[LastChange]:
         try:
             with collector_paused():
                 begin, end = self._columns(stretches)
@@ -96,7 +96,7 @@ class Lanes:
             for each, at, is_lost in zip(stretches, last.tolist(), lost.tolist(), strict=True)
         ]
 
-    def _columns(self, stretches: Sequence[Stretch]) -> tuple[dict[str, Any], dict[str, Any]]:
+    def _columns(self, stretches: Sequence[ReplayStretch]) -> tuple[dict[str, Any], dict[str, Any]]:
         """Return the values before and after stretches: for each variable an array, of a list one per place.
 
         The snapshot after a stretch is mostly that before the next one.
@@ -112,7 +112,7 @@ class Lanes:
             begin[ident], end[ident] = (_at(column, places) for places in chosen)
         return begin, {ident: each for ident, each in end.items() if ident not in self._images}
 
-    def _ran(self, vectors: Vectors, watched: Sequence[_Watched], stretches: Sequence[Stretch]) -> Any:
+    def _ran(self, vectors: Vectors, watched: Sequence[_Watched], stretches: Sequence[ReplayStretch]) -> Any:
         """Run all scans; return the number of the last one with a change for each lane, or -1."""
         lanes = len(stretches)
         lengths = np.array([len(each.inputs) for each in stretches])
@@ -136,7 +136,7 @@ _Watched = tuple[str, int | None, int | None]
 """A value: variable, place in its list, mask of its bits."""
 
 
-def _is_plain(stretch: Stretch) -> bool:
+def _is_plain(stretch: ReplayStretch) -> bool:
     """Whether nothing but the program and its images has changed values in a stretch."""
     others = [
         each for each in stretch.inputs if each.first or each.writes or each.forces or each.images is None
@@ -150,7 +150,7 @@ def _is_numeric(value: Any) -> bool:
     return isinstance(value, (bool, int, float, memoryview))
 
 
-def _padded(stretches: Sequence[Stretch], most: int, images: int) -> tuple[Any, list[Any]]:
+def _padded(stretches: Sequence[ReplayStretch], most: int, images: int) -> tuple[Any, list[Any]]:
     """Return times and input images by scan and lane; the last scan of a shorter stretch is repeated."""
     rows = [(*each.inputs, *[each.inputs[-1]] * (most - len(each.inputs))) for each in stretches]
     times = np.array([[each.now_ns for each in row] for row in rows]).T

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from scanrack.commands import build
-from scanrack.jobs.fuzz.scenarios.scenario import Given, Scenario
+from scanrack.jobs.fuzz.scenarios.scenario import GivenOrder, Scenario
 from scanrack.jobs.fuzz.scenarios.words import told
 from scanrack.runtime.live.orders import Force, Write
 from typer.testing import CliRunner
@@ -38,13 +38,13 @@ number = 1
 module = "amci3601"
 """
 ORDERS = (
-    Given(0, Write("A", True)),
-    Given(20_000_000, Write("B", True)),
-    Given(0, Force("I:1.1/3", 1)),
+    GivenOrder(0, Write("A", True)),
+    GivenOrder(20_000_000, Write("B", True)),
+    GivenOrder(0, Force("I:1.1/3", 1)),
 )
 
 
-def replayed(folder: Path, orders: tuple[Given, ...], more: str = "") -> tuple[int, str]:
+def replayed(folder: Path, orders: tuple[GivenOrder, ...], more: str = "") -> tuple[int, str]:
     (folder / "line.rung").write_text(LINE)
     (folder / "line.toml").write_text(RACK.format(more=more))
     (folder / "s.json").write_text(json.dumps(Scenario(orders=orders).to_json()))
@@ -95,6 +95,6 @@ def test_an_order_that_is_none_is_refused(row: dict[str, object], says: str) -> 
 
 
 def test_an_order_that_can_not_be_carried_out_is_a_mistake(tmp_path: Path) -> None:
-    status, said = replayed(tmp_path, (Given(0, Write("Q", 1)),))
+    status, said = replayed(tmp_path, (GivenOrder(0, Write("Q", 1)),))
     assert status == 2
     assert "there is no tag Q" in said

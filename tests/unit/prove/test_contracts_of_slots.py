@@ -10,9 +10,9 @@ from scanrack.ladder.files.rungfile import parse_program
 from scanrack.ladder.prove.claims import Claim, ClaimKind
 from scanrack.ladder.prove.contracts import KeptBy
 from scanrack.ladder.prove.evaluation import Evaluator
-from scanrack.ladder.prove.induction import Kind, prove
+from scanrack.ladder.prove.induction import VerdictKind, prove
 from scanrack.ladder.prove.monitors import monitored
-from scanrack.ladder.prove.system import Problem
+from scanrack.ladder.prove.system import ProgramSystem
 
 pytestmark = pytest.mark.extra("prove")
 
@@ -34,12 +34,12 @@ END
 def problem(text, contracts):
     """The program with the claim, and the place of its bit."""
     made = monitored(parse_program(text), [Claim("lost", ClaimKind.NEVER, LOST)])
-    return Problem(made.program, contracts=[KeptBy(1, tuple(contracts))]), made.properties[0].bit
+    return ProgramSystem(made.program, contracts=[KeptBy(1, tuple(contracts))]), made.properties[0].bit
 
 
 def test_a_position_that_is_remembered_as_valid_is_proved_with_the_contracts_only():
-    assert prove(*problem(REMEMBERS, contracts_of())).kind is Kind.PROVED
-    assert prove(*problem(REMEMBERS, ())).kind is Kind.REFUTED
+    assert prove(*problem(REMEMBERS, contracts_of())).kind is VerdictKind.PROVED
+    assert prove(*problem(REMEMBERS, ())).kind is VerdictKind.REFUTED
 
 
 @pytest.mark.parametrize("bit", ["STOPPED", "HOME_INVALID", "CONFIG_ERROR", "MODE_CONFIG"])
@@ -47,14 +47,14 @@ def test_a_program_that_forgets_one_of_the_bits_is_refuted(bit):
     """A program that looks at Input Error instead of Stopped misses Immediate Stop."""
     wrong = REMEMBERS.replace(f"XIC(axis.status.{bit})", "XIC(axis.status.INPUT_ERROR)")
     verdict = prove(*problem(wrong, contracts_of()))
-    assert verdict.kind is Kind.REFUTED
+    assert verdict.kind is VerdictKind.REFUTED
     images = [each.inputs.get(("LOCAL:1:I.DATA", 0), 0) for each in verdict.scans]
     assert images[-1] & 0x0400
 
 
 def test_what_several_exchanges_in_a_scan_may_break_is_not_used():
     """Only one image is spoken of then: what happens in between is open."""
-    assert prove(*problem(REMEMBERS, contracts_of(reach=Reach.IMAGE))).kind is Kind.REFUTED
+    assert prove(*problem(REMEMBERS, contracts_of(reach=Reach.IMAGE))).kind is VerdictKind.REFUTED
 
 
 def words(dice):
@@ -90,6 +90,6 @@ def test_contracts_count_only_where_their_inputs_decide():
         "TAG Go", "TAG Blink : BOOL\nTAG Go"
     )
     made = monitored(parse_program(text), [Claim("blink", ClaimKind.NEVER, "Blink AND old(Blink)")])
-    asked = Problem(made.program, contracts=[KeptBy(1, contracts_of())])
+    asked = ProgramSystem(made.program, contracts=[KeptBy(1, contracts_of())])
     verdict = prove(asked, made.properties[0].bit)
-    assert (verdict.kind, verdict.values) == (Kind.PROVED, 2)
+    assert (verdict.kind, verdict.values) == (VerdictKind.PROVED, 2)

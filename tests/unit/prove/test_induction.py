@@ -6,9 +6,9 @@ import pytest
 from scanrack.ladder.files.rungfile import parse_program
 from scanrack.ladder.model.errors import LadderError
 from scanrack.ladder.prove.claims import Claim, ClaimKind
-from scanrack.ladder.prove.induction import Kind, Limits, Verdict, prove
+from scanrack.ladder.prove.induction import Limits, Verdict, VerdictKind, prove
 from scanrack.ladder.prove.monitors import monitored
-from scanrack.ladder.prove.system import Problem, ScanBounds, System
+from scanrack.ladder.prove.system import ProgramSystem, ScanBounds, System
 from scanrack.ladder.prove.terms import FALSE, INT, T, add, and_, const, eq, forget, ite, lt, not_, or_, var
 
 pytestmark = pytest.mark.extra("prove")
@@ -25,21 +25,21 @@ def counter(most: int) -> tuple[System, T]:
 def test_a_bound_that_is_inductive_is_proved() -> None:
     system, _ = counter(5)
     verdict = prove(system, lt(const(5), system.next["n"]))
-    assert (verdict.kind, verdict.k, verdict.states, verdict.values) == (Kind.PROVED, 1, 1, 2)
+    assert (verdict.kind, verdict.k, verdict.states, verdict.values) == (VerdictKind.PROVED, 1, 1, 2)
     assert verdict
 
 
 def test_a_number_that_is_reached_is_refuted_with_the_shortest_run() -> None:
     system, _ = counter(5)
     verdict = prove(system, eq(system.next["n"], const(3)))
-    assert (verdict.kind, verdict.k) == (Kind.REFUTED, 3)
+    assert (verdict.kind, verdict.k) == (VerdictKind.REFUTED, 3)
     assert not verdict
 
 
 def test_a_run_beyond_the_limit_of_scans_is_unknown() -> None:
     system, _ = counter(100)
     verdict = prove(system, eq(system.next["n"], const(50)), Limits(scans=8, k=2))
-    assert (verdict.kind, verdict.blame) == (Kind.UNKNOWN, ("the limit of 8 scans",))
+    assert (verdict.kind, verdict.blame) == (VerdictKind.UNKNOWN, ("the limit of 8 scans",))
 
 
 def test_the_limit_of_steps_is_named() -> None:
@@ -49,7 +49,7 @@ def test_the_limit_of_steps_is_named() -> None:
 
     hard = and_(eq(mul(a, b), const(1_048_573 * 1_048_571)), lt(a, const(1_048_571)))
     verdict = prove(system, hard, Limits(steps=30))
-    assert (verdict.kind, verdict.blame) == (Kind.UNKNOWN, ("the limit of steps, in scan 1",))
+    assert (verdict.kind, verdict.blame) == (VerdictKind.UNKNOWN, ("the limit of steps, in scan 1",))
 
 
 def test_invariants_prove_what_induction_alone_does_not() -> None:
@@ -61,25 +61,28 @@ def test_invariants_prove_what_induction_alone_does_not() -> None:
     after["b"] = ite(lt(b, const(6)), after["b"], const(7))
     system = System(next=after, initial={"a": 0, "b": 0})
     bad = eq(after["b"], const(7))
-    assert prove(system, bad, Limits(scans=4, k=2, helped=False)).kind is Kind.UNKNOWN
+    assert prove(system, bad, Limits(scans=4, k=2, helped=False)).kind is VerdictKind.UNKNOWN
     helped = prove(System(next=after, initial={"a": 0, "b": 5}), lt(const(9), after["b"]), Limits(k=2))
-    assert helped.kind is Kind.PROVED
+    assert helped.kind is VerdictKind.PROVED
 
 
 def test_assumptions_that_no_run_keeps_prove_nothing() -> None:
     system, n = counter(5)
     system.contract = lt(n, const(0)) if lt(n, const(0)) is not FALSE else and_(var("x"), eq(n, const(9)))
     verdict = prove(system, eq(system.next["n"], const(90)))
-    assert (verdict.kind, verdict.blame) == (Kind.UNKNOWN, ("no run of 1 scans keeps what is assumed",))
+    assert (verdict.kind, verdict.blame) == (
+        VerdictKind.UNKNOWN,
+        ("no run of 1 scans keeps what is assumed",),
+    )
 
 
 def test_where_the_relation_may_not_follow_the_program_nothing_is_proved() -> None:
     system, n = counter(5)
     bad = lt(const(5), system.next["n"])
     system.deep = eq(n, const(2))
-    assert prove(system, bad).kind is Kind.UNKNOWN
+    assert prove(system, bad).kind is VerdictKind.UNKNOWN
     system.deep, system.follows = eq(n, const(7)), None
-    assert prove(system, bad).kind is Kind.PROVED
+    assert prove(system, bad).kind is VerdictKind.PROVED
 
 
 # --- programs
@@ -89,7 +92,7 @@ def asked(text: str, *claims: str, bounds: ScanBounds = ScanBounds(), **options:
     """Return the verdicts on conditions that are never to hold, and on the routine NEVER."""
     made = [Claim(each, ClaimKind.NEVER, each) for each in claims]
     checked = monitored(parse_program(text), made)
-    problem = Problem(checked.program, bounds, assume=checked.assume, **options)  # type: ignore[arg-type]
+    problem = ProgramSystem(checked.program, bounds, assume=checked.assume, **options)  # type: ignore[arg-type]
     limits = Limits(scans=12, k=3)
     return [prove(problem, each.bit, limits) for each in checked.properties]
 
@@ -109,14 +112,14 @@ END
 
 def test_an_interlock_is_proved_and_its_absence_refuted_with_inputs() -> None:
     proved, refuted = asked(MOTOR, "Fwd AND Rev", "Fwd AND NOT Start")
-    assert (proved.kind, refuted.kind) == (Kind.PROVED, Kind.REFUTED)
+    assert (proved.kind, refuted.kind) == (VerdictKind.PROVED, VerdictKind.REFUTED)
     assert [each.inputs for each in refuted.scans] == [{("START", 0): True}, {("START", 0): False}]
 
 
 def test_a_number_that_nothing_writes_is_held_unless_it_is_free() -> None:
     (held,), (free,) = asked(MOTOR, "Rev"), asked(MOTOR, "Rev", free=["Speed"])
-    assert (held.kind, held.assumed) == (Kind.PROVED, ("SPEED = 0",))
-    assert (free.kind, free.assumed) == (Kind.REFUTED, ())
+    assert (held.kind, held.assumed) == (VerdictKind.PROVED, ("SPEED = 0",))
+    assert (free.kind, free.assumed) == (VerdictKind.REFUTED, ())
     assert free.scans[0].inputs["SPEED", 0] > 10
 
 
@@ -126,10 +129,10 @@ def test_a_tag_that_is_written_outside_too_may_change_between_scans() -> None:
         "MOV(1,Mode);\nEQU(Mode,7)OTE(Lamp);\nEND\n"
     )
     before = text.replace("MOV(1,Mode);\nEQU(Mode,7)OTE(Lamp);", "EQU(Mode,7)OTE(Lamp);\nMOV(1,Mode);")
-    assert asked(text, "Lamp", written_outside=["Mode"])[0].kind is Kind.PROVED
-    assert asked(before, "Lamp")[0].kind is Kind.PROVED
+    assert asked(text, "Lamp", written_outside=["Mode"])[0].kind is VerdictKind.PROVED
+    assert asked(before, "Lamp")[0].kind is VerdictKind.PROVED
     (refuted,) = asked(before, "Lamp", written_outside=["Mode"])
-    assert (refuted.kind, refuted.k) == (Kind.REFUTED, 2)
+    assert (refuted.kind, refuted.k) == (VerdictKind.REFUTED, 2)
 
 
 def test_a_name_that_no_tag_has_is_refused() -> None:
@@ -150,13 +153,13 @@ END
 
 def test_a_timer_is_done_after_its_time_and_never_before() -> None:
     early, done = asked(TIMED, "Out AND T.ACC < 5000", "Out")
-    assert (early.kind, done.kind, done.k) == (Kind.PROVED, Kind.REFUTED, 6)
+    assert (early.kind, done.kind, done.k) == (VerdictKind.PROVED, VerdictKind.REFUTED, 6)
     assert sum(each.ms for each in done.scans) >= 5000
 
 
 def test_with_short_scans_the_run_is_done_in_them() -> None:
     (done,) = asked(TIMED, "Out", bounds=ScanBounds(10, 10))
-    assert done.kind is Kind.REFUTED
+    assert done.kind is VerdictKind.REFUTED
     assert {each.ms for each in done.scans[1:]} == {10}
     assert sum(each.ms for each in done.scans) >= 5000
 
@@ -165,7 +168,7 @@ def test_an_assumption_of_each_scan_makes_the_proof() -> None:
     comment = "// prove: assume NOT Start\n"
     text = MOTOR.replace("[XIC(Start)", comment + "[XIC(Start)")
     (proved,) = asked(text, "Fwd")
-    assert (proved.kind, proved.assumed) == (Kind.PROVED, ("SPEED = 0",))
+    assert (proved.kind, proved.assumed) == (VerdictKind.PROVED, ("SPEED = 0",))
 
 
 def test_what_faults_ends_the_run() -> None:
@@ -174,7 +177,7 @@ def test_what_faults_ends_the_run() -> None:
         "ADD(I,1,I);\nMOV(1,A[I]);\nGRT(I,5)OTE(Bad);\nEND\n"
     )
     (verdict,) = asked(text, "Bad")
-    assert verdict.kind is not Kind.REFUTED
+    assert verdict.kind is not VerdictKind.REFUTED
 
 
 def test_two_proofs_say_the_same() -> None:
@@ -184,7 +187,7 @@ def test_two_proofs_say_the_same() -> None:
 def test_or_of_bad_states_is_what_it_says() -> None:
     system, _ = counter(5)
     n = system.next["n"]
-    assert prove(system, or_(lt(const(5), n), not_(lt(n, const(100))))).kind is Kind.PROVED
+    assert prove(system, or_(lt(const(5), n), not_(lt(n, const(100))))).kind is VerdictKind.PROVED
 
 
 def test_a_timer_that_never_runs_ahead_of_another_is_an_invariant() -> None:
@@ -206,8 +209,8 @@ XIC(Valve)XIO(Open)TON(Late,3000,0);
 END
 """
     )
-    verdict = prove(Problem(made, ScanBounds(1, 1000)), ("LATE.DN", 0))
-    assert verdict.kind is Kind.PROVED
+    verdict = prove(ProgramSystem(made, ScanBounds(1, 1000)), ("LATE.DN", 0))
+    assert verdict.kind is VerdictKind.PROVED
     assert "LATE.ACC <= WATCH.ACC" in verdict.invariants
 
 
@@ -216,12 +219,12 @@ def test_parts_of_a_ms_give_each_timer_one_ms_more() -> None:
     text = TIMED.replace("TON(T,5000,0)", "TON(T,5,0)")
     whole = asked(text, "T.ACC = 3", bounds=ScanBounds.of(2, 2))
     parts = asked(text, "T.ACC = 3", "T.ACC > 7", bounds=ScanBounds.of(2.5, 2.5))
-    assert [each.kind for each in whole] == [Kind.PROVED]
-    assert [each.kind for each in parts] == [Kind.UNKNOWN, Kind.PROVED]
+    assert [each.kind for each in whole] == [VerdictKind.PROVED]
+    assert [each.kind for each in parts] == [VerdictKind.UNKNOWN, VerdictKind.PROVED]
 
 
 def test_a_bit_that_prescan_clears_is_not_set_before_the_first_scan() -> None:
     """The timer never runs, so its DN is free; an operator can set it after power-up only."""
     text = TIMED.replace("XIC(Go)TON(T,5000,0)", "XIC(Go)AFI()TON(T,5000,0)")
     (verdict,) = asked(text.replace("TON(", "RTO("), "Out")
-    assert (verdict.kind, verdict.k) == (Kind.REFUTED, 2)
+    assert (verdict.kind, verdict.k) == (VerdictKind.REFUTED, 2)

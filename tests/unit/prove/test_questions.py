@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 from scanrack.ladder.files.rungfile import parse_program
-from scanrack.ladder.prove.induction import Kind
+from scanrack.ladder.prove.induction import VerdictKind
 from scanrack.ladder.prove.questions import RULES, Answers, ask
-from scanrack.ladder.prove.system import Problem, ScanBounds
+from scanrack.ladder.prove.system import ProgramSystem, ScanBounds
 
 pytestmark = pytest.mark.extra("prove")
 
@@ -17,7 +17,7 @@ TAGS += ["TAG N : DINT", "TAG M : DINT", "TAG List : DINT[4]", "TAG T : TIMER", 
 def answers(*rungs: str, bounds: ScanBounds = ScanBounds()) -> Answers:  # noqa: B008
     head = ["PROGRAM p", "ALLOW repeated coils", *TAGS, "ROUTINE Main"]
     text = "\n".join([*head, *rungs, "END", ""])
-    return ask(Problem(parse_program(text), bounds))
+    return ask(ProgramSystem(parse_program(text), bounds))
 
 
 def found(*rungs: str) -> list[tuple[str, int | None]]:
@@ -77,7 +77,7 @@ def test_a_contact_that_decides_nothing_and_one_that_never_passes() -> None:
 
 def test_a_fault_comes_with_the_run_that_has_it() -> None:
     (finding,) = answers("XIC(A)ADD(N,1,N);", "MOV(1,List[N]);").findings
-    assert (finding.rule, finding.site.rung, finding.verdict.kind) == ("fault", 1, Kind.REFUTED)
+    assert (finding.rule, finding.site.rung, finding.verdict.kind) == ("fault", 1, VerdictKind.REFUTED)
     assert len(finding.verdict.scans) == 4
 
 
@@ -85,7 +85,7 @@ def test_a_fault_in_a_loop_is_found_once() -> None:
     """Passes 4 to 9 are beyond the array."""
     lines = "ROUTINE Main ST\nFOR N := 0 TO 9 DO\nIF A THEN List[N] := 1; END_IF;\nEND_FOR;\nEND\n"
     program = parse_program("\n".join(["PROGRAM p", *TAGS, lines]))
-    assert [each.rule for each in ask(Problem(program), ("fault",)).findings] == ["fault"]
+    assert [each.rule for each in ask(ProgramSystem(program), ("fault",)).findings] == ["fault"]
 
 
 def test_a_loop_without_end_is_found() -> None:

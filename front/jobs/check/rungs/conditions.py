@@ -57,7 +57,7 @@ def _fixed(index: Resolved) -> str:
 
 
 @dataclass(slots=True)
-class Names:
+class RungConditionNames:
     """The names of values, which change as the program writes them."""
 
     places: dict[str, Place]
@@ -121,11 +121,11 @@ class Conditions:
     def __init__(self, values: Values, timers: frozenset[str]) -> None:
         self._values, self._timers = values, timers
         self.places: dict[str, Place] = {}  # operands by their keys
-        self.names = Names(self.places, timers)
+        self.names = RungConditionNames(self.places, timers)
 
     def begin(self) -> None:
         """Begin a rung, or a routine: no value has another name yet."""
-        self.names = Names(self.places, self._timers)
+        self.names = RungConditionNames(self.places, self._timers)
 
     def decided(self, step: LoweredStep) -> Condition:
         """Return what an instruction decides."""

@@ -6,12 +6,12 @@ from collections.abc import Iterator
 from functools import partial
 
 from ....ladder.prove.claims import ClaimKind
-from ....ladder.prove.monitors import Monitored, Watched
+from ....ladder.prove.monitors import MonitoredProgram, WatchedClaim
 from .invariants import Invariant, Watch
 from .scan_view import Moment
 
 
-def invariants_in(program: Monitored) -> Iterator[Invariant]:
+def invariants_in(program: MonitoredProgram) -> Iterator[Invariant]:
     """Yield an invariant for each property of a program that runs with its monitors.
 
     A run in which an assumption has not held breaks nothing.
@@ -21,7 +21,7 @@ def invariants_in(program: Monitored) -> Iterator[Invariant]:
             yield Invariant(each.claim.name, each.claim.sentence, partial(_watch, program, each))
 
 
-def _watch(program: Monitored, asked: Watched) -> Watch:
+def _watch(program: MonitoredProgram, asked: WatchedClaim) -> Watch:
     bits = [name for name, _ in (*program.assume, *asked.assume)]
     assumed = True
 

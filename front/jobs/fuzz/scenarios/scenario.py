@@ -105,7 +105,7 @@ class LostSteps(Part):
 
 
 @dataclass(frozen=True, slots=True)
-class Given:
+class GivenOrder:
     """An operator's order before a scan: a tag is written, a tag or an image is forced or released."""
 
     at_ns: int
@@ -119,22 +119,22 @@ OPERATOR = {"write": Write, "force": Force, "unforce": Unforce}
 def _orders(given: object) -> object:
     """Return orders from JSON objects: `{"at_ns": 0, "do": "write", "tag": "Start", "value": true}`."""
     rows = list(given) if isinstance(given, list | tuple) else [given]
-    return tuple(each if isinstance(each, Given) else _order(each) for each in rows)
+    return tuple(each if isinstance(each, GivenOrder) else _order(each) for each in rows)
 
 
-def _order(given: object) -> Given:
+def _order(given: object) -> GivenOrder:
     if not isinstance(given, Mapping) or type(given.get("at_ns")) is not int or given["at_ns"] < 0:
         raise ValueError("an order is an object with at_ns, a whole number from 0, and do")
-    return Given(
+    return GivenOrder(
         given["at_ns"], order_of({key: each for key, each in given.items() if key != "at_ns"}, OPERATOR)
     )
 
 
-def _order_rows(orders: tuple[Given, ...]) -> list[dict[str, Any]]:
+def _order_rows(orders: tuple[GivenOrder, ...]) -> list[dict[str, Any]]:
     return [{"at_ns": each.at_ns, **said_of(each.order)} for each in orders]
 
 
-Orders = Annotated[tuple[Given, ...], PlainValidator(_orders), PlainSerializer(_order_rows)]
+Orders = Annotated[tuple[GivenOrder, ...], PlainValidator(_orders), PlainSerializer(_order_rows)]
 
 
 @dataclass(frozen=True, slots=True)
