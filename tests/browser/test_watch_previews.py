@@ -84,6 +84,8 @@ def test_rungs_are_typed_previewed_and_taken_over(page, rack):
         assert groups(page) == {
             "Begin anew, of another type": "N",
             "Keep their value, whatever the text says": "Fill.PRE 1000, not 2000",
+            "Outputs that can differ, from power-up on": "none",
+            "Other values that can differ, from power-up on": "Fill.ACC, Fill.DN, Fill.TT, N",
         }
         page.press("Back")
         assert (path.parent / "line.rung").read_text() == RUNGS
