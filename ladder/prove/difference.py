@@ -351,7 +351,7 @@ def _left_by(problem: ProgramSystem, scans: Sequence[ScanOf], key: Key) -> Any:
             _do(engine, scan)
     except LadderFault as fault:
         return str(fault)
-    return engine.memory.read(problem.leaf(key), key[1])
+    return _value(engine, key)
 
 
 def _states(problem: ProgramSystem) -> set[Key]:

@@ -97,7 +97,7 @@ def test_a_recording_is_played(page, recording):
         until(lambda: int(page.handle("scan")) > 110)
         page.press("Pause")
         assert page.control("Go on").is_enabled()
-        page.press("Step")
+        until(lambda: stands(page))
         before = int(page.handle("scan"))
         page.press("Step")
         page.until_scan(before + 1, "past")

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from importlib.util import find_spec
-
 from ...ladder import LadderLogic
 from ...ladder.model.errors import LadderError
 
@@ -19,9 +17,9 @@ def effects_of(old: LadderLogic, new: LadderLogic) -> tuple[Group, ...]:
 
     What is not named is equal in every run. Nothing is returned if no proof covers the programs.
     """
-    if find_spec("bitwuzla") is None:
-        return ()
-    if any(len(each.build().sites) > MOST_INSTRUCTIONS for each in (old, new)):
+    from ...ladder.prove.solving.solver import is_installed
+
+    if not is_installed() or any(len(each.build().sites) > MOST_INSTRUCTIONS for each in (old, new)):
         return ()
     from ...ladder.prove.difference import compare
 

@@ -8,7 +8,6 @@ panel, are set from outside.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from importlib.util import find_spec
 
 from ...ladder import LadderLogic
 from ...ladder.model.errors import LadderError
@@ -41,13 +40,16 @@ def verdicts(job: Job, facts: Facts) -> Iterator[Judgement]:
         facts: what `check` knows of the program.
     """
     own = facts.sites
-    if not isinstance(job.logic, LadderLogic) or find_spec("bitwuzla") is None or len(own) > MOST_LINES:
+    if not isinstance(job.logic, LadderLogic) or len(own) > MOST_LINES:
         return
     from ...ladder.prove.induction import Limits
     from ...ladder.prove.questions import ask
+    from ...ladder.prove.solving.solver import is_installed
     from ...ladder.prove.system import ProgramSystem
     from ...ladder.prove.terms import reach
 
+    if not is_installed():
+        return
     limits = Limits(scans=2, k=1, steps=200, total=400, helped=False)
     outside = (*job.spec.prove.written_outside, *_set_outside(facts))
     try:

@@ -129,13 +129,13 @@ function verdict({ mistakes, rows, restart }) {
 }
 
 const TITLES = {
-  "new": "New", "of another type": "Begin anew, of another type", "gone": "Gone", "changed": "Begin anew, or have another constant",
-  "keep their value": "Keep their value, whatever the text says", "continue": "Continue", "begin anew": "Begin anew",
-  "outputs that can differ, from power-up on": "Outputs that can differ, from power-up on",
-  "other values that can differ, from power-up on": "Other values that can differ, from power-up on",
+  "of another type": "Begin anew, of another type", "changed": "Begin anew, or have another constant",
+  "keep their value": "Keep their value, whatever the text says",
 };
 
-const groupOf = ({ title: name, names }) => [el("dt", {}, TITLES[name] ?? name), el("dd", {}, names.join(", "))];
+const titleOf = name => TITLES[name] ?? name[0].toUpperCase() + name.slice(1);
+
+const groupOf = ({ title: name, names }) => [el("dt", {}, titleOf(name)), el("dd", {}, names.join(", "))];
 
 function rowOf({ sign, old, new: number, text }) {
   if (text === null) return el("li", { class: "gap" }, "⋯");

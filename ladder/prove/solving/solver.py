@@ -9,6 +9,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Sequence
 from functools import cache
+from importlib.util import find_spec
 from typing import Any
 
 from ..meaning import BOOL, F32, INT
@@ -27,6 +28,11 @@ class SolverMissingError(Exception):
 
     def __init__(self) -> None:
         super().__init__("proofs need bitwuzla: pip install 'scanrack[prove]'")
+
+
+def is_installed() -> bool:
+    """Whether bitwuzla is there; it is not loaded."""
+    return find_spec("bitwuzla") is not None
 
 
 @cache
