@@ -94,6 +94,7 @@ LEGAL = {
 # -- every block by itself
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shape", [0, 1, 3])
 def test_a_relative_move_there_and_back(shape):
     bench = BlocksBench.configured().go("Relative", Distance=-12_345, Shape=shape)

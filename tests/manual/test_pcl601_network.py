@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from programs601 import MS, sample
 from scanrack.io_images.pcl601 import Code, Error, Register
 from scanrack.io_images.pcl601.program import parse_program
@@ -36,6 +37,7 @@ def start(axes: list[Pcl601], now_ns: int) -> None:
     axes[0].controller.settle(now_ns)
 
 
+@pytest.mark.slow
 def test_sample_5_moves_three_axes_over_a_line_with_the_baud_rates_timing() -> None:
     """Axes 0 and 1 go out by their thumbwheels, axis 2 to -4000 and back, then 0 and 1 back.
 

@@ -99,6 +99,7 @@ def test_parquet_by_pyarrow(path: Path, scans: list[Scan], tmp_path: Path) -> No
     assert table["slot2.out.word7"] == word7(scans)[90:210]
 
 
+@pytest.mark.slow
 @pytest.mark.extra("frames")
 def test_pandas(path: Path, scans: list[Scan]) -> None:
     import pandas
@@ -112,6 +113,7 @@ def test_pandas(path: Path, scans: list[Scan]) -> None:
     assert rising.tolist() == [150]
 
 
+@pytest.mark.slow
 @pytest.mark.extra("frames")
 def test_polars(path: Path, scans: list[Scan]) -> None:
     with open_trace(path) as trace:

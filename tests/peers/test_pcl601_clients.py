@@ -152,6 +152,7 @@ const client = new ModbusRTU();
 """
 
 
+@pytest.mark.slow
 def test_modbus_serial_in_javascript(tcp: Serving, tmp_path: Path) -> None:
     node = shutil.which("node")
     if node is None:

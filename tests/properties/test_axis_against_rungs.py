@@ -60,6 +60,7 @@ def refusal(side, deed):
     return None if ask is None else side.outcome(ask.block)[1] & 0x1C0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scan_ms", [1, 2, 10, 20])
 def test_a_blend_is_the_same_path_sooner(scan_ms):
     """Programming and path: the same words in the same order; early judging takes no phase longer."""

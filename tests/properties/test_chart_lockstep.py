@@ -2,6 +2,7 @@
 
 from contextlib import suppress
 
+import pytest
 from amounts import amount
 from charts import BothEngines, charts, inputs_of
 from hypothesis import HealthCheck, given, settings
@@ -10,6 +11,7 @@ from scanrack.ladder import LadderFault
 from scanrack.ladder.files.rungfile import parse_program, program_text
 
 
+@pytest.mark.slow
 @settings(
     max_examples=amount(15),
     deadline=None,

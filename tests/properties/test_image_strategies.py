@@ -68,6 +68,7 @@ def test_nearly_right_images_have_one_word_that_no_command_has():
     assert list(image)[1:7] == [0] * 6
 
 
+@pytest.mark.slow
 @given(images.blend_profiles(1000, most=5))
 @settings(max_examples=15)
 def test_a_blend_profile_is_stored_and_runs_its_whole_length(profile):

@@ -135,6 +135,7 @@ def test_a_move_over_a_pseudo_terminal_ends_where_it_should(name: str, controlle
         module.close()
 
 
+@pytest.mark.slow
 def test_over_tcp_it_is_the_same() -> None:
     with served("pcl601", "--tcp", "0", "--rtu-over-tcp", "--address", "7") as (place, _):
         module = opened("pcl601-adapter", f"tcp:{place}", 7)
@@ -145,6 +146,7 @@ def test_over_tcp_it_is_the_same() -> None:
         module.close()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("words", [SLEW, LONG_MOVE], ids=["manual", "relative"])
 def test_closing_stops_a_motion(path: str, words: tuple[int, ...]) -> None:
     """The controller is asked by another client afterwards: it stands still, far from any target."""
@@ -394,6 +396,7 @@ def running(folder: Path, path: str, logic: str) -> Iterator[subprocess.Popen[st
         process.communicate()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_run_that_is_asked_to_end_stops_the_motor(
     path: str, tmp_path: Path, number: signal.Signals
@@ -405,6 +408,7 @@ def test_a_run_that_is_asked_to_end_stops_the_motor(
         assert not moves(path)
 
 
+@pytest.mark.slow
 def test_a_program_that_raises_stops_the_motor(path: str, tmp_path: Path) -> None:
     with running(tmp_path, path, FAULTING) as process:
         assert process.wait(5) == 1

@@ -78,6 +78,7 @@ def test_a_stroke_without_a_switch_is_no_home():
     assert bench.motor == -2000
 
 
+@pytest.mark.slow
 def test_a_limit_stops_the_motor_by_itself_and_it_can_be_left():
     bench = AdapterBench006(Switch(InputBit.CW_LIMIT, 4000, None)).configured()
     bench.give(*move(10_000), ms=3000, until="STOPPED")

@@ -61,6 +61,7 @@ def test_its_bits_have_the_names_of_the_3601():
     assert (address.word, address.bit) == (1, 2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", HARDWARES)
 def test_a_blend_move_ends_where_its_segments_end(name):
     options = HARDWARES[name] | ({} if name == "amci3601" else {"blend": "segmented"})

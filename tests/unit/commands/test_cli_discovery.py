@@ -58,6 +58,7 @@ def test_all_units_of_a_line_are_found() -> None:
     ]
 
 
+@pytest.mark.slow
 def test_a_pcl601_in_ascii_is_found() -> None:
     units = pcl601_units([7], [], 1.0)
     begin(units, ascii_mode=True, start=False)

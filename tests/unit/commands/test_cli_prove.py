@@ -70,6 +70,7 @@ def test_what_holds_is_proved_with_its_assumptions(place: Path) -> None:
     assert not (place / "line-prove").exists()
 
 
+@pytest.mark.slow
 def test_a_refuted_property_has_a_scenario_that_others_replay(place: Path) -> None:
     status, said = proved(BROKEN)
     assert status == 1
@@ -232,6 +233,7 @@ def test_mistakes_of_a_comparison_are_named(place: Path) -> None:
     assert (status, "it is a bit of a number" in said) == (2, True)
 
 
+@pytest.mark.slow
 def test_the_page_draws_the_rungs_that_decide_with_their_power(place: Path) -> None:
     status, _ = proved(BROKEN + claim("<b>", 'never = "Count > 5"'), "--html", "page.html")
     assert status == 1

@@ -189,6 +189,7 @@ def test_forces_go_by_the_programs_own_name(place: Path) -> None:
             bench.unforce("Ps[2].Count")
 
 
+@pytest.mark.slow
 def test_a_file_of_an_slc_has_its_own_addresses(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     rungs = ("XIC I:2/3 OTE B3/17", "ADD N7:3 1 N7:3", "TON T4:0 0.01 5 0")

@@ -5,6 +5,7 @@ from planted_programs import NAMES, invariant_of, scenario_of, version_of
 from scanrack.jobs.fuzz import Scenario
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_the_mistake_is_there_and_the_correct_version_has_none(name, tmp_path):
     broken = version_of(name, tmp_path / "planted", with_mistake=True)

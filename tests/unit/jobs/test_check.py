@@ -172,6 +172,7 @@ def check(tmp_path, monkeypatch):
     return go
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rack", sorted(EXAMPLES.glob("*/*.toml")), ids=lambda path: f"{path.parent.name}")
 def test_examples_are_clean(rack):
     done = CliRunner().invoke(build(), ["check", str(rack)])

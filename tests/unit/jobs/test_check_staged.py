@@ -38,6 +38,7 @@ PLANTED = {
 """What is replaced everywhere by what, and the rules with the places where it is found."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mistake", PLANTED)
 def test_a_planted_mistake_in_an_export_is_found(mistake, tmp_path):
     old, new, expected = PLANTED[mistake]

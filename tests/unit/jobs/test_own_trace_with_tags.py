@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 import forked
+import pytest
 
 PROGRAM = """
 from scanrack import Logic
@@ -36,6 +37,7 @@ def scanrack(*words: str, folder: Path) -> subprocess.CompletedProcess[str]:
     )
 
 
+@pytest.mark.slow
 def test_a_rerun_of_ones_own_program_with_recorded_tags_needs_no_trust(tmp_path: Path) -> None:
     (tmp_path / "line.py").write_text(PROGRAM)
     (tmp_path / "line.toml").write_text(RACK)

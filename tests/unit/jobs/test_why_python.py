@@ -192,6 +192,7 @@ def test_the_bench_runs_until_a_bit_of_an_image(rack):
 # --- the command
 
 
+@pytest.mark.slow
 def test_the_command_asks_by_scan_by_time_and_until(rack):
     file = rack()
     by_scan = invoke("why", file, "O:1.3", "--at", "4")
@@ -220,6 +221,7 @@ def test_what_cannot_be_asked(rack, words, says):
     assert (result.exit_code, says in result.stderr) == (2, True), result.stderr
 
 
+@pytest.mark.slow
 def test_a_trace_answers_as_its_rack_does_if_its_program_may_run(rack, tmp_path, monkeypatch):
     file, trace = rack(), tmp_path / "run.mcap"
     assert invoke("run", file, "--record", trace, "-q").exit_code == 0
@@ -256,6 +258,7 @@ def test_a_trace_of_a_ladder_program_answers_with_its_rungs(tmp_path):
     assert "EQU(Axis.State,6)OTE(Trouble)" in until[1].stdout
 
 
+@pytest.mark.slow
 def test_tags_that_were_forced_are_forced_again(tmp_path):
     trace = tmp_path / "forced.mcap"
     with open_bench("examples/feeder/feeder.toml", record=trace) as bench:

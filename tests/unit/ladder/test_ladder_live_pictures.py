@@ -116,6 +116,7 @@ def test_a_branch_has_power_if_one_of_its_legs_has(text, data):
     assert live_rung(rung, "R.0", 60).elements == count + len(branches) + 1
 
 
+@pytest.mark.slow
 @given(rungs(), st.integers(10, 60))
 def test_it_is_laid_out_in_the_width_as_characters_are(text, width):
     rung = parse_rung(text)

@@ -130,6 +130,7 @@ def short_chapters(monkeypatch):
 INPUTS = [(7 * at * at + at // 5) % 4 for at in range(60)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [*ROWS, *STATEMENTS])
 def test_it_finds_what_the_slow_way_finds(name):
     known = check(name, INPUTS)

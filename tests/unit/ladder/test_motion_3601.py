@@ -177,6 +177,7 @@ def test_mcd_changes_the_speed_of_a_jog_and_of_no_move(rig):
     assert bench["Feed.ActualVelocity"] == pytest.approx(4.0, abs=0.5)
 
 
+@pytest.mark.slow
 def test_mrp_sets_the_position(rig):
     bench = homed(rig, "XIC(More)MRP(Feed,Do,Absolute,Actual,2.5);")
     bench["More"] = True
@@ -224,6 +225,7 @@ def test_an_axis_that_is_shut_down(rig):
     assert (bench["Feed.ShutdownStatus"], bench["Next.ERR"]) == (True, 7)
 
 
+@pytest.mark.slow
 def test_an_emergency_stop_is_a_fault_that_mafr_resets(rig):
     bench = rig(f"XIC(Go){jog('Forward', speed=1)};", "XIC(More)MAFR(Feed,Next);", rack=RACK + ESTOP).until(
         "On.DN"
@@ -241,6 +243,7 @@ def test_an_emergency_stop_is_a_fault_that_mafr_resets(rig):
 LOST = '[[incident]]\nat_s = 1.0\nwhat = "link-lost"\nfor_ms = 400\n'
 
 
+@pytest.mark.slow
 def test_a_link_that_is_lost_in_a_jog_is_a_fault(rig):
     """Cut by the loss, 400 ms: ER behind it, and the block knows the link."""
     bench = rig(f"XIC(Go){jog('Forward', speed=1)};", rack=RACK + LOST).until("On.DN")

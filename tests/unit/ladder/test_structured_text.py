@@ -200,6 +200,7 @@ def test_statements_know_their_lines():
     assert choice.origin.file == "f.st"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "line", "column", "expected"),
     [

@@ -168,6 +168,7 @@ LATE_MS = (522, 543, 585, 606, 627, 697)
 """Times after which an answer comes that counts as missing after 200, and is waited for up to 500."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("controller", ["PCL601", "PMC006"])
 def test_an_answer_that_is_older_than_its_question_never_counts_as_rest(
     controller: str, request: pytest.FixtureRequest

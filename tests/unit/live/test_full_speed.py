@@ -5,6 +5,7 @@ Broken on purpose: a paced CPU that never runs its modules ahead, a journal of e
 
 from contextlib import ExitStack
 
+import pytest
 from live_sessions import FEEDER, LiveSession
 from scanrack.jobs.load.loading import load_job
 from scanrack.jobs.run.running import JobRun, RunOptions
@@ -16,6 +17,7 @@ from scanrack.traces.read.reader import open_trace
 SCANS = 3000
 
 
+@pytest.mark.slow
 def test_modules_are_run_ahead_at_full_speed_and_the_images_are_those_of_a_run(tmp_path, monkeypatch):
     with ExitStack() as ports:
         JobRun(load_job(str(FEEDER)), ports, RunOptions(trace=tmp_path / "run.mcap")).run(SCANS)

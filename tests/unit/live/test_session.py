@@ -22,6 +22,7 @@ def scans_of(path):
         return read_columns(trace)
 
 
+@pytest.mark.slow
 def test_a_session_without_orders_is_a_run(tmp_path):
     LiveSession(trace=tmp_path / "live.mcap").play(2000)
     done = CliRunner().invoke(

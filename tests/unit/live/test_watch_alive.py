@@ -79,6 +79,7 @@ def test_a_pulse_of_one_scan_is_in_the_strip(session):
     assert fall - rise == 2_000_000  # one scan
 
 
+@pytest.mark.slow
 def test_a_tag_is_forced_and_shown(session):
     async def force(page):
         await page.ask("watch", tags=["Homing", "Nothing"])
@@ -164,6 +165,7 @@ def test_pages_that_never_read_keep_nobody_waiting(session):
     assert asyncio.run(look()) == 0
 
 
+@pytest.mark.slow
 def test_a_session_ends_by_itself_after_its_scans():
     with watched("--scans", "50", "--speed", "max") as session:
         assert session.process.wait(30) == 0

@@ -62,6 +62,7 @@ def test_the_line_that_changed_a_value_is_named(asked, recording, columns):
     assert "line.step is 'move' since scan" in answer["text"]
 
 
+@pytest.mark.slow
 def test_scans_that_are_not_written_yet_go_along(asked, recording, columns):
     page = Page()
     last = columns.rows(SCANS - 1, SCANS)

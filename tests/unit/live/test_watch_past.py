@@ -115,6 +115,7 @@ def test_a_branch_of_a_session_that_runs_goes_on():
         assert asyncio.run(branch(session)) == "live"
 
 
+@pytest.mark.slow
 def test_a_scan_that_was_not_run_is_no_place_for_a_branch():
     async def branch(session):
         async with page_of(session) as page:

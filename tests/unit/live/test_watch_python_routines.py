@@ -43,6 +43,7 @@ def rack(tmp_path):
     return tmp_path / "mixed.toml"
 
 
+@pytest.mark.slow
 def test_power_of_a_paused_scan_is_that_of_its_scan(rack):
     """The routine runs once a scan: Even is on after every second one."""
 

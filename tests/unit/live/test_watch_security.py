@@ -193,6 +193,7 @@ def test_a_page_that_reads_no_answers_does_not_fill_the_memory():
     assert len(page.outbox) == OUTBOX_MOST
 
 
+@pytest.mark.slow
 def test_a_read_only_session_takes_no_order():
     async def order(session):
         async with page_of(session) as page:

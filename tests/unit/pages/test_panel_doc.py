@@ -67,6 +67,7 @@ def copy_to_run(folder: Path) -> None:
     rack.write_text("watchdog_ms = 0\n" + rack.read_text(encoding="utf-8"), encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_why_says_what_the_page_says(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     copy_to_run(tmp_path)
     monkeypatch.chdir(tmp_path)

@@ -75,6 +75,7 @@ FRAMES = pytest.mark.extra("frames")
 BLOCKS = re.findall(r"```python\n(.*?)```", TEXT, re.DOTALL)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "block", [pytest.param(each, marks=[FRAMES] if "to_pandas" in each else []) for each in BLOCKS]
 )

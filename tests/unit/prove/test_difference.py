@@ -125,5 +125,6 @@ def told_apart(seed: int, scans: int) -> bool:
     return bool(seen)
 
 
+@pytest.mark.slow
 def test_whatever_random_scans_tell_apart_is_named() -> None:
     assert sum(told_apart(seed, 100) for seed in range(amount(5))) >= 2

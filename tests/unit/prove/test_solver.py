@@ -55,6 +55,7 @@ def question(made: Any) -> list[T]:
     return wanted
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(st.integers(0, 2**32))
 def test_two_solvers_agree_and_a_model_is_one(seed: int) -> None:

@@ -130,6 +130,7 @@ def test_a_blend_is_programmed_and_run(way):
     assert hand.axis.position == way * 5_200
 
 
+@pytest.mark.slow
 def test_sixteen_segments_with_their_shapes():
     segments = [BlendSegment(1_500, 1_100 + 100 * number, 20) for number in range(16)]
     shapes = [Acceleration.TRIANGULAR] * 8 + [Acceleration.TRAPEZOIDAL] * 8

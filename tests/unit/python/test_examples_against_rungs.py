@@ -159,6 +159,7 @@ def a_scan_later(name, example, kind=None):
     return type(base.__name__, (base,), members)()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", RUNGS)
 def test_with_late_judging_every_image_is_the_same(name):
     rungs = run(name, in_rungs)
@@ -180,6 +181,7 @@ three segments, each sent and acknowledged), and at the button it is even again.
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", RUNGS)
 def test_with_early_judging_the_same_images_come_sooner_by_a_scan_for_each_wait(name):
     late, early = changes(run(name, in_rungs)), changes(run(name, a_scan_later))

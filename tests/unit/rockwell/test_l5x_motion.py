@@ -76,6 +76,7 @@ def test_what_a_3601_cannot_do_is_refused_by_name(machine):
     assert "Feed is a 3601, which can't do MAHD" in output
 
 
+@pytest.mark.slow
 def test_axes_of_an_export_bring_their_maxima_their_unwind_and_their_system(machine, tmp_path):
     """50 % of 50 units/s; 36,000 counts of 100 a unit are a turn; the system moves its second axis, too."""
     controls = (files.tag(name, "MOTION_INSTRUCTION") for name in ("Do", "More", "Halt"))

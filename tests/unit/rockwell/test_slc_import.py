@@ -236,6 +236,7 @@ def test_a_rack_runs_it(tmp_path, monkeypatch):
     assert command("rerun", "a.mcap")[0] == 0
 
 
+@pytest.mark.slow
 def test_pictures_and_checks_know_it(tmp_path):
     """A timer's box names its time base; values that are left out are zeros to `scanrack check`."""
     path = tmp_path / "machine.SLC"

@@ -25,6 +25,7 @@ def drawn() -> list[int]:
     return seen
 
 
+@pytest.mark.slow
 def test_constants_of_modules_are_not_drawn(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest
 ) -> None:

@@ -218,6 +218,7 @@ def test_smoke_mutants_and_known_equivalents_still_exist():
     assert all(known.reason for known in EQUIVALENT)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("room", "some"),
     [

@@ -64,6 +64,7 @@ def copied(path: Path, selection: Selection | None = None) -> Path:
     return path.with_name("b.mcap")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("block", [1, 50, 1000])
 def test_the_copy_holds_the_recording(path: Path, block: int, monkeypatch: pytest.MonkeyPatch) -> None:
     cut_blocks(monkeypatch, block)
@@ -175,6 +176,7 @@ def test_a_field_without_a_fixed_size_is_refused(line: str) -> None:
         rest_bytes(extended(line), KNOWN)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("line", "messages"),
     [

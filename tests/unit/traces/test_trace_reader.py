@@ -118,6 +118,7 @@ os.kill(os.getpid(), signal.SIGKILL)
     ]
 
 
+@pytest.mark.slow
 def test_a_file_cut_anywhere_gives_its_whole_chunks(path: Path) -> None:
     content = path.read_bytes()
     chunk_ends = [end for _, end in spans(path, Opcode.CHUNK)]

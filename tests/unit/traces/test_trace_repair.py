@@ -323,6 +323,7 @@ def test_the_top_bit_of_the_last_length_costs_nothing(path: Path, content: bytes
     assert result.original.read_bytes() == bad
 
 
+@pytest.mark.slow
 def test_any_flipped_bit_in_the_heads_of_records_costs_no_scan_or_keeps_the_original(
     path: Path, content: bytes
 ) -> None:
@@ -362,6 +363,7 @@ def test_an_earlier_original_is_not_replaced(path: Path, content: bytes) -> None
     assert path.with_name("run.mcap.orig").read_bytes() == content + b"\0"
 
 
+@pytest.mark.slow
 def test_damaged_metadata_are_noted_and_not_signed_anew_in_silence(path: Path, content: bytes) -> None:
     start, end = spans(path, Opcode.METADATA)[0]
     place = content.index(b"4.1", start, end)
