@@ -25,6 +25,7 @@ from ..build.runnable import LadderLogic
 from ..model.errors import LadderError
 from ..model.tags import Layout
 from ..state.memory import element_text
+from .algebra.terms import and_
 from .claims import Claim, ClaimKind
 from .contracts import KeptBy
 from .induction import Limits, Verdict, VerdictKind, prove
@@ -32,7 +33,6 @@ from .monitors import Key, MonitoredProgram, WatchedClaim, monitored
 from .replaying import ScanOf
 from .smallest import smallest
 from .system import ProgramSystem, ScanBounds
-from .terms import and_
 
 LIMITS = Limits()
 

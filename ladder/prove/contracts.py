@@ -18,7 +18,8 @@ from ...io_images.amci3601.bits import StatusMsw
 from ...io_images.amci3601.contracts import TYPICAL, Contract, Reading, Side
 from ..run.engine import Engine
 from ..state.lowered import LoweredProgram
-from .terms import FALSE, TRUE, T, and_, bit, const, le, not_, or_
+from .algebra.numbers import bit, le
+from .algebra.terms import FALSE, TRUE, T, and_, const, not_, or_
 
 Key = tuple[str, int]
 

@@ -21,13 +21,14 @@ from typing import Any
 
 from ..model.errors import LadderFault
 from ..run.engine import Engine
+from .algebra.meaning import BOOL, INT
+from .algebra.numbers import eq
+from .algebra.terms import FALSE, T, and_, mk, not_, reach, var, variables
 from .induction import Limits, prove
-from .meaning import BOOL, INT
 from .replaying import ScanOf
 from .solving.frames import Frame
 from .solving.solver import UNSAT, Solver
 from .system import Key, ProgramSystem, Runnable, ScanBounds, System, shown
-from .terms import FALSE, T, and_, eq, mk, not_, reach, var, variables
 
 LIMITS = Limits(scans=5, k=2, steps=1_000, total=3_000, helped=False)
 """Limits for one value that random runs do not tell apart."""

@@ -17,7 +17,8 @@ from typing import Any
 
 from ...io_images.site import Site
 from ..model.errors import LadderFault
-from .meaning import BOOL, INT
+from .algebra.meaning import BOOL, INT
+from .algebra.terms import FALSE, TRUE, T, and_, not_
 from .replaying import ReplayedRun, ScanOf, breaks, first_broken, replay, scenario
 from .solving.frames import Frame
 from .solving.invariants import Invariant, invariants
@@ -25,7 +26,6 @@ from .solving.solver import SAT, STEPS, UNKNOWN, UNSAT, Solver
 from .solving.translation import sort_of
 from .stretching import STRETCHED_MS, in_short_scans, stretched
 from .system import CLOCK, DT, Key, ProgramSystem, System
-from .terms import FALSE, TRUE, T, and_, not_
 
 MOST_TRIES = 10
 """Maximum runs of the program for one property."""

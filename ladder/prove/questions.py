@@ -27,14 +27,15 @@ from ...io_images.site import Site
 from ..model.operands import Constant, Group, Place
 from ..model.spec import InstructionKind
 from ..state.lowered import LoweredLine, LoweredStep, Node, Parallel, steps_of
-from .batch import Runs
+from .algebra.meaning import BOOL
+from .algebra.numbers import bit
+from .algebra.terms import FALSE, TRUE, T, and_, iff, not_, or_, variables
 from .induction import Limits, Verdict, VerdictKind, prove
-from .meaning import BOOL
+from .relation.symbols import term_of
 from .solving.frames import Frame
+from .solving.runs import Runs
 from .solving.solver import UNSAT, Solver
-from .symbols import term_of
 from .system import ProgramSystem, System
-from .terms import FALSE, TRUE, T, and_, bit, iff, not_, or_, variables
 
 PROVED_RULES = ("dead-rung", "dead-leg", "never-on", "stuck", "never-done")
 """Rules that find something by a proof; the others find it by a run."""

@@ -9,9 +9,9 @@ from typing import Any
 
 from ..model.errors import LadderFault
 from ..run.engine import Engine
-from .evaluation import Evaluator
+from .algebra.evaluation import Evaluator
+from .algebra.terms import T, reach
 from .system import CLOCK, DT, TOLD, Key, ProgramSystem, System
-from .terms import T, reach
 
 Values = Mapping[str, Any]
 """Values of variables in a scan, by name."""

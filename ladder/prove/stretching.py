@@ -8,8 +8,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from .algebra.numbers import eq, rem
+from .algebra.terms import and_, const
 from .system import DT, ProgramSystem, ScanBounds
-from .terms import and_, const, eq, rem
 
 STRETCHED_MS = 1000
 """Longest scan of such a run."""

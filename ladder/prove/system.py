@@ -33,10 +33,11 @@ from ..model.tags import Layout, Leaf, tag_in
 from ..run.engine import Engine
 from ..run.view import Tags
 from ..state.lowered import Call, LoweredProgram, steps_of
-from . import terms
-from .meaning import BOOL, INT
-from .noting import NotingMachine
-from .terms import FALSE, TRUE, T, and_, bit, setbit, var, variables
+from .algebra import terms
+from .algebra.meaning import BOOL, INT
+from .algebra.numbers import bit, setbit
+from .algebra.terms import FALSE, TRUE, T, and_, var, variables
+from .relation.noting import NotingMachine
 
 Key = tuple[str, int]
 """A place: path of the leaf in capitals, flat index."""

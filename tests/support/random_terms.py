@@ -8,8 +8,10 @@ from dataclasses import dataclass
 from random import Random
 from typing import Any
 
-from scanrack.ladder.prove import terms as t
-from scanrack.ladder.prove.terms import T
+from scanrack.ladder.prove.algebra import numbers
+from scanrack.ladder.prove.algebra import terms as t
+from scanrack.ladder.prove.algebra.meaning import INT
+from scanrack.ladder.prove.algebra.terms import T
 
 
 @dataclass
@@ -44,19 +46,19 @@ def _low(value: int, width: int) -> int:
 
 
 OF_TWO: dict[Callable[[T, T], T], Callable[[int, int], int]] = {
-    t.add: lambda a, b: a + b,
-    t.sub: lambda a, b: a - b,
-    t.mul: lambda a, b: a * b,
-    t.div: _quotient,
-    t.rem: lambda a, b: a - b * _quotient(a, b) if b else 0,
-    lambda a, b: t.bitop("band", a, b): lambda a, b: a & b,
-    lambda a, b: t.bitop("bor", a, b): lambda a, b: a | b,
-    lambda a, b: t.bitop("bxor", a, b): lambda a, b: a ^ b,
+    numbers.add: lambda a, b: a + b,
+    numbers.sub: lambda a, b: a - b,
+    numbers.mul: lambda a, b: a * b,
+    numbers.div: _quotient,
+    numbers.rem: lambda a, b: a - b * _quotient(a, b) if b else 0,
+    lambda a, b: numbers.bitop("band", a, b): lambda a, b: a & b,
+    lambda a, b: numbers.bitop("bor", a, b): lambda a, b: a | b,
+    lambda a, b: numbers.bitop("bxor", a, b): lambda a, b: a ^ b,
 }
 TRUTHS_OF_TWO: dict[Callable[[T, T], T], Callable[[Any, Any], bool]] = {
-    t.eq: lambda a, b: a == b,
-    t.lt: lambda a, b: a < b,
-    t.le: lambda a, b: a <= b,
+    numbers.eq: lambda a, b: a == b,
+    numbers.lt: lambda a, b: a < b,
+    numbers.le: lambda a, b: a <= b,
 }
 LOGIC: dict[Callable[[T, T], T], Callable[[bool, bool], bool]] = {
     t.and_: lambda a, b: a and b,
@@ -72,7 +74,7 @@ def bench(seed: int, steps: int = 40) -> Bench:
     made = Bench(rng, [], [], {})
     for number, (lo, hi) in enumerate(((0, 100), (-128, 127), (0, 65535), (-(2**31), 2**31 - 1), (-3, 3))):
         value = rng.choice((lo, hi, rng.randint(lo, hi)))
-        made.whole.append((t.var(f"n{number}", t.INT, lo, hi), value))
+        made.whole.append((t.var(f"n{number}", INT, lo, hi), value))
         made.values[f"n{number}"] = value
     for number in range(3):
         made.values[f"b{number}"] = rng.random() < 0.5
@@ -101,19 +103,19 @@ def _step(made: Bench) -> None:
         made.truths.append((make(p, q), logic(truth, other)))
     elif kind == 4:
         made.truths.append((t.not_(p), not truth))
-        made.whole.append((t.b2i(p), int(truth)))
+        made.whole.append((numbers.b2i(p), int(truth)))
     elif kind == 5:
         made.whole.append((t.ite(p, a, b), x if truth else y))
-        made.truths.append((t.ite(p, q, t.lt(a, b)), other if truth else x < y))
+        made.truths.append((t.ite(p, q, numbers.lt(a, b)), other if truth else x < y))
     elif kind == 6:
-        made.whole.append((t.wrap(a, width), _low(x, width)))
-        made.truths.append((t.bit(a, number), x // 2**number % 2 == 1))
+        made.whole.append((numbers.wrap(a, width), _low(x, width)))
+        made.truths.append((numbers.bit(a, number), x // 2**number % 2 == 1))
     elif kind == 7:
         mask = 2**number
-        word = t.setbit(t.wrap(a, width), number, p, width)
+        word = numbers.setbit(numbers.wrap(a, width), number, p, width)
         low = _low(x, -abs(width))
         made.whole.append((word, _low(low | mask if truth else low & ~mask, width)))
     else:
-        made.whole.append((t.shr(a, number), math.floor(x / 2**number)))
-        made.whole.append((t.clip(a, -100, 1000), min(1000, max(-100, x))))
-        made.whole.append((t.inv(b), -1 - y))
+        made.whole.append((numbers.shr(a, number), math.floor(x / 2**number)))
+        made.whole.append((numbers.clip(a, -100, 1000), min(1000, max(-100, x))))
+        made.whole.append((numbers.inv(b), -1 - y))

@@ -6,10 +6,10 @@ import struct
 from collections import Counter
 
 from scanrack.ladder import CONTROL, LadderFault
-from scanrack.ladder.prove.evaluation import Evaluator
-from scanrack.ladder.prove.machine import ScanMachine
-from scanrack.ladder.prove.places import AGE, CLOCK
-from scanrack.ladder.prove.terms import FALSE, T, forget, or_, reach
+from scanrack.ladder.prove.algebra.evaluation import Evaluator
+from scanrack.ladder.prove.algebra.terms import FALSE, T, forget, or_, reach
+from scanrack.ladder.prove.relation.machine import ScanMachine
+from scanrack.ladder.prove.relation.places import AGE, CLOCK
 
 SCAN_MS = (1, 2, 10, 37, 100)
 

@@ -26,7 +26,10 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 from relation import Relation
 from relation_programs import drawn
 from scanrack.ladder.files.rungfile import parse_program
-from scanrack.ladder.prove import (
+from scanrack.ladder.prove.algebra import meaning, numbers, terms
+from scanrack.ladder.prove.algebra.numbers import add, eq, lt, mul, sub
+from scanrack.ladder.prove.algebra.terms import FALSE, TRUE, and_, const, ite, not_, or_
+from scanrack.ladder.prove.relation import (
     copies,
     faults,
     machine,
@@ -34,11 +37,9 @@ from scanrack.ladder.prove import (
     patterns,
     places,
     symbols,
-    terms,
     texts,
     values,
 )
-from scanrack.ladder.prove.terms import FALSE, TRUE, add, and_, const, eq, ite, lt, mul, not_, or_, sub
 
 MOST_PROGRAMS = 300
 """Programs that run before a defect counts as not found."""
@@ -52,7 +53,7 @@ Patch = tuple[Any, str, Any]
 
 def _rounded_down(a: Any, b: Any) -> Any:
     """Divide, rounding down."""
-    exact = terms.div(a, b)
+    exact = numbers.div(a, b)
     below = and_(lt(a, const(0)), not_(eq(mul(exact, b), a)))
     return ite(below, sub(exact, const(1)), exact)
 
@@ -139,11 +140,11 @@ def _in_place(self: Any, source: Any, target: Any, length: Any) -> None:
 
 
 REAL: dict[str, Any] = {
-    "bit": terms.bit,
-    "setbit": terms.setbit,
-    "wrap": terms.wrap,
-    "lt": terms.lt,
-    "to_float": terms.to_float,
+    "bit": numbers.bit,
+    "setbit": numbers.setbit,
+    "wrap": numbers.wrap,
+    "lt": numbers.lt,
+    "to_float": numbers.to_float,
 }
 
 DEFECTS: dict[str, tuple[Patch, ...]] = {
@@ -151,9 +152,9 @@ DEFECTS: dict[str, tuple[Patch, ...]] = {
         (values, "wrap", lambda a, n: REAL["wrap"](a, 32 if 0 < n < 32 else n)),
     ),
     "an unsigned destination is signed": ((values, "wrap", lambda a, n: REAL["wrap"](a, abs(n))),),
-    "division rounds down": ((values, "_DIVISIONS", {"/": _rounded_down, "MOD": terms.rem}),),
+    "division rounds down": ((values, "_DIVISIONS", {"/": _rounded_down, "MOD": numbers.rem}),),
     "MOD has the sign of the divisor": (
-        (values, "_DIVISIONS", {"/": terms.div, "MOD": lambda a, b: sub(a, mul(_rounded_down(a, b), b))}),
+        (values, "_DIVISIONS", {"/": numbers.div, "MOD": lambda a, b: sub(a, mul(_rounded_down(a, b), b))}),
     ),
     "bits above 25 are their neighbours": (
         (places, "bit", lambda a, k: REAL["bit"](a, k - 1 if k > 25 else k)),
@@ -161,9 +162,9 @@ DEFECTS: dict[str, tuple[Patch, ...]] = {
     "setting a bit clears bit 0": (
         (places, "setbit", lambda a, k, b, n: REAL["setbit"](REAL["setbit"](a, 0, FALSE, n), k, b, n)),
     ),
-    "less or equal for less": ((symbols, "lt", lambda a, b: terms.le(a, b)),),
+    "less or equal for less": ((symbols, "lt", lambda a, b: numbers.le(a, b)),),
     "unequal for equal beyond 100": (
-        (symbols, "eq", lambda a, b: terms.eq(a, b) if a.kind != "i" or a.hi < 100 else FALSE),
+        (symbols, "eq", lambda a, b: numbers.eq(a, b) if a.kind != "i" or a.hi < 100 else FALSE),
     ),
     "OR of conditions is XOR": (
         (values, "_TRUTH", {**values._TRUTH, "OR": lambda a, b: not_(terms.iff(a, b))}),
@@ -200,17 +201,17 @@ DEFECTS: dict[str, tuple[Patch, ...]] = {
     "division by zero gives 0": (
         (values, "ite", lambda c, a, b: terms.ite(c, const(0) if a.kind == "i" and b.op == "wrap" else a, b)),
     ),
-    "REAL is computed in double": ((values, "F32", terms.F64),),
-    "a REAL is cut off into an integer": ((values, "to_int", lambda t, how: terms.to_int(t, "rtz")),),
-    "NaN equals itself": ((symbols, "eq", lambda a, b: TRUE if a is b else terms.eq(a, b)),),
+    "REAL is computed in double": ((values, "F32", meaning.F64),),
+    "a REAL is cut off into an integer": ((values, "to_int", lambda t, how: numbers.to_int(t, "rtz")),),
+    "NaN equals itself": ((symbols, "eq", lambda a, b: TRUE if a is b else numbers.eq(a, b)),),
     "a fault of a subscript is lost": (
         (paths, "faults_of", lambda found: FALSE),
         (values, "faults_of", lambda found: FALSE),
     ),
     "a negative subscript counts from the end": (
-        (values, "_below", lambda t, most: terms.bitop("band", sub(t, const(1)), const(7))),
+        (values, "_below", lambda t, most: numbers.bitop("band", sub(t, const(1)), const(7))),
     ),
-    "a computed write hits the next element": ((places, "eq", lambda a, b: terms.eq(add(a, const(1)), b)),),
+    "a computed write hits the next element": ((places, "eq", lambda a, b: numbers.eq(add(a, const(1)), b)),),
     "a computed read reads the first element": ((places, "chosen", lambda found, number: found[0]),),
     "a timer counts a millisecond more": ((Values, "elapsed", _forget_rest),),
     "a timer does not begin anew": ((Values, "start_clock", _kept_age),),
@@ -252,7 +253,7 @@ DEFECTS: dict[str, tuple[Patch, ...]] = {
         (copies, "_known", lambda count, region: count + 1 if count == 1 else count),
     ),
     "bytes are in the other order": (
-        (patterns, "shr", lambda a, n: terms.shr(a, 8 - n if 0 <= n <= 8 else n)),
+        (patterns, "shr", lambda a, n: numbers.shr(a, 8 - n if 0 <= n <= 8 else n)),
     ),
     "FLL fills one element less": ((copies.CopyRegions, "fill", lambda self, target, length, value: None),),
     "CONCAT starts one place early": (
@@ -260,7 +261,7 @@ DEFECTS: dict[str, tuple[Patch, ...]] = {
             texts,
             "_moved",
             lambda codes, by, size, real=texts._moved: real(
-                codes, terms.clip(sub(by, const(1)), 0, 255), size
+                codes, numbers.clip(sub(by, const(1)), 0, 255), size
             ),
         ),
     ),

@@ -42,11 +42,11 @@ def verdicts(job: Job, facts: Facts) -> Iterator[Judgement]:
     own = facts.sites
     if not isinstance(job.logic, LadderLogic) or len(own) > MOST_LINES:
         return
+    from ...ladder.prove.algebra.terms import reach
     from ...ladder.prove.induction import Limits
     from ...ladder.prove.questions import ask
     from ...ladder.prove.solving.solver import is_installed
     from ...ladder.prove.system import ProgramSystem
-    from ...ladder.prove.terms import reach
 
     if not is_installed():
         return

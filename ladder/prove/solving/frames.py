@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from ..meaning import BOOL, INT
+from ..algebra.meaning import BOOL, INT
+from ..algebra.terms import TRUE, T, const
 from ..system import System
-from ..terms import TRUE, T, const
 from .solver import Solver
 from .translation import declare, fit, translate, width
 

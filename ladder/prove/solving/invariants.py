@@ -22,12 +22,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..batch import Array, Runs
-from ..evaluation import Evaluator
-from ..meaning import BOOL, INT
+from ..algebra.batch import Array
+from ..algebra.evaluation import Evaluator
+from ..algebra.meaning import BOOL, INT
+from ..algebra.numbers import lt
+from ..algebra.terms import TRUE, T, and_, const, not_, or_
 from ..system import CLOCK, System, shown
-from ..terms import TRUE, T, and_, const, lt, not_, or_
 from .frames import Frame
+from .runs import Runs
 from .solver import SAT, UNSAT, Solver
 
 SCANS, RESTART = 24, 12

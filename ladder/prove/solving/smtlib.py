@@ -13,7 +13,7 @@ import struct
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from ..meaning import BOOL, F32, F64
+from ..algebra.meaning import BOOL, F32, F64
 from .translation import FIELDS, Sort
 
 

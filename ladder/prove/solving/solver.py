@@ -12,8 +12,8 @@ from functools import cache
 from importlib.util import find_spec
 from typing import Any
 
-from ..meaning import BOOL, F32, INT
-from ..terms import T
+from ..algebra.meaning import BOOL, F32, INT
+from ..algebra.terms import T
 from .smtlib import pattern_of
 from .translation import FIELDS, Sort, signed, width
 

@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
-from ..meaning import F32, F64, FAR, INT
-from ..terms import T, bits_of
+from ..algebra.meaning import F32, F64, FAR, INT
+from ..algebra.terms import T, bits_of
 
 Sort = str | int
 """`BOOL`, `F32`, `F64`, or the width of a bit vector."""

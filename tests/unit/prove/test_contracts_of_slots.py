@@ -7,9 +7,9 @@ from random import Random
 import pytest
 from scanrack.io_images.amci3601.contracts import CONTRACTS, Reach, contracts_of
 from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.prove.algebra.evaluation import Evaluator
 from scanrack.ladder.prove.claims import Claim, ClaimKind
 from scanrack.ladder.prove.contracts import KeptBy
-from scanrack.ladder.prove.evaluation import Evaluator
 from scanrack.ladder.prove.induction import VerdictKind, prove
 from scanrack.ladder.prove.monitors import monitored
 from scanrack.ladder.prove.system import ProgramSystem

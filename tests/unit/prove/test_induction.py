@@ -5,11 +5,13 @@ from __future__ import annotations
 import pytest
 from scanrack.ladder.files.rungfile import parse_program
 from scanrack.ladder.model.errors import LadderError
+from scanrack.ladder.prove.algebra.meaning import INT
+from scanrack.ladder.prove.algebra.numbers import add, eq, lt
+from scanrack.ladder.prove.algebra.terms import FALSE, T, and_, const, forget, ite, not_, or_, var
 from scanrack.ladder.prove.claims import Claim, ClaimKind
 from scanrack.ladder.prove.induction import Limits, Verdict, VerdictKind, prove
 from scanrack.ladder.prove.monitors import monitored
 from scanrack.ladder.prove.system import ProgramSystem, ScanBounds, System
-from scanrack.ladder.prove.terms import FALSE, INT, T, add, and_, const, eq, forget, ite, lt, not_, or_, var
 
 pytestmark = pytest.mark.extra("prove")
 
@@ -45,7 +47,7 @@ def test_a_run_beyond_the_limit_of_scans_is_unknown() -> None:
 def test_the_limit_of_steps_is_named() -> None:
     system, _ = counter(100)
     a, b = (var(name, INT, 2, 2**20) for name in "ab")
-    from scanrack.ladder.prove.terms import mul
+    from scanrack.ladder.prove.algebra.numbers import mul
 
     hard = and_(eq(mul(a, b), const(1_048_573 * 1_048_571)), lt(a, const(1_048_571)))
     verdict = prove(system, hard, Limits(steps=30))

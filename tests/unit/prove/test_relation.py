@@ -10,9 +10,9 @@ from relation import Relation
 from relation_programs import drawn
 from scanrack.ladder import instructions
 from scanrack.ladder.files.rungfile import parse_program
-from scanrack.ladder.prove.evaluation import evaluate
-from scanrack.ladder.prove.machine import ScanMachine
-from scanrack.ladder.prove.terms import forget
+from scanrack.ladder.prove.algebra.evaluation import evaluate
+from scanrack.ladder.prove.algebra.terms import forget
+from scanrack.ladder.prove.relation.machine import ScanMachine
 
 HEAD = """PROGRAM small
 TAG A : BOOL

@@ -9,12 +9,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from random_terms import bench
-from scanrack.ladder.prove import terms as t
-from scanrack.ladder.prove.evaluation import evaluate
+from scanrack.ladder.prove.algebra import numbers
+from scanrack.ladder.prove.algebra import terms as t
+from scanrack.ladder.prove.algebra.evaluation import evaluate
+from scanrack.ladder.prove.algebra.meaning import BOOL, F32, F64, INT
+from scanrack.ladder.prove.algebra.terms import T
 from scanrack.ladder.prove.solving.smtlib import Script
 from scanrack.ladder.prove.solving.solver import Solver
 from scanrack.ladder.prove.solving.translation import declare, translate
-from scanrack.ladder.prove.terms import T
 
 pytestmark = pytest.mark.extra("prove")
 
@@ -49,9 +51,9 @@ def question(made: Any) -> list[T]:
     chosen = made.rng.sample(made.truths, min(5, len(made.truths)))
     wanted = [term if value else t.not_(term) for term, value in chosen]
     (a, x), (b, _) = made.rng.choice(made.whole), made.rng.choice(made.whole)
-    wanted.append(t.eq(a, t.const(x)))
+    wanted.append(numbers.eq(a, t.const(x)))
     if made.rng.random() < 0.6:
-        wanted.append(t.not_(made.rng.choice([wanted[0], t.eq(a, b), t.lt(a, b)])))
+        wanted.append(t.not_(made.rng.choice([wanted[0], numbers.eq(a, b), numbers.lt(a, b)])))
     return wanted
 
 
@@ -66,29 +68,44 @@ def test_two_solvers_agree_and_a_model_is_one(seed: int) -> None:
     assert verdict in (second_opinion(roots), "unknown")
     if verdict == "sat":
         values = {name: solver.found(made, v) for name, (v, made) in known.items()}
-        assert all(v.lo <= values[name] <= v.hi for name, (v, _) in known.items() if v.kind == t.INT)
+        assert all(v.lo <= values[name] <= v.hi for name, (v, _) in known.items() if v.kind == INT)
         assert all(evaluate(roots, values))
 
 
-X, Y = t.var("x", t.F32), t.var("y", t.F32)
-BIG = t.var("n", t.INT, -(2**63), 2**63 - 1)
-FINITE = [t.mk("ffin", (each,), t.BOOL) for each in (X, Y)]
+X, Y = t.var("x", F32), t.var("y", F32)
+BIG = t.var("n", INT, -(2**63), 2**63 - 1)
+FINITE = [t.mk("ffin", (each,), BOOL) for each in (X, Y)]
 FLOATS = {
-    "a sum in single precision": [t.eq(t.fop("fadd", X, t.const(1.0, t.F32)), X), *FINITE],
-    "a quotient by zero": [
-        t.eq(Y, t.const(0.0, t.F32)),
-        t.lt(t.const(1e30, t.F32), t.fop("fdiv", X, Y)),
+    "a sum in single precision": [
+        numbers.eq(numbers.fop("fadd", X, t.const(1.0, F32)), X),
         *FINITE,
     ],
-    "NaN": [t.mk("fnan", (t.fop("fmul", X, Y),), t.BOOL)],
-    "half to even": [t.eq(t.to_int(X, "rne"), t.const(4)), t.lt(X, t.const(4.0, t.F32))],
-    "cut off": [t.eq(t.to_int(X, "rtz"), t.const(-4)), t.lt(X, t.const(-4.5, t.F32))],
-    "never beyond": [t.eq(t.to_int(X, "rtz"), t.const(4)), t.lt(X, t.const(4.0, t.F32))],
-    "twice rounded": [
-        t.eq(BIG, t.const(2**60 + 2**36 + 1)),
-        t.eq(t.to_float(BIG, t.F32), t.const(2.0**60, t.F32)),
+    "a quotient by zero": [
+        numbers.eq(Y, t.const(0.0, F32)),
+        numbers.lt(t.const(1e30, F32), numbers.fop("fdiv", X, Y)),
+        *FINITE,
     ],
-    "a double of a single": [t.not_(t.eq(t.to_float(t.to_float(X, t.F64), t.F32), X)), *FINITE],
+    "NaN": [t.mk("fnan", (numbers.fop("fmul", X, Y),), BOOL)],
+    "half to even": [
+        numbers.eq(numbers.to_int(X, "rne"), t.const(4)),
+        numbers.lt(X, t.const(4.0, F32)),
+    ],
+    "cut off": [
+        numbers.eq(numbers.to_int(X, "rtz"), t.const(-4)),
+        numbers.lt(X, t.const(-4.5, F32)),
+    ],
+    "never beyond": [
+        numbers.eq(numbers.to_int(X, "rtz"), t.const(4)),
+        numbers.lt(X, t.const(4.0, F32)),
+    ],
+    "twice rounded": [
+        numbers.eq(BIG, t.const(2**60 + 2**36 + 1)),
+        numbers.eq(numbers.to_float(BIG, F32), t.const(2.0**60, F32)),
+    ],
+    "a double of a single": [
+        t.not_(numbers.eq(numbers.to_float(numbers.to_float(X, F64), F32), X)),
+        *FINITE,
+    ],
 }
 
 
@@ -106,8 +123,11 @@ def test_floats_are_those_of_python(name: str) -> None:
 
 def factors() -> list[T]:
     """Two factors of a product of primes: hard for a solver."""
-    a, b = (t.var(name, t.INT, 2, 2**20) for name in "ab")
-    return [t.eq(t.mul(a, b), t.const(1_048_573 * 1_048_571)), t.lt(a, t.const(1_048_571))]
+    a, b = (t.var(name, INT, 2, 2**20) for name in "ab")
+    return [
+        numbers.eq(numbers.mul(a, b), t.const(1_048_573 * 1_048_571)),
+        numbers.lt(a, t.const(1_048_571)),
+    ]
 
 
 def test_a_limit_is_steps_and_gives_the_same_answer_again() -> None:
@@ -123,7 +143,7 @@ def test_a_limit_is_steps_and_gives_the_same_answer_again() -> None:
 
 def test_a_question_adds_its_truths_for_a_moment() -> None:
     solver = Solver()
-    a, b = (solver.declare(t.BOOL, name) for name in "ab")
+    a, b = (solver.declare(BOOL, name) for name in "ab")
     solver.state(solver.apply("or", [a, b]))
     neither = [solver.apply("not", [each]) for each in (a, b)]
     assert solver.check(*neither) == "unsat"
@@ -133,7 +153,7 @@ def test_a_question_adds_its_truths_for_a_moment() -> None:
 
 def test_values_of_floats_survive() -> None:
     solver = Solver()
-    for kind in (t.F32, t.F64):
+    for kind in (F32, F64):
         for value in (1.5, -0.0, math.inf, 1e-40):
             made = solver.value(kind, value)
             assert solver.check() == "sat"

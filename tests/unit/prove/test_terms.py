@@ -10,9 +10,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from random_terms import bench
-from scanrack.ladder.prove import terms as t
-from scanrack.ladder.prove.batch import BatchEvaluator
-from scanrack.ladder.prove.evaluation import evaluate
+from scanrack.ladder.prove.algebra import numbers
+from scanrack.ladder.prove.algebra import terms as t
+from scanrack.ladder.prove.algebra.batch import BatchEvaluator
+from scanrack.ladder.prove.algebra.evaluation import evaluate
+from scanrack.ladder.prove.algebra.meaning import F32, F64, INT
 
 
 @settings(max_examples=60, deadline=None)
@@ -36,14 +38,14 @@ FLOATS = st.floats(allow_nan=False, width=32)
 
 @given(FLOATS, FLOATS)
 def test_floats_round_after_each_operation(x: float, y: float) -> None:
-    a, b = t.var("a", t.F32), t.var("b", t.F32)
+    a, b = t.var("a", F32), t.var("b", F32)
     made = [
-        t.fop("fadd", a, b),
-        t.fop("fmul", a, b),
-        t.fop("fsub", t.fop("fneg", a), b),
-        t.to_float(a, t.F64),
+        numbers.fop("fadd", a, b),
+        numbers.fop("fmul", a, b),
+        numbers.fop("fsub", numbers.fop("fneg", a), b),
+        numbers.to_float(a, F64),
     ]
-    found = evaluate([*made, t.lt(a, b), t.le(a, b), t.eq(a, b)], {"a": x, "b": y})
+    found = evaluate([*made, numbers.lt(a, b), numbers.le(a, b), numbers.eq(a, b)], {"a": x, "b": y})
     wanted = [single(x + y), single(x * y), single(-x - y), x, x < y, x <= y, x == y]
     assert all(u == v or (u != u and v != v) for u, v in zip(found, wanted, strict=True))
 
@@ -61,16 +63,16 @@ def test_floats_round_after_each_operation(x: float, y: float) -> None:
     ],
 )
 def test_a_float_becomes_a_whole_number(value: float, even: int, cut: int) -> None:
-    a = t.var("a", t.F64)
-    assert evaluate([t.to_int(a, "rne"), t.to_int(a, "rtz")], {"a": value}) == [even, cut]
-    constant = t.const(value, t.F64)
-    assert (t.to_int(constant, "rne").val, t.to_int(constant, "rtz").val) == (even, cut)
+    a = t.var("a", F64)
+    assert evaluate([numbers.to_int(a, "rne"), numbers.to_int(a, "rtz")], {"a": value}) == [even, cut]
+    constant = t.const(value, F64)
+    assert (numbers.to_int(constant, "rne").val, numbers.to_int(constant, "rtz").val) == (even, cut)
 
 
 def test_a_large_whole_number_becomes_a_float_as_logix_has_it() -> None:
-    n = t.var("n", t.INT, -(2**63), 2**63 - 1)
+    n = t.var("n", INT, -(2**63), 2**63 - 1)
     single_of_it, double_of_it = evaluate(
-        [t.to_float(n, t.F32), t.to_float(n, t.F64)], {"n": 2**60 + 2**36 + 1}
+        [numbers.to_float(n, F32), numbers.to_float(n, F64)], {"n": 2**60 + 2**36 + 1}
     )
     assert double_of_it == float(2**60 + 2**36)
     assert single_of_it == single(double_of_it)
@@ -78,12 +80,12 @@ def test_a_large_whole_number_becomes_a_float_as_logix_has_it() -> None:
 
 def test_equal_terms_are_one_until_they_are_forgotten() -> None:
     t.forget()
-    first = t.add(t.var("n", t.INT, 0, 9), t.const(1))
-    assert t.add(t.var("n", t.INT, 0, 9), t.const(1)) is first
+    first = numbers.add(t.var("n", INT, 0, 9), t.const(1))
+    assert numbers.add(t.var("n", INT, 0, 9), t.const(1)) is first
     count = t.known()
     t.forget()
     assert t.known() == 0 < count
-    again = t.add(t.var("n", t.INT, 0, 9), t.const(1))
+    again = numbers.add(t.var("n", INT, 0, 9), t.const(1))
     assert again is not first
     assert again.id > first.id
     assert t.not_(t.not_(t.var("b"))) is t.var("b")
@@ -91,16 +93,16 @@ def test_equal_terms_are_one_until_they_are_forgotten() -> None:
 
 
 def test_what_is_known_is_simplified_away() -> None:
-    n, b = t.var("n", t.INT, 0, 9), t.var("b")
-    assert t.lt(n, t.const(10)) is t.TRUE
-    assert t.eq(n, t.const(10)) is t.FALSE
-    assert t.wrap(n, 16) is n
+    n, b = t.var("n", INT, 0, 9), t.var("b")
+    assert numbers.lt(n, t.const(10)) is t.TRUE
+    assert numbers.eq(n, t.const(10)) is t.FALSE
+    assert numbers.wrap(n, 16) is n
     assert t.and_(b, t.not_(b)) is t.FALSE
     assert t.ite(b, t.TRUE, t.FALSE) is b
-    assert t.eq(t.ite(b, t.const(1), t.const(2)), t.const(2)) is t.not_(b)
-    word = t.setbit(t.var("w", t.INT, -128, 127), 3, b, 8)
-    assert t.bit(word, 3) is b
-    assert t.bit(word, 9) is t.bit(word, 7)
+    assert numbers.eq(t.ite(b, t.const(1), t.const(2)), t.const(2)) is t.not_(b)
+    word = numbers.setbit(t.var("w", INT, -128, 127), 3, b, 8)
+    assert numbers.bit(word, 3) is b
+    assert numbers.bit(word, 9) is numbers.bit(word, 7)
 
 
 @settings(max_examples=30, deadline=None)
@@ -118,9 +120,13 @@ def test_many_runs_at_once_compute_what_each_alone_does(seed: int) -> None:
 
 @given(FLOATS, FLOATS)
 def test_floats_of_many_runs_are_those_of_one(x: float, y: float) -> None:
-    a, b = t.var("a", t.F32), t.var("b", t.F32)
-    roots = [t.fop(op, a, b) for op in ("fadd", "fmul", "fsub", "fdiv")]
-    roots += [t.to_int(a, "rne"), t.to_float(t.to_int(b, "rtz"), t.F32), t.lt(a, b)]
+    a, b = t.var("a", F32), t.var("b", F32)
+    roots = [numbers.fop(op, a, b) for op in ("fadd", "fmul", "fsub", "fdiv")]
+    roots += [
+        numbers.to_int(a, "rne"),
+        numbers.to_float(numbers.to_int(b, "rtz"), F32),
+        numbers.lt(a, b),
+    ]
     one = evaluate(roots, {"a": x, "b": y})
     many = BatchEvaluator(roots, lanes=1)({"a": np.array([x], np.float32), "b": np.array([y], np.float32)})
     assert all(u == v or (u != u and v != v) for u, v in zip(one, (each[0] for each in many), strict=True))

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from ..state.memory import Store
-from ..state.regions import ArrayRegion, End
-from .meaning import INT
+from ...state.memory import Store
+from ...state.regions import ArrayRegion, End
+from ..algebra.meaning import INT
+from ..algebra.numbers import lt
+from ..algebra.terms import const, ite, mk
 from .patterns import Pattern, constant_bytes, pack, unpack
 from .places import kind_of
 from .symbols import TermSymbol, UnmodelledError, term_of
-from .terms import const, ite, lt, mk
 
 if TYPE_CHECKING:
     from .values import TermValues

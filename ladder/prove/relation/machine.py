@@ -17,13 +17,13 @@ from functools import partial
 from types import MappingProxyType
 from typing import Any
 
-from ...io_images.site import Site
-from ..model.operands import Calculation, Constant, Group, Place, Resolved, StringConstant, leaves_in
-from ..model.schedule import ScheduledTask, TaskKind
-from ..model.spec import InstructionKind, Use
-from ..model.tags import OVERRIDE, OWN, Leaf
-from ..model.types import HIDDEN, leaves_of
-from ..state.lowered import (
+from ....io_images.site import Site
+from ...model.operands import Calculation, Constant, Group, Place, Resolved, StringConstant, leaves_in
+from ...model.schedule import ScheduledTask, TaskKind
+from ...model.spec import InstructionKind, Use
+from ...model.tags import OVERRIDE, OWN, Leaf
+from ...model.types import HIDDEN, leaves_of
+from ...state.lowered import (
     BROKEN,
     AddOnCall,
     Arms,
@@ -38,10 +38,11 @@ from ..state.lowered import (
     Parallel,
     Selection,
 )
-from .meaning import BOOL, INT
+from ..algebra.meaning import BOOL, INT
+from ..algebra.numbers import le, lt
+from ..algebra.terms import FALSE, TRUE, T, and_, const, ite, not_, or_
 from .places import Key
 from .symbols import UnmodelledError, term_of
-from .terms import FALSE, TRUE, T, and_, const, ite, le, lt, not_, or_
 from .values import TermValues
 
 MOST_PASSES = 64

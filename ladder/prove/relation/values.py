@@ -7,52 +7,42 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
-from ...io_images.site import Site
-from ..interpreter import Interpreter
-from ..model.errors import STRING_NUMBER_CODE
-from ..model.operands import SINGLE, Calculation, Group, Place, Resolved, is_truth
-from ..model.operators import RELATIONS
-from ..model.tags import Leaf
-from ..model.types import ULINT, Elementary, Field
-from ..state.lowered import LoweredProgram
-from ..state.memory import Store
-from ..state.regions import ArrayRegion, End
-from .copies import CopyRegions
-from .faults import TermFaults
-from .meaning import BOOL, F32, F64, INT
-from .paths import PathFault, Paths, faults_of, merged, result_of, written_by
-from .patterns import Byte, constant_bytes, unpack
-from .places import AGE, CLOCK, Key, TermArgument, TermMemory, kind_of
-from .symbols import FLOATS, TermSymbol, UnmodelledError, term_of, truth_of, whole_of
-from .terms import (
-    FALSE,
-    TRUE,
-    T,
+from ....io_images.site import Site
+from ...interpreter import Interpreter
+from ...model.errors import STRING_NUMBER_CODE
+from ...model.operands import SINGLE, Calculation, Group, Place, Resolved, is_truth
+from ...model.operators import RELATIONS
+from ...model.tags import Leaf
+from ...model.types import ULINT, Elementary, Field
+from ...state.lowered import LoweredProgram
+from ...state.memory import Store
+from ...state.regions import ArrayRegion, End
+from ..algebra.meaning import BOOL, F32, F64, INT
+from ..algebra.numbers import (
     add,
-    and_,
     bitop,
     clip,
-    const,
     div,
     eq,
     fop,
-    iff,
     inv,
-    ite,
     le,
     least,
     lt,
-    mk,
     mul,
-    not_,
-    or_,
     rem,
     sub,
     to_float,
     to_int,
-    var,
     wrap,
 )
+from ..algebra.terms import FALSE, TRUE, T, and_, const, iff, ite, mk, not_, or_, var
+from .copies import CopyRegions
+from .faults import TermFaults
+from .paths import PathFault, Paths, faults_of, merged, result_of, written_by
+from .patterns import Byte, constant_bytes, unpack
+from .places import AGE, CLOCK, Key, TermArgument, TermMemory, kind_of
+from .symbols import FLOATS, TermSymbol, UnmodelledError, term_of, truth_of, whole_of
 from .texts import TermText, digits, number_in
 
 _FAR = 2.0**62

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, cast
 
-from ..model.tags import Layout, Leaf
-from ..model.types import Elementary
-from ..state.memory import InterpretedAddOnStore
-from .meaning import BOOL, F32, F64, INT
+from ...model.tags import Layout, Leaf
+from ...model.types import Elementary
+from ...state.memory import InterpretedAddOnStore
+from ..algebra.meaning import BOOL, F32, F64, INT
+from ..algebra.numbers import bit, eq, setbit, sub
+from ..algebra.terms import T, const, interval_of, ite
 from .symbols import TermSymbol, UnmodelledError, term_of
-from .terms import T, bit, const, eq, interval_of, ite, setbit, sub
 
 if TYPE_CHECKING:
     from .values import TermValues

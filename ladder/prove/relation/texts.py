@@ -8,29 +8,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from .meaning import INT
+from ..algebra.meaning import INT
+from ..algebra.numbers import add, bit, clip, div, eq, le, least, lt, mul, rem, sub
+from ..algebra.terms import FALSE, T, and_, bits_of, const, ite, not_, or_
 from .symbols import UnmodelledError, term_of
-from .terms import (
-    FALSE,
-    T,
-    add,
-    and_,
-    bit,
-    bits_of,
-    clip,
-    const,
-    div,
-    eq,
-    ite,
-    le,
-    least,
-    lt,
-    mul,
-    not_,
-    or_,
-    rem,
-    sub,
-)
 
 MOST_CHARACTERS = 512
 """Maximum characters of a text."""

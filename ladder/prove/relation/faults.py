@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, NoReturn
 
+from ..algebra.numbers import add, b2i
+from ..algebra.terms import FALSE, TRUE, T, and_, or_
 from .paths import PathFault
 from .symbols import UnmodelledError
-from .terms import FALSE, TRUE, T, add, and_, b2i, or_
 
 if TYPE_CHECKING:
     from .values import TermValues

@@ -10,30 +10,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, NoReturn
 
-from .meaning import BOOL, F32, F64, INT
-from .terms import (
-    T,
-    add,
-    and_,
-    b2i,
-    bitop,
-    const,
-    eq,
-    fop,
-    iff,
-    inv,
-    ite,
-    le,
-    lt,
-    mul,
-    not_,
-    or_,
-    rem,
-    shr,
-    sub,
-    to_float,
-    wrap,
-)
+from ..algebra.meaning import BOOL, F32, F64, INT
+from ..algebra.numbers import add, b2i, bitop, eq, fop, inv, le, lt, mul, rem, shr, sub, to_float, wrap
+from ..algebra.terms import T, and_, const, iff, ite, not_, or_
 
 FLOATS = (F32, F64)
 

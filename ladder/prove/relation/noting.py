@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from ..state.lowered import LoweredStep, Parallel
+from ...state.lowered import LoweredStep, Parallel
+from ..algebra.terms import FALSE, T, and_, or_
 from .machine import ScanMachine
-from .terms import FALSE, T, and_, or_
 
 
 class Passage(NamedTuple):

@@ -6,11 +6,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from ..model.errors import LadderFault
-from .meaning import BOOL
+from ...model.errors import LadderFault
+from ..algebra.meaning import BOOL
+from ..algebra.terms import FALSE, TRUE, T, and_, const, ite, not_, or_
 from .places import Key
 from .symbols import UnmodelledError, term_of
-from .terms import FALSE, TRUE, T, and_, const, ite, not_, or_
 
 MOST_PATHS = 96
 """Maximum paths of one instruction."""

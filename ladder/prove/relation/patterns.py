@@ -10,11 +10,12 @@ import struct
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
-from ..model.types import Elementary, Field
-from .meaning import BOOL, F32, INT
+from ...model.types import Elementary, Field
+from ..algebra.meaning import BOOL, F32, INT
+from ..algebra.numbers import add, bit, bitop, eq, mul, setbit, shr, wrap
+from ..algebra.terms import FALSE, T, const, not_
 from .places import kind_of
 from .symbols import FLOATS, truth_of, whole_of
-from .terms import FALSE, T, add, bit, bitop, const, eq, mul, not_, setbit, shr, wrap
 
 Unknown = Callable[[str, int, int], T]
 """Makes a variable of a kind and an interval."""

@@ -23,7 +23,7 @@ import operator
 from collections.abc import Callable
 from typing import Any
 
-from ..model.arithmetic import finite, quotient, real, real_quotient, remainder, wrap
+from ...model.arithmetic import finite, quotient, real, real_quotient, remainder, wrap
 
 BOOL, INT, F32, F64 = "b", "i", "f32", "f64"
 """Kinds of terms: truth, whole number, single and double float."""

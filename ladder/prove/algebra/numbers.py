@@ -1,173 +1,12 @@
-"""Terms: truths, exact whole numbers with a known interval, floats. Shared, simplified, evaluated.
-
-A whole number is a mathematical one. Its interval says how many bits hold it, so nothing overflows unseen:
-`wrap` and `setbit` are the only operations that cut bits off.
-
-Equal terms are one object, compared with `is`. `forget` empties the table that shares them: call it where a
-proof begins. Terms made before stay valid; new ones are not the same objects. Ids only grow, and an operand's
-is smaller than its term's.
-"""
+"""Operations on whole numbers and floats, simplified as far as intervals and constants allow."""
 
 from __future__ import annotations
 
-import struct
-from collections.abc import Iterable
-from itertools import count
 from typing import Any
 
-from .meaning import BOOL, F32, F64, FAR, INT, meaning
+from .meaning import BOOL, FAR, INT, meaning
 from .meaning import div as _quotient
-
-
-class T:
-    """A term: operation, operands, kind, setting or value, interval of a whole number."""
-
-    __slots__ = ("args", "hi", "id", "kind", "lo", "op", "val")
-
-    def __init__(self, op: str, args: tuple[T, ...], kind: str, val: Any, lo: int, hi: int) -> None:
-        self.op, self.args, self.kind, self.val, self.lo, self.hi = op, args, kind, val, lo, hi
-        self.id = next(_ids)
-
-    def __repr__(self) -> str:
-        if not self.args:
-            return str(self.val)
-        shown = [*map(repr, self.args), *([] if self.val is None else [repr(self.val)])]
-        return f"{self.op}({', '.join(shown)})"
-
-
-_ids = count()
-_table: dict[tuple[Any, ...], T] = {}
-_memo: dict[tuple[Any, ...], T] = {}
-
-
-def mk(op: str, args: tuple[T, ...], kind: str, val: Any = None, lo: int = 0, hi: int = 0) -> T:
-    """Return the term, the same object for the same parts; one whole number in the interval is a constant."""
-    if kind == INT and lo == hi and op != "const":
-        return const(lo)
-    key = (op, kind, struct.pack("<d", val) if isinstance(val, float) else val, lo, hi, *[a.id for a in args])
-    known = _table.get(key)
-    if known is None:
-        known = _table[key] = T(op, args, kind, val, lo, hi)
-    return known
-
-
-def const(value: Any, kind: str | None = None) -> T:
-    """Return a constant: a float if a kind of floats is named, else a truth or a whole number."""
-    if kind in (F32, F64):
-        return mk("const", (), kind, meaning("f2f", kind, None)(value))
-    if value is True or value is False:
-        return TRUE if value else FALSE
-    number = int(value)
-    return mk("const", (), INT, number, number, number)
-
-
-TRUE, FALSE = (T("const", (), BOOL, truth, 0, 0) for truth in (True, False))
-
-
-def forget() -> None:
-    """Share no more with terms made so far: their memory is free once nothing holds them."""
-    _table.clear()
-    _memo.clear()
-
-
-def known() -> int:
-    """Return how many terms are shared now."""
-    return len(_table)
-
-
-def var(name: str, kind: str = BOOL, lo: int = 0, hi: int = 0) -> T:
-    """Return a variable; a whole number needs its interval."""
-    return mk("var", (), kind, name, lo, hi)
-
-
-def bits_of(lo: int, hi: int) -> int:
-    """Return how many bits a signed pattern needs for the interval.
-
-    >>> bits_of(0, 1), bits_of(-128, 127), bits_of(0, 255)
-    (2, 8, 9)
-    """
-    return max((end if end >= 0 else -end - 1).bit_length() for end in (lo, hi)) + 1
-
-
-def interval_of(width: int) -> tuple[int, int]:
-    """Return the numbers of |width| bits, signed for a positive width."""
-    return (-(1 << width - 1), (1 << width - 1) - 1) if width > 0 else (0, (1 << -width) - 1)
-
-
-# --- truths
-
-
-def not_(a: T) -> T:
-    """Negate a truth."""
-    if a.op == "const":
-        return FALSE if a.val else TRUE
-    return a.args[0] if a.op == "not" else mk("not", (a,), BOOL)
-
-
-def and_(a: T, b: T) -> T:
-    """Both truths."""
-    if a is b or b is TRUE:
-        return a
-    if a is TRUE:
-        return b
-    if a is FALSE or b is FALSE or not_(a) is b:
-        return FALSE
-    if b.op == "and" and a in b.args:
-        return b
-    if a.op == "and" and b in a.args:
-        return a
-    return mk("and", (a, b) if a.id < b.id else (b, a), BOOL)
-
-
-def or_(a: T, b: T) -> T:
-    """At least one of two truths."""
-    return not_(and_(not_(a), not_(b)))
-
-
-def iff(a: T, b: T) -> T:
-    """Two truths agree."""
-    if a is b:
-        return TRUE
-    for one, other in ((a, b), (b, a)):
-        if one.op == "const":
-            return other if one.val else not_(other)
-    if not_(a) is b:
-        return FALSE
-    return mk("iff", (a, b) if a.id < b.id else (b, a), BOOL)
-
-
-def ite(c: T, a: T, b: T) -> T:
-    """A if c, else b; both of one kind."""
-    if c is TRUE or a is b:
-        return a
-    if c is FALSE:
-        return b
-    if c.op == "not":
-        return ite(c.args[0], b, a)
-    if a.op == "ite" and a.args[0] is c:
-        a = a.args[1]
-    if b.op == "ite" and b.args[0] is c:
-        b = b.args[2]
-    if a is b:
-        return a
-    if a.kind == BOOL:
-        simpler = _truth_of(c, a, b)
-        if simpler is not None:
-            return simpler
-    return mk("ite", (c, a, b), a.kind, None, min(a.lo, b.lo), max(a.hi, b.hi))
-
-
-def _truth_of(c: T, a: T, b: T) -> T | None:
-    if a is TRUE or a is c:
-        return or_(c, b)
-    if a is FALSE:
-        return and_(not_(c), b)
-    if b is TRUE:
-        return or_(not_(c), a)
-    if b is FALSE or b is c:
-        return and_(c, a)
-    return iff(c, a) if not_(a) is b else None
-
+from .terms import FALSE, TRUE, T, bits_of, const, iff, interval_of, ite, memo, mk, not_
 
 # --- whole numbers
 
@@ -291,9 +130,9 @@ def bit(a: T, k: int) -> T:
     if a.op == "setbit":
         return a.args[1] if a.val[0] == k else bit(a.args[0], k)
     if a.op == "ite":
-        known = _memo.get((a.id, k))
+        known = memo.get((a.id, k))
         if known is None:
-            known = _memo[a.id, k] = ite(a.args[0], bit(a.args[1], k), bit(a.args[2], k))
+            known = memo[a.id, k] = ite(a.args[0], bit(a.args[1], k), bit(a.args[2], k))
         return known
     if a.lo >= 0 and k == bits_of(a.lo, a.hi) - 1:
         return FALSE
@@ -319,10 +158,10 @@ def eq(a: T, b: T) -> T:
     if a.hi < b.lo or b.hi < a.lo:
         return FALSE
     if b.op == "const" and a.op == "ite" and "const" in (a.args[1].op, a.args[2].op):
-        known = _memo.get((a.id, b.id, "eq"))
+        known = memo.get((a.id, b.id, "eq"))
         if known is None:
             known = ite(a.args[0], eq(a.args[1], b), eq(a.args[2], b))
-            _memo[a.id, b.id, "eq"] = known
+            memo[a.id, b.id, "eq"] = known
         return known
     return mk("eq", (a, b), BOOL)
 
@@ -369,23 +208,3 @@ def to_int(a: T, how: str) -> T:
     if a.op == "const":
         return const(meaning("f2i", INT, how)(a.val))
     return mk("f2i", (a,), INT, how, -FAR, FAR)
-
-
-# --- walks
-
-
-def reach(roots: Iterable[T]) -> list[T]:
-    """Return all terms below the roots, operands first."""
-    seen: dict[int, T] = {}
-    todo = list(roots)
-    while todo:
-        t = todo.pop()
-        if t.id not in seen:
-            seen[t.id] = t
-            todo.extend(t.args)
-    return [seen[number] for number in sorted(seen)]
-
-
-def variables(roots: Iterable[T]) -> list[T]:
-    """Return the variables below the roots."""
-    return [t for t in reach(roots) if t.op == "var"]
