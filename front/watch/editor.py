@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ..jobs.load.loading import Job, load_job
-from ..jobs.prove.effects import Group, effects_of
+from ..jobs.prove.serving.effects import Group, effects_of
 from ..jobs.record.editions import Edition, Editions, edition_of, folders_of, forget
 from ..jobs.run.running import JobRun
 from ..jobs.trust.attachments import load_files, program_name

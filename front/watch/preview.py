@@ -17,7 +17,7 @@ from typing import Any
 from ..io_images.site import Site, SiteError, sites_of
 from ..jobs.check import check_rack
 from ..jobs.load.loading import Job
-from ..jobs.prove.effects import Group
+from ..jobs.prove.serving.effects import Group
 from ..jobs.run.editing import DescribedEdit
 from ..ladder.model.errors import BuildError
 from ..ladder.python.online import EditRefusal

@@ -329,8 +329,13 @@ class _Steps:
         return self._before + self._solver.spent
 
     def help(self, cone: dict[str, T]) -> None:
-        """Find invariants and start again with them."""
-        self.found, spent = invariants(self.system, cone, self.limits.steps)
+        """Find invariants, or take those of a question with the same cone; start again with them."""
+        known = self.system.invariants
+        key = self.system.contract, frozenset(cone)
+        spent = 0
+        if key not in known:
+            known[key], spent = invariants(self.system, cone, self.limits.steps)
+        self.found = known[key]
         self._before, self._solver = self.spent + spent, Solver(self.limits.steps)
         self._last, self._open, self.k = None, True, -1
 

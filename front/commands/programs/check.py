@@ -11,7 +11,7 @@ import typer
 from ...jobs.check import CheckReport, check_rack, load_any, refused
 from ...jobs.check.formats import as_json as json_of
 from ...jobs.check.formats import as_junit, as_sarif
-from ...jobs.prove.judging import verdicts
+from ...jobs.prove.serving.judging import verdicts
 from ...ladder import LadderError
 from ...terminal.as_json import JsonOption, say_json
 from ...terminal.status import BAD_INPUT, NO, complain

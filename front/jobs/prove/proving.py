@@ -16,6 +16,7 @@ from ...ladder.prove.questions import Finding, ask
 from ...runtime.loop.faults import CpuFault
 from ...runtime.loop.pace import wall_ns
 from ...traces.files.guard import Used
+from ..check.rungs.structure import own_routines
 from ..fuzz.folder_lock import locked, write_text
 from ..fuzz.scenarios.scenario import Scenario
 from ..load.loading import SCENARIO, SCENARIO_TRACE
@@ -129,12 +130,13 @@ class Questions:
 
 
 def ask_questions(subject: ProofSubject, folder: ScenarioFolder) -> Questions:
-    """Answer the built-in questions; see `prove_all` for the folder.
+    """Answer the built-in questions about the user's own text; see `prove_all` for the folder.
 
     Raises:
         ValueError, OSError: see `prove_all`.
     """
-    answers = ask(subject.problem)
+    own = {each.name.upper() for each in own_routines(subject.program.program, subject.problem.lowered)}
+    answers = ask(subject.problem, routines=own)
     layout = subject.problem.lowered.layout
     found = []
     for each in answers.findings:

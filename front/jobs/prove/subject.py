@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from ...io_images.amci3601.contracts import Reach, contracts_of
@@ -46,20 +46,35 @@ def subject_of(file: str, beside: ProgramSystem | None = None) -> ProofSubject:
         ValueError: a file can't be used, or no proof covers the program, with what it has.
     """
     job, alone = load_any(file)
+    found = subject_of_job(job, beside)
+    return replace(found, name=Path(file.partition(":")[0]).stem, alone=alone)
+
+
+def subject_of_job(
+    job: Job, beside: ProgramSystem | None = None, bounds: ScanBounds | None = None
+) -> ProofSubject:
+    """Return a rack that is loaded, as a subject.
+
+    Args:
+        beside: see `subject_of`.
+        bounds: of the time between scans, in place of the rack's.
+
+    Raises:
+        ValueError: no proof covers the program, with what it has.
+    """
     program = with_monitors(job)
     given = job.spec.prove
     rows = list(_contracts(job, program))
     problem = ProgramSystem(
         program.program,
-        bounds_of(job),
+        bounds or bounds_of(job),
         free=given.free,
         written_outside=given.written_outside,
         assume=program.assume,
         contracts=[contract for contract, _ in rows],
         beside=beside,
     )
-    name = Path(file.partition(":")[0]).stem
-    return ProofSubject(name, job, alone, program, problem, tuple(said for _, said in rows))
+    return ProofSubject(job.rack_file.stem, job, False, program, problem, tuple(said for _, said in rows))
 
 
 def bounds_of(job: Job) -> ScanBounds:

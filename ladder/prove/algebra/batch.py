@@ -43,6 +43,10 @@ class BatchEvaluator:
         ]
         self._roots = [slots[t.id] for t in roots]
 
+    def __len__(self) -> int:
+        """Number of terms that are computed."""
+        return len(self._steps)
+
     def __call__(self, values: Mapping[str, Array]) -> list[Array]:
         """Compute the roots; `values` has an array for each variable."""
         found = self._found

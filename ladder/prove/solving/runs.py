@@ -36,6 +36,11 @@ class Runs:
         self._chances = {name: self._rare_and_often() for name in self._free}
         self.restart()
 
+    @property
+    def size(self) -> int:
+        """Number of terms that a scan computes."""
+        return len(self._terms)
+
     def restart(self) -> None:
         """Power up all runs."""
         initial = self._system.initial

@@ -1,8 +1,8 @@
 """What an edit can change, for every input: by hand from the rungs."""
 
 import pytest
-from scanrack.jobs.prove import effects
-from scanrack.jobs.prove.effects import effects_of
+from scanrack.jobs.prove.serving import effects
+from scanrack.jobs.prove.serving.effects import effects_of
 from scanrack.ladder.files.rungfile import parse_program
 
 pytestmark = pytest.mark.extra("prove")

@@ -3,8 +3,8 @@
 import pytest
 from check_programs import check
 from check_sound import SOUND
-from scanrack.jobs.prove import judging
-from scanrack.jobs.prove.judging import verdicts
+from scanrack.jobs.prove.serving import judging
+from scanrack.jobs.prove.serving.judging import verdicts
 
 pytestmark = pytest.mark.extra("prove")
 

@@ -9,12 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from ...ladder import LadderLogic
-from ...ladder.model.errors import LadderError
-from ..check import FileLine, Judgement
-from ..check.facts import Facts, Touch
-from ..check.rungs.values import BY_PEOPLE
-from ..load.loading import Job
+from ....ladder import LadderLogic
+from ....ladder.model.errors import LadderError
+from ...check import FileLine, Judgement
+from ...check.facts import Facts, Touch
+from ...check.rungs.values import BY_PEOPLE
+from ...load.loading import Job
 
 MOST_LINES = 400
 """Rungs and statements of a program up to which it is asked."""
@@ -22,8 +22,8 @@ MOST_LINES = 400
 MOST_TERMS = 3_000
 """Terms of a scan up to which a program is asked: about a second."""
 
-BUDGET = 2_000
-"""Steps of the solver for all questions of a program."""
+BUDGET = 1_000
+"""Steps of the solver for all questions of a rule."""
 
 RULES: Mapping[str, str] = {
     "dead-rung": "unreachable",
@@ -42,16 +42,16 @@ def verdicts(job: Job, facts: Facts) -> Iterator[Judgement]:
     own = facts.sites
     if not isinstance(job.logic, LadderLogic) or len(own) > MOST_LINES:
         return
-    from ...ladder.prove.algebra.terms import reach
-    from ...ladder.prove.induction import Limits
-    from ...ladder.prove.questions import ask
-    from ...ladder.prove.solving.solver import is_installed
-    from ...ladder.prove.system import ProgramSystem
+    from ....ladder.prove.algebra.terms import reach
+    from ....ladder.prove.induction import Limits
+    from ....ladder.prove.questions import ask
+    from ....ladder.prove.solving.solver import is_installed
+    from ....ladder.prove.system import ProgramSystem
 
     if not is_installed():
         return
     limits = Limits(scans=2, k=1, steps=200, total=400, helped=False)
-    outside = (*job.spec.prove.written_outside, *_set_outside(facts))
+    outside = (*job.spec.prove.written_outside, *set_outside(facts))
     try:
         problem = ProgramSystem(job.logic, free=job.spec.prove.free, written_outside=outside)
     except LadderError:
@@ -67,8 +67,8 @@ def verdicts(job: Job, facts: Facts) -> Iterator[Judgement]:
             yield Judgement(RULES[each.rule], place, holds=True, text=each.text)
 
 
-def _set_outside(facts: Facts) -> Iterator[str]:
-    """Yield the names of variables that somebody outside sets, too."""
+def set_outside(facts: Facts) -> Iterator[str]:
+    """Yield the names of variables that somebody outside sets, too: an operator's, and bits only cleared."""
     for variable, accesses in facts.by_variable():
         writes = [each for each in accesses if each.writes]
         only_cleared = all(each.use is Touch.UNLATCH and not each.part for each in writes)

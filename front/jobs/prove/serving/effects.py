@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from ...ladder import LadderLogic
-from ...ladder.model.errors import LadderError
+from ....ladder import LadderLogic
+from ....ladder.model.errors import LadderError
 
 MOST_INSTRUCTIONS = 1_500
 """Instructions of a program up to which it is compared: a second or two."""
@@ -17,11 +17,11 @@ def effects_of(old: LadderLogic, new: LadderLogic) -> tuple[Group, ...]:
 
     What is not named is equal in every run. Nothing is returned if no proof covers the programs.
     """
-    from ...ladder.prove.solving.solver import is_installed
+    from ....ladder.prove.solving.solver import is_installed
 
     if not is_installed() or any(len(each.build().sites) > MOST_INSTRUCTIONS for each in (old, new)):
         return ()
-    from ...ladder.prove.difference import compare
+    from ....ladder.prove.difference import compare
 
     try:
         found = compare(old, new)

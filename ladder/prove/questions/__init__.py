@@ -1,0 +1,50 @@
+"""Questions that need no property: what is dead, stuck, in conflict, never done, or faults.
+
+| rule | is found if |
+|---|---|
+| `dead-rung` | proved: no output of a rung ever has power |
+| `dead-leg` | proved: a contact never passes power, or always does; a leg adds nothing to the others |
+| `never-on` | proved: a coil's bit is never 1 after a scan |
+| `stuck` | proved: a coil's bit, once 1, is 1 after each later scan |
+| `conflict` | refuted, by a run: two OTE of one bit write different values in one scan |
+| `never-done` | proved: DN of a timer or counter is never 1 after a scan |
+| `fault` | refuted, by a run: a major fault, a zero divisor or an overflow |
+| `endless` | refuted, by a run: a loop does not end within the controller's watchdog |
+
+| file | does |
+|---|---|
+| `of_program` | these questions of a program |
+| `points` | the same for a search: what of each contact and coil can't happen, and a run in which it does |
+| `asking` | answers questions |
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+
+from ..induction import Limits
+from ..system import ProgramSystem
+from .asking import BUDGET, LIMITS, RULES, Answers, Finding, Question, answered
+from .of_program import questions_of
+
+__all__ = ["RULES", "Answers", "Finding", "Question", "ask"]
+
+
+def ask(
+    problem: ProgramSystem,
+    rules: Sequence[str] = RULES,
+    limits: Limits = LIMITS,
+    budget: int = BUDGET,
+    routines: Collection[str] | None = None,
+) -> Answers:
+    """Answer the questions of some rules, in the order of the program.
+
+    Args:
+        problem: a program.
+        rules: ids of rules.
+        limits: for one question.
+        budget: the solver's steps for all of a rule; what is left then is open.
+        routines: see `questions_of`.
+    """
+    asked = [each for each in questions_of(problem, routines) if each.rule in rules]
+    return answered(problem, asked, limits, budget)

@@ -1,0 +1,245 @@
+"""Answers questions about truths: random scans answer most, the solver many others without a history.
+
+Induction decides some of the rest. What is to be proved is proved for any values of numbers that nothing
+writes: no finding depends on a recipe. The contracts of modules hold, as they do for properties.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+from ....io_images.site import Site
+from ..algebra.terms import FALSE, TRUE, T, variables
+from ..induction import Limits, Verdict, VerdictKind, prove
+from ..solving.frames import Frame
+from ..solving.runs import Runs
+from ..solving.solver import SAT, UNSAT, Solver
+from ..system import ProgramSystem, System
+
+PROVED_RULES = ("dead-rung", "dead-leg", "never-on", "stuck", "never-done")
+"""Rules that find something by a proof; the others find it by a run."""
+
+RULES = (*PROVED_RULES, "conflict", "fault", "endless")
+
+LIMITS = Limits(scans=5, k=2, steps=2_000, total=10_000)
+"""Limits for one question."""
+
+BUDGET = 30_000
+"""Limit of the solver's steps for all questions of a rule."""
+
+SCANS, FEWEST_SCANS, RESTART = 300, 30, 15
+"""Random scans of each run of the relation: most, least, until it starts again."""
+
+MOST_COMPUTED = 1_000_000
+"""Terms that all random scans compute; of a large program at least `FEWEST_SCANS`."""
+
+MOST_HELPED = 200
+"""States of a program up to which invariants are sought for its questions."""
+
+
+@dataclass(frozen=True, slots=True)
+class Question:
+    """Whether a truth, of the values before a scan, can ever hold.
+
+    Attributes:
+        rule: what is found if it can't, or if it can.
+        site: the instruction or rung.
+        text: what is found, in words.
+        bad: the truth.
+        lives: a truth that can hold; else another finding says it all.
+        fault: the site of the major fault that it is, or None.
+    """
+
+    rule: str
+    site: Site
+    text: str
+    bad: T
+    lives: T = TRUE
+    fault: Site | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """An answer worth a line."""
+
+    rule: str
+    site: Site
+    text: str
+    verdict: Verdict
+
+
+@dataclass(slots=True)
+class Answers:
+    """What was found, and how many questions each rule asked and left open."""
+
+    findings: list[Finding] = field(default_factory=list)
+    asked: Counter[str] = field(default_factory=Counter)
+    open: Counter[str] = field(default_factory=Counter)
+
+
+def answered(
+    problem: ProgramSystem, questions: Sequence[Question], limits: Limits = LIMITS, budget: int = BUDGET
+) -> Answers:
+    """Answer questions in their order.
+
+    Args:
+        limits: for one question.
+        budget: the solver's steps for all of a rule; what is left then is open.
+    """
+    return _asked(problem, limits, budget, [each.bad for each in questions]).answers(questions)
+
+
+def impossible(
+    problem: ProgramSystem, truths: Sequence[T], limits: Limits = LIMITS, budget: int = BUDGET
+) -> set[T]:
+    """Return those truths that are proved to hold in no scan."""
+    asking = _asked(problem, limits, budget, truths)
+    asking.find_impossible(dict.fromkeys(truths, ""))
+    return {t for t in dict.fromkeys(truths) if asking.proof("", t)}
+
+
+def _asked(problem: ProgramSystem, limits: Limits, budget: int, truths: Sequence[T]) -> _Asking:
+    if len(problem.next) > MOST_HELPED:
+        limits = replace(limits, helped=False)
+    system = any_numbers(problem)
+    return _Asking(problem, limits, budget, _possible(system, truths), system)
+
+
+@dataclass(slots=True)
+class _Asking:
+    """Answers questions.
+
+    Attributes:
+        budget: the solver's steps for each rule.
+        possible: truths that are known to hold in some scan.
+        system: the problem with all numbers free that nothing writes.
+        impossible: truths that are known to hold in none.
+        spent: the solver's steps so far, by rule.
+    """
+
+    problem: ProgramSystem
+    limits: Limits
+    budget: int
+    possible: set[T]
+    system: System
+    found: Answers = field(default_factory=Answers)
+    impossible: set[T] = field(default_factory=set)
+    spent: Counter[str] = field(default_factory=Counter)
+
+    def answers(self, questions: Sequence[Question]) -> Answers:
+        """Answer all."""
+        self.find_impossible({each.bad: each.rule for each in reversed(questions)})
+        dead_rungs: set[tuple[str, int | None]] = set()
+        found: set[tuple[str, Site, str]] = set()
+        for each in questions:
+            if (each.rule, each.site, each.text) in found:
+                continue  # another pass of a loop
+            self.found.asked[each.rule] += 1
+            place = each.site.routine, each.site.rung
+            if each.rule == "dead-leg" and place in dead_rungs:
+                continue
+            verdict = self.proof(each.rule, each.bad) if each.rule in PROVED_RULES else self._run(each)
+            if verdict.kind is VerdictKind.UNKNOWN:
+                self.found.open[each.rule] += 1
+            elif (verdict.kind is VerdictKind.PROVED) is (each.rule in PROVED_RULES):
+                if self._can_be(each):
+                    self.found.findings.append(Finding(each.rule, each.site, each.text, verdict))
+                    found.add((each.rule, each.site, each.text))
+                if each.rule == "dead-rung":
+                    dead_rungs.add(place)
+        return self.found
+
+    def find_impossible(self, asked: Mapping[T, str]) -> None:
+        """Find the truths that no state and input makes true, whatever came before; they come with a rule."""
+        if not prove(self.system, FALSE, replace(self.limits, replays=False)):
+            return  # the relation does not follow the program
+        solver, frame = self._any_scan(asked)
+        for t, rule in asked.items():
+            if t is FALSE:
+                self.impossible.add(t)
+            elif frame is not None and t not in self.possible and self.spent[rule] < self.budget:
+                before = solver.spent
+                if solver.check(frame.term(t)) == UNSAT:
+                    self.impossible.add(t)
+                self.spent[rule] += 1 + solver.spent - before
+
+    def _any_scan(self, truths: Iterable[T]) -> tuple[Solver, Frame | None]:
+        """Return a scan from any state that keeps the contracts; None if there may be none."""
+        system, solver = self.system, Solver(self.limits.steps)
+        own, system.contract = system.contract, system.narrowed(truths)
+        try:
+            frame = Frame(system, solver)
+        finally:
+            system.contract = own
+        return solver, frame if solver.check() == SAT else None
+
+    def proof(self, rule: str, t: T) -> Verdict:
+        """Decide whether a truth never holds."""
+        if t in self.impossible:
+            return Verdict(VerdictKind.PROVED)
+        if t in self.possible:
+            return Verdict(VerdictKind.REFUTED)
+        scans = min(self.limits.scans, self.limits.k + 1)  # a run that refutes it is no finding
+        return self._decided(self.system, rule, t, replace(self.limits, scans=scans, replays=False))
+
+    def _run(self, question: Question) -> Verdict:
+        if question.bad in self.impossible:
+            return Verdict(VerdictKind.PROVED)
+        return self._decided(self.problem, question.rule, question.bad, self.limits, question.fault)
+
+    def _decided(self, system: System, rule: str, t: T, limits: Limits, fault: Site | None = None) -> Verdict:
+        if self.spent[rule] >= self.budget:
+            return Verdict(blame=(f"the limit of steps for all questions of {rule or 'a program'}",))
+        verdict = prove(system, t, limits, fault=fault)
+        self.spent[rule] += 1 + verdict.spent
+        if verdict.kind is not VerdictKind.UNKNOWN and system is self.system:
+            (self.impossible if verdict else self.possible).add(t)
+        return verdict
+
+    def _can_be(self, question: Question) -> bool:
+        t = question.lives
+        return t is TRUE or self.proof(question.rule, t).kind is not VerdictKind.PROVED
+
+
+def any_numbers(problem: ProgramSystem) -> System:
+    """Return the problem with all numbers free that nothing writes."""
+    return System(
+        next=problem.next,
+        initial=problem.initial,
+        held={name for name in problem.held if name.startswith(("~", "S:"))},
+        late=problem.late,
+        contract=problem.contract,
+        kept=problem.kept,
+        likely=problem.likely,
+        deep=problem.deep,
+        havocs=problem.havocs,
+        key_of=problem.key_of,
+        least_ms=problem.least_ms,
+    )
+
+
+def _possible(system: System, truths: Sequence[T]) -> set[T]:
+    """Return truths that random scans from power-up made true, with the contracts of modules kept."""
+    asked = [t for t in dict.fromkeys(truths) if t.op != "const"]
+    own, system.contract = system.contract, system.narrowed(asked)
+    try:
+        cone = {v.val: v for v in variables([*system.next.values(), *asked, system.contract])}
+        seen = _seen(Runs(system, cone, asked, seed=1), len(asked))
+    finally:
+        system.contract = own
+    return {t for t in truths if t is TRUE} | {t for t, truth in zip(asked, seen, strict=True) if truth}
+
+
+def _seen(runs: Runs, count: int) -> list[bool]:
+    """Return which of the watched truths some run has made true."""
+    seen = [False] * count
+    for number in range(max(FEWEST_SCANS, min(SCANS, MOST_COMPUTED // (runs.size + 1)))):
+        if all(seen):
+            break
+        if number and number % RESTART == 0:
+            runs.restart()
+        watched, kept = runs.scan()
+        seen = [before or bool((truths & kept).any()) for before, truths in zip(seen, watched, strict=True)]
+    return seen

@@ -1,0 +1,177 @@
+"""The built-in questions of a program, as truths of the values before a scan."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from itertools import combinations
+from typing import Any
+
+from ...model.operands import Constant, Group, Place
+from ...model.spec import InstructionKind
+from ...state.lowered import LoweredLine, LoweredRoutine, LoweredStep, Node, Parallel, steps_of
+from ..algebra.meaning import BOOL
+from ..algebra.numbers import bit
+from ..algebra.terms import FALSE, T, and_, iff, not_, or_
+from ..relation.symbols import term_of
+from ..system import ProgramSystem
+from .asking import Question
+
+PASSIVE = frozenset(("AFI", "NOP", "ONS", "OSR", "OSF"))
+"""Contacts that are meant to pass never, always, or once."""
+
+COILS = frozenset(("OTE", "OTL", "OTU"))
+
+TIMED = frozenset(("TON", "TOF", "RTO", "CTU", "CTD", "CTUD", "TONR", "TOFR", "RTOR"))
+
+
+def questions_of(problem: ProgramSystem, routines: Collection[str] | None = None) -> Iterator[Question]:
+    """Yield the built-in questions, in the order of the program.
+
+    Args:
+        routines: names of those that are asked about, as in `LoweredProgram.routines`; None for all. Faults
+            and loops without end are asked for in all: they stop the controller.
+    """
+    lines = [line for each in _asked(problem, routines) for line in lines_reached(problem, each)]
+    for line in lines:
+        yield from _of_line(problem, line)
+    steps = [step for line in lines for step in line.steps]
+    for step in steps:
+        if step.name in TIMED and isinstance(step.operands[0], Group):
+            yield from _of_timer(problem, step)
+    coils: dict[str, list[LoweredStep]] = {}
+    for step in steps:
+        if step.name in COILS and _is_fixed(step.operands[0]):
+            coils.setdefault(step.operands[0].text.upper(), []).append(step)
+    for found in coils.values():
+        yield from _of_coil(problem, found)
+    yield from _faults(problem)
+
+
+def _asked(problem: ProgramSystem, routines: Collection[str] | None) -> Iterator[LoweredRoutine]:
+    for name, routine in problem.lowered.routines.items():
+        if routines is None or name in routines:
+            yield routine
+
+
+def lines_reached(problem: ProgramSystem, routine: LoweredRoutine) -> Iterator[LoweredLine]:
+    """Yield the rungs and statements of a routine that some scan may run."""
+    for line in routine.lines:
+        if any(step.site in problem.machine.passages for step in line.steps):
+            yield line
+
+
+def _of_line(problem: ProgramSystem, line: LoweredLine) -> Iterator[Question]:
+    passages, sites = problem.machine.passages, problem.lowered.sites
+    outputs = [step for step in line.steps if step.kind is not InstructionKind.INPUT]
+    if not outputs or sites[outputs[0].site].unit != "rung":
+        return
+    site = sites[outputs[0].site]
+    reached = any_of(each.before for step in outputs for each in passages.get(step.site, ()))
+    yield Question("dead-rung", site, f"no output of {site.place} ever has power", reached)
+    yield from _of_contacts(problem, line.nodes)
+
+
+def _of_contacts(problem: ProgramSystem, nodes: tuple[Node, ...]) -> Iterator[Question]:
+    for node in nodes:
+        if isinstance(node, Parallel):
+            for leg in node.legs:
+                yield from _of_contacts(problem, leg)
+            yield from _of_legs(problem, node)
+        elif node.kind is InstructionKind.INPUT and node.name not in PASSIVE:
+            found = problem.machine.passages.get(node.site, ())
+            passed = any_of(and_(each.before, each.after) for each in found)
+            blocked = any_of(and_(each.before, not_(each.after)) for each in found)
+            site = problem.lowered.sites[node.site]
+            always = f"{site.instruction} decides nothing: it passes whatever reaches it"
+            yield Question("dead-leg", site, always, blocked, passed)
+            yield Question("dead-leg", site, f"{site.instruction} never passes", passed, blocked)
+
+
+def _of_legs(problem: ProgramSystem, branch: Parallel) -> Iterator[Question]:
+    """Ask for legs that decide nothing: another one has power whenever they have."""
+    if any(step.kind is not InstructionKind.INPUT for step in steps_of((branch,))):
+        return
+    for number, leg in enumerate(branch.legs):
+        if leg:
+            alone = on = FALSE
+            for active, behind in problem.machine.legs.get(id(branch), ()):
+                others = any_of(power for place, power in enumerate(behind) if place != number)
+                on = or_(on, and_(active, behind[number]))
+                alone = or_(alone, and_(and_(active, behind[number]), not_(others)))
+            site = problem.lowered.sites[steps_of(leg)[0].site]
+            text = f"the leg of {site.instruction} decides nothing: another one has power, too"
+            yield Question("dead-leg", site, text, alone, on)
+
+
+def _of_timer(problem: ProgramSystem, step: LoweredStep) -> Iterator[Question]:
+    done = step.operands[0].member("DN")
+    if _is_fixed(done):
+        site, text = problem.lowered.sites[step.site], step.operands[0].text
+        yield Question("never-done", site, f"{text} is never done", bit_after(problem, done))
+
+
+def _of_coil(problem: ProgramSystem, steps: Sequence[LoweredStep]) -> Iterator[Question]:
+    place: Place = steps[0].operands[0]
+    sites, after = problem.lowered.sites, bit_after(problem, place)
+    on = next((step for step in steps if step.name != "OTU"), None)
+    if on is not None:
+        site, falls = sites[on.site], and_(bit_before(problem, place), not_(after))
+        yield Question("never-on", site, f"{place.text} is never on", after)
+        yield Question("stuck", site, f"{place.text} is never off again once it is on", falls, after)
+    for one, other in combinations([step for step in steps if step.name == "OTE"], 2):
+        where = sites[one.site].place
+        text = f"{place.text}: the coils here and in {where} write different values in one scan"
+        yield Question("conflict", sites[other.site], text, _disagree(problem, one, other))
+
+
+def _disagree(problem: ProgramSystem, one: LoweredStep, other: LoweredStep) -> T:
+    passages = problem.machine.passages
+    return any_of(
+        and_(and_(a.active, b.active), not_(iff(a.power, b.power)))
+        for a in passages.get(one.site, ())
+        for b in passages.get(other.site, ())
+    )
+
+
+def _faults(problem: ProgramSystem) -> Iterator[Question]:
+    sites, machine = problem.lowered.sites, problem.machine
+    for number, condition in machine.faults:
+        site = sites[number]
+        yield Question("fault", site, f"{site.instruction}: a major fault", condition, fault=site)
+    for (number, kind), condition in machine.fault_log.minor.items():  # type: ignore[attr-defined]
+        yield Question("fault", sites[number], f"{sites[number].instruction}: {kind}", condition)
+    if problem.deep is not FALSE:
+        for site, name, why in machine.cut:
+            yield Question("endless", site, f"{name}: {why}", problem.deep, fault=site)
+
+
+def any_of(truths: Iterable[T]) -> T:
+    """Return whether one of some truths holds."""
+    found = FALSE
+    for each in truths:
+        found = or_(found, each)
+    return found
+
+
+# --- bits
+
+
+def _is_fixed(place: Any) -> bool:
+    """Whether an operand is one bit at a fixed place of the program's own."""
+    return (
+        isinstance(place, Place)
+        and not place.leaf.root
+        and place.fixed_index is not None
+        and (place.bit is None or isinstance(place.bit, Constant))
+    )
+
+
+def bit_after(problem: ProgramSystem, place: Place) -> T:
+    """Return the term of a bit after a scan."""
+    return term_of(problem.machine.get(place), BOOL)
+
+
+def bit_before(problem: ProgramSystem, place: Place) -> T:
+    """Return the term of a bit before a scan."""
+    word = problem.now((place.leaf.path.upper(), place.fixed_index or 0))
+    return bit(word, int(place.bit.value)) if isinstance(place.bit, Constant) else word

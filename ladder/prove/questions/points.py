@@ -1,0 +1,131 @@
+"""What of each contact and coil can't happen, and a run in which it does: questions of a search.
+
+| state | of a contact | of a coil and every other output |
+|---|---|---|
+| `reached` | power comes to it | its rung is scanned |
+| `on` | power comes to it, and passes | it has power |
+| `off` | power comes to it, and does not pass | it is scanned without power |
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from enum import StrEnum
+
+from ...model.errors import LadderError
+from ...model.spec import InstructionKind
+from ...run.engine import Engine
+from ...state.lowered import steps_of
+from ..algebra.terms import T, and_, not_, variables
+from ..induction import Limits, prove
+from ..relation.noting import Passage
+from ..replaying import ScanOf
+from ..system import CLOCK, FIRST_SCAN, ProgramSystem
+from .asking import BUDGET, impossible
+from .of_program import any_of
+
+
+class PointState(StrEnum):
+    """What can happen to an instruction."""
+
+    REACHED = "reached"
+    ON = "on"
+    OFF = "off"
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """A state of an instruction.
+
+    Attributes:
+        number: of the instruction, in `LoweredProgram.sites`.
+        state: of it.
+    """
+
+    number: int
+    state: PointState
+
+
+LIMITS = Limits(scans=3, k=2, steps=500, total=2_000, helped=False, replays=False)
+"""Limits for one point that is to be proved dead."""
+
+SEARCH = Limits(scans=60, k=0, steps=4_000, total=40_000, helped=False, replays=False)
+"""Limits of the search for a run."""
+
+
+def points_of(problem: ProgramSystem) -> dict[Point, T]:
+    """Return each point of a program with the truth that makes it, in the order of the program."""
+    found: dict[Point, T] = {}
+    for routine in problem.lowered.routines.values():
+        for line in routine.lines:
+            for step in steps_of(line.nodes):
+                passages = problem.machine.passages.get(step.site, ())
+                is_contact = step.kind is InstructionKind.INPUT
+                for state, t in _states(passages, is_contact=is_contact):
+                    found.setdefault(Point(step.site, state), t)
+    return found
+
+
+def _states(passages: Iterable[Passage], *, is_contact: bool) -> Iterator[tuple[PointState, T]]:
+    each = list(passages)
+    if is_contact:
+        yield PointState.REACHED, any_of(one.before for one in each)
+        yield PointState.ON, any_of(and_(one.before, one.after) for one in each)
+        yield PointState.OFF, any_of(and_(one.before, not_(one.after)) for one in each)
+    else:
+        yield PointState.REACHED, any_of(one.active for one in each)
+        yield PointState.ON, any_of(one.before for one in each)
+        yield PointState.OFF, any_of(and_(one.active, not_(one.power)) for one in each)
+
+
+def dead_points(problem: ProgramSystem, budget: int = BUDGET) -> tuple[Point, ...]:
+    """Return the points that are proved never to be, for any numbers that nothing writes.
+
+    Args:
+        budget: steps of the solver for all of them; what is undecided then is not among them.
+    """
+    points = points_of(problem)
+    dead = impossible(problem, list(points.values()), LIMITS, budget)
+    return tuple(point for point, t in points.items() if t in dead)
+
+
+def run_to(
+    problem: ProgramSystem, point: Point, start: Engine | None = None, limits: Limits = SEARCH
+) -> tuple[ScanOf, ...]:
+    """Return a run whose last scan makes a point; () if none is found.
+
+    Args:
+        start: an engine of the same program in the state to begin with; its next scan is the first of the
+            run. None to begin with power-up.
+
+    Raises:
+        LadderError: the program has no such point.
+    """
+    t = points_of(problem).get(point)
+    if t is None:
+        raise LadderError(f"{problem.lowered.name} has no instruction {point.number}")
+    if start is None:
+        return prove(problem, t, replace(limits, replays=True)).scans
+    kept = problem.initial, problem.late
+    problem.initial, problem.late = _state_of(problem, start, [t]), set()
+    try:
+        return prove(problem, t, limits).scans
+    finally:
+        problem.initial, problem.late = kept
+
+
+def _state_of(problem: ProgramSystem, start: Engine, roots: Iterable[T]) -> dict[str, object]:
+    """Return the values of an engine for the variables of a problem, by name."""
+    found = dict(problem.initial)
+    layout = start.lowered.layout
+    for v in variables([*problem.next.values(), *roots, problem.contract]):
+        key = problem.key_of.get(v.val)
+        leaf = None if key is None else layout.find(key[0])
+        if key is None or leaf is None:
+            continue
+        value = start.memory.read(leaf, key[1])
+        if key[0].endswith(CLOCK):
+            value = min(v.hi, max(0, start.now_ns - int(value)) // 1_000_000)
+        found[v.val] = False if key == FIRST_SCAN else value
+    return found
