@@ -97,7 +97,7 @@ def _prescan(machine: Interpreter, *operands: Resolved) -> None:
 def _dtr(machine: Interpreter, power: bool, source: Resolved, mask: Resolved, reference: Place) -> bool:
     masked = machine.integer(source) & machine.integer(mask)
     changed = machine.integer(reference) != masked
-    machine.put(reference, converted(reference.type, masked))
+    machine.put(reference, machine.converted(reference.type, masked))
     return power and changed
 
 

@@ -294,15 +294,17 @@ def planted(patches: tuple[Patch, ...]) -> Iterator[None]:
 
 
 def first_difference(most: int) -> str:
-    """Return the first program that differs, "" if none does."""
+    """Return the first program whose values differ, "" if none does; one that can't run is none."""
+    broken = 0
     for seed in range(most):
         try:
             relation = Relation(parse_program(drawn(seed)))
             found = relation.differences(Random(seed), SCANS)
-        except Exception as error:
-            return f"program {seed}: {type(error).__name__}"
+        except Exception:
+            broken += 1
+            continue
         if found:
-            return f"program {seed}"
+            return f"program {seed}: {found[0]}" + f" ({broken} could not run)" * bool(broken)
     return ""
 
 

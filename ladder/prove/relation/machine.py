@@ -128,6 +128,10 @@ class ScanMachine(TermValues):
         """Run one scan."""
         if self.lowered.override:
             self.set_status(OVERRIDE, False)
+        self._scan()
+        self.active, self._ended = TRUE, FALSE  # what runs behind the scan does so wherever it ended
+
+    def _scan(self) -> None:
         schedule = self.lowered.schedule
         if schedule is None:
             self.call_routine(self.lowered.main, ())
@@ -439,7 +443,7 @@ class ScanMachine(TermValues):
         for ranges, body in selection.choices:
             chosen = FALSE
             for bounds in ranges:
-                low, high = (self.number(each, selection.width) for each in bounds)
+                low, high = (self.number(each, selection.width) for each in bounds)  # constants
                 chosen = or_(chosen, and_(term_of(low <= value, BOOL), term_of(value <= high, BOOL)))
             ends = or_(ends, self._body_where(and_(entry, and_(left, chosen)), body, inputs))
             left = and_(left, not_(chosen))

@@ -16,6 +16,9 @@ from ..algebra.terms import T, and_, const, iff, ite, not_, or_
 
 FLOATS = (F32, F64)
 
+_EXACT = 1 << 53
+"""Whole numbers up to here are exact as doubles."""
+
 Decide = Callable[[T], bool]
 """Decides a truth on the current path."""
 
@@ -120,6 +123,19 @@ class TermSymbol:
         return self._arithmetic(self, other, mul, "fmul")
 
     __rmul__ = __mul__
+
+    def __truediv__(self, other: Any) -> Any:
+        return self._quotient(self, other)
+
+    def __rtruediv__(self, other: Any) -> Any:
+        return self._quotient(other, self)
+
+    def _quotient(self, a: Any, b: Any) -> Any:
+        """Divide as doubles; rows ask for a divisor of 0 before, which Python refuses."""
+        one, other = alike(a, b)
+        if INT in (one.kind, other.kind) and max(-one.lo, one.hi, -other.lo, other.hi) > _EXACT:
+            self._refuse()
+        return self.of(fop("fdiv", to_float(one, F64), to_float(other, F64)))
 
     def __mod__(self, other: Any) -> Any:
         if not isinstance(other, int) or other <= 0 or self.t.kind != INT or self.t.lo < 0:

@@ -48,6 +48,9 @@ from .texts import TermText, digits, number_in
 _FAR = 2.0**62
 """Floats from here on have no exact term as a whole number."""
 
+MOST_FACTS = 64
+"""Maximum truths that are known of a place in the program."""
+
 _LARGEST = {F32: 1 << 128, F64: 1 << 1024}
 
 
@@ -71,6 +74,7 @@ class TermValues(Interpreter):
         self._lost_by: dict[int, Site] = {}
         self._asked: dict[str, list[int]] = {}  # elements with a variable, by path in capitals
         self.active: T = TRUE
+        self._facts_of, self._known_facts = TRUE, frozenset[int]()
         self.dt = var("~dt", INT, *dt)
         self.paths, self.regions = Paths(), CopyRegions(self)
         faults = TermFaults(self)
@@ -98,7 +102,31 @@ class TermValues(Interpreter):
         if path is not None and key in path.written:
             return path.written[key]
         known = self.state.get(key)
-        return self._first(key, leaf) if known is None else known
+        return self._first(key, leaf) if known is None else self._reached(known)
+
+    def _reached(self, t: T) -> T:
+        """Return a term as it is where the current instruction is reached, which is all that counts there."""
+        while t.op == "ite" and self.active is not TRUE:
+            condition, held, other = t.args
+            facts = self._facts()
+            if condition.id in facts:
+                t = held
+            elif not_(condition).id in facts:
+                t = other
+            else:
+                break
+        return t
+
+    def _facts(self) -> frozenset[int]:
+        """Return the ids of truths that hold where the current instruction is reached."""
+        if self._facts_of is not self.active:
+            todo, found = [self.active], set[int]()
+            while todo and len(found) < MOST_FACTS:
+                t = todo.pop(0)
+                found.add(t.id)
+                todo.extend(t.args if t.op == "and" else ())
+            self._facts_of, self._known_facts = self.active, frozenset(found)
+        return self._known_facts
 
     def _first(self, key: Key, leaf: Leaf) -> T:
         """Make the variable of a place."""

@@ -48,7 +48,7 @@ SILENT: dict[str, tuple[str, ...]] = {
     "stuck": ("XIC(A)OTL(X);", "XIC(B)OTU(X);"),
     "conflict": ("XIC(A)OTE(X);", "XIC(A)OTE(X);"),
     "never-done": ("XIC(A)TON(T,3000,0);", "XIC(B)CTU(K,2,0);"),
-    "fault": ("XIC(A)MOV(3,N);", "XIC(A)DIV(7,N,M);", "XIC(A)MOV(5,List[N]);"),
+    "fault": ("XIC(A)MOV(3,N);", "XIC(A)XIC(B)MOV(2,N);", "XIC(A)DIV(7,N,M);", "XIC(A)MOV(5,List[N]);"),
 }
 
 

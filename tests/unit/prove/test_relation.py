@@ -13,6 +13,7 @@ from scanrack.ladder.files.rungfile import parse_program
 from scanrack.ladder.prove.algebra.evaluation import evaluate
 from scanrack.ladder.prove.algebra.terms import forget
 from scanrack.ladder.prove.relation.machine import ScanMachine
+from slc_bench import imported
 
 HEAD = """PROGRAM small
 TAG A : BOOL
@@ -91,6 +92,22 @@ def test_a_periodic_task_may_run_and_does_if_its_period_is_over(dt: int, may_run
     machine.scan_terms()
     values = {"~dt": dt, "?0": may_run, "COUNT[0]": 7}
     assert evaluate([machine.state["COUNT", 0]], values) == [7 + counts]
+
+
+def test_a_claim_is_asked_wherever_the_scan_has_ended() -> None:
+    """TND of an SLC ends the scan; what is asked behind it is asked all the same."""
+    program = imported("XIC I:1/0 OTL B3:0/1", "XIC I:1/0 TND", "XIC B3:0/1 OTU B3:0/1").program
+    assert not program.prove(never="B3:0/1")
+    assert program.prove(never="B3:0/1 AND NOT I:1/0")
+
+
+def test_a_loop_under_a_condition_has_a_known_end() -> None:
+    found = relation(
+        "XIC(A)FOR(Sub,X,0,3,1);",
+        more="ROUTINE Sub\nADD(Arr[X],1,Arr[X]);\nXIC(B)BRK();\nEND\n",
+    )
+    assert found.machine.cut == []
+    assert found.differences(Random(1), 20) == []
 
 
 def test_rows_take_numbers_and_truths_by_the_machine() -> None:
