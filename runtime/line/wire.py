@@ -92,6 +92,10 @@ class ControllerDevice(Device, Protocol):
     """A controller on a serial line."""
 
     @property
+    def turnaround_ns(self) -> int:
+        """Silence that it keeps between a request and its reply at the line's speed, ns."""
+
+    @property
     def motor_position(self) -> int:
         """Physical position of the motor, steps."""
 

@@ -13,6 +13,7 @@ from rich.console import Console
 from rich.progress import BarColumn, TextColumn
 from rich.progress import Progress as Bar
 
+from ...jobs.serve.line import socket_address
 from ...runtime.line.clients.link import (
     ANSWER_RANGE_S,
     ANSWER_S,
@@ -31,7 +32,6 @@ from ...terminal.status import INTERRUPTED, NO, complain
 from ...terminal.tables import Cells
 from ...terminal.terminal import say
 from ...terminal.trace_options import QuietOption
-from .serve import socket_address
 
 PortOption = Annotated[
     str | None, typer.Option("--port", metavar="DEV", help="Serial port, such as /dev/ttyUSB0 or COM3.")

@@ -16,9 +16,7 @@ from rich.console import Console
 from rich.live import Live
 from rich.table import Table
 
-from ...io_images.pcl601 import Code
 from ...jobs.run.served_units import (
-    NO_PROGRAM,
     PORT_GAP_MS,
     SERIAL_GAP_MS,
     Unit,
@@ -26,23 +24,10 @@ from ...jobs.run.served_units import (
     pcl601_units,
     pmc006_units,
 )
+from ...jobs.serve.control import ControlChannel
+from ...jobs.serve.line import GATEWAY_MS, PortChoice, ServedLine, begin, wire
 from ...runtime.config.rackspec import KEPT_TRACES
-from ...runtime.line.hosts import split_address
-from ...runtime.line.ports import (
-    LONGEST_S,
-    BusSegment,
-    LineListener,
-    LineServer,
-    ModbusTcpPort,
-    PduServer,
-    Port,
-    PtyPort,
-    RawTcpPort,
-    SerialPort,
-    Server,
-    serve_until_interrupted,
-)
-from ...runtime.line.wire import Device
+from ...runtime.line.ports import LONGEST_S, Server, serve_until_interrupted
 from ...runtime.loop.pace import Clock, wall_ns
 from ...terminal.complaints import reported_mistakes
 from ...terminal.status import INTERRUPTED, complain
@@ -52,10 +37,8 @@ from ...terminal.trace_options import QuietOption, ReplaceOption
 from ...traces.files.keeping import RecordingKeeper, check_recordings
 from ...traces.write.line import LineRecorder, UnitColumns
 
-LOOPBACK = "127.0.0.1"
-BROADCAST = 0
-RECORDED_EVERY_S = 0.01
-"""Longest time between two records of changing registers."""
+LOOKED_EVERY_S = 0.01
+"""Longest time between two records of changing registers, or two looks at the control channel."""
 
 REFRESH_NS = 250_000_000
 """Time between two refreshes of the status."""
@@ -74,76 +57,6 @@ MAKERS: dict[ControllerKind, Callable[[list[int], list[Path], float, list[str], 
 }
 
 
-def socket_address(text: str) -> tuple[str, int]:
-    """Return host and port; without a host it is the loopback address.
-
-    >>> socket_address("5020"), socket_address("0.0.0.0:502"), socket_address("[::1]:502")
-    (('127.0.0.1', 5020), ('0.0.0.0', 502), ('::1', 502))
-
-    Raises:
-        ValueError: not an address.
-    """
-    try:
-        host, port = split_address(text)
-    except ValueError as error:
-        raise ValueError(f"--tcp {error}") from error
-    return host or LOOPBACK, port
-
-
-def line_of(units: list[Unit]) -> Device:
-    """Return the line of the units, as one device."""
-    return units[0].device if len(units) == 1 else BusSegment(*(unit.device for unit in units))
-
-
-def server_for(
-    units: list[Unit],
-    clock: Clock,
-    listener: LineListener | None = None,
-    *,
-    pty: bool = False,
-    serial: str | None = None,
-    tcp: str | None = None,
-    rtu_over_tcp: bool = False,
-) -> tuple[Server, str]:
-    """Open the requested port; return its server, and its address for clients.
-
-    Raises:
-        ValueError: not exactly one port is requested, or it can't be opened.
-    """
-    if [pty, serial is not None, tcp is not None].count(True) != 1:
-        raise ValueError("give one of --pty, --serial DEV and --tcp HOST:PORT")
-    line = line_of(units)
-    if tcp is not None and not rtu_over_tcp and units[0].answer is not None:
-        modbus = ModbusTcpPort(*socket_address(tcp))
-        return PduServer(line, answering(units), modbus, clock, listener), modbus.name
-    if tcp is not None:
-        port: Port = RawTcpPort(*socket_address(tcp))
-    else:
-        port = PtyPort() if serial is None else SerialPort(serial, line.line_format)
-    return LineServer(line, port, clock, listener), port.name
-
-
-def answering(units: list[Unit]) -> Callable[[int, bytes], bytes | None]:
-    """Return a function that passes Modbus requests to their units.
-
-    A single unit answers every request, like a gateway. Of several units the addressed one answers;
-    requests to unit 0 are carried out by all and not answered.
-    """
-    answers = {unit.address: unit.answer for unit in units if unit.answer is not None}
-    if len(answers) == 1:
-        [only] = answers.values()
-        return lambda _unit, pdu: only(pdu)
-
-    def pass_on(unit: int, pdu: bytes) -> bytes | None:
-        if unit == BROADCAST:
-            for answer in answers.values():
-                answer(pdu)
-            return None
-        return answers[unit](pdu) if unit in answers else None
-
-    return pass_on
-
-
 def status_table(units: list[Unit]) -> Table:
     """Return the state of the units, one row for each."""
     rows = [unit.status() for unit in units]
@@ -151,20 +64,6 @@ def status_table(units: list[Unit]) -> Table:
     for row in rows:
         table.add_row(*row.values())
     return table
-
-
-def wire(units: list[Unit], text: str) -> None:
-    """Set an input: `in1=ground`, or `2:home=..-3000` for the unit at address 2.
-
-    Raises:
-        ValueError: an unknown unit, input or state.
-    """
-    name, equals, state = text.replace(" ", "").partition("=")
-    address, colon, pin = name.rpartition(":")
-    chosen = [unit for unit in units if not colon or str(unit.address) == address]
-    if not equals or not chosen:
-        raise ValueError(f"{text!r} wires no input: it has to be NAME=STATE, or ADDRESS:NAME=STATE")
-    chosen[0].wire(pin, state)
 
 
 class TypedInputs:
@@ -189,21 +88,6 @@ class TypedInputs:
                 wire(self._units, line.strip())
         except ValueError as error:
             complain(str(error))
-
-
-def begin(units: list[Unit], *, ascii_mode: bool, start: bool) -> None:
-    """Carry out the options before the units are served, like SMC60WIN.
-
-    Raises:
-        ValueError: these units do not support an option.
-    """
-    if (ascii_mode or start) and any(unit.do is None for unit in units):
-        raise ValueError("--ascii and --start: only a PCL601 has them")
-    for unit in units:
-        if unit.do is not None and ascii_mode:
-            unit.do(Code.SWITCH_TO_ASCII)
-        if unit.do is not None and start and unit.status()["program"] != NO_PROGRAM:
-            unit.do(Code.RUN_PROGRAM)
 
 
 @contextmanager
@@ -291,6 +175,36 @@ def _serve_command(
             help="PCL601: silence that ends bytes that are not a frame; 5, on a serial port 25.",
         ),
     ] = None,
+    line_time: Annotated[
+        bool,
+        typer.Option("--line-time", help="Characters take the time of the baud rate on TCP and ptys, too."),
+    ] = False,
+    fault: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--fault",
+            metavar="FAULT",
+            help="A fault of the line: drop=N, drop=N/M, crc=N, crc=N/M, delay=MS or silence=on.",
+        ),
+    ] = None,
+    gateway_ms: Annotated[
+        float,
+        typer.Option(
+            "--gateway-ms",
+            metavar="MS",
+            help="With --line-time, --fault or --control: time to exception 0Bh over Modbus TCP.",
+        ),
+    ] = GATEWAY_MS,
+    control: Annotated[
+        int | None,
+        typer.Option(
+            "--control",
+            metavar="PORT",
+            min=0,
+            max=65535,
+            help="A port of this machine at which a test sets faults and inputs, a JSON object a line.",
+        ),
+    ] = None,
     record: Annotated[
         Path | None, typer.Option("--record", metavar="FILE", help="Record line and registers as MCAP.")
     ] = None,
@@ -322,37 +236,60 @@ def _serve_command(
         for each in pin or []:
             wire(units, each)
         begin(units, ascii_mode=ascii_mode, start=start)
+        line = ServedLine(
+            units, timed=line_time, faulty=bool(fault) or control is not None, gateway_ms=gateway_ms
+        )
+        for each in fault or []:
+            line.set_fault(each)
+        choice = PortChoice(pty, serial, tcp, rtu_over_tcp)
         # Ctrl-C may come between the line with the address and the first step
         with (
             recording(record, controller, units, program or (), replace=replace) as recorder,
+            _controlled(line, clock, control) as channel,
             suppress(KeyboardInterrupt),
         ):
-            server, place = server_for(
-                units, clock, recorder, pty=pty, serial=serial, tcp=tcp, rtu_over_tcp=rtu_over_tcp
-            )
+            server, place = line.server(choice, clock, recorder)
             names = ", ".join(str(unit.address) for unit in units)
             _record(units, clock, recorder)  # before anything can end it
-            say(f"{place}  {controller} at address {names}, {units[0].device.line_format}; Ctrl-C ends")
+            also = "" if channel is None else f"; control at {channel.name}"
+            say(f"{place}  {controller} at address {names}, {units[0].device.line_format}{also}; Ctrl-C ends")
             sys.stdout.flush()  # a reader of the path through a pipe waits for it
-            _serve(server, units, clock, recorder, quiet=quiet)
+            _serve(server, units, clock, recorder, channel, quiet=quiet)
         raise typer.Exit(INTERRUPTED)
 
 
+@contextmanager
+def _controlled(line: ServedLine, clock: Clock, port: int | None) -> Iterator[ControlChannel | None]:
+    """Open the control channel, if there is a port."""
+    if port is None:
+        yield None
+        return
+    with closing(ControlChannel(line, clock, port)) as channel:
+        yield channel
+
+
 def _serve(
-    server: Server, units: list[Unit], clock: Clock, recorder: LineRecorder | None, *, quiet: bool
+    server: Server,
+    units: list[Unit],
+    clock: Clock,
+    recorder: LineRecorder | None,
+    channel: ControlChannel | None,
+    *,
+    quiet: bool,
 ) -> None:
     typed = TypedInputs(units)
 
     def each_step() -> None:
         refresh()
         typed.look()
+        if channel is not None:
+            channel.look()
         _record(units, clock, recorder)
 
     with shown_status(units, quiet=quiet) as refresh:
         each_step()  # the initial state
-        serve_until_interrupted(
-            server, each_step, longest_s=LONGEST_S if recorder is None else RECORDED_EVERY_S
-        )
+        calm = recorder is None and channel is None
+        serve_until_interrupted(server, each_step, longest_s=LONGEST_S if calm else LOOKED_EVERY_S)
 
 
 def _record(units: list[Unit], clock: Clock, recorder: LineRecorder | None) -> None:

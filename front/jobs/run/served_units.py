@@ -22,7 +22,7 @@ from ...runtime.controllers.pmc006.controller import Pmc006Controller
 from ...runtime.controllers.pmc006.line import Pmc006
 from ...runtime.controllers.pmc006.pins import Pin
 from ...runtime.line.rtu import Timing
-from ...runtime.line.wire import Device
+from ...runtime.line.wire import ControllerDevice
 
 NO_PROGRAM = "-"
 THUMBWHEEL_DIGITS = 7
@@ -49,7 +49,7 @@ class Unit:
         do: carries out a command code as if received; None for a unit without such codes.
     """
 
-    device: Device
+    device: ControllerDevice
     address: int
     status: Callable[[], dict[str, str]]
     values: Callable[[], dict[str, int]]

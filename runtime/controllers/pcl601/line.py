@@ -79,6 +79,11 @@ class Pcl601:
         return self._framer.gap_ns if self.controller.protocol is Protocol.MODBUS else 0
 
     @property
+    def turnaround_ns(self) -> int:
+        """Silence between a request and its reply, ns: 3.5 characters in Modbus, none in ASCII."""
+        return SERIAL_TIMING.gap_ns if self._format is FORMATS[Protocol.MODBUS] else 0
+
+    @property
     def next_wake_ns(self) -> int | None:
         """Instant of the next event on the line or in the controller."""
         if self._out:

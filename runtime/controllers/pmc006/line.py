@@ -25,6 +25,8 @@ class Pmc006:
     """
 
     line_format = LINE_FORMAT
+    turnaround_ns = 0
+    """It answers at once: the manual gives no time [4.1]."""
 
     def __init__(
         self, controller: Pmc006Controller | None = None, timeout_ns: int = RECEIVE_TIMEOUT_NS

@@ -12,11 +12,23 @@ from .pty import PtyPort
 from .rawtcp import RawTcpPort
 from .segment import BusSegment
 from .serialdevice import SerialPort
-from .server import LONGEST_S, LineListener, LineServer, PduServer, Server, Stop, serve_until_interrupted
+from .server import (
+    LONGEST_S,
+    Client,
+    GatewayServer,
+    LineListener,
+    LineServer,
+    PduServer,
+    Server,
+    Stop,
+    serve_until_interrupted,
+)
 
 __all__ = [
     "LONGEST_S",
     "BusSegment",
+    "Client",
+    "GatewayServer",
     "LineListener",
     "LineServer",
     "ModbusTcpPort",

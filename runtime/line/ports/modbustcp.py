@@ -9,7 +9,7 @@ not Modbus TCP end their connection.
 from __future__ import annotations
 
 import socket
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from struct import Struct
 
 from .port import Traffic
@@ -46,29 +46,39 @@ class ModbusTcpPort:
 
     def serve(self, seconds: float, answer: AnswerPdu) -> None:
         """Answer the received requests; return within that time."""
+        for connection, requests in self.requests(seconds):
+            self.send(connection, b"".join(reply_to(request, answer) for request in requests))
+
+    def requests(self, seconds: float) -> Iterator[tuple[socket.socket, list[bytes]]]:
+        """Yield the request frames that connections have sent; return within that time."""
         for connection, data in self._listener.wait(seconds):
             if not data:
                 self._end(connection)
                 continue
             self.traffic.received += len(data)
-            self._serve(connection, self._pending.get(connection, b"") + data, answer)
+            requests = self._requests(connection, self._pending.get(connection, b"") + data)
+            if requests:
+                yield connection, requests
+
+    def send(self, connection: socket.socket, replies: bytes) -> None:
+        """Send reply frames; a connection that does not take them is ended."""
+        if replies and self._listener.send(connection, replies):
+            self.traffic.sent += len(replies)
+        elif replies:
+            self._end(connection)
 
     def close(self) -> None:
         """End all connections and stop listening."""
         self._listener.close()
 
-    def _serve(self, connection: socket.socket, data: bytes, answer: AnswerPdu) -> None:
+    def _requests(self, connection: socket.socket, data: bytes) -> list[bytes]:
+        """Return the whole requests of a connection, and keep the rest."""
         try:
-            requests, rest = split_frames(data)
+            requests, self._pending[connection] = split_frames(data)
         except NotModbusError:
             self._end(connection)
-            return
-        self._pending[connection] = rest
-        replies = b"".join(reply_to(request, answer) for request in requests)
-        if replies and self._listener.send(connection, replies):
-            self.traffic.sent += len(replies)
-        elif replies:
-            self._end(connection)
+            return []
+        return requests
 
     def _end(self, connection: socket.socket) -> None:
         self._pending.pop(connection, None)
@@ -101,6 +111,12 @@ def split_frames(data: bytes) -> tuple[list[bytes], bytes]:
 
 def reply_to(request: bytes, answer: AnswerPdu) -> bytes:
     """Return the reply frame to a request frame; b"" if there is no reply."""
-    transaction, _, _, unit = HEADER.unpack_from(request)
+    _, _, _, unit = HEADER.unpack_from(request)
     pdu = answer(unit, request[HEADER.size :])
-    return b"" if pdu is None else HEADER.pack(transaction, 0, len(pdu) + 1, unit) + pdu
+    return b"" if pdu is None else reply_frame(request, pdu)
+
+
+def reply_frame(request: bytes, pdu: bytes) -> bytes:
+    """Return the frame of a reply PDU, with transaction and unit of its request."""
+    transaction, _, _, unit = HEADER.unpack_from(request)
+    return HEADER.pack(transaction, 0, len(pdu) + 1, unit) + pdu

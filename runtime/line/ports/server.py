@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import socket
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Protocol
@@ -9,9 +10,13 @@ from typing import Protocol
 from typing_extensions import override
 
 from ...loop.pace import Clock, stopping_on_interrupt
+from ..gateway import Gateway, GatewayRequest
 from ..wire import Device
-from .modbustcp import AnswerPdu, ModbusTcpPort
+from .modbustcp import HEADER, AnswerPdu, ModbusTcpPort, reply_frame
 from .port import Port
+
+Client = tuple[socket.socket, bytes]
+"""A connection of Modbus TCP and its request frame."""
 
 LONGEST_S = 0.1
 """Longest wait before a server checks whether to stop."""
@@ -119,6 +124,53 @@ class PduServer(Server):
             if reply is not None:
                 self._listener.said(now_ns, bytes((unit,)) + reply)
         return reply
+
+
+class GatewayServer(Server):
+    """A gateway at a Modbus TCP port: requests go onto the serial line, one after another.
+
+    Args:
+        gateway: the master of the line.
+        listener: receives every request when it comes and every reply when it goes; None = no listener.
+    """
+
+    def __init__(
+        self,
+        gateway: Gateway[Client],
+        port: ModbusTcpPort,
+        clock: Clock,
+        listener: LineListener | None = None,
+    ) -> None:
+        self._gateway = gateway
+        self._port = port
+        self._clock = clock
+        self._listener = listener
+
+    @override
+    def step(self, longest_s: float) -> None:
+        wait_s = self._clock.seconds_until(self._gateway.next_wake_ns, longest_s)
+        requests = [(each, frame) for each, frames in self._port.requests(wait_s) for frame in frames]
+        now_ns = self._clock.now_ns()
+        replies = self._gateway.advance(now_ns)  # up to the new requests
+        for connection, frame in requests:
+            unit, pdu = frame[HEADER.size - 1], frame[HEADER.size :]
+            self._tell(now_ns, frame, heard=True)
+            refused = self._gateway.ask(GatewayRequest((connection, frame), unit, pdu))
+            if refused is not None:
+                replies.append(((connection, frame), refused))
+        replies += self._gateway.advance(now_ns)
+        for (connection, frame), pdu in replies:
+            reply = reply_frame(frame, pdu)
+            self._tell(now_ns, reply, heard=False)
+            self._port.send(connection, reply)
+
+    @override
+    def close(self) -> None:
+        self._port.close()
+
+    def _tell(self, now_ns: int, frame: bytes, *, heard: bool) -> None:
+        if self._listener is not None:
+            (self._listener.heard if heard else self._listener.said)(now_ns, frame[HEADER.size - 1 :])
 
 
 class Stop:

@@ -11,19 +11,21 @@ import socket
 import subprocess
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 
 import forked
 import pytest
 from mcap.reader import make_reader
 from scanrack.commands import build
-from scanrack.commands.wire.serve import answering, begin, line_of, wire
 from scanrack.io_images.pmc006.frame import command, reply
 from scanrack.io_images.pmc006.instructions import BY_NAME
 from scanrack.jobs.run.served_units import pcl601_units, pmc006_units
+from scanrack.jobs.serve.control import ControlChannel
+from scanrack.jobs.serve.line import ServedLine, answering, begin, wire
 from scanrack.runtime.controllers.pmc006.pins import Pin
 from scanrack.runtime.line.rtu import frame
+from scanrack.runtime.loop.pace import Clock
 from typer.testing import CliRunner
 
 READ_POSITION = BY_NAME["read_position"].code
@@ -40,6 +42,20 @@ def serving(*arguments: str) -> Iterator[str]:
         process.send_signal(signal.SIGINT)
         assert process.communicate(timeout=10) == ("", "")
         assert process.returncode == 130
+    finally:
+        process.kill()
+        process.communicate()
+
+
+@contextmanager
+def serving_with_control(*arguments: str) -> Iterator[tuple[str, str]]:
+    """Serve with a control channel; yield where both are."""
+    words = [sys.executable, "-m", "scanrack", "serve", *arguments, "--control", "0"]
+    process = forked.start(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    try:
+        assert process.stdout is not None
+        line = process.stdout.readline()
+        yield line.split("  ")[0], line.split("control at ")[1].split(";")[0]
     finally:
         process.kill()
         process.communicate()
@@ -70,6 +86,58 @@ def test_a_pmc006_answers_over_tcp_on_the_loopback_address() -> None:
     assert host == "127.0.0.1"
 
 
+@contextmanager
+def connected(place: str) -> Iterator[socket.socket]:
+    host, port = place.rsplit(":", 1)
+    with socket.create_connection((host, int(port)), timeout=10) as client:
+        yield client
+
+
+def test_a_test_sets_faults_and_inputs_by_the_control_channel() -> None:
+    """The reply of the silent unit is exception 0Bh; the answer of the one that is back has register 4x6."""
+    read_one = bytes.fromhex("0001 0000 0006 01 03 0005 0001")
+    options = ("--tcp", "0", "--line-time", "--gateway-ms", "50")
+    with (
+        serving_with_control("pcl601", *options) as (place, control),
+        connected(place) as client,
+        connected(control) as test,
+        test.makefile("rw") as lines,
+    ):
+
+        def told(**order: object) -> dict[str, object]:
+            print(json.dumps(order), file=lines, flush=True)
+            return dict(json.loads(lines.readline()))
+
+        assert told(fault="silence=on") == {"ok": True}
+        client.sendall(read_one)
+        assert client.recv(100).hex(" ") == "00 01 00 00 00 03 01 83 0b"
+        assert told(fault="1:silence=off") == {"ok": True}
+        client.sendall(read_one)
+        assert client.recv(100).hex(" ") == "00 01 00 00 00 05 01 03 02 01 f4"
+        assert told(pin="in3=ground") == {"ok": True}
+        state = told(state=1)["state"]
+        assert isinstance(state, dict)
+        assert (state["inputs"], state["base_speed"]) == (0b100, 500)
+        refused = told(fault="2:reset")["error"]
+        assert refused == "'2:reset' is no fault of a unit: it has to be FAULT, or ADDRESS:FAULT"
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("drop", "drop: it is not JSON"),
+        ("[" * 4000, "it is not JSON"),
+        ('{"fault": 1}', 'it has to be {"fault": TEXT}'),
+        ('{"fault": "reset", "pin": "in1=high"}', 'it has to be {"fault": TEXT}'),
+        ('{"state": 9}', "there is no unit at address 9: there is 1"),
+        ('{"pin": "in9=high"}', "there is no input in9"),
+    ],
+)
+def test_orders_that_the_control_channel_refuses(text: str, said: str) -> None:
+    with closing(ControlChannel(ServedLine(pcl601_units([], [], 1.0)), Clock(), 0)) as channel:
+        assert said in json.loads(channel.answer(text))["error"]
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
@@ -82,6 +150,9 @@ def test_a_pmc006_answers_over_tcp_on_the_loopback_address() -> None:
         (["--pty", "--address", "x"], "--address x: an address is a number"),
         (["--pty", "--address", "1-3"], "a PMC006 is alone on its line"),
         (["--pty", "--address", "121"], "address 121: allowed is 1 to 120"),
+        (["--pty", "--fault", "drop"], "'' is no number of replies"),
+        (["--pty", "--gateway-ms", "0"], "--gateway-ms 0: it has to be above 0"),
+        (["--serial", "/dev/null", "--line-time"], "--line-time: on a serial port characters take"),
         (["--pty", "--program", "nothing"], "nothing: No such file or directory"),
     ],
 )
@@ -224,7 +295,7 @@ def test_programs_are_started_in_ascii_mode_as_by_smc60win(tmp_path: Path) -> No
     for ascii_mode, said, error in ((True, b"@1B100\r", "0"), (False, b"", "256")):
         units = pcl601_units([0, 1], [file], 1.0)
         begin(units, ascii_mode=ascii_mode, start=True)
-        assert line_of(units).advance(10_000_000) == said
+        assert ServedLine(units).device.advance(10_000_000) == said
         assert [unit.status()["error"] for unit in units] == [error, "0"]
         assert units[1].values()["base_speed"] == (100 if ascii_mode else 500)
 
@@ -239,7 +310,7 @@ def test_sample_program_5_is_played_as_the_docs_say() -> None:
     program = Path(__file__).parents[3] / "examples/pcl601/sample5.pclt"
     units = pcl601_units([0, 1, 2], [program], 1.0, ["0:2500", "1:3000"])
     begin(units, ascii_mode=True, start=True)
-    line_of(units).advance(4_000_000_000)
+    ServedLine(units).device.advance(4_000_000_000)
     assert [unit.values()["position"] for unit in units] == [2500, 3000, 0]
 
 
@@ -253,7 +324,7 @@ def test_a_thumbwheel_that_is_none(text: str) -> None:
 def test_a_frame_that_an_adapter_has_split_is_put_together_within_the_gap(
     pause_ms: int, answered: bool
 ) -> None:
-    line = line_of(pcl601_units([], [], 1.0, gap_ms=25))
+    line = ServedLine(pcl601_units([], [], 1.0, gap_ms=25)).device
     request = frame(1, bytes.fromhex("06 0005 0064"))
     line.receive(0, request[:3])
     said = line.advance(pause_ms * 1_000_000)

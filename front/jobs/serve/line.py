@@ -1,0 +1,193 @@
+"""Simulated controllers on a line at a port: how the line behaves, and what is wired to them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from ...io_images.pcl601 import Code
+from ...runtime.line.faulty import FaultyDevice
+from ...runtime.line.gateway import Gateway
+from ...runtime.line.hosts import split_address
+from ...runtime.line.ports import (
+    BusSegment,
+    Client,
+    GatewayServer,
+    LineListener,
+    LineServer,
+    ModbusTcpPort,
+    PduServer,
+    Port,
+    PtyPort,
+    RawTcpPort,
+    SerialPort,
+    Server,
+)
+from ...runtime.line.timed import TimedLine
+from ...runtime.line.wire import Device
+from ...runtime.loop.pace import Clock
+from ..run.served_units import NO_PROGRAM, Unit
+
+LOOPBACK = "127.0.0.1"
+BROADCAST = 0
+GATEWAY_MS = 1000.0
+GATEWAY_MS_MAX = 60_000
+
+
+@dataclass(frozen=True, slots=True)
+class PortChoice:
+    """The port that is asked for; exactly one of the first three."""
+
+    pty: bool = False
+    serial: str | None = None
+    tcp: str | None = None
+    rtu_over_tcp: bool = False
+
+
+class ServedLine:
+    """Units on a line.
+
+    Args:
+        timed: characters take the time of the line's speed on every port.
+        faulty: faults may be set; Modbus TCP then goes through a gateway, as with `timed`.
+        gateway_ms: from the end of a request on the line to the gateway's exception 0Bh, ms.
+
+    Raises:
+        ValueError: an unusable time.
+    """
+
+    def __init__(
+        self, units: list[Unit], *, timed: bool = False, faulty: bool = False, gateway_ms: float = GATEWAY_MS
+    ) -> None:
+        if not 0 < gateway_ms <= GATEWAY_MS_MAX:
+            raise ValueError(
+                f"--gateway-ms {gateway_ms:g}: it has to be above 0, and at most {GATEWAY_MS_MAX}"
+            )
+        self.units = units
+        self._timed = timed
+        self._plain = not (timed or faulty)
+        self._gateway_ns = round(gateway_ms * 1e6)
+        self._faulty = {unit.address: self._with_faults(unit) for unit in units}
+        self.device = self._line()
+
+    def set_fault(self, text: str) -> None:
+        """Set a fault: `drop=3`, or `2:reset` for the unit at address 2; see `runtime.line.faulty`.
+
+        Raises:
+            ValueError: an unknown unit or fault.
+        """
+        address, colon, fault = text.replace(" ", "").rpartition(":")
+        chosen = [each for number, each in self._faulty.items() if not colon or str(number) == address]
+        if not chosen:
+            raise ValueError(f"{text!r} is no fault of a unit: it has to be FAULT, or ADDRESS:FAULT")
+        for each in chosen if not colon else chosen[:1]:
+            each.set(fault)
+
+    def server(
+        self, choice: PortChoice, clock: Clock, listener: LineListener | None = None
+    ) -> tuple[Server, str]:
+        """Open the requested port; return its server, and its address for clients.
+
+        Raises:
+            ValueError: not exactly one port is requested, or it can't be opened.
+        """
+        if [choice.pty, choice.serial is not None, choice.tcp is not None].count(True) != 1:
+            raise ValueError("give one of --pty, --serial DEV and --tcp HOST:PORT")
+        if choice.serial is not None and self._timed:
+            raise ValueError("--line-time: on a serial port characters take their time anyway")
+        if choice.tcp is not None and not choice.rtu_over_tcp and self.units[0].answer is not None:
+            return self._modbus_server(ModbusTcpPort(*socket_address(choice.tcp)), clock, listener)
+        if choice.tcp is not None:
+            port: Port = RawTcpPort(*socket_address(choice.tcp))
+        else:
+            port = PtyPort() if choice.serial is None else SerialPort(choice.serial, self.device.line_format)
+        return LineServer(self.device, port, clock, listener), port.name
+
+    def _modbus_server(
+        self, modbus: ModbusTcpPort, clock: Clock, listener: LineListener | None
+    ) -> tuple[Server, str]:
+        if self._plain:
+            return PduServer(self.device, answering(self.units), modbus, clock, listener), modbus.name
+        only = self.units[0].address if len(self.units) == 1 else None
+        gateway: Gateway[Client] = Gateway(
+            self.device, lambda unit: unit if only is None else only, self._gateway_ns, timed=self._timed
+        )
+        return GatewayServer(gateway, modbus, clock, listener), modbus.name
+
+    def _with_faults(self, unit: Unit) -> FaultyDevice:
+        device = unit.device
+        return FaultyDevice(device, (lambda: device.turnaround_ns) if self._timed else lambda: 0)
+
+    def _line(self) -> Device:
+        devices: Sequence[Device] = (
+            [unit.device for unit in self.units] if self._plain else list(self._faulty.values())
+        )
+        if self._timed:
+            return TimedLine(*devices)
+        return devices[0] if len(devices) == 1 else BusSegment(*devices)
+
+
+def socket_address(text: str) -> tuple[str, int]:
+    """Return host and port; without a host it is the loopback address.
+
+    >>> socket_address("5020"), socket_address("0.0.0.0:502"), socket_address("[::1]:502")
+    (('127.0.0.1', 5020), ('0.0.0.0', 502), ('::1', 502))
+
+    Raises:
+        ValueError: not an address.
+    """
+    try:
+        host, port = split_address(text)
+    except ValueError as error:
+        raise ValueError(f"--tcp {error}") from error
+    return host or LOOPBACK, port
+
+
+def answering(units: list[Unit]) -> Callable[[int, bytes], bytes | None]:
+    """Return a function that passes Modbus requests to their units.
+
+    A single unit answers every request, like a gateway. Of several units the addressed one answers;
+    requests to unit 0 are carried out by all and not answered.
+    """
+    answers = {unit.address: unit.answer for unit in units if unit.answer is not None}
+    if len(answers) == 1:
+        [only] = answers.values()
+        return lambda _unit, pdu: only(pdu)
+
+    def pass_on(unit: int, pdu: bytes) -> bytes | None:
+        if unit == BROADCAST:
+            for answer in answers.values():
+                answer(pdu)
+            return None
+        return answers[unit](pdu) if unit in answers else None
+
+    return pass_on
+
+
+def wire(units: list[Unit], text: str) -> None:
+    """Set an input: `in1=ground`, or `2:home=..-3000` for the unit at address 2.
+
+    Raises:
+        ValueError: an unknown unit, input or state.
+    """
+    name, equals, state = text.replace(" ", "").partition("=")
+    address, colon, pin = name.rpartition(":")
+    chosen = [unit for unit in units if not colon or str(unit.address) == address]
+    if not equals or not chosen:
+        raise ValueError(f"{text!r} wires no input: it has to be NAME=STATE, or ADDRESS:NAME=STATE")
+    chosen[0].wire(pin, state)
+
+
+def begin(units: list[Unit], *, ascii_mode: bool, start: bool) -> None:
+    """Carry out the options before the units are served, like SMC60WIN.
+
+    Raises:
+        ValueError: these units do not support an option.
+    """
+    if (ascii_mode or start) and any(unit.do is None for unit in units):
+        raise ValueError("--ascii and --start: only a PCL601 has them")
+    for unit in units:
+        if unit.do is not None and ascii_mode:
+            unit.do(Code.SWITCH_TO_ASCII)
+        if unit.do is not None and start and unit.status()["program"] != NO_PROGRAM:
+            unit.do(Code.RUN_PROGRAM)

@@ -1,0 +1,148 @@
+"""A device whose replies are late, lost or damaged on purpose.
+
+    drop=3       the next three replies are lost, after the device has acted
+    crc=1/10     of ten replies the last is damaged, again and again
+    delay=200    each reply comes 200 ms later, until delay=0
+    silence=on   the device hears nothing and says nothing, until silence=off: a cut line
+    reset        the device loses its power and gets it back
+
+A reply is what a device sends at one instant. Its last byte belongs to the checksum of a Modbus or
+PMC006 frame; in AA ASCII it is the end of the line.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from typing_extensions import override
+
+from .wire import ControllerDevice, Device, LineFormat
+
+MOST_REPLIES = 1_000_000
+LONGEST_DELAY_MS = 60_000
+DAMAGE = 0xFF
+"""The bits of a damaged reply's last byte that change."""
+
+_HITS = re.compile(r"([0-9]{1,7})(?:/([0-9]{1,7}))?", re.ASCII)
+ALLOWED = "drop=N, drop=N/M, crc=N, crc=N/M, delay=MS, silence=on, silence=off and reset"
+
+
+@dataclass(slots=True)
+class Hits:
+    """The replies that a fault meets: the next `count`, or of every `of` the last `count`."""
+
+    count: int = 0
+    of: int = 0
+    _seen: int = 0
+
+    def next(self) -> bool:
+        """Count a reply; return whether it is met."""
+        if self.of:
+            self._seen = self._seen % self.of + 1
+            return self._seen > self.of - self.count
+        self.count -= (met := self.count > 0)
+        return met
+
+
+def hits_of(value: str) -> Hits:
+    """Return the replies of `3` or `1/10`.
+
+    Raises:
+        ValueError: neither, or more replies met than there are.
+    """
+    match = _HITS.fullmatch(value)
+    count, of = (int(match[1]), int(match[2] or 0)) if match else (-1, 0)
+    whole = match is not None and (match[2] is None or 1 <= count <= of)
+    if not whole or max(count, of) > MOST_REPLIES:
+        raise ValueError(f"{value!r} is no number of replies: it has to be N, or N/M for N of every M")
+    return Hits(count, of)
+
+
+class FaultyDevice(Device):
+    """A device of a line with faults on request; without any it is the device.
+
+    Args:
+        device: what is at the line.
+        turnaround_ns: returns the silence between a request and its reply, ns; it is kept besides a delay.
+    """
+
+    def __init__(self, device: ControllerDevice, turnaround_ns: Callable[[], int] = lambda: 0) -> None:
+        self._device = device
+        self._turnaround_ns = turnaround_ns
+        self._drop, self._crc = Hits(), Hits()
+        self._delay_ns = 0
+        self._silent = False
+        self._waiting: deque[tuple[int, bytes, LineFormat]] = deque()
+        self._format: LineFormat | None = None
+        self._now_ns = 0
+
+    @property
+    def line_format(self) -> LineFormat:
+        """The format of the reply that was sent last, or else of the device."""
+        return self._format or self._device.line_format
+
+    @property
+    def next_wake_ns(self) -> int | None:
+        """Instant of the device's next event, or of a reply that waits."""
+        due_ns = self._device.next_wake_ns
+        if not self._waiting:
+            return due_ns
+        return self._waiting[0][0] if due_ns is None else min(due_ns, self._waiting[0][0])
+
+    @override
+    def receive(self, now_ns: int, data: bytes) -> None:
+        if not self._silent:
+            self._device.receive(now_ns, data)
+
+    @override
+    def advance(self, now_ns: int) -> bytes:
+        """Advance the device; return the replies that are due."""
+        self._now_ns = now_ns
+        said = self._device.advance(now_ns)
+        if said and not self._silent and not self._drop.next():
+            self._wait(now_ns, said)
+        self._format = None
+        due = b""
+        while self._waiting and self._waiting[0][0] <= now_ns:
+            _, data, self._format = self._waiting.popleft()
+            due += data
+        return due
+
+    def set(self, text: str) -> None:
+        """Set or end a fault, in the notation above.
+
+        Raises:
+            ValueError: it is none.
+        """
+        name, _, value = text.partition("=")
+        if text == "reset":
+            self._device.power_cycle(self._now_ns)
+            self._waiting.clear()
+        elif name == "drop":
+            self._drop = hits_of(value)
+        elif name == "crc":
+            self._crc = hits_of(value)
+        elif name == "delay":
+            self._delay_ns = _delay_ms(value) * 1_000_000
+        elif name == "silence" and value in ("on", "off"):
+            self._silent = value == "on"
+            self._waiting.clear()
+        else:
+            raise ValueError(f"{text!r} is no fault: allowed are {ALLOWED}")
+
+    def _wait(self, now_ns: int, said: bytes) -> None:
+        """Keep a reply until it is due; none overtakes another."""
+        due_ns = now_ns + self._turnaround_ns() + self._delay_ns
+        if self._waiting:
+            due_ns = max(due_ns, self._waiting[-1][0])
+        damaged = said[:-1] + bytes((said[-1] ^ DAMAGE,)) if self._crc.next() else said
+        self._waiting.append((due_ns, damaged, self._device.line_format))
+
+
+def _delay_ms(value: str) -> int:
+    if not (value.isascii() and value.isdecimal() and int(value[:9]) <= LONGEST_DELAY_MS):
+        raise ValueError(f"delay={value}: it has to be 0 to {LONGEST_DELAY_MS:,} ms")
+    return int(value)
