@@ -140,12 +140,14 @@ def test_a_move_over_a_pseudo_terminal_ends_where_it_should(name: str, controlle
 
 @pytest.mark.slow
 def test_over_tcp_it_is_the_same() -> None:
-    with served("pcl601", "--tcp", "0", "--rtu-over-tcp", "--address", "7") as (place, _):
-        with opened("pcl601-adapter", f"tcp:{place}", 7) as module:
-            live = Live(module)
-            live.prepare()
-            live.give(*MOVE, until="MOVE_COMPLETE")
-            assert live.position == 2000
+    with (
+        served("pcl601", "--tcp", "0", "--rtu-over-tcp", "--address", "7") as (place, _),
+        opened("pcl601-adapter", f"tcp:{place}", 7) as module,
+    ):
+        live = Live(module)
+        live.prepare()
+        live.give(*MOVE, until="MOVE_COMPLETE")
+        assert live.position == 2000
 
 
 @pytest.mark.slow
