@@ -165,6 +165,7 @@ def _numbers_held(problem: ProgramSystem, cone: Iterable[str]) -> Iterator[Key]:
             continue
         if problem.leaf(key).slot is None:
             yield key
+    yield from problem.lengths_in(cone)
 
 
 @contextmanager

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
@@ -219,14 +219,17 @@ class ProgramSystem(System):
             "assume": assume,
             "contracts": contracts,
         }
-        self.machine = NotingMachine(self.lowered, (bounds.low_ms, bounds.high_ms))
-        self.machine.parts = not bounds.whole
-        self.machine.scan_terms()
+        self._begin()
+        self.machine = self._scanned({})
+        self.lengths = self._constant_lengths()
+        if self.lengths:
+            again = self._scanned(self.lengths)
+            if not self.lengths.keys() & again.written:
+                self.machine = again
         self.rungs = list(self.machine.rungs)
         self.machine.noting = False  # monitors are no part of the program
         self._run_monitors()
         self.least_ms = bounds.low_ms
-        self._begin()
         self._settle()
         for each in assume:
             self.contract = and_(self.contract, self.after(each))
@@ -234,6 +237,25 @@ class ProgramSystem(System):
         self._settle()
         self._open_bits()
         self._note_prescanned()
+
+    def _scanned(self, known: Mapping[Key, Any]) -> NotingMachine:
+        """Return the machine behind one scan."""
+        machine = NotingMachine(self.lowered, (self.bounds.low_ms, self.bounds.high_ms), known)
+        machine.parts = not self.bounds.whole
+        machine.scan_terms()
+        return machine
+
+    def _constant_lengths(self) -> dict[Key, Any]:
+        """Return LEN of each CONTROL that nothing writes, in the program or outside: it bounds loops."""
+        machine, named = self.machine, _named_bits(self.lowered)
+        found = {}
+        for key, v in machine.vars.items():
+            leaf, path = machine.kinds[key], key[0]
+            if not _is_length(self.lowered.layout, path) or key in machine.written or key in named:
+                continue
+            if path not in self._outside and not self._changes_outside(path, leaf, v):
+                found[key] = self.engine.memory.read(leaf, key[1])
+        return found
 
     def _run_monitors(self) -> None:
         """Run the monitors; a LadderError if one of them acts on the program."""
@@ -389,12 +411,24 @@ class ProgramSystem(System):
 
     def assumed(self, cone: Iterable[str]) -> tuple[str, ...]:
         """Return the numbers of a cone that are held."""
-        held = [name for name in cone if name in self.held and not name.startswith("~")]
-        return tuple(f"{shown(name)} = {self.initial[name]}" for name in sorted(held))
+        cone = list(cone)
+        held = {name: self.initial[name] for name in cone if name in self.held and not name.startswith("~")}
+        held.update((_name_of(key), self.lengths[key]) for key in self.lengths_in(cone))
+        return tuple(f"{shown(name)} = {held[name]}" for name in sorted(held))
+
+    def lengths_in(self, cone: Iterable[str]) -> list[Key]:
+        """Return the constant lengths of the CONTROLs in a cone: the relation has their values."""
+        paths = {self.key_of[name][0] for name in cone if name in self.key_of}
+        return [key for key in self.lengths if any(path.startswith(key[0][:-3]) for path in paths)]
 
 
 _INPUTS = re.compile(r"I:\d|[^.\[]*:(?:S?I|S)\d{0,2}(?![\w:])")
 """Beginning of the path, in capitals, of a module's inputs that are tags here."""
+
+
+def _is_length(layout: Layout, path: str) -> bool:
+    """Whether a path, in capitals, is LEN of a CONTROL; a string has LEN and no POS."""
+    return path.endswith(".LEN") and layout.find(f"{path[:-4]}.POS") is not None
 
 
 def _numbers(mask: int) -> Iterator[int]:
