@@ -18,6 +18,8 @@ from types import MappingProxyType
 from typing import Any
 
 from ....io_images.site import Site
+from ...instructions.slc.processor import before_scan, has_status
+from ...instructions.slc.status import STATUS
 from ...model.operands import Calculation, Constant, Group, Place, Resolved, StringConstant, leaves_in
 from ...model.schedule import ScheduledTask, TaskKind
 from ...model.spec import InstructionKind, Use
@@ -239,6 +241,8 @@ class ScanMachine(TermValues):
             self._havoc_operands(step)
             for flag in ("S:MINOR", *(("S:V", "S:Z", "S:N", "S:C") if self.lowered.flags else ())):
                 self.havoc(self.lowered.layout.leaf(flag))
+            if before_scan in self.lowered.opening and has_status(self):
+                self.havoc(self.lowered.layout.leaf(STATUS))
         if spec.decides:
             return self.unknown(BOOL)
         return and_(power, self.unknown(BOOL)) if spec.kind is InstructionKind.INPUT else power

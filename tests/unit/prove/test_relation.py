@@ -101,6 +101,12 @@ def test_a_claim_is_asked_wherever_the_scan_has_ended() -> None:
     assert program.prove(never="B3:0/1 AND NOT I:1/0")
 
 
+def test_what_is_not_modelled_may_write_the_status_file_of_an_slc() -> None:
+    rungs = ("OTU S:5/0", "XPY N7:0 3 N7:1", "XIC S:5/0 OTE B3:0/1", "OTU S:5/0")
+    program = imported(*rungs, data=["B3:0 0", "N7:0 40 0"]).program
+    assert not program.prove(never="B3:0/1")
+
+
 def test_a_loop_under_a_condition_has_a_known_end() -> None:
     found = relation(
         "XIC(A)FOR(Sub,X,0,3,1);",
