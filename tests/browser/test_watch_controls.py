@@ -82,10 +82,10 @@ def test_an_input_is_pressed(page, feeder):
 
 def test_a_switch_is_held_against_the_machine_and_given_back(page, feeder):
     page.open(feeder.link)
-    page.press("Press CW limit")
+    page.control("Press CW limit").send_keys(ENTER)
     until(lambda: page.value("1.IN_CW_LIMIT") == "1")
     assert page.control("Press CW limit").get_attribute("aria-pressed") == "true"
-    page.press("Press CW limit")
+    page.control("Press CW limit").send_keys(ENTER)
     until(lambda: page.value("1.IN_CW_LIMIT") == "0")
 
 

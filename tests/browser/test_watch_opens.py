@@ -49,7 +49,6 @@ def test_a_link_opens_at_its_scan_and_rung(page, feeder):
     page.open(feeder.link)
     until(lambda: int(page.handle("scan")) > 200)
     page.open(f"{feeder.link}&scan=123&rung=Main.6")
-    until(lambda: page.handle("state") == "past")
-    assert page.handle("scan") == "123"
+    page.until_scan(123, "past")
     current = "return document.querySelector('[data-at][aria-current]')?.dataset.at"
     until(lambda: page.run(current) == "Main.6")

@@ -74,7 +74,7 @@ def test_an_edit_is_taken_over_and_a_mistake_is_shown(page, rack):
         assert "line.rung:6" in page.run(NOTICE)
         (path.parent / "line.rung").write_text(program.format("XIO(Go)OTE(Go);\n"))
         page.until_there("[data-element='Main.1.0']")
-        assert "The old program goes on" not in page.run(NOTICE)
+        until(lambda: "The old program goes on" not in page.run(NOTICE))
         until(lambda: int(page.value("N") or 0) > before)  # values are kept
 
 

@@ -55,7 +55,7 @@ def test_edges_of_a_rack_that_runs_are_all_there(page, feeder_rack):
     with watching(feeder_rack) as session:
         page.open(session.link)
         chosen(page, "OutGo")
-        until(lambda: len(listed(page, "OutGo")) > 3, 60)
+        until(lambda: len(listed(page, "OutGo")) > 3)
         page.press("Pause")
         page.until_handle("state", "paused")
         scans = int(page.handle("scan")) + 1
@@ -72,4 +72,4 @@ def test_a_python_program_has_its_steps_in_the_strip(page):
         page.until_there("[data-name='line.step'][data-value]")
         page.click("//button[contains(@class, 'chip')]/span[text()='line.step']", "xpath")
         page.press("Strip")
-        until(lambda: "move" in [value for _, value in listed(page, "line.step")], 60)
+        until(lambda: "move" in [value for _, value in listed(page, "line.step")])
