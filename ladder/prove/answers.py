@@ -16,7 +16,7 @@ True
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
@@ -103,24 +103,20 @@ def answer(
     with _assuming(problem, asked.assume):
         bad = problem.after(asked.bit)
         cone = problem.cone([bad, problem.narrowed([bad])])
-        known = problem.assumed(cone)
         verdict = prove(problem, asked.bit, limits)
         bits = problem.assume
     modules = [each for each in problem.settings["contracts"] if isinstance(each, KeptBy)]
     scans = verdict.scans and smallest(program.program, verdict.scans, asked.bit, bits, modules)
     own = [Claim("", ClaimKind.ASSUME, text) for text in asked.claim.assume]
-    further = [each for each in verdict.assumed if each not in known]
     layout = problem.lowered.layout
-    held = sorted(_numbers_held(problem, cone))
+    held = sorted((each.named(tag_text(layout, each.key)), each.value) for each in verdict.held)
     return Answer(
         asked.claim,
         verdict,
         scans,
         tuple(steps_of(layout, scans)),
-        tuple(
-            (tag_text(layout, key), problem.engine.memory.read(layout.leaf(key[0]), key[1])) for key in held
-        ),
-        (*[each.text for each in (*program.assumptions, *own)], *further),
+        tuple(held),
+        (*[each.text for each in (*program.assumptions, *own)], *verdict.assumed),
         sum(name in problem.key_of for name in cone),
         len(problem.machine.vars),
     )
@@ -155,17 +151,6 @@ def ask(
     )
     asked = next(each for each in watched.properties if each.claim is claim)
     return answer(problem, watched, asked, limits)
-
-
-def _numbers_held(problem: ProgramSystem, cone: Iterable[str]) -> Iterator[Key]:
-    """Yield the places of a cone whose numbers nothing writes; none of modules or hidden ones."""
-    for name in cone:
-        key = problem.key_of.get(name)
-        if key is None or name not in problem.held or name.startswith("~"):
-            continue
-        if problem.leaf(key).slot is None:
-            yield key
-    yield from problem.lengths_in(cone)
 
 
 @contextmanager

@@ -25,7 +25,7 @@ from .solving.invariants import Invariant, invariants
 from .solving.solver import SAT, STEPS, UNKNOWN, UNSAT, Solver
 from .solving.translation import sort_of
 from .stretching import STRETCHED_MS, in_short_scans, stretched
-from .system import CLOCK, DT, Key, ProgramSystem, System
+from .system import CLOCK, DT, HeldNumber, Key, ProgramSystem, System
 
 MOST_TRIES = 10
 """Maximum runs of the program for one property."""
@@ -75,7 +75,8 @@ class Verdict:
         k: scans of the induction, or the scan that breaks the property, from 1.
         scans: the run that breaks it, confirmed on the compiled program.
         invariants: what helped the proof.
-        assumed: held numbers, and faults that end runs.
+        held: numbers and bits that nothing writes, and that it assumes to keep their values.
+        assumed: faults that end runs.
         blame: instructions or limits, if unknown.
         states: how many state values decide the property.
         values: how many variables decide it in all.
@@ -86,6 +87,7 @@ class Verdict:
     k: int = 0
     scans: tuple[ScanOf, ...] = ()
     invariants: tuple[str, ...] = ()
+    held: tuple[HeldNumber, ...] = ()
     assumed: tuple[str, ...] = ()
     blame: tuple[str, ...] = ()
     states: int = 0
@@ -142,8 +144,7 @@ class _Proof:
     def _answer(self, cone: dict[str, T]) -> None:
         system, result = self.system, self.result
         result.states, result.values = sum(name in system.next for name in cone), len(cone)
-        if isinstance(system, ProgramSystem):
-            result.assumed = (*system.assumed(cone), *result.assumed)
+        result.held = system.held_numbers(cone, [self.bad])
         self._decide(cone)
         if result.kind is VerdictKind.UNKNOWN:
             result.blame = tuple(dict.fromkeys((*result.blame, *system.blame(cone))))

@@ -103,7 +103,7 @@ def impossible(
 def _asked(problem: ProgramSystem, limits: Limits, budget: int, truths: Sequence[T]) -> _Asking:
     if len(problem.next) > MOST_HELPED:
         limits = replace(limits, helped=False)
-    system = any_numbers(problem)
+    system = any_numbers(problem, truths)
     return _Asking(problem, limits, budget, _possible(system, truths), system)
 
 
@@ -203,10 +203,10 @@ class _Asking:
         return t is TRUE or self.proof(question.rule, t).kind is not VerdictKind.PROVED
 
 
-def any_numbers(problem: ProgramSystem) -> System:
-    """Return the problem with all numbers free that nothing writes."""
+def any_numbers(problem: ProgramSystem, roots: Sequence[T] = ()) -> System:
+    """Return the problem with all numbers, and bits of numbers, free that terms read and nothing writes."""
     return System(
-        next=problem.next,
+        next=problem.next_of_any(roots),
         initial=problem.initial,
         held={name for name in problem.held if name.startswith(("~", "S:"))},
         late=problem.late,

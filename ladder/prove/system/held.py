@@ -1,0 +1,109 @@
+"""Numbers and bits that nothing writes and that are not free: proofs assume that they keep their values.
+
+A number of which only some bits are written keeps the others. A proof depends on those that something reads:
+
+    XIC(Mode.1)  EQU(Mode,12)  OTE(Mode.4)      bits 0 to 3 and 5 to 31 of Mode but 1, which is free
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from ..algebra.meaning import INT
+from ..algebra.terms import T, bits_of, reach
+
+if TYPE_CHECKING:
+    from .transition import Key, System
+
+MOST_BITS = 8
+"""Bits that are listed each; of more the whole number is."""
+
+
+class HeldNumber(NamedTuple):
+    """A number, or one bit of it, with the value that a proof assumes."""
+
+    key: Key
+    bit: int | None
+    value: Any
+
+    def named(self, tag: str) -> str:
+        """Return its name, of the name of its tag."""
+        return tag if self.bit is None else f"{tag}.{self.bit}"
+
+
+def held_numbers(
+    system: System, cone: Iterable[str], roots: Sequence[T], written: Mapping[str, int]
+) -> Iterator[HeldNumber]:
+    """Yield what terms and their cone read and nothing writes, in the order of its names.
+
+    Args:
+        written: masks of the bits that are written, of states of which only bits are.
+    """
+    names = sorted(cone)
+    bits = held_bits(system, names, roots, written)
+    for name in names:
+        key = system.key_of.get(name)
+        if key is None or name.startswith("~"):
+            continue
+        if name in system.held:
+            yield HeldNumber(key, None, system.initial[name])
+        elif name in bits:
+            yield from _of_bits(key, int(system.initial[name]), bits[name])
+
+
+def held_bits(
+    system: System, names: Iterable[str], roots: Sequence[T], written: Mapping[str, int]
+) -> dict[str, int]:
+    """Return masks of the bits that are read and not written, of numbers of which others are written."""
+    states = [name for name in names if name in system.next]
+    kept = [system.next[name] for name in states if name in written]
+    read = read_bits([*[system.next[name] for name in states if name not in written], *roots], kept)
+    found = {name: read.get(name, 0) & ~written[name] for name in states if name in written}
+    return {name: mask for name, mask in found.items() if mask}
+
+
+def _of_bits(key: Key, value: int, mask: int) -> Iterator[HeldNumber]:
+    """Yield the held bits of a number; the number itself if there are many."""
+    if mask.bit_count() > MOST_BITS:
+        yield HeldNumber(key, None, value)
+        return
+    for number in range(mask.bit_length()):
+        if mask >> number & 1:
+            yield HeldNumber(key, number, value >> number & 1)
+
+
+def read_bits(roots: Sequence[T], kept: Sequence[T]) -> dict[str, int]:
+    """Return masks of the bits of variables that terms read, by name.
+
+    Args:
+        kept: next values of numbers of which only bits are written: the bits that stay are not read by that.
+    """
+    wanted: dict[int, int] = {}
+    every = [*roots, *kept]
+    for t in roots:
+        wanted[t.id] = _every(t)
+    found: dict[str, int] = {}
+    for t in reversed(reach(every)):
+        mask = wanted.get(t.id, 0)
+        if t.op == "var" and mask:
+            found[t.val] = mask
+        for operand, part in zip(t.args, _parts(t, mask), strict=True):
+            wanted[operand.id] = wanted.get(operand.id, 0) | part
+    return found
+
+
+def _every(t: T) -> int:
+    """Return the mask of all bits of a term."""
+    return (1 << bits_of(t.lo, t.hi)) - 1 if t.kind == INT else 1
+
+
+def _parts(t: T, mask: int) -> tuple[int, ...]:
+    """Return masks of the bits of its operands that some bits of a term need."""
+    if t.op == "setbit":
+        return mask & ~(1 << t.val[0]), 1
+    if t.op == "ite":
+        return 1, mask, mask
+    if t.op == "bit":
+        return (1 << t.val if mask else 0,)
+    return tuple(_every(each) if mask else 0 for each in t.args)

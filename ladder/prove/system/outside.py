@@ -1,0 +1,135 @@
+"""What of a program changes outside of its scan, as its text says: named inputs, bits and numbers."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from fnmatch import fnmatchcase
+from functools import partial
+from typing import Any
+
+from ...instructions.slc.processor import before_scan
+from ...instructions.slc.status import STATUS
+from ...model.errors import LadderError
+from ...model.operands import Calculation, Constant, Place
+from ...model.tags import Layout, tag_in
+from ...run.view import Tags
+from ...state.lowered import Call, LoweredProgram, steps_of
+from ..algebra.terms import T
+from .transition import Key
+
+INPUTS = re.compile(r"I:\d|[^.\[]*:(?:S?I|S)\d{0,2}(?![\w:])")
+"""Beginning of the path, in capitals, of a module's inputs that are tags here."""
+
+
+def is_length(layout: Layout, path: str) -> bool:
+    """Whether a path, in capitals, is LEN of a CONTROL; a string has LEN and no POS."""
+    return path.endswith(".LEN") and layout.find(f"{path[:-4]}.POS") is not None
+
+
+def numbers_in(mask: int) -> Iterator[int]:
+    """Yield the numbers of the bits of a mask."""
+    return (number for number in range(mask.bit_length()) if mask >> number & 1)
+
+
+def named_bits(lowered: LoweredProgram) -> dict[Key, int]:
+    """Return masks of the bits that operands name in numbers; not of what an add-on instruction is passed."""
+    found: dict[Key, int] = {}
+    operands = [
+        operand
+        for routine in lowered.routines.values()
+        for line in routine.lines
+        for step in steps_of(line.nodes)
+        for operand in step.operands
+    ]
+    for place in _places_in(operands):
+        if place.bit is None or place.leaf.root:
+            continue
+        mask = (
+            1 << int(place.bit.value) if isinstance(place.bit, Constant) else (1 << place.leaf.type.bits) - 1
+        )
+        index = place.fixed_index
+        for each in range(place.leaf.size) if index is None else (index,):
+            key = place.leaf.path.upper(), each
+            found[key] = found.get(key, 0) | mask
+    return found
+
+
+def _places_in(operands: Iterable[Any]) -> Iterator[Place]:
+    """Yield the places in operands, those in expressions, subscripts and calls included."""
+    todo = list(operands)
+    while todo:
+        each = todo.pop()
+        if isinstance(each, Place):
+            yield each
+            todo += [*each.indices, each.bit]
+        elif isinstance(each, Calculation):
+            todo += each.operands
+        elif isinstance(each, Call):
+            todo += each.inputs
+
+
+def written_bits(after: T, v: T) -> int:
+    """Return a mask of the bits that a scan may change, from the term of a number after it."""
+    mask, todo, seen = 0, [after], set()
+    while todo:
+        t = todo.pop()
+        if t is v or t.id in seen:
+            continue
+        seen.add(t.id)
+        if t.op == "setbit":
+            mask |= 1 << t.val[0]
+            todo.append(t.args[0])
+        elif t.op == "ite":
+            todo += t.args[1:]
+        else:
+            return -1
+    return mask
+
+
+def refuse(lowered: LoweredProgram) -> None:
+    """Raise a LadderError for what no proof covers: it would be proved around."""
+    schedule = lowered.schedule
+    found = [f"routine {name} in Python" for name in sorted(lowered.functions)]
+    if schedule is not None:
+        found += [f"task {each.task.name}, which preempts" for each in schedule.tasks if each.task.preempt]
+        found += [f"fault routine {each.fault}" for each in schedule.programs if each.fault is not None]
+    found += [f"the sequential function chart {name}" for name in sorted(lowered.charts)]
+    if lowered.axes or lowered.ideal is not None:
+        found.append("motion axes")
+    if found:
+        raise LadderError(
+            f"{lowered.name} has {', '.join(found)}: nothing is proved about such a program, "
+            "as a proof does not cover it"
+        )
+
+
+def written_beside(lowered: LoweredProgram) -> tuple[str, ...]:
+    """Return starts of paths that others than rungs write: status file of an SLC, messages under way."""
+    found = [STATUS] if before_scan in lowered.opening else []
+    if any(isinstance(each, partial) for each in lowered.closing):
+        ends = (".~WAITING", ".~STARTED_NS")
+        found += [path[: path.rfind(".")] for path in lowered.layout.leaves if path.endswith(ends)]
+    tags = Tags(lowered, None)  # type: ignore[arg-type]  # names are resolved without memory
+    for to, _ in lowered.replies.values():  # what a message brings
+        where = tags.where(to)
+        path = where.leaf.path if isinstance(where, Place) else where.path
+        found.append(tag_in(path).upper())
+    return tuple(found)
+
+
+def named_paths(layout: Layout, what: str, patterns: Sequence[str]) -> frozenset[str]:
+    """Return the paths, in capitals, that patterns name; a structure names all its members."""
+    found: set[str] = set()
+    paths = [*layout.leaves] if patterns else []
+    for each in patterns:
+        wanted = each.upper().replace("[", "[[]")
+        hits = [
+            path
+            for path in paths
+            if path == each.upper() or path.startswith(each.upper() + ".") or fnmatchcase(path, wanted)
+        ]
+        if not hits:
+            raise LadderError(f"{what}: no tag is called {each!r}")
+        found.update(hits)
+    return frozenset(found)

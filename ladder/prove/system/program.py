@@ -1,0 +1,315 @@
+"""A program of which something is to be proved, as a transition system."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
+from typing import Any, Protocol
+
+from ...model.errors import LadderError, LadderFault
+from ...model.tags import Leaf
+from ...run.engine import Engine
+from ...state.lowered import LoweredProgram
+from ..algebra import terms
+from ..algebra.meaning import BOOL, INT
+from ..algebra.numbers import bit, setbit
+from ..algebra.terms import FALSE, T, and_, var
+from ..relation.noting import NotingMachine
+from .held import HeldNumber, held_bits, held_numbers
+from .outside import (
+    INPUTS,
+    is_length,
+    named_bits,
+    named_paths,
+    numbers_in,
+    refuse,
+    written_beside,
+    written_bits,
+)
+from .transition import CLOCK, FIRST_SCAN, TOLD, Key, ScanBounds, System, name_of, shown
+
+
+class Runnable(Protocol):
+    """A program that runs on an interpreter, and compiled."""
+
+    def build(self) -> LoweredProgram:
+        """Return the lowered program."""
+
+    def interpret(self) -> Engine:
+        """Return an engine on the interpreter."""
+
+    def compile(self) -> Engine:
+        """Return an engine on the compiled program."""
+
+
+Contract = Callable[["ProgramSystem"], T]
+"""Makes a truth of each scan; `ProgramSystem.now` and `ProgramSystem.before` give it values."""
+
+
+ANY_BOUNDS = ScanBounds()
+
+
+class ProgramSystem(System):
+    """A program of which something is to be proved.
+
+    Args:
+        program: with or without monitors, see `monitors.monitored`.
+        bounds: of the time between scans.
+        free: tags whose numbers are free in each scan: `Recipe`, `Recipe.*`.
+        written_outside: tags that both the program and somebody outside write.
+        assume: bits that are true after each scan of a run in question.
+        contracts: truths of inputs that hold in each scan.
+        beside: another problem, whose terms stay shared: to compare two programs.
+
+    Raises:
+        LadderError: what is not proved about, by name; a name in `free` or `written_outside` that no tag has.
+    """
+
+    def __init__(
+        self,
+        program: Runnable,
+        bounds: ScanBounds = ANY_BOUNDS,
+        *,
+        free: Sequence[str] = (),
+        written_outside: Sequence[str] = (),
+        assume: Sequence[Key] = (),
+        contracts: Sequence[Contract] = (),
+        beside: ProgramSystem | None = None,
+    ) -> None:
+        super().__init__()
+        self.open: dict[Key, int] = {}  # masks of the bits of numbers that somebody outside writes
+        if beside is None:
+            terms.forget()
+        self.program, self.bounds, self.assume = program, bounds, tuple(assume)
+        self.engine = program.interpret()
+        self.lowered = self.engine.lowered
+        refuse(self.lowered)
+        self._free = named_paths(self.lowered.layout, "free", free)
+        self._outside = named_paths(self.lowered.layout, "written_outside", written_outside)
+        self._beside = written_beside(self.lowered)
+        self.settings: dict[str, Any] = {
+            "free": free,
+            "written_outside": written_outside,
+            "assume": assume,
+            "contracts": contracts,
+        }
+        self._begin()
+        self.machine = self._scanned({})
+        self.lengths = self._constant_lengths()
+        if self.lengths:
+            again = self._scanned(self.lengths)
+            if self.lengths.keys() & again.written:
+                self.lengths = {}
+            else:
+                self.machine = again
+        self.rungs = list(self.machine.rungs)
+        self.machine.noting = False  # monitors are no part of the program
+        self._run_monitors()
+        self.least_ms = bounds.low_ms
+        self._settle()
+        for each in assume:
+            self.contract = and_(self.contract, self.after(each))
+        self.kept = [make(self) for make in contracts]
+        self._settle()
+        self._open_bits()
+        self._note_prescanned()
+
+    def _scanned(self, known: Mapping[Key, Any]) -> NotingMachine:
+        """Return the machine behind one scan."""
+        machine = NotingMachine(self.lowered, (self.bounds.low_ms, self.bounds.high_ms), known)
+        machine.parts = not self.bounds.whole
+        machine.scan_terms()
+        return machine
+
+    def _constant_lengths(self) -> dict[Key, Any]:
+        """Return LEN of each CONTROL that nothing writes, in the program or outside: it bounds loops."""
+        machine, named = self.machine, named_bits(self.lowered)
+        found = {}
+        for key, v in machine.vars.items():
+            leaf, path = machine.kinds[key], key[0]
+            if not is_length(self.lowered.layout, path) or key in machine.written or key in named:
+                continue
+            if path not in self._outside and not self._changes_outside(path, leaf, v):
+                found[key] = self.engine.memory.read(leaf, key[1])
+        return found
+
+    def _run_monitors(self) -> None:
+        """Run the monitors; a LadderError if one of them acts on the program."""
+        machine, names = self.machine, self.lowered.monitors
+        if not names:
+            return
+        from ..monitors import is_monitors_own, monitoring
+
+        before, written = dict(machine.state), set(machine.written)
+        with monitoring(machine):
+            for name in names:
+                machine.call_routine(name, ())
+        for key in sorted(machine.written):
+            path = key[0]
+            if path.startswith(("S:", "~")) or is_monitors_own(path):
+                continue
+            acts = key in before and machine.state[key] is not before[key]
+            if acts or (key not in written and machine.kinds[key].slot is not None):
+                raise LadderError(
+                    f"a routine NEVER writes {shown(name_of(key))}, which the program uses: "
+                    "a monitor has tags of its own"
+                )
+
+    def _begin(self) -> None:
+        try:
+            self.engine.interpreter.prescan()
+        except LadderFault:
+            return
+        if self.engine.scheduler is not None:
+            self.engine.scheduler.begin(0)
+
+    def _note_prescanned(self) -> None:
+        """Let bits that prescan clears be free from the second scan on: the first one finds them cleared."""
+        free = [
+            (name, self.machine.kinds[key], key[1])
+            for name, key in self.key_of.items()
+            if self.role(name) == "free" and self.machine.kinds[key].slot is None
+        ]
+        bits = [each for each in free if each[1].type.is_bool]
+        if not bits:
+            return
+        engine = self.program.interpret()
+        for _, leaf, index in bits:
+            engine.memory.write(leaf, index, True)
+        with suppress(LadderFault):
+            engine.interpreter.prescan()
+        self.late.update(name for name, leaf, index in bits if not engine.memory.read(leaf, index))
+
+    def _settle(self) -> None:
+        """Find the role of each variable that has none yet."""
+        machine = self.machine
+        self.deep = machine.deep
+        for name, site in machine.havocs.items():
+            self.havocs.setdefault(name, f"{site.routine} {site.place}: {site.instruction}, not modelled")
+        for key, v in list(machine.vars.items()):
+            if v.val not in self.key_of:
+                self.key_of[v.val] = key
+                self._give_role(key, v)
+            elif v.val in self.next:
+                self.next[v.val] = self._next(key)
+
+    def _next(self, key: Key) -> T:
+        if key == FIRST_SCAN and self.lowered.schedule is None:
+            return FALSE
+        return self._told(key, self.machine.state[key], self.open.get(key, 0))
+
+    def _told(self, key: Key, after: T, mask: int) -> T:
+        """Return a number after a scan with bits that somebody outside writes behind it."""
+        v = self.machine.vars[key]
+        told = var(f"{TOLD}{v.val}", INT, v.lo, v.hi)
+        width = self.machine.kinds[key].type.wraps
+        for number in numbers_in(mask):
+            after = setbit(after, number, bit(told, number), width)
+        return after
+
+    def _open_bits(self) -> None:
+        """Free the bits of numbers that the program names as bits and does not write."""
+        machine, named = self.machine, named_bits(self.lowered)
+        for key, v in list(machine.vars.items()):
+            mask = named.get(key, 0)
+            known = v.val in self.held or v.val in self.next
+            if not mask or not known or key[0].startswith(("~", "S:")) or machine.kinds[key].slot is not None:
+                continue
+            mask &= ~written_bits(machine.state[key], v)
+            if mask:
+                self.open[key] = mask
+                self.held.discard(v.val)
+                self.next[v.val] = self._next(key)
+
+    def _give_role(self, key: Key, v: T) -> None:
+        path, leaf = key[0], self.machine.kinds[key]
+        is_state = key in self.machine.written or path.endswith(CLOCK)
+        if key == FIRST_SCAN and self.lowered.schedule is None:
+            self.next[v.val], self.initial[v.val] = FALSE, True
+            return
+        value = 0 if path.endswith(CLOCK) else self.engine.memory.read(leaf, key[1])
+        self.initial[v.val] = value
+        if path in self._outside:
+            self.late.add(v.val)
+        elif is_state and not self._is_written_beside(path):
+            self.next[v.val] = self._next(key)
+        elif not self._changes_outside(path, leaf, v):
+            self.held.add(v.val)
+
+    def _changes_outside(self, path: str, leaf: Leaf, v: T) -> bool:
+        """Whether a value that nothing writes is free in each scan."""
+        if leaf.slot is not None:
+            return not leaf.output
+        if path in self._free or self._is_written_beside(path) or INPUTS.match(path):
+            return True
+        if (self.lowered.connections or self.lowered.replies) and not path.startswith(("~", "S:")):
+            return True  # a consumed tag, or one that gets the reply of a message, may be any of them
+        return (v.kind == BOOL and not path.startswith(("~", "S:"))) or path == FIRST_SCAN[0]
+
+    def _is_written_beside(self, path: str) -> bool:
+        return any(path == each or path.startswith(each + ".") for each in self._beside)
+
+    # --- values for contracts and questions
+
+    def leaf(self, key: Key) -> Leaf:
+        """Return the leaf of a place."""
+        return self.lowered.layout.leaf(key[0])
+
+    def after(self, key: Key) -> T:
+        """Return the term of a place after a scan."""
+        known = self.machine.state.get(key)
+        if known is None:
+            known = self.machine.peek(self.leaf(key), key[1])
+            self._settle()
+        return known
+
+    def now(self, key: Key) -> T:
+        """Return the value of a place before a scan: of an input, that of this scan."""
+        self.after(key)
+        return self.machine.vars[key]
+
+    def before(self, name: str, value: T, first: bool | int) -> T:
+        """Return the value that a term had in the scan before, `first` in the first scan.
+
+        Args:
+            name: tells it from others; the same name is the same term.
+        """
+        known = var(f"~was:{name}", value.kind, value.lo, value.hi)
+        self.next[known.val], self.initial[known.val] = value, first
+        return known
+
+    # --- what a verdict depends on
+
+    def limits_met(self) -> tuple[str, ...]:
+        """Return where the relation does not follow the program."""
+        return tuple(
+            f"{site.routine} {site.place}: {name}, {why}" for site, name, why in self.machine.cut[:3]
+        )
+
+    def held_numbers(self, cone: Iterable[str], roots: Sequence[T]) -> tuple[HeldNumber, ...]:
+        """Return the numbers, and bits of numbers, that terms and their cone read and that nothing writes."""
+        cone = list(cone)
+        paths = {self.key_of[name][0] for name in cone if name in self.key_of}
+        numbers = list(held_numbers(self, cone, roots, self._written_masks()))
+        for key, value in self.lengths.items():
+            if any(path.startswith(key[0].removesuffix("LEN")) for path in paths):
+                numbers.append(HeldNumber(key, None, value))
+        return tuple(numbers)
+
+    def next_of_any(self, roots: Sequence[T]) -> dict[str, T]:
+        """Return the next values of states if bits that terms read and nothing writes are free, too."""
+        found = dict(self.next)
+        for name, mask in held_bits(self, self.next, roots, self._written_masks()).items():
+            found[name] = self._told(self.key_of[name], found[name], mask)
+        return found
+
+    def _written_masks(self) -> dict[str, int]:
+        """Return masks of the bits that are written, of numbers of which a scan writes only bits."""
+        found = {}
+        for key, v in self.machine.vars.items():
+            is_own = self.machine.kinds[key].slot is None and not key[0].startswith(("~", "S:"))
+            if v.kind == INT and is_own and v.val in self.next:
+                mask = written_bits(self.next[v.val], v)
+                if mask != -1:
+                    found[v.val] = mask
+        return found
