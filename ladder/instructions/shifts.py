@@ -135,8 +135,11 @@ def _unload(first: bool) -> Callable[[Interpreter, bool, Resolved, Resolved, Gro
             control.set(POS=max(level - 1, 0))
             elements = Elements(machine, queue)
             _deliver(machine, elements, (0 if first else level - 1) if level else None, target)
+            if level and first:
+                for number in range(1, control["LEN"]):
+                    elements.put(number - 1, elements.take(number))
             if level:
-                _close_gap(elements, 0 if first else level - 1, control["LEN"] if first else level)
+                _clear(elements, control["LEN"] - 1 if first else level - 1)
         _tell_level(control)
 
     return run
@@ -151,11 +154,8 @@ def _deliver(machine: Interpreter, queue: Elements, number: int | None, target: 
     into.put(0, bytes(len(into.take(0))) if number is None else queue.take(number))
 
 
-def _close_gap(queue: Elements, gap: int, length: int) -> None:
-    """Move the elements after a gap up by one; the last place becomes 0."""
-    for number in range(gap + 1, length):
-        queue.put(number - 1, queue.take(number))
-    queue.put(length - 1, bytes(len(queue.take(length - 1))))
+def _clear(queue: Elements, number: int) -> None:
+    queue.put(number, bytes(len(queue.take(number))))
 
 
 def set_enable(name: str = "EN") -> Callable[..., None]:

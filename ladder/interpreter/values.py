@@ -112,6 +112,10 @@ class PlaceValues:
         """Whether a number is NaN."""
         return math.isnan(value)
 
+    def infinity(self, value: Value) -> float:
+        """Return infinity with the sign of a number; zero and NaN have one."""
+        return math.copysign(math.inf, value)
+
     def truncated(self, value: float) -> int:
         """Return a float without its fraction; 0 of infinity and NaN."""
         return arithmetic.truncated(value)

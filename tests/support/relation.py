@@ -5,7 +5,8 @@ from __future__ import annotations
 import struct
 from collections import Counter
 
-from scanrack.ladder import CONTROL, LadderFault
+from scanrack.ladder import LadderFault
+from scanrack.ladder.instructions.slc.processor import MINOR_AT_END
 from scanrack.ladder.prove.algebra.evaluation import Evaluator
 from scanrack.ladder.prove.algebra.terms import FALSE, T, forget, or_, reach
 from scanrack.ladder.prove.relation.machine import ScanMachine
@@ -22,7 +23,8 @@ class Relation:
         self.engine = None
         forget()
         self.lengths = lengths  # LEN of each CONTROL, which no scan changes
-        known = {(leaf.path.upper(), 0): lengths for leaf in _lengths(program.build().layout)}
+        layout = program.build().layout
+        known = {(leaf.path.upper(), at): lengths for leaf in _lengths(layout) for at in range(leaf.size)}
         self.machine = ScanMachine(program.build(), (1, 1000), known)
         self.machine.scan_terms()
         fault = FALSE
@@ -59,8 +61,9 @@ class Relation:
             self.engine = None
         self.now = 0
         for leaf in _lengths(self.program.build().layout):
-            if self.engine is not None:
-                self.engine.memory.write(leaf, 0, self.lengths)
+            for at in range(leaf.size):
+                if self.engine is not None:
+                    self.engine.memory.write(leaf, at, self.lengths)
 
     def _scan(self, rng, count):
         if self.engine is None:
@@ -77,7 +80,7 @@ class Relation:
         except LadderFault as error:
             count["scans that fault"] += 1
             self.engine = None
-            faults = fault or deep or not self.known[-2] or machine.cut
+            faults = fault or deep or not self.known[-2] or machine.cut or error.code == MINOR_AT_END
             return [] if faults else [f"the interpreter faults: {error}"]
         if fault and self.known[-2] and not machine.cut and not deep:
             return ["the relation faults"]
@@ -90,6 +93,8 @@ class Relation:
             self.machine.vars.items(), self._in_order(got), self._known_in_order, strict=True
         ):
             count["values" if known else "unknown values"] += 1
+            if key[0] == "S" and key[1] in PROCESSOR_WORDS:
+                continue
             want = wanted[variable.val]
             if known and not same(want, value):
                 found.append(f"{key[0]}[{key[1]}]: interpreter {want!r}, relation {value!r}")
@@ -122,10 +127,17 @@ def same(a, b):
 
 
 def _lengths(layout):
-    """Return LEN of each single CONTROL."""
-    tags = (tag for tag in layout.tags().values() if tag.type == CONTROL and not tag.dims)
-    return [layout.leaf(f"{tag.name}.LEN") for tag in tags]
+    """Return LEN of each CONTROL."""
+    ends = {leaf.path.upper() for leaf in layout.leaves.values()}
+    return [
+        leaf
+        for leaf in layout.leaves.values()
+        if leaf.path.upper().endswith(".LEN") and f"{leaf.path.upper()[:-4]}.POS" in ends
+    ]
 
+
+PROCESSOR_WORDS = (1, 4, *range(37, 43))
+"""Words of an SLC's status file that its processor writes beside the rungs."""
 
 FLOATS = (0.0, 1.5, -2.5, 100.0, 3.4e38, 1e-40, float("inf"), float("-inf"), float("nan"))
 

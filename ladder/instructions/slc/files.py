@@ -32,15 +32,15 @@ def shift(left: bool) -> Callable[..., None]:
         length = control["LEN"]
         words = Elements(machine, file)
         count = -(-length // _BITS)
-        pattern = sum((int(words[place]) & 0xFFFF) << place * _BITS for place in range(count))
+        pattern = sum((machine.whole(words[place]) & 0xFFFF) << place * _BITS for place in range(count))
         inside = pattern & (1 << length) - 1
-        entering = int(machine.truth(machine.get(source)))
+        entering = machine.whole(machine.truth(machine.get(source)))
         leaving = inside >> length - 1 & 1 if left and length else inside & 1
         moved = (inside << 1 | entering) if left else (inside >> 1 | entering << max(length - 1, 0))
         pattern = pattern & ~((1 << length) - 1) | moved & (1 << length) - 1
         for place in range(count):
             words[place] = wrap(pattern >> place * _BITS & 0xFFFF, _BITS)
-        control.set(EN=True, DN=True, UL=bool(leaving))
+        control.set(EN=True, DN=True, UL=machine.truth(leaving))
 
     return run
 
@@ -74,7 +74,7 @@ def sequence_output(
     if not power:
         control.set(EN=False)
     elif _step(control):
-        bits, value = machine.integer(mask), int(Elements(machine, file)[control["POS"]])
+        bits, value = machine.integer(mask), machine.whole(Elements(machine, file)[control["POS"]])
         machine.put(target, wrap(machine.whole(machine.get(target)) & ~bits | value & bits, target.type.bits))
 
 
@@ -92,7 +92,7 @@ def sequence_compare(
     if not power:
         control.set(EN=False, FD=False)
     elif _step(control):
-        wanted = int(Elements(machine, file)[control["POS"]])
+        wanted = machine.whole(Elements(machine, file)[control["POS"]])
         control.set(FD=(machine.integer(source) ^ wanted) & machine.integer(mask) & 0xFFFF == 0)
 
 

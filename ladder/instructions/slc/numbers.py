@@ -12,7 +12,7 @@ from collections.abc import Callable
 
 from ...interpreter import Interpreter
 from ...interpreter.files import Elements
-from ...model.arithmetic import real, wrap
+from ...model.arithmetic import wrap
 from ...model.operands import DOUBLE, Place, Resolved, is_integer
 from ...model.types import LINT
 from .status import Status
@@ -20,13 +20,12 @@ from .status import Status
 _WIDE = LINT.bits
 
 
-def rounded(value: float) -> int:
-    """Round to the nearest integer, halves away from zero.
-
-    >>> rounded(2.5), rounded(-2.5), rounded(2.4)
-    (3, -3, 2)
-    """
-    return math.floor(value + 0.5) if value >= 0 else math.ceil(value - 0.5)
+def rounded(machine: Interpreter, value: float) -> int:
+    """Round to the nearest integer, halves away from zero."""
+    whole = machine.whole(value)
+    if value == whole:
+        return whole
+    return machine.whole(value + 0.5 if value >= 0 else value - 0.5)
 
 
 def quotient(a: int, b: int) -> int:
@@ -43,15 +42,16 @@ def store(machine: Interpreter, target: Place, value: float, *, carry: bool = Fa
     """Store a result and set the flags."""
     status, kind = Status(machine), target.type
     if not kind.is_integer:
-        stored: float = real(value)
+        stored = machine.converted(kind, value)
         machine.put(target, stored)
-        status.set_flags(stored, overflow=math.isinf(stored) and math.isfinite(value))
+        finite = not (machine.is_infinite(value) or machine.is_nan(value))
+        status.set_flags(stored, overflow=finite and machine.is_infinite(stored))
         return
-    if math.isnan(value):
+    if machine.is_nan(value):
         value = 0
-    elif math.isinf(value):
+    elif machine.is_infinite(value):
         value = kind.highest + 1 if value > 0 else kind.lowest - 1
-    exact = int(value) if value == int(value) else rounded(value)
+    exact = rounded(machine, value)
     fits = kind.lowest <= exact <= kind.highest
     if not fits:
         limit = kind.highest if exact > 0 else kind.lowest
@@ -72,6 +72,12 @@ def number(machine: Interpreter, operand: Resolved) -> float:
     return machine.number(operand, _WIDE if is_integer(operand) else DOUBLE)
 
 
+def _low(value: float) -> int:
+    """Return the low 16 bits of an integer."""
+    assert not isinstance(value, float)
+    return value & 0xFFFF
+
+
 def _is_whole(*operands: Resolved) -> bool:
     return all(map(is_integer, operands))
 
@@ -83,21 +89,21 @@ def add(machine: Interpreter, a: Resolved, b: Resolved, target: Place) -> None:
     """ADD; the carry is that of 16 bits."""
     x, y = number(machine, a), number(machine, b)
     whole = _is_whole(a, b, target)
-    store(machine, target, x + y, carry=whole and (int(x) & 0xFFFF) + (int(y) & 0xFFFF) > 0xFFFF)
+    store(machine, target, x + y, carry=whole and _low(x) + _low(y) > 0xFFFF)
 
 
 def subtract(machine: Interpreter, a: Resolved, b: Resolved, target: Place) -> None:
     """SUB; the carry is the borrow."""
     x, y = number(machine, a), number(machine, b)
     whole = _is_whole(a, b, target)
-    store(machine, target, x - y, carry=whole and (int(x) & 0xFFFF) < (int(y) & 0xFFFF))
+    store(machine, target, x - y, carry=whole and _low(x) < _low(y))
 
 
 def multiply(machine: Interpreter, a: Resolved, b: Resolved, target: Place) -> None:
     """MUL; the whole product goes to the math register."""
     value = number(machine, a) * number(machine, b)
     if _is_whole(a, b):
-        Status(machine).register = int(value)
+        Status(machine).register = value
     store(machine, target, value)
 
 
@@ -105,20 +111,20 @@ def divide(machine: Interpreter, a: Resolved, b: Resolved, target: Place) -> Non
     """DIV: the rounded quotient; S:14 gets the quotient cut off, S:13 the remainder."""
     x, y = number(machine, a), number(machine, b)
     if y == 0:
-        store(machine, target, math.copysign(math.inf, x))
+        store(machine, target, machine.infinity(x))
         return
     if not _is_whole(a, b):
         store(machine, target, x / y)
         return
-    _whole_quotient(machine, int(x), int(y), target)
+    _whole_quotient(machine, x, y, target)
 
 
 def divide_double(machine: Interpreter, a: Resolved, target: Place) -> None:
     """DDV: the math register by a number."""
-    divisor = int(number(machine, a))
+    divisor = machine.whole(number(machine, a))
     dividend = Status(machine).register
     if divisor == 0:
-        store(machine, target, math.copysign(math.inf, dividend))
+        store(machine, target, machine.infinity(dividend))
         return
     _whole_quotient(machine, dividend, divisor, target)
 
@@ -180,30 +186,31 @@ def compute(machine: Interpreter, target: Place, expression: Resolved) -> None:
 
 def masked_move(machine: Interpreter, source: Resolved, mask: Resolved, target: Place) -> None:
     """MVM."""
-    bits = int(number(machine, mask))
+    bits = machine.whole(number(machine, mask))
     before = machine.whole(machine.get(target))
-    store_bits(machine, target, before & ~bits | int(number(machine, source)) & bits)
+    store_bits(machine, target, before & ~bits | machine.whole(number(machine, source)) & bits)
 
 
 def logic(function: Callable[[int, int], int]) -> Callable[[Interpreter, Resolved, Resolved, Place], None]:
     """Return an instruction that combines the bits of two integers."""
 
     def run(machine: Interpreter, a: Resolved, b: Resolved, target: Place) -> None:
-        store_bits(machine, target, function(int(number(machine, a)), int(number(machine, b))))
+        one, other = (machine.whole(number(machine, each)) for each in (a, b))
+        store_bits(machine, target, function(one, other))
 
     return run
 
 
 def invert(machine: Interpreter, source: Resolved, target: Place) -> None:
     """NOT."""
-    store_bits(machine, target, ~int(number(machine, source)))
+    store_bits(machine, target, ~machine.whole(number(machine, source)))
 
 
 def swap(machine: Interpreter, first: Resolved, length: Resolved) -> None:
     """SWP: exchange the bytes of words."""
     words = Elements(machine, first)
     for place in range(min(machine.integer(length), len(words))):
-        value = int(words[place]) & 0xFFFF
+        value = machine.whole(words[place]) & 0xFFFF
         words[place] = wrap(value << 8 | value >> 8, 16)
 
 
@@ -213,7 +220,7 @@ def swap(machine: Interpreter, first: Resolved, length: Resolved) -> None:
 def scale(machine: Interpreter, source: Resolved, rate: Resolved, offset: Resolved, target: Place) -> None:
     """SCL: source times rate / 10,000, rounded, plus offset; an overflow before the offset counts, too."""
     product = number(machine, source) * number(machine, rate)
-    scaled = quotient(int(product), 10_000) if _is_whole(source, rate) else rounded(product / 10_000)
+    scaled = quotient(product, 10_000) if _is_whole(source, rate) else rounded(machine, product / 10_000)
     store(machine, target, scaled + number(machine, offset))
 
 
@@ -226,8 +233,7 @@ def scale_with_parameters(machine: Interpreter, *operands: Resolved) -> None:
         store(machine, target, math.inf)
         return
     if _is_whole(*given, target):
-        product, span = int((value - low) * (last - first)), int(high - low)
-        store(machine, target, quotient(product, span) + int(first))
+        store(machine, target, quotient((value - low) * (last - first), high - low) + first)
         return
     store(machine, target, (value - low) * (last - first) / (high - low) + first)
 
@@ -237,21 +243,27 @@ def scale_with_parameters(machine: Interpreter, *operands: Resolved) -> None:
 
 def to_decimal(machine: Interpreter, source: Resolved, target: Place) -> None:
     """TOD: four digits; more, or a negative number, is an overflow."""
-    value = int(number(machine, source))
+    value = machine.whole(number(machine, source))
     fits = 0 <= value <= 9_999
-    digits = int(str(value), 16) if fits else 0x9999
+    shown = _digits(machine.least(abs(value), 32_768))
+    digits = shown if fits else 0x9999
     machine.put(target, wrap(digits, target.type.bits))
     Status(machine).set_flags(digits, overflow=not fits)
-    Status(machine).register = int(str(min(abs(value), 32_768)), 16)
+    Status(machine).register = shown
+
+
+def _digits(value: int) -> int:
+    """Return up to five decimal digits, four bits each."""
+    return sum(value // weight % 10 << 4 * place for place, weight in enumerate((1, 10, 100, 1000, 10_000)))
 
 
 def from_decimal(machine: Interpreter, source: Resolved, target: Place) -> None:
     """FRD: four digits; one above 9 is an overflow."""
-    pattern = int(number(machine, source)) & 0xFFFF
+    pattern = machine.whole(number(machine, source)) & 0xFFFF
     digits = [pattern >> shift & 0xF for shift in (12, 8, 4, 0)]
     value = sum(digit * weight for digit, weight in zip(digits, (1000, 100, 10, 1), strict=True))
     machine.put(target, wrap(value, target.type.bits))
-    Status(machine).set_flags(value, overflow=max(digits) > 9)
+    Status(machine).set_flags(value, overflow=any(digit > 9 for digit in digits))
 
 
 # --- codes of bits
@@ -259,12 +271,14 @@ def from_decimal(machine: Interpreter, source: Resolved, target: Place) -> None:
 
 def decode(machine: Interpreter, source: Resolved, target: Place) -> None:
     """DCD: the bit that the low four bits of the source name."""
-    machine.put(target, wrap(1 << (machine.integer(source) & 0xF), target.type.bits))
+    number = machine.integer(source) & 0xF
+    machine.put(target, wrap(sum((number == place) << place for place in range(16)), target.type.bits))
 
 
 def encode(machine: Interpreter, source: Resolved, target: Place) -> None:
     """ENC: the number of the lowest set bit; several are an overflow."""
     bits = machine.integer(source) & 0xFFFF
-    value = (bits & -bits).bit_length() - 1 if bits else 0
+    lowest = bits & -bits
+    value = sum(place * (lowest >> place & 1) for place in range(16))
     machine.put(target, value)
-    Status(machine).set_flags(value, overflow=bits.bit_count() > 1)
+    Status(machine).set_flags(value, overflow=bits != lowest)

@@ -31,11 +31,12 @@ class Status:
     """The status file in a scan."""
 
     def __init__(self, machine: Interpreter) -> None:
-        self._memory, self._leaf = machine.memory, machine.memory.layout.leaf(STATUS)
+        self._machine, self._memory = machine, machine.memory
+        self._leaf = machine.memory.layout.leaf(STATUS)
 
     def __getitem__(self, word: int) -> int:
         """Return a word."""
-        return int(self._memory.read(self._leaf, word))
+        return self._machine.whole(self._memory.read(self._leaf, word))
 
     def __setitem__(self, word: int, value: int) -> None:
         """Set a word to the low 16 bits of a number."""
@@ -43,8 +44,7 @@ class Status:
 
     def set_bit(self, word: int, bit: int, value: bool) -> None:
         """Set a bit."""
-        mask = 1 << bit
-        self[word] = self[word] | mask if value else self[word] & ~mask
+        self[word] = self[word] & ~(1 << bit) | value << bit
 
     @property
     def keeps_low_bits(self) -> bool:
@@ -56,8 +56,7 @@ class Status:
         others = self[FLAGS] & ~0xF
         bits = carry << CARRY | overflow << OVERFLOW | (stored == 0) << ZERO | (stored < 0) << SIGN
         self[FLAGS] = others | bits
-        if overflow:
-            self.set_bit(MINOR, 0, True)
+        self[MINOR] = self[MINOR] | overflow
 
     @property
     def register(self) -> int:

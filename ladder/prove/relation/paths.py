@@ -12,7 +12,7 @@ from ..algebra.terms import FALSE, TRUE, T, and_, const, ite, not_, or_
 from .places import Key
 from .symbols import UnmodelledError, term_of
 
-MOST_PATHS = 96
+MOST_PATHS = 256
 """Maximum paths of one instruction."""
 
 MOST_DECISIONS = 64

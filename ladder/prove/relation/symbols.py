@@ -11,8 +11,8 @@ from collections.abc import Callable
 from typing import Any, NoReturn
 
 from ..algebra.meaning import BOOL, F32, F64, INT
-from ..algebra.numbers import add, b2i, bitop, eq, fop, inv, le, lt, mul, rem, shr, sub, to_float, wrap
-from ..algebra.terms import T, and_, const, iff, ite, not_, or_
+from ..algebra.numbers import add, b2i, bitop, div, eq, fop, inv, le, lt, mul, rem, shr, sub, to_float, wrap
+from ..algebra.terms import T, and_, const, iff, mk, not_, or_
 
 FLOATS = (F32, F64)
 
@@ -137,6 +137,16 @@ class TermSymbol:
             self._refuse()
         return self.of(fop("fdiv", to_float(one, F64), to_float(other, F64)))
 
+    def __floordiv__(self, other: Any) -> Any:
+        """Divide numbers that are not negative; rows ask for a divisor of 0 before."""
+        a, b = whole_of(self.t), term_of(other, INT)
+        if a.lo < 0 or b.lo < 0:
+            self._refuse()
+        return self.of(div(a, b))
+
+    def __rfloordiv__(self, other: Any) -> Any:
+        return TermSymbol(const(other), self.decide) // self
+
     def __mod__(self, other: Any) -> Any:
         if not isinstance(other, int) or other <= 0 or self.t.kind != INT or self.t.lo < 0:
             self._refuse()
@@ -151,7 +161,10 @@ class TermSymbol:
         if self.t.kind in FLOATS:
             return self.of(fop("fabs", self.t))
         t = whole_of(self.t)
-        return self if t.lo >= 0 else self.of(ite(lt(t, const(0)), sub(const(0), t), t))
+        if t.lo >= 0:
+            return self
+        most = max(-t.lo, t.hi)
+        return self.of(mk("ite", (lt(t, const(0)), sub(const(0), t), t), INT, None, 0, most))
 
     # --- bits
 

@@ -239,6 +239,15 @@ class TermValues(Interpreter):
             return isinstance(value, float) and math.isnan(value)
         return self.symbol(is_nan(value.t))
 
+    def infinity(self, value: Any) -> Any:
+        """Return infinity with the sign of a number; that of a float of 0 and of NaN is unknown."""
+        if not isinstance(value, TermSymbol):
+            return super().infinity(value)
+        t, zero = value.t, const(0) if value.t.kind == INT else const(0.0, value.t.kind)
+        unsigned = FALSE if t.kind == INT else and_(not_(lt(t, zero)), not_(lt(zero, t)))
+        below = ite(unsigned, self.unknown(BOOL), lt(t, zero)) if unsigned is not FALSE else lt(t, zero)
+        return self.symbol(ite(below, const(-math.inf, F64), const(math.inf, F64)))
+
     def truncated(self, value: Any) -> Any:
         """Return a float without its fraction; 0 of infinity and NaN."""
         return self.symbol(self._cut(value.t)) if isinstance(value, TermSymbol) else super().truncated(value)
