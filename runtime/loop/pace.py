@@ -108,11 +108,13 @@ class RealTime(Pacer):
     Args:
         spin: sleep only until shortly before a scan is due, then poll the clock. That
             takes a tenth of a processor at most, and begins scans within some microseconds.
+        sleep: waits that many seconds, or less; it may do other work meanwhile.
     """
 
     free = False
 
-    def __init__(self, *, spin: bool = False) -> None:
+    def __init__(self, *, spin: bool = False, sleep: Callable[[float], object] = time.sleep) -> None:
+        self._sleep = sleep
         self.overruns = 0
         self.worst_late_ns = 0
         self.late = [0] * (len(LATE_FROM_NS) + 1)
@@ -154,10 +156,10 @@ class RealTime(Pacer):
         """Sleep, and spin if requested, until an instant; return the time of its end."""
         sleep_ns = due_ns - self._spin_ns - now_ns
         if sleep_ns > 0:
-            time.sleep(sleep_ns / 1e9)
+            self._sleep(sleep_ns / 1e9)
         while (now_ns := time.monotonic_ns()) < due_ns:
             if not self._spin:  # the sleep has ended early
-                time.sleep((due_ns - now_ns) / 1e9)
+                self._sleep((due_ns - now_ns) / 1e9)
         return now_ns
 
 

@@ -8,8 +8,8 @@ from queue import Empty, SimpleQueue
 from threading import Event, Thread
 from typing import Any
 
-from scanrack.commands.wire.serve import server_for
 from scanrack.jobs.run.served_units import Unit, pcl601_units
+from scanrack.jobs.serve.line import PortChoice, ServedLine
 from scanrack.runtime.line.ports import Server, Stop, serve_until_interrupted
 from scanrack.runtime.loop.pace import Clock
 from scanrack.runtime.machine.contacts import Contact
@@ -80,8 +80,8 @@ def serving(*addresses: int, speed: float = 1.0, **port: Any) -> Iterator[Servin
     Args:
         addresses: of the units; 1 if there is none.
         speed: how many times as fast as real time.
-        port: as for `server_for`.
+        port: as for `PortChoice`.
     """
     units = pcl601_units(list(addresses), [], speed)
-    server, place = server_for(units, Clock(speed), **port)
+    server, place = ServedLine(units).server(PortChoice(**port), Clock(speed))
     yield from Serving(server, place, units).run()

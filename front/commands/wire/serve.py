@@ -26,6 +26,7 @@ from ...jobs.run.served_units import (
 )
 from ...jobs.serve.control import ControlChannel
 from ...jobs.serve.line import GATEWAY_MS, PortChoice, ServedLine, begin, wire
+from ...jobs.serve.remote import SILENCE_MS
 from ...runtime.config.rackspec import KEPT_TRACES
 from ...runtime.line.ports import LONGEST_S, Server, serve_until_interrupted
 from ...runtime.loop.pace import Clock, wall_ns
@@ -36,6 +37,7 @@ from ...terminal.terminal import say
 from ...terminal.trace_options import QuietOption, ReplaceOption
 from ...traces.files.keeping import RecordingKeeper, check_recordings
 from ...traces.write.line import LineRecorder, UnitColumns
+from .serve_remote import RemoteOptions, serve_remote
 
 LOOKED_EVERY_S = 0.01
 """Longest time between two records of changing registers, or two looks at the control channel."""
@@ -44,16 +46,17 @@ REFRESH_NS = 250_000_000
 """Time between two refreshes of the status."""
 
 
-class ControllerKind(StrEnum):
-    """Controllers that can be served."""
+class ServedDevice(StrEnum):
+    """What can be served."""
 
+    AMCI3601 = "amci3601"
     PCL601 = "pcl601"
     PMC006 = "pmc006"
 
 
-MAKERS: dict[ControllerKind, Callable[[list[int], list[Path], float, list[str], float], list[Unit]]] = {
-    ControllerKind.PCL601: pcl601_units,
-    ControllerKind.PMC006: pmc006_units,
+MAKERS: dict[ServedDevice, Callable[[list[int], list[Path], float, list[str], float], list[Unit]]] = {
+    ServedDevice.PCL601: pcl601_units,
+    ServedDevice.PMC006: pmc006_units,
 }
 
 
@@ -133,8 +136,33 @@ def shown_status(units: list[Unit], *, quiet: bool) -> Iterator[Callable[[], Non
         yield refresh
 
 
+REMOTE_ONLY = ("rack", "slot", "silence", "whole")
+FOR_ALL = ("controller", "tcp", "record", "replace", "quiet", *REMOTE_ONLY)
+
+
+def _check_options(context: typer.Context, controller: ServedDevice) -> None:
+    """Refuse an option that this device does not have.
+
+    Raises:
+        ValueError: such an option was given.
+    """
+    remote = controller is ServedDevice.AMCI3601
+    for each in context.command.params:
+        source = context.get_parameter_source(each.name or "")
+        given = source is not None and source.name == "COMMANDLINE"
+        if given and (each.name not in FOR_ALL if remote else each.name in REMOTE_ONLY):
+            raise ValueError(f"{each.opts[0]}: {controller} does not have it")
+
+
 def _serve_command(
-    controller: Annotated[ControllerKind, typer.Argument(help="Which controller.", show_default=False)],
+    context: typer.Context,
+    controller: Annotated[ServedDevice, typer.Argument(help="Which device.", show_default=False)],
+    rack: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="[RACK]", help="amci3601: rack file with the module and its machine.", show_default=False
+        ),
+    ] = None,
     pty: Annotated[bool, typer.Option("--pty", help="On a pseudo-terminal, whose path is printed.")] = False,
     serial: Annotated[
         str | None, typer.Option("--serial", metavar="DEV", help="On a serial port of this machine.")
@@ -175,6 +203,16 @@ def _serve_command(
             help="PCL601: silence that ends bytes that are not a frame; 5, on a serial port 25.",
         ),
     ] = None,
+    slot: Annotated[
+        int | None, typer.Option("--slot", help="amci3601: its slot, if the rack has several of them.")
+    ] = None,
+    silence: Annotated[
+        float,
+        typer.Option("--silence", metavar="MS", help="amci3601: time without a write that ends run mode."),
+    ] = SILENCE_MS,
+    whole: Annotated[
+        bool, typer.Option("--whole", help="amci3601: refuse writes of fewer than eight words.")
+    ] = False,
     line_time: Annotated[
         bool,
         typer.Option("--line-time", help="Characters take the time of the baud rate on TCP and ptys, too."),
@@ -217,7 +255,7 @@ def _serve_command(
     ] = False,
     quiet: QuietOption = False,
 ) -> None:
-    """Serve a simulated controller until Ctrl-C.
+    """Serve a simulated controller, or a 3601 as remote I/O, until Ctrl-C.
 
     The first line printed says where it is to be found. On a terminal its state is shown meanwhile, and
     inputs change by typing NAME=STATE: ground, open, high, 2.5V at in1, or the positions at which a
@@ -229,6 +267,10 @@ def _serve_command(
     recording can't be written.
     """
     with reported_mistakes():
+        _check_options(context, controller)
+        if controller is ServedDevice.AMCI3601:
+            options = RemoteOptions(rack, tcp, slot, silence, whole, record, replace, quiet)
+            raise typer.Exit(serve_remote(options))
         clock = Clock(speed)
         usual_ms = PORT_GAP_MS if serial is None else SERIAL_GAP_MS
         gap = usual_ms if gap_ms is None else gap_ms

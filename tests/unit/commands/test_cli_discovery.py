@@ -11,8 +11,8 @@ from types import SimpleNamespace
 import pytest
 from scanrack.commands import build
 from scanrack.commands.wire import discovery
-from scanrack.commands.wire.serve import begin, server_for
 from scanrack.jobs.run.served_units import Unit, pcl601_units, pmc006_units
+from scanrack.jobs.serve.line import PortChoice, ServedLine, begin
 from scanrack.runtime.line.clients.probing import probe, questions
 from scanrack.runtime.line.ports import Stop, serve_until_interrupted
 from scanrack.runtime.line.wire import LineFormat
@@ -25,7 +25,7 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-termi
 @contextmanager
 def serving(units: list[Unit]) -> Iterator[str]:
     """Serve units on a pseudo-terminal, in a thread; yield its path."""
-    server, place = server_for(units, Clock(), pty=True)
+    server, place = ServedLine(units).server(PortChoice(pty=True), Clock())
     stop = Stop()
     thread = Thread(target=serve_until_interrupted, args=(server, lambda: None, stop))
     thread.start()

@@ -26,6 +26,7 @@ from scanrack.jobs.serve.line import ServedLine, answering, begin, wire
 from scanrack.runtime.controllers.pmc006.pins import Pin
 from scanrack.runtime.line.rtu import frame
 from scanrack.runtime.loop.pace import Clock
+from scanrack.traces.read.reader import open_trace
 from typer.testing import CliRunner
 
 READ_POSITION = BY_NAME["read_position"].code
@@ -84,6 +85,46 @@ def test_a_pmc006_answers_over_tcp_on_the_loopback_address() -> None:
             client.sendall(command(7, READ_POSITION))
             assert client.recv(8) == reply(7, 0)
     assert host == "127.0.0.1"
+
+
+def test_a_3601_is_remote_io_over_modbus_tcp(tmp_path: Path) -> None:
+    """Words written are read back, a torn write is refused and counted, and the recording has both."""
+    trace = tmp_path / "t.mcap"
+    words = [
+        sys.executable,
+        "-m",
+        "scanrack",
+        "serve",
+        "amci3601",
+        "--tcp",
+        "0",
+        "--whole",
+        "--silence",
+        "5000",
+    ]
+    process = forked.start([*words, "--record", str(trace)], stdout=subprocess.PIPE, text=True)
+    try:
+        assert process.stdout is not None
+        said = process.stdout.readline()
+        assert "  amci3601 in slot 1 of a rack of its own, exchanged every 2 ms; Ctrl-C ends" in said
+        with connected(said.split("  ")[0]) as client:
+            asked = "0007 0000 001b 01 17 0000 0008 0000 0008 10" + 8 * "0102"
+            client.sendall(bytes.fromhex(asked))
+            assert client.recv(100) == bytes.fromhex("0007 0000 0013 01 17 10" + 8 * "0102")
+            client.sendall(bytes.fromhex("0008 0000 0006 01 06 0000 0001"))
+            assert client.recv(100) == bytes.fromhex("0008 0000 0003 01 86 02")
+            age_ms = 0
+            while age_ms < 10:  # five scans later
+                client.sendall(bytes.fromhex("0009 0000 0006 01 04 000a 0001"))
+                age_ms = client.recv(100)[10]
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=10)
+        assert process.returncode == 130
+    finally:
+        process.kill()
+        process.communicate()
+    with open_trace(trace) as recorded:
+        assert {tuple(scan.outputs(1).words) for scan in recorded.scans()} == {(0,) * 8, (0x102,) * 8}
 
 
 @contextmanager
@@ -150,6 +191,7 @@ def test_orders_that_the_control_channel_refuses(text: str, said: str) -> None:
         (["--pty", "--address", "x"], "--address x: an address is a number"),
         (["--pty", "--address", "1-3"], "a PMC006 is alone on its line"),
         (["--pty", "--address", "121"], "address 121: allowed is 1 to 120"),
+        (["--pty", "--whole"], "--whole: pmc006 does not have it"),
         (["--pty", "--fault", "drop"], "'' is no number of replies"),
         (["--pty", "--gateway-ms", "0"], "--gateway-ms 0: it has to be above 0"),
         (["--serial", "/dev/null", "--line-time"], "--line-time: on a serial port characters take"),
@@ -161,6 +203,22 @@ def test_what_cannot_be_served(arguments: list[str], said: str) -> None:
     assert result.exit_code == 2
     assert result.stderr.startswith(f"scanrack: {said}")
     assert result.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ([], "amci3601: give --tcp [HOST:]PORT"),
+        (["--tcp", "0", "--pty"], "--pty: amci3601 does not have it"),
+        (["--tcp", "0", "--address", "1"], "--address: amci3601 does not have it"),
+        (["--tcp", "0", "--slot", "2"], "--slot 2: there is no amci3601"),
+        (["none.toml", "--tcp", "0"], "none.toml"),
+    ],
+)
+def test_how_a_3601_cannot_be_served(arguments: list[str], said: str) -> None:
+    result = CliRunner().invoke(build(), ["serve", "amci3601", *arguments])
+    assert result.exit_code == 2
+    assert result.stderr.startswith(f"scanrack: {said}")
 
 
 def test_programs_find_their_units_by_axis(tmp_path: Path) -> None:

@@ -26,7 +26,7 @@ INPUTS = {
     "replay path", "replay rack", "replay program", "rerun path", "ladder file", "l5x file",
     "l5x against", "why file", "xref file", "fuzz rack", "fuzz invariants", "fuzz scenario", "check rack",
     "prove rack", "prove new",
-    "serve program", "pclt check files", "pclt list file", "pcl601 program write file",
+    "serve program", "serve rack", "pclt check files", "pclt list file", "pcl601 program write file",
     "pmc006 program check file", "pmc006 program write file",
 }  # fmt: skip
 """Parameters that name files to be read."""
@@ -39,9 +39,9 @@ WORDS = {
     "ladder routine", "ladder at", "l5x export", "l5x stepper",
     "prove only", "why what", "why at", "why until", "why want", "xref tag", "fuzz check",
     "fuzz duration", "fuzz time", "fuzz only", "fuzz without", "fuzz dask", "drive target", "serve serial",
-    "serve tcp", "serve address", "serve pin", "serve thumbwheel", "pcl601 read name", "pcl601 set name",
-    "pmc006 read name", "pmc006 set name", "probe port", "probe address", "rules ids", "rules bit",
-    "rules firmware",
+    "serve tcp", "serve address", "serve pin", "serve thumbwheel", "serve fault",
+    "pcl601 read name", "pcl601 set name", "pmc006 read name", "pmc006 set name", "probe port",
+    "probe address", "rules ids", "rules bit", "rules firmware",
 }  # fmt: skip
 """Parameters of type str that name no file."""
 

@@ -15,7 +15,8 @@ LINES = {
     "run line.toml --tagz": "no such option: --tagz; did you mean --tag? ('scanrack run --help'{})",
     "pcl601 move -100": "-100 looks like an option; put -- before a negative number: "
     "scanrack pcl601 move -- -100 ('scanrack pcl601 move --help'{})",
-    "serve pcl602": "controller: 'pcl602' is not one of 'pcl601', 'pmc006' ('scanrack serve --help'{})",
+    "serve pcl602": "controller: 'pcl602' is not one of 'amci3601', 'pcl601', 'pmc006' "
+    "('scanrack serve --help'{})",
     "run line.toml --scans x": "--scans: a whole number is needed ('scanrack run --help'{})",
     "watch line.toml --port -1": "--port: 0 or more is allowed ('scanrack watch --help'{})",
     "watch a.mcap --scans 4": "--scans is for a rack that runs; a.mcap is a recording",
