@@ -86,7 +86,7 @@ def _fuzz_command(
         list[str] | None, typer.Option("--without", metavar="KIND", help="What is not.")
     ] = None,
     jobs: Annotated[
-        int | None, typer.Option("--jobs", "-j", min=1, help="Searches at a time.", show_default="cores")
+        int | None, typer.Option("--jobs", "-j", min=1, help="Tasks at a time.", show_default="cores")
     ] = None,
     dask: Annotated[
         str | None, typer.Option("--dask", metavar="ADDRESS", help="Search on a Dask cluster.")
@@ -145,7 +145,7 @@ def _fuzz_command(
             folder=folder,
             runs=runs,
             limit_ns=None if time is None else parse_duration(time),
-            jobs=jobs or os.cpu_count() or 1,
+            jobs=jobs or (os.cpu_count() or 1 if dask is None else None),
             dask=dask,
             base=None if learned is None else learned.scenario,
             quiet=quiet,

@@ -75,7 +75,7 @@ class Session:
     folder: Path
     runs: int  # number of scenarios without a limit of time
     limit_ns: int | None  # duration of the search; None = until all runs are done
-    jobs: int
+    jobs: int | None  # tasks at a time; None = as many as the cluster has threads
     dask: str | None  # address of a Dask scheduler, or None
     base: Scenario | None  # the scenario of a recording, or None
     quiet: bool  # print only failures
@@ -175,7 +175,7 @@ class Session:
                 campaign(
                     Work(self.setup) if self.dask is None else OwnProcess(Work(self.setup.from_anywhere())),
                     state,
-                    executor_of(self.jobs, self.dask, complain),
+                    executor_of(self.jobs or 1, self.dask, complain),
                     examples=self.examples,
                     tasks=self.tasks,
                     jobs=self.jobs,

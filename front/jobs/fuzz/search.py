@@ -9,9 +9,10 @@ and the search goes on, past what is known
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass, field
+from hashlib import sha256
 from random import Random
 
 from ...runtime.loop.pace import wall_ns
@@ -50,23 +51,24 @@ class SearchReport:
     scans: int = 0
     rules: Counter[str] = field(default_factory=Counter)
     found: list[Counterexample] = field(default_factory=list)  # the failures, each once
-    firsts: dict[str, Scenario] = field(default_factory=dict)  # first scenario of each rule, by its id
     shrinking: int = 0
     spent: Counter[str] = field(default_factory=Counter)  # parts of its time, ns, by the names of `SPENT`
     applied: set[str] = field(default_factory=set)  # names of the invariants that had something to check
     printed: int = 0  # number of lines that the program has printed in all runs
+    steps: bytes = b""  # digest of its runs, one after the other: equal steps, equal digests
+    processor_ns: int = 0
     corpus: Corpus = field(default_factory=Corpus)  # scenarios with something new, those given included
 
     def add(self, scenario: Scenario, verdict: Verdict) -> None:
         """Count a run."""
         self.runs += 1
         self.scans += verdict.scans
-        for rule in verdict.rules:
-            self.firsts.setdefault(rule, scenario)
         self.rules.update(verdict.rules)
         self.spent.update(verdict.spent)
         self.applied |= verdict.applied
         self.printed += verdict.printed
+        key = verdict.broken.key if verdict.broken else ""
+        self.steps = sha256(self.steps + repr((scenario, key)).encode()).digest()
 
 
 class UnsteadyError(ValueError):
@@ -93,6 +95,8 @@ def search(
     base: Scenario | None = None,
     corpus: Corpus | None = None,
     known: Iterable[str] = (),
+    again: Iterable[Scenario] = (),
+    told: Callable[[Counterexample], None] = lambda _found: None,
     progress: Callable[[int], None] = lambda _runs: None,
     confirm: Confirm = _taken_at_its_word,
 ) -> SearchReport:
@@ -108,6 +112,8 @@ def search(
         base: a scenario to vary; None = none.
         corpus: what other searches have found, see `aim.corpus`; it grows.
         known: names of invariants, and keys of failures, to ignore.
+        again: scenarios to run first; those that show something new become entries of the corpus.
+        told: called with a failure at once, before it is shrunk.
 
     Raises:
         InvariantError: an invariant raised.
@@ -119,19 +125,25 @@ def search(
     random = Random(start)
     chooser = Chooser(
         Draws(bench.spec, bench.scans, kinds, random),
-        Sweep(bench.spec, possible_kinds(bench.spec).intersection(kinds), random),
+        Sweep(bench.spec, possible_kinds(bench.spec).intersection(kinds), random, report.corpus),
         random,
         report.corpus,
         base,
     )
+    waiting = deque(again)
     while hunt.runs < examples and bench.names - hunt.known:
-        scenario = chooser.next(hunt.shown)
+        repeated = bool(waiting)
+        scenario = waiting.popleft() if repeated else chooser.next(hunt.shown)
         edges = Edges()
         found = hunt.try_one(scenario, edges)
         progress(report.runs)
         if found is None:
-            chooser.ran(scenario, edges)
+            if not repeated:
+                chooser.ran(scenario, edges)
+            elif (entry := report.corpus.take(scenario, edges, bench.spec.scan_ns)) is not None:
+                entry.wanted = ()  # it has been trimmed
             continue
+        told(found)
         without = behind(bench, found.broken, hunt.known)
         hunt.known.add(found.broken.key)
         found = shrunk(bench, found, without, report)

@@ -17,7 +17,7 @@ from scanrack.jobs.fuzz.aim.draws import Draws
 from scanrack.jobs.fuzz.aim.edges import NEAR, Edges
 from scanrack.jobs.fuzz.aim.probe import Probe
 from scanrack.jobs.fuzz.aim.sweep import Sweep
-from scanrack.jobs.fuzz.campaign.campaign import _tasks
+from scanrack.jobs.fuzz.campaign.campaign import _round
 from scanrack.jobs.fuzz.campaign.fresh import in_fresh_process
 from scanrack.jobs.fuzz.campaign.state import State
 from scanrack.jobs.fuzz.scenarios.kinds import Kind, kinds_for
@@ -174,7 +174,8 @@ def test_trimming_leaves_what_the_new_thing_needs_and_makes_it_early():
 def test_two_searches_with_a_share_each_do_not_keep_the_same_twice():
     corpus = Corpus()
     corpus.take(Scenario(), shown(a=5), SPEC.scan_ns)
-    one, two = corpus.share(12), corpus.share(12)
+    shared = corpus.share(12)
+    one, two = shared.dealt(0, 2), shared.dealt(1, 2)
     for each, more in ((one, {"b": 9}), (two, {"b": 7, "c": 8})):
         each.take(Scenario(presses=(press(InputBit.HOME, 5),)), shown(a=5, **more), SPEC.scan_ns)
         corpus.join(each)
@@ -190,7 +191,7 @@ def test_every_fault_and_button_meets_a_thin_state_once():
     for scan in (50, 52, 90):
         edges.add("state", ("step", scan), scan)
     edges.close()
-    sweep = Sweep(SPEC, frozenset({Kind.POWER, Kind.INPUTS}), Random(1))
+    sweep = Sweep(SPEC, frozenset({Kind.POWER, Kind.INPUTS}), Random(1), Corpus())
     sweep.take(Entry(Scenario(), edges, [50], 6.0))
     tried = []
     while (scenario := sweep.next()) is not None:
@@ -220,7 +221,7 @@ def test_the_next_task_of_a_campaign_gets_what_the_last_one_has_found():
     done, state = SearchReport(runs=40, shrinking=10), State()
     done.corpus.take(Scenario(), shown(a=5), SPEC.scan_ns)
     state.add(done)
-    (task,) = _tasks(state, 50, 1, frozenset())
+    (task,) = _round(state, 0, 1, 50, frozenset())
     assert task.corpus is not None
     assert task.corpus.runs == 30
     assert [each.points for each in task.corpus.entries] == [[5]]

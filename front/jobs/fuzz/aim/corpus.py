@@ -45,6 +45,7 @@ class Entry:
         points: scans in which something was new.
         wanted: what was new; empty once the scenario is trimmed.
         chosen: how often it was varied.
+        before: how often when it was shared.
         number: its number in the corpus that has shared it, -1 for a new one.
     """
 
@@ -54,6 +55,7 @@ class Entry:
     worth: float
     wanted: tuple[Feature, ...] = ()
     chosen: int = 0
+    before: int = 0
     number: int = -1
 
     def become(self, trimmed: Entry) -> None:
@@ -80,12 +82,16 @@ class Corpus:
     Attributes:
         seen: all that was new once.
         runs: number of runs that were looked at.
+        swept: kinds of thin states whose sweep has begun.
+        waiting: scenarios of the sweep that are to be tried, each with its kind; None = of an earlier round.
     """
 
     entries: list[Entry] = field(default_factory=list)
     seen: set[Feature] = field(default_factory=set)
     runs: int = 0
     numbers: int = 0  # the last number of an entry that was shared
+    swept: set[Hashable] = field(default_factory=set)
+    waiting: list[tuple[Hashable, Scenario]] = field(default_factory=list)
 
     def take(self, scenario: Scenario, edges: Edges, scan_ns: int) -> Entry | None:
         """Add a scenario if something in it is new; return its entry."""
@@ -104,22 +110,34 @@ class Corpus:
         """Take over what another search has found that had a share of this corpus."""
         own = {each.number: each for each in self.entries if each.number >= 0}
         for each in other.entries:
-            if each.number in own:
-                if not each.wanted:
-                    own[each.number].become(each)
+            mine = own.get(each.number)
+            if mine is not None:
+                mine.chosen += each.chosen - each.before
+                if mine.wanted and not each.wanted:
+                    mine.become(each)
             elif each.number < 0 and self._fresh(each.edges.firsts()):
                 self._add(each)
         self.seen |= other.seen
+        self.waiting += [each for each in other.waiting if each[0] is None or each[0] not in self.swept]
+        self.swept |= other.swept
 
     def share(self, most: int) -> Corpus:
-        """Return a corpus for another search: all that was seen, and the entries whose turn it is."""
-        turn = sorted(self.entries, key=_energy)[:most]
-        for each in turn:
-            each.chosen += 1
+        """Return a corpus for a round: all that was seen, the entries whose turn it is, and the sweep."""
+        turn = set(map(id, sorted(self.entries, key=_energy)[:most]))
+        shared = [each for each in self.entries if id(each) in turn]
+        for each in shared:
             if each.number < 0:
                 self.numbers += 1
                 each.number = self.numbers
-        return Corpus([replace(each) for each in turn], set(self.seen), self.runs)
+        waiting = [(None, scenario) for _, scenario in self.waiting]
+        self.waiting.clear()
+        entries = [replace(each, before=each.chosen) for each in shared]
+        return Corpus(entries, set(self.seen), self.runs, swept=set(self.swept), waiting=[*waiting])
+
+    def dealt(self, place: int, count: int) -> Corpus:
+        """Return a copy for one of the tasks of a round, with its part of the sweep."""
+        entries, waiting = [replace(each) for each in self.entries], self.waiting[place::count]
+        return Corpus(entries, set(self.seen), self.runs, swept=set(self.swept), waiting=waiting)
 
     def _fresh(self, firsts: Mapping[Feature, int]) -> list[Feature]:
         """Return what is new, and note it."""

@@ -12,7 +12,7 @@ from ....runtime.modules.registry import has
 from ..scenarios.kinds import Kind, buttons, card_buttons, sensors, with_trait
 from ..scenarios.parts import Timed, with_part
 from ..scenarios.scenario import Press, Push, Scenario
-from .corpus import Entry
+from .corpus import Corpus, Entry
 from .edges import THIN
 
 LASTING_MS, SHORT_MS = 100, 4
@@ -24,29 +24,32 @@ MOST_WAITING = 5_000
 
 
 class Sweep:
-    """The scenarios of thin states that have not been tried yet; each kind of state is swept once."""
+    """The scenarios of thin states that have not been tried yet; each kind of state is swept once.
 
-    def __init__(self, spec: RackSpec, kinds: frozenset[Kind], random: Random) -> None:
-        self._spec, self._kinds, self._random = spec, kinds, random
-        self._swept: set[Hashable] = set()
-        self._waiting: list[Scenario] = []
+    What is swept, and what waits, is part of the corpus.
+    """
+
+    def __init__(self, spec: RackSpec, kinds: frozenset[Kind], random: Random, corpus: Corpus) -> None:
+        self._spec, self._kinds, self._random, self._corpus = spec, kinds, random, corpus
 
     def take(self, entry: Entry) -> None:
         """Add the scenarios of an entry's thin states."""
-        fresh: list[Scenario] = []
+        fresh: list[tuple[Hashable, Scenario]] = []
+        swept, waiting = self._corpus.swept, self._corpus.waiting
         for kind, scans in entry.edges.groups.get(THIN, {}).items():
-            if kind not in self._swept:
-                self._swept.add(kind)
+            if kind not in swept:
+                swept.add(kind)
                 for distance in DISTANCES:
                     at_ns = max(0, scans[0] + distance) * self._spec.scan_ns
-                    fresh += [with_part(entry.scenario, part) for part in self._parts(at_ns)]
+                    fresh += [(kind, with_part(entry.scenario, part)) for part in self._parts(at_ns)]
         self._random.shuffle(fresh)
-        fresh.sort(key=lambda each: len(each.incidents))  # what happens to modules comes first
-        self._waiting = [*self._waiting, *fresh][-MOST_WAITING:]
+        fresh.sort(key=lambda each: len(each[1].incidents))  # what happens to modules comes first
+        waiting += fresh
+        del waiting[:-MOST_WAITING]
 
     def next(self) -> Scenario | None:
         """Return a scenario, None if none waits."""
-        return self._waiting.pop() if self._waiting else None
+        return self._corpus.waiting.pop()[1] if self._corpus.waiting else None
 
     def _parts(self, at_ns: int) -> Iterator[Timed]:
         for_ns = LASTING_MS * 1_000_000

@@ -1,10 +1,12 @@
 """A campaign: many searches, on all cores or on a cluster, that can be interrupted and continued.
 
-A search is a task: a seed and a number of examples. Tasks go to an executor with the interface of the
-standard
-library; their reports are added to the state, which is written after every one of them. Every other task
-varies the first scenario in which a rule of the manual fired. Each gets a share of what the tasks before have
-found to be new.
+    a round     begins with one corpus for all of its tasks
+    a task      is one search: a seed, a number of examples, a share of that corpus
+    a report    is added to the state in the order of the tasks, never of their arrival
+
+A round is defined by what is behind it and not by its workers, so the same campaign makes the same steps on
+any number of them. It has four tasks at first, later a quarter as many as are behind it: what its tasks do
+not know of each other is at most a fifth of all, and a cluster of n workers is busy once 4 n tasks are done.
 """
 
 from __future__ import annotations
@@ -17,10 +19,14 @@ from dataclasses import dataclass
 from ..aim.corpus import Corpus
 from ..scenarios.scenario import Scenario
 from ..search import Counterexample, SearchReport
+from .executors import OnCluster
 from .state import CampaignError, State
 
-SHARED = 12
-"""Number of entries of the corpus that a task gets, those whose turn it is."""
+SHARED = 24
+"""Number of entries of the corpus that the tasks of a round get, those whose turn it is."""
+
+LEAST_WIDTH, BEHIND, MOST_WIDTH = 4, 4, 1024
+"""Number of tasks of a round: the least, a part of those behind it, and the most."""
 
 TRIES = 3
 """Number of attempts for a task whose worker dies."""
@@ -34,7 +40,8 @@ class Task:
     examples: int
     known: frozenset[str] = frozenset()
     base: Scenario | None = None  # a scenario to vary, or None
-    corpus: Corpus | None = None  # what earlier tasks have found
+    corpus: Corpus | None = None  # what earlier rounds have found
+    again: tuple[Scenario, ...] = ()  # scenarios to run first, of a corpus on disk
 
 
 Work = Callable[[Task], SearchReport]
@@ -48,77 +55,83 @@ def campaign(
     *,
     examples: int,
     tasks: int | None,
-    jobs: int,
+    jobs: int | None,
     known: frozenset[str] = frozenset(),
+    again: tuple[Scenario, ...] = (),
     go_on: Callable[[], bool] = lambda: True,
     news: Callable[[list[Counterexample]], None] = lambda _found: None,
 ) -> None:
-    """Run tasks until all are done, or until `go_on` returns False; the state collects the results.
+    """Run rounds of tasks until all are done, or until `go_on` returns False; the state collects the results.
 
     Args:
         executor: makes the executor, and again if its workers die.
         tasks: their number; None = until `go_on` returns False.
-        go_on: called after every task.
+        jobs: number of tasks at a time; None = as many as the cluster has threads.
+        again: scenarios of a corpus on disk; the first round runs them.
+        go_on: called before every task.
         news: called after every task with its findings.
 
     Raises:
         CampaignError: a task's worker has died several times.
         InvariantError: an invariant raised.
     """
-    desk = _Desk(work, executor, _tasks(state, examples, tasks, known))
+    desk = _Desk(work, executor, jobs, go_on)
+    rounds = _rounds(state, examples, None if tasks is None else state.tasks + tasks, known, again)
     try:
-        for _ in range(jobs):
-            desk.give_out()
-        while desk.reports_are_due:
-            for report in desk.wait(state.tasks):
+        for given in rounds:
+            for report in desk.reports(given, state.tasks):
                 news(state.add(report))
-                if go_on():
-                    desk.give_out()
+            if not go_on():
+                return
     finally:
         desk.close()
 
 
 class _Desk:
-    """Submits tasks and collects their reports.
+    """Submits the tasks of a round and collects their reports."""
 
-    Reports are passed on in the order of their tasks, and each is followed by a new task: the knowledge of a
-    task
-    therefore does not depend on the workers' speed, and the same campaign has the same results.
-    """
-
-    def __init__(self, work: Work, executor: Callable[[], Executor], waiting: Iterator[Task]) -> None:
+    def __init__(
+        self, work: Work, executor: Callable[[], Executor], jobs: int | None, go_on: Callable[[], bool]
+    ) -> None:
         self._work = work
         self._executor = executor
-        self._waiting = waiting
+        self._jobs = jobs
+        self._go_on = go_on
         self._pool = executor()
         self._running: dict[Future[SearchReport], Task] = {}
         self._early: dict[int, SearchReport] = {}
         self._tried: Counter[int] = Counter()
 
-    @property
-    def reports_are_due(self) -> bool:
-        """Whether a task is under way."""
-        return bool(self._running)
+    def reports(self, tasks: Iterator[Task], number: int) -> Iterator[SearchReport]:
+        """Do the tasks of a round; yield their reports in the tasks' order, from a number on."""
+        self._give_out(tasks)
+        while self._running:
+            done, _ = wait(self._running, return_when=FIRST_COMPLETED)
+            self._take(done)
+            while number in self._early:
+                yield self._early.pop(number)
+                number += 1
+            self._give_out(tasks)
 
-    def give_out(self) -> None:
-        """Submit the next task, if there is one."""
-        task = next(self._waiting, None)
-        if task is not None:
+    def _give_out(self, tasks: Iterator[Task]) -> None:
+        """Submit tasks, if there are any, to all workers that have none."""
+        while len(self._running) < self._at_a_time and self._go_on():
+            task = next(tasks, None)
+            if task is None:
+                return
             self._submit(task)
+
+    @property
+    def _at_a_time(self) -> int:
+        if self._jobs is not None:
+            return self._jobs
+        return self._pool.threads if isinstance(self._pool, OnCluster) else 1
 
     def _submit(self, task: Task) -> None:
         self._tried[task.number] += 1
         if self._tried[task.number] > TRIES:
             raise CampaignError(f"task {task.number}: its worker has died {TRIES} times")
         self._running[self._pool.submit(self._work, task)] = task
-
-    def wait(self, number: int) -> Iterator[SearchReport]:
-        """Wait until a task is done; yield the reports that have arrived, from a task's number on."""
-        done, _ = wait(self._running, return_when=FIRST_COMPLETED)
-        self._take(done)
-        while number in self._early:
-            yield self._early.pop(number)
-            number += 1
 
     def _take(self, done: set[Future[SearchReport]]) -> None:
         """Store a report; submit a task again if its worker died."""
@@ -147,12 +160,37 @@ class _Desk:
         self._pool.shutdown(wait=True, cancel_futures=True)
 
 
-def _tasks(state: State, examples: int, count: int | None, known: frozenset[str]) -> Iterator[Task]:
-    """Yield tasks with the knowledge at their submission."""
-    number = state.tasks
-    end = None if count is None else number + count
-    while end is None or number < end:
-        bases = list(state.corpus.values())
+def width(behind: int) -> int:
+    """Return the number of tasks of the round that follows so many tasks.
+
+    >>> [width(behind) for behind in (0, 16, 100, 10_000)]
+    [4, 4, 25, 1024]
+    """
+    return min(MOST_WIDTH, max(LEAST_WIDTH, behind // BEHIND))
+
+
+def _rounds(
+    state: State, examples: int, end: int | None, known: frozenset[str], again: tuple[Scenario, ...]
+) -> Iterator[Iterator[Task]]:
+    """Yield the rounds, each with the knowledge at its beginning; a round that is broken off is the last."""
+    if again:
+        count = -(-len(again) // examples)
+        parts = [again[place::count] for place in range(count)]
+        end = None if end is None else end + count
+        yield iter([Task(number, len(part), again=part) for number, part in enumerate(parts, state.tasks)])
+    while end is None or state.tasks < end:
+        count = width(state.tasks) if end is None else min(width(state.tasks), end - state.tasks)
+        yield _round(state, state.tasks, count, examples, known | frozenset(state.found))
+
+
+def _round(state: State, first: int, count: int, examples: int, known: frozenset[str]) -> Iterator[Task]:
+    """Return the tasks of a round."""
+    bases = list(state.corpus.values())
+    corpus = state.kept.share(SHARED)
+
+    def task(place: int) -> Task:
+        number = first + place
         base = bases[number // 2 % len(bases)] if bases and number % 2 == 0 else None
-        yield Task(number, examples, known | frozenset(state.found), base, state.kept.share(SHARED))
-        number += 1
+        return Task(number, examples, known, base, corpus.dealt(place, count))
+
+    return map(task, range(count))

@@ -92,6 +92,14 @@ class OnCluster(Executor):
         asked.add_done_callback(lambda _done: self._pass_on(asked, answer))
         return answer
 
+    @property
+    def threads(self) -> int:
+        """Number of tasks that the cluster does at a time, at least one."""
+        with suppress(*CONNECTION_LOST):
+            threads: int = sum(self._client.nthreads().values())
+            return max(1, threads)
+        return 1  # the next task reports it
+
     def _pass_on(self, asked: Future[Any], answer: Future[Any]) -> None:
         """Copy the cluster's answer; it cancels tasks that it has lost."""
         error = self._gone() if asked.cancelled() else asked.exception()

@@ -6,6 +6,7 @@ import json
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass, field, fields, replace
+from hashlib import sha256
 from itertools import chain, count
 from pathlib import Path, PurePath
 from typing import Any
@@ -22,7 +23,7 @@ from ..scenarios.scenario import Scenario
 from ..search import Counterexample, SearchReport, behind
 
 RECORDING = "recording"
-"""Key of the corpus for a scenario from a recording, in place of a rule."""
+"""Key of the corpus for a scenario from a recording."""
 
 
 class CampaignError(ValueError):
@@ -35,12 +36,14 @@ class State:
 
     Attributes:
         rack: path of the subject, as given; empty before the first run.
-        corpus: by a rule's id, the scenario in which it fired first; by `RECORDING`, that of a recording;
-            by a failure's key, one that once failed and no longer does.
+        corpus: scenarios that every other task varies: by `RECORDING`, that of a recording; by a failure's
+            key, one that once failed and no longer does.
         found: of each failure the smallest scenario, by the failure's key.
         folders: folder name of each failure ever found, by its key.
         applied: names of the invariants that had something to check.
         kept: scenarios of this session in which something was new; not saved.
+        steps: digest of all runs in the tasks' order, hexadecimal: equal steps, equal digests.
+        processor_ns: processor time of this session's tasks; not saved.
         shrinking: number of this session's runs for shrinking; not saved.
         spent: parts of this session's search time, ns; not saved.
         printed: number of lines that the program printed in this session; not saved.
@@ -55,6 +58,8 @@ class State:
     found: dict[str, Counterexample] = field(default_factory=dict)
     folders: dict[str, str] = field(default_factory=dict)
     applied: set[str] = field(default_factory=set)
+    steps: str = ""
+    processor_ns: int = field(default=0, compare=False)
     shrinking: int = field(default=0, compare=False)
     spent: Counter[str] = field(default_factory=Counter, compare=False)
     printed: int = field(default=0, compare=False)
@@ -67,13 +72,13 @@ class State:
         self.scans += report.scans
         self.rules.update(report.rules)
         self.applied |= report.applied
+        self.steps = sha256(self.steps.encode() + report.steps).hexdigest()
+        self.processor_ns += report.processor_ns
         self.shrinking += report.shrinking
         self.spent.update(report.spent)
         self.printed += report.printed
         self.kept.join(report.corpus)
         self.kept.runs += report.runs - report.shrinking
-        for rule, scenario in report.firsts.items():
-            self.corpus.setdefault(rule, scenario)
         return self.note(report.found)
 
     def note(self, found: Iterable[Counterexample]) -> list[Counterexample]:
@@ -136,6 +141,7 @@ class State:
             "found": [_found_json(each) for _, each in sorted(self.found.items())],
             "folders": dict(sorted(self.folders.items())),
             "applied": sorted(self.applied),
+            "steps": self.steps,
         }
 
     @classmethod
@@ -157,6 +163,7 @@ class State:
                 {each.broken.key: each for each in found},
                 {key: _folder(name) for key, name in given["folders"].items()},
                 set(_texts(given["applied"])),
+                _text(given.get("steps", "")),
             )
         except (KeyError, TypeError, AttributeError) as error:
             raise ValueError(f"this is not the state of a campaign: {error!r}") from None

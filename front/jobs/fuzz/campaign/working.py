@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 
 from .. import SearchReport, search
@@ -19,8 +20,9 @@ class Work:
 
     def __call__(self, task: Task) -> SearchReport:
         """Run a task's search."""
+        begin_s = _processor_s()
         bench = bench_of(self.setup)
-        return search(
+        report = search(
             bench,
             self.setup.kinds,
             examples=task.examples,
@@ -28,8 +30,16 @@ class Work:
             base=task.base,
             corpus=task.corpus,
             known=task.known,
+            again=task.again,
             confirm=Confirmation(self.setup),
         )
+        report.processor_ns = round((_processor_s() - begin_s) * 1e9)
+        return report
+
+
+def _processor_s() -> float:
+    """Return the processor time of this process and of the children that have ended, seconds."""
+    return sum(os.times()[:4])
 
 
 @dataclass(frozen=True, slots=True)
