@@ -79,6 +79,15 @@ class Engine:
         self.attach(scan)
         self._do(scan.now_ns, first=scan.first)
 
+    def scan_by(self, interpreter: Interpreter, scan: Any) -> None:
+        """Do one scan of a rack by an interpreter, in place of the compiled program."""
+        interpreter.scheduler = self.scheduler
+        usual, self._scan = self._scan, interpreter.scan
+        try:
+            self(scan)
+        finally:
+            self._scan = usual
+
     def attach(self, scan: Any) -> None:
         """Use a scan's images as memory; a ValueError if the rack lacks a slot that the program uses."""
         if scan is not self._rack:

@@ -188,6 +188,18 @@ class Cpu:
         self.mode = CpuMode.SINGLE_SCAN
         self.run(1)
 
+    def exchange_early(self) -> bool:
+        """Let the exchange before the next scan happen now, while the logic runs.
+
+        The logic sees the new inputs from here on, as on a CompactLogix, whose exchanges do not wait for the
+        end of a scan. Its outputs of this scan are not sent with it.
+
+        Returns:
+            Whether an exchange is due before the next scan.
+        """
+        self._ahead.catch_up()
+        return self._phases.exchange_early()
+
     def stop(self) -> None:
         """Let `run` return after the present scan; may be called from a signal handler."""
         self._ahead.stop_requested = True

@@ -18,7 +18,8 @@ exchanges see the same inputs, and only the last of their outputs is sent.
     inputs     all three see R0       all three see R1
 
 An exchange at the same instant as a scan precedes it: the scan sees its
-inputs, and its outputs wait for the next one.
+inputs, and its outputs wait for the next one. The logic of a real scan takes
+time: `exchange_early` lets the next exchange happen in the middle of it.
 """
 
 from __future__ import annotations
@@ -57,6 +58,10 @@ class Exchange(Protocol):
 
     def tell_before_change(self, notice: Callable[[], None]) -> None:
         """Call `notice` before anything but this exchange acts on a module."""
+
+    def exchange_early(self, end_ns: int) -> bool:
+        """Exchange within a scan that ends at `end_ns`; return whether an exchange is due by then."""
+        return False
 
     def calm_scans(self, now_ns: int, period_ns: int) -> int:
         """Return the number of foreseen scans from `now_ns` on with unchanged outputs; 0 = none."""
@@ -207,6 +212,14 @@ class EveryRpi(Exchange):
     def latch_outputs(self) -> None:
         """Queue all outputs for the next exchange."""
         self._waiting[:] = self._memory
+
+    @override
+    def exchange_early(self, end_ns: int) -> bool:
+        due = self._next_ns <= end_ns
+        if due:
+            self._exchange(self._next_ns)
+            self._next_ns += self.rpi_ns
+        return due
 
     @override
     def start(self) -> None:

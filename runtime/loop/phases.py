@@ -158,6 +158,13 @@ class ScanPhases:
         """Pass an event to the listeners with the next scan."""
         self._announced.append(event)
 
+    def exchange_early(self) -> bool:
+        """Let the exchange before the next scan happen within this one; return whether there is one."""
+        due = self._exchange.exchange_early(self.view.now_ns + self.view.period_ns)
+        if due and self._forces.on_inputs:
+            self._forces.apply_inputs()
+        return due
+
     def stop_modules(self) -> None:
         """Inform the modules that the PLC does not run, if it did."""
         if self._modules_run:

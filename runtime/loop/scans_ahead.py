@@ -36,7 +36,7 @@ class ScansAhead:
         self._memory, self._latch = rack.memory, memoryview(rack.memory)
         self._modules = tuple(slot.module for slot in rack.slots.values())
         self._by_rows = False
-        exchange.tell_before_change(self._catch_up)
+        exchange.tell_before_change(self.catch_up)
 
     def run(self, scans: int) -> None:
         """Run scans until they are done or a stop is requested."""
@@ -90,7 +90,7 @@ class ScansAhead:
                 logic()
                 if memory != row or not self._by_rows:
                     phase = phases.input_latch
-                    self._catch_up()
+                    self.catch_up()
                     for phase in (phases.output_latch, phases.record, phases.housekeeping):
                         phase()
                     return
@@ -98,7 +98,7 @@ class ScansAhead:
                 tell(view.number, view.now_ns, flags)
                 if phases.attention or self.stop_requested or not self._by_rows:
                     phase = phases.housekeeping
-                    self._catch_up()
+                    self.catch_up()
                     phases.housekeeping()
                     return
                 view.number += 1
@@ -107,12 +107,12 @@ class ScansAhead:
             self._by_rows = False
             self._exchange.catch_up(view.now_ns - period_ns)
         except BaseException:
-            self._catch_up()
+            self.catch_up()
             raise
         finally:
             self.present = phase
 
-    def _catch_up(self) -> None:
+    def catch_up(self) -> None:
         """Advance the modules to the present scan, if they are behind."""
         if self._by_rows:
             self._by_rows = False

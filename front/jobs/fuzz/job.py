@@ -38,6 +38,7 @@ from .report import report
 from .scenarios.drivescript import DriveScript, obstacle
 from .scenarios.kinds import Kind
 from .scenarios.rackdoc import rack_text
+from .scenarios.tearing import Rung, reading_rungs
 
 RESERVE = 100
 """Recorded scans after a failure."""
@@ -81,7 +82,11 @@ def bench_of(setup: Setup) -> TrialBench:
     if has_claims(job):
         found = with_monitors(job)
         made, asked = found.program.compile, [*asked, *invariants_in(found)]
-    return TrialBench(with_needs(job), made, asked, setup.scans, _tags_of)
+    spec = with_needs(job)
+    rungs: tuple[Rung, ...] = ()
+    if spec.controller == "compactlogix" and isinstance(job.logic, LadderLogic):
+        rungs = reading_rungs(job.logic.compile().lowered)
+    return TrialBench(spec, made, asked, setup.scans, _tags_of, rungs)
 
 
 NEEDS_FIRMWARE = "NEEDS_FIRMWARE"
@@ -188,6 +193,8 @@ def hand_over(job: Job, setup: Setup, bench: TrialBench, found: Counterexample, 
         rack_file = write_text(folder / "rack.toml", text, used)
         job = load_job(str(rack_file))
         again.append(shlex.join(["scanrack", "run", str(rack_file)]))
+        if found.scenario.tears:
+            again.append("(without the inputs that come in the middle of a scan: no rack file has them)")
     again += _recorded(job, bench, found.scenario, scans, folder)
     chart = _drawn(found, folder)
     write_text(folder / "report.txt", report(found, chart, again, check), used)

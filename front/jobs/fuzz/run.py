@@ -33,6 +33,7 @@ from .laws.invariants import Invariant, Watch
 from .laws.output_line import Places
 from .laws.scan_view import Moment
 from .scenarios.scenario import Scenario
+from .scenarios.tearing import Rung, TornScans
 
 NO_FAULT = "no-fault"
 """Name of the permanent invariant: the program does not fault the CPU."""
@@ -257,6 +258,7 @@ class TrialBench:
     invariants: Sequence[Invariant]
     scans: int
     tags_of: Callable[[ScanLogic], Any] = field(default=lambda _logic: NOTHING)  # returns a logic's tags
+    rungs: tuple[Rung, ...] = ()  # where a tear makes a difference, see `scenarios.tearing`
 
     @property
     def names(self) -> frozenset[str]:
@@ -331,8 +333,10 @@ class _Run:
         if probe is not None:
             logic = probe.prepared(logic)
             probe.watch(logic, self._rack)
-        self._places = Places(logic, self._rack) if traced else None
-        self._timed = _TimedLogic(logic if self._places is None else self._places)
+        self._torn = TornScans(logic, scenario.tears, self._spec.scan_ns) if scenario.tears else None
+        called: ScanLogic = self._torn or logic
+        self._places = Places(called, self._rack) if traced else None
+        self._timed = _TimedLogic(self._places or called)
         asked = [_InvariantWatch(each) for each in bench.invariants if each.name not in without]
         self._watcher = _Watcher(asked, without, self._place)
         tags = bench.tags_of(logic)
@@ -350,6 +354,8 @@ class _Run:
         probes = [] if self._probe is None else [self._probe]
         listening = [*listeners(self._spec, self._rack), *probes, watcher]
         watcher.cpu = cpu = build_cpu(self._spec, self._timed, self._rack, listeners=listening)
+        if self._torn is not None:
+            self._torn.cpu = cpu
         repeated = self._operator(cpu)
         start_ns = wall_ns()
         try:

@@ -124,7 +124,7 @@ def search(
     hunt = _Hunt(bench, report, set(known))
     random = Random(start)
     chooser = Chooser(
-        Draws(bench.spec, bench.scans, kinds, random),
+        Draws(bench.spec, bench.scans, kinds, random, bench.rungs),
         Sweep(bench.spec, possible_kinds(bench.spec).intersection(kinds), random, report.corpus),
         random,
         report.corpus,

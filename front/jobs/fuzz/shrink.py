@@ -25,8 +25,8 @@ from ...io_images.amci3601.bits import InputBit
 from ...io_images.amci3601.firmware import KNOWN
 from ...runtime.loop.incidents import Incident
 from .run import BrokenInvariant
-from .scenarios.parts import Part, parts_of, scenario_of
-from .scenarios.scenario import LostSteps, Press, Push, Scenario, Shift, Signal
+from .scenarios.parts import Lasting, Part, Timed, parts_of, scenario_of
+from .scenarios.scenario import LostSteps, Press, Scenario, Shift, Signal
 
 Inputs = Mapping[int, Sequence[InputBit]]
 """Inputs by slot number, those that are simpler to press first."""
@@ -114,8 +114,9 @@ class _Shrinker:
 
 def simpler_parts(part: Any, inputs: Inputs, scan_ns: int) -> Iterator[Any]:
     """Yield simpler versions of a part, the simplest of each kind first."""
-    if isinstance(part, Press | Push | Signal | Incident):
+    if isinstance(part, Timed):
         yield from (replace(part, at_ns=time_ns) for time_ns in _rounder_times(part.at_ns, scan_ns))
+    if isinstance(part, Lasting) and part.for_ns:
         yield from (
             replace(part, for_ns=time_ns) for time_ns in _rounder_times(part.for_ns, scan_ns) if time_ns
         )

@@ -9,7 +9,7 @@ One event in seven begins with another one, and a quarter of the durations end n
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from random import Random
@@ -30,9 +30,10 @@ from ..scenarios.kinds import (
     sensors,
     with_trait,
 )
-from ..scenarios.parts import Timed, parts_of, scenario_of, timed_parts, with_part
-from ..scenarios.scenario import LostSteps, Press, Push, Scenario, Shift, Signal
-from .edges import NEAR, NO_EDGES, Edges
+from ..scenarios.parts import Lasting, Timed, parts_of, scenario_of, timed_parts, with_part
+from ..scenarios.scenario import LostSteps, Press, Push, Scenario, Shift, Signal, Tear
+from ..scenarios.tearing import Rung
+from .edges import INPUTS, NEAR, NO_EDGES, Edges
 
 MOST = 7
 """Largest number of parts of a scenario that begins from nothing."""
@@ -52,6 +53,9 @@ MOVED = (0, 1, -1, 10, -10, 100, -100)
 AT_EDGES, SOON, TOGETHER, AGAIN, END_AT_EDGES, TO_THE_END = 0.5, 0.8, 0.15, 0.4, 0.25, 0.06
 """Shares of the draws: see the module; `SOON` includes `AT_EDGES`. `AGAIN` repeats an earlier press."""
 
+BEFORE_INPUTS = 0.75
+"""Share of the tears that fall before a change of the inputs."""
+
 LINKS = (FaultKind.LINK_LOST, FaultKind.REMOVED, FaultKind.FATAL_ERROR)
 REPLIES = (FaultKind.REPLIES_LOST, FaultKind.REPLIES_DAMAGED)
 
@@ -66,9 +70,12 @@ class Draws:
         scans: length of a run, with all events.
         kinds: random events, as far as they are possible.
         random: any generator; the same one draws the same scenarios.
+        rungs: where inputs may change within a scan, see `scenarios.tearing`.
     """
 
-    def __init__(self, spec: RackSpec, scans: int, kinds: Collection[Kind], random: Random) -> None:
+    def __init__(
+        self, spec: RackSpec, scans: int, kinds: Collection[Kind], random: Random, rungs: Sequence[Rung] = ()
+    ) -> None:
         self._spec, self._scans, self._random = spec, scans, random
         self.scan_ns = spec.scan_ns
         self._kinds = possible_kinds(spec).intersection(kinds)
@@ -78,6 +85,7 @@ class Draws:
         self._answering = with_trait(spec, Trait.STOPS_ANSWERING)
         self._lines = with_trait(spec, Trait.LINE)
         self._slipping = with_trait(spec, Trait.SLIPS)
+        self._rungs = rungs
         self._pushed, self._signals = card_buttons(spec), card_signals(spec)
         self._events = [make for weight, make in self._makers() for _ in range(weight)]
         self._conditions = list(self._untimed())
@@ -133,7 +141,7 @@ class Draws:
         random = self._random
 
         def longer(part: Timed) -> Timed:
-            if not part.for_ns:
+            if not isinstance(part, Lasting) or not part.for_ns:
                 return part
             times = part.for_ns * random.choice((2, 4))
             for_ns = times if random.random() < 0.4 else self._lasting(part.at_ns // self.scan_ns, edges)
@@ -227,6 +235,8 @@ class Draws:
             yield 1, self._mode
         if Kind.TORN in kinds:
             yield 1, self._torn
+            if len(self._rungs) > 1:
+                yield 3, self._tear
         if Kind.LINE in kinds:
             yield 2, self._line
 
@@ -263,6 +273,14 @@ class Draws:
         late = self._random.sample(range(WORDS), self._random.randint(1, WORDS // 2))
         slot = self._random.choice([slot.number for slot in self._spec.slot])
         return Incident(at * self.scan_ns, FaultKind.TORN_UPDATE, slot, 0, tuple(sorted(late)))
+
+    def _tear(self, at: int, edges: Edges) -> Tear:
+        """Return a tear, most often in the scan before one that sees another input."""
+        random = self._random
+        if random.random() < BEFORE_INPUTS and (seen := edges.one_of(random, INPUTS)):
+            at = seen - 1
+        routine, rung = random.choice(self._rungs[1:])  # before the first one they are only late
+        return Tear(routine, rung, at * self.scan_ns)
 
     def _line(self, at: int, edges: Edges) -> Incident:
         """Return a lost or damaged reply, several in a row, an open line, or a controller without power."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Sequence
 from itertools import pairwise
 from random import Random
 
@@ -13,6 +13,9 @@ STATE, THIN = "state", "thin"
 
 SIZE, PAIR = "size", "pair"
 """Groups that show what is new in a run, and where nothing is aimed at."""
+
+INPUTS = ("status", "number")
+"""Groups of what modules answer."""
 
 THIN_SCANS = 3
 """Longest duration of a thin state, scans."""
@@ -77,6 +80,14 @@ class Edges:
             if group != THIN
             for kind, scans in kinds.items()
         }
+
+    def one_of(self, random: Random, groups: Sequence[str]) -> int | None:
+        """Return a scan of a change in one of some groups; None without any."""
+        there = [self.groups[name] for name in groups if name in self.groups]
+        if not there:
+            return None
+        group = random.choice(there)
+        return random.choice(group[random.choice(list(group))])
 
     def near(self, random: Random, first: int) -> int | None:
         """Return a scan near an edge, preferably soon after the scan `first`; None without edges."""

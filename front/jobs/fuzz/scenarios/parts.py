@@ -7,17 +7,20 @@ from dataclasses import fields, replace
 from typing import Any
 
 from ....runtime.loop.incidents import Incident
-from .scenario import Press, Push, Scenario, Signal
+from .scenario import Press, Push, Scenario, Signal, Tear
 
 Part = tuple[str, Any]
 """A part of a scenario: its field, and itself."""
 
 FIELDS = tuple(each.name for each in fields(Scenario))
 
-TIMED = {Press: "presses", Push: "pushes", Signal: "signals", Incident: "incidents"}
+TIMED = {Press: "presses", Push: "pushes", Signal: "signals", Incident: "incidents", Tear: "tears"}
 """Fields of the parts with an instant."""
 
-Timed = Press | Push | Signal | Incident
+Lasting = Press | Push | Signal | Incident
+"""A part with an instant and a duration."""
+
+Timed = Lasting | Tear
 """A part with an instant."""
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from decimal import Decimal
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 from pydantic import (
     BeforeValidator,
@@ -105,6 +105,21 @@ class LostSteps(Part):
 
 
 @dataclass(frozen=True, slots=True)
+class Tear:
+    """An exchange within a scan: from a rung on the program sees the next inputs.
+
+    It is due before the next scan, or nothing happens; so it is where the routine does not come to the rung.
+    """
+
+    __pydantic_config__ = NO_MORE_KEYS
+
+    routine: StrictStr
+    rung: Time  # its number; of structured text the line's
+    at_ns: Time
+    for_ns: ClassVar[int] = 0
+
+
+@dataclass(frozen=True, slots=True)
 class GivenOrder:
     """An operator's order before a scan: a tag is written, a tag or an image is forced or released."""
 
@@ -151,6 +166,7 @@ class Scenario:
     pushes: tuple[Push, ...] = ()  # people's actions on the contacts of cards
     signals: tuple[Signal, ...] = ()
     orders: Orders = ()  # an operator's, of a proof's scenario
+    tears: tuple[Tear, ...] = ()  # scans within which the inputs change
 
     def laid_over(self, spec: RackSpec) -> RackSpec:
         """Return a rack with this scenario added."""

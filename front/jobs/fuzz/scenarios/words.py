@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from ....runtime.live.orders import Force, Order, Unforce, Write
 from ....runtime.loop.incidents import FaultKind, Incident
 from ....runtime.machine.spec import input_name
-from .scenario import Press, Push, Scenario, Signal
+from .scenario import Press, Push, Scenario, Signal, Tear
 
 HAPPENS = {
     FaultKind.POWER_CYCLE: "the power of slot {slot} goes and comes back",
@@ -38,6 +38,7 @@ def told(scenario: Scenario) -> list[str]:
     timed += [(each.at_ns, _input(each, "operated")) for each in scenario.pushes]
     timed += [(each.at_ns, _input(each, f"{each.value:g}")) for each in scenario.signals]
     timed += [(each.at_ns, _incident(each)) for each in scenario.incidents]
+    timed += [(each.at_ns, _tear(each)) for each in scenario.tears]
     timed += [(each.at_ns, _given(each.order)) for each in scenario.orders]
     lines = list(_from_the_start(scenario))
     lines += [f"{at_ns / 1e9:g} s: {text}" for at_ns, text in sorted(timed, key=lambda entry: entry[0])]
@@ -69,6 +70,10 @@ def _incident(incident: Incident) -> str:
     replies = "replies" if incident.for_ns else "a reply"
     text = HAPPENS[incident.what].format(slot=incident.slot, words=words, replies=replies)
     return text + _for(incident.for_ns)
+
+
+def _tear(tear: Tear) -> str:
+    return f"new inputs come in the middle of the scan, before rung {tear.rung} of {tear.routine}"
 
 
 def _given(order: Order) -> str:
