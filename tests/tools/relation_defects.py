@@ -3,10 +3,12 @@
     python tests/tools/relation_defects.py            all of them
     python tests/tools/relation_defects.py MCR        those whose name has the word
     python tests/tools/relation_defects.py --values 2000000     no defect, until so many values are compared
+    python tests/tools/relation_defects.py --values 500000 9000     the same from another seed on
 
-Each defect changes one thing in `ladder/prove`, as a mistake there would. Random programs
-(`tests/support/relation_programs.py`) then run until one differs; the number of that program is printed. The
-status is 1 if a defect is not found, or if a difference is found without one.
+Each defect changes one thing in `ladder/prove`, as a mistake there would. Random programs then run until one
+has a value that differs; its number is printed. They are drawn by `relation_programs` and `relation_rows`;
+without a defect those of the tests of both back ends run, too (`ladder_programs`, `structured_programs`). The
+status is 1 if a defect is not found, if a difference is found without one, or if an instruction was not met.
 """
 
 from __future__ import annotations
@@ -23,8 +25,12 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
+import hypothesis
+import ladder_programs
+import structured_programs
 from relation import Relation
 from relation_programs import drawn
+from relation_rows import BLOCKS, ROWS, SLC_ROWS, drawn_rows
 from scanrack.ladder.files.rungfile import parse_program
 from scanrack.ladder.prove.algebra import meaning, numbers, terms
 from scanrack.ladder.prove.algebra.numbers import add, eq, lt, mul, sub
@@ -40,11 +46,15 @@ from scanrack.ladder.prove.relation import (
     texts,
     values,
 )
+from scanrack.ladder.state.lowered import steps_of
 
 MOST_PROGRAMS = 300
 """Programs that run before a defect counts as not found."""
 
 SCANS = 8
+
+AT_ONCE = 40
+"""Programs of a strategy that are drawn at once."""
 
 Machine, Values, Symbol = machine.ScanMachine, values.TermValues, symbols.TermSymbol
 Patch = tuple[Any, str, Any]
@@ -293,13 +303,17 @@ def planted(patches: tuple[Patch, ...]) -> Iterator[None]:
             setattr(owner, name, old)
 
 
+def program_of(seed: int) -> Any:
+    """Return the program of a seed: one of two generators."""
+    return drawn_rows(seed // 2) if seed % 2 else parse_program(drawn(seed // 2))
+
+
 def first_difference(most: int) -> str:
     """Return the first program whose values differ, "" if none does; one that can't run is none."""
     broken = 0
     for seed in range(most):
         try:
-            relation = Relation(parse_program(drawn(seed)))
-            found = relation.differences(Random(seed), SCANS)
+            found = Relation(program_of(seed)).differences(Random(seed), SCANS)
         except Exception:
             broken += 1
             continue
@@ -308,21 +322,54 @@ def first_difference(most: int) -> str:
     return ""
 
 
+def strategies(seed: int) -> list[str]:
+    """Return programs of rungs and of structured text that tests of both back ends have."""
+    found: list[str] = []
+
+    @hypothesis.seed(seed)
+    @hypothesis.settings(
+        max_examples=AT_ONCE,
+        phases=[hypothesis.Phase.generate],
+        database=None,
+        deadline=None,
+        suppress_health_check=list(hypothesis.HealthCheck),
+    )
+    @hypothesis.given(ladder_programs.programs(), structured_programs.structured())
+    def keep(rungs: str, text: str) -> None:
+        found.extend((rungs, text))
+
+    keep()
+    return found
+
+
+def programs(first: int) -> Iterator[Any]:
+    """Yield programs without end, from a seed on."""
+    for seed in itertools.count(first):
+        yield program_of(seed)
+        if seed % 200 == 199:
+            yield from map(parse_program, strategies(seed))
+
+
 def compare(values: int, first: int = 0) -> int:
     """Compare values without a defect, from a seed on; return the status."""
     count: Counter[str] = Counter()
-    for seed in itertools.count(first):
-        found = Relation(parse_program(drawn(seed))).differences(Random(seed), SCANS, count)
+    met: set[str] = set()
+    for number, program in enumerate(programs(first)):
+        relation = Relation(program)
+        found = relation.differences(Random(first + number), SCANS, count)
         count["programs"] += 1
+        met |= {step.name for line, _, _ in relation.machine.rungs for step in steps_of(line.nodes)}
         if found:
-            print(f"program {seed}: {found[0]}")
+            print(f"program {number} from seed {first} on: {found[0]}")
             return 1
         if count["programs"] % 100 == 0:
             print(", ".join(f"{number:,} {name}" for name, number in count.items()), flush=True)
         if count["values"] >= values:
             break
-    print(f"{count['values']:,} values of {count['programs']:,} programs are equal")
-    return 0
+    missed = sorted({*ROWS, *BLOCKS, *SLC_ROWS} - met)
+    print(f"{count['values']:,} values of {count['programs']:,} programs are equal; {len(met)} instructions")
+    print(f"not met: {', '.join(missed) or 'none'}")
+    return 1 if missed else 0
 
 
 def main(words: list[str]) -> int:

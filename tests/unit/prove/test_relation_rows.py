@@ -1,0 +1,88 @@
+"""Each instruction is computed on terms and equals the interpreter, or leaves open all that it may write."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Iterator
+from random import Random
+from typing import Any
+
+import pytest
+from relation import Relation
+from relation_rows import BLOCKS, HAVOCKED, OUT, ROWS, SLC_HAVOCKED, SLC_OUT, SLC_ROWS, logix, slc
+from scanrack.ladder.instructions import NAMES, SPECS
+from scanrack.ladder.instructions.slc.rows import SLC_SPECS
+from scanrack.ladder.prove.relation.machine import ScanMachine
+from scanrack.ladder.prove.relation.symbols import UnmodelledError
+
+GROUP = 9
+MOTION = {spec.name for spec in SPECS if "motion" in spec.run.__module__}
+BY_ITSELF = ("TND", "MCR")
+
+
+def groups(table: Any) -> Iterator[tuple[str, ...]]:
+    """Yield names in groups; what leaves the scan stands alone."""
+    names = [name for name in table if name not in BY_ITSELF]
+    yield from (tuple(names[at : at + GROUP]) for at in range(0, len(names), GROUP))
+    yield from ((name,) for name in BY_ITSELF if name in table)
+
+
+def texts(table: Any, names: tuple[str, ...]) -> list[str]:
+    return [text for name in names for text in table[name]]
+
+
+def compared(program: Any, scans: int = 8) -> Relation:
+    """Return the relation of a program, after as many scans in which nothing differs."""
+    found, count = Relation(program), Counter[str]()
+    assert found.differences(Random(1), scans, count) == []
+    assert count["scans"] > 1
+    return found
+
+
+def test_every_instruction_is_computed_or_left_open() -> None:
+    """Who adds an instruction says here what the prover makes of it."""
+    assert set(NAMES) - MOTION == {*ROWS, *BLOCKS, *HAVOCKED, *OUT}
+    own = {name for name, spec in SLC_SPECS.items() if spec not in SPECS}
+    assert own - {*SLC_ROWS, *SLC_HAVOCKED} == SLC_OUT
+
+
+@pytest.mark.parametrize("names", list(groups(ROWS)), ids="-".join)
+def test_rungs_are_computed(names: tuple[str, ...]) -> None:
+    assert compared(logix(*texts(ROWS, names))).machine.cut == []
+
+
+def test_function_blocks_are_computed() -> None:
+    assert compared(logix(statements=tuple(texts(BLOCKS, tuple(BLOCKS))))).machine.cut == []
+
+
+@pytest.mark.parametrize("names", list(groups(SLC_ROWS)), ids="-".join)
+def test_rungs_of_an_slc_are_computed(names: tuple[str, ...]) -> None:
+    assert compared(slc(*texts(SLC_ROWS, names))).machine.cut == []
+
+
+def test_what_is_not_computed_is_left_open() -> None:
+    for program, names in (
+        (logix(*texts(HAVOCKED, tuple(HAVOCKED))), HAVOCKED),
+        (slc(*texts(SLC_HAVOCKED, tuple(SLC_HAVOCKED))), SLC_HAVOCKED),
+    ):
+        blamed = [site.instruction for site in compared(program).machine.havocs.values()]
+        open_ = {re.split("[( ]", each)[0] for each in blamed}
+        assert set(names) - open_ == set()
+
+
+PROGRAMS = [*((False, each) for each in groups(ROWS)), *((True, each) for each in groups(SLC_ROWS))]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("is_slc", "names"), PROGRAMS, ids=str)
+def test_a_row_writes_no_more_than_what_is_left_open(
+    is_slc: bool, names: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """If no row were computed, the known values would still be those of the interpreter."""
+
+    def refuse(*_given: object) -> None:
+        raise UnmodelledError("no row is computed")
+
+    monkeypatch.setattr(ScanMachine, "_derived", refuse)
+    compared(slc(*texts(SLC_ROWS, names)) if is_slc else logix(*texts(ROWS, names)), 4)
