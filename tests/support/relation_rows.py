@@ -200,7 +200,7 @@ SLC_HAVOCKED: Texts = {
 }
 
 
-SLC_OUT = frozenset(["END", "INT", "MSG", "REF", "STD", "STE", "STS", "UIF"])
+SLC_OUT = frozenset(("END", "INT", "MSG", "REF", "STD", "STE", "STS", "UID", "UIE", "UIF"))
 """Rows of an SLC without effect on tags, and MSG."""
 
 
