@@ -14,6 +14,7 @@ from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass, field
 from hashlib import sha256
 from random import Random
+from typing import Any
 
 from ...runtime.loop.pace import wall_ns
 from .aim.chooser import Chooser
@@ -22,6 +23,7 @@ from .aim.draws import Draws
 from .aim.edges import Edges
 from .aim.probe import Probe
 from .aim.sweep import Sweep
+from .aim.times import times_of
 from .run import ASKING, BUILDING, HANGS, PROGRAM, RUNNING, BrokenInvariant, TrialBench, Verdict
 from .scenarios.kinds import Kind, buttons, possible_kinds, sensors
 from .scenarios.scenario import Scenario
@@ -123,8 +125,9 @@ def search(
     start_ns = wall_ns()
     hunt = _Hunt(bench, report, set(known))
     random = Random(start)
+    draws = Draws(bench.spec, bench.scans, kinds, random, bench.rungs)
     chooser = Chooser(
-        Draws(bench.spec, bench.scans, kinds, random, bench.rungs),
+        draws,
         Sweep(bench.spec, possible_kinds(bench.spec).intersection(kinds), random, report.corpus),
         random,
         report.corpus,
@@ -136,6 +139,8 @@ def search(
         scenario = waiting.popleft() if repeated else chooser.next(hunt.shown)
         edges = Edges()
         found = hunt.try_one(scenario, edges)
+        if hunt.runs == 1:
+            draws.times = times_of(hunt.logic, draws.scan_ns, draws.scans)
         progress(report.runs)
         if found is None:
             if not repeated:
@@ -213,6 +218,7 @@ class _Hunt:
     report: SearchReport
     known: set[str]
     runs: int = 0  # without those of shrinking
+    logic: Any = None  # of the last run
 
     def try_one(self, scenario: Scenario, edges: Edges) -> Counterexample | None:
         """Run a scenario and note its changes; return its failure, or None.
@@ -221,7 +227,9 @@ class _Hunt:
             UnsteadyError: the program is not deterministic.
         """
         self.runs += 1
-        broken = self._run(scenario, Probe(edges))
+        probe = Probe(edges)
+        broken = self._run(scenario, probe)
+        self.logic = probe.logic
         edges.close()
         if broken is None:
             return None

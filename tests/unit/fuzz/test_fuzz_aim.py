@@ -14,9 +14,10 @@ from scanrack.jobs.fuzz import Scenario, SearchReport, TrialBench, search
 from scanrack.jobs.fuzz.aim.branches import NAME, branches_noted
 from scanrack.jobs.fuzz.aim.corpus import Corpus, Entry, trim
 from scanrack.jobs.fuzz.aim.draws import Draws
-from scanrack.jobs.fuzz.aim.edges import NEAR, Edges
+from scanrack.jobs.fuzz.aim.edges import NEAR, TOGETHER, Edges
 from scanrack.jobs.fuzz.aim.probe import Probe
 from scanrack.jobs.fuzz.aim.sweep import Sweep
+from scanrack.jobs.fuzz.aim.times import times_of
 from scanrack.jobs.fuzz.campaign.campaign import _round
 from scanrack.jobs.fuzz.campaign.fresh import in_fresh_process
 from scanrack.jobs.fuzz.campaign.state import State
@@ -228,3 +229,43 @@ def test_the_next_task_of_a_campaign_gets_what_the_last_one_has_found():
     again = pickle.loads(pickle.dumps(task.corpus))
     assert again.take(Scenario(), shown(a=5), SPEC.scan_ns) is None
     assert again.take(Scenario(), shown(a=5, b=6), SPEC.scan_ns) is not None
+
+
+def times_in(tmp_path, name, text):
+    (tmp_path / name).write_text(text, encoding="utf-8")
+    return times_of(load_program(str(tmp_path / name)).function, 2_000_000, 1_000)
+
+
+def test_times_of_a_python_program_are_its_texts_and_what_it_compares(tmp_path):
+    """10 that is compared are scans, 20 ms; 760 ms is between them and 1.5 s; 5 s is too long."""
+    text = 'WAIT = "5 s"\ndef logic(scan):\n    return scan.number > 10 or "1.5 s" or "no time"\n'
+    assert times_in(tmp_path, "it.py", text) == (20_000_000, 760_000_000, 1_500_000_000)
+
+
+def test_times_of_a_ladder_program_are_presets_of_its_timers(tmp_path):
+    """The menu has timers of 400 ms and 1 s: 700 ms lies between."""
+    logic = version_of("service_menu", tmp_path / "it", with_mistake=False).bench.fresh_logic()
+    assert times_of(logic, 2_000_000, 1_000) == (400_000_000, 700_000_000, 1_000_000_000)
+
+
+def test_a_torn_update_leaves_some_of_the_words_late_that_change():
+    edges = Edges()
+    edges.add(TOGETHER, (0, (2, 3)), 70)
+    draws = Draws(SPEC, 1_000, {Kind.TORN}, Random(2))
+    drawn = [part for _ in range(200) for part in draws.scenario(edges).incidents]
+    aimed = [part for part in drawn if part.late_words in ((2,), (3,))]
+    assert len(aimed) > len(drawn) / 2
+    assert {part.at_ns // SPEC.scan_ns for part in aimed} >= {69, 70, 71}
+
+
+def test_a_rhythm_presses_a_button_again_and_again():
+    draws = Draws(SPEC, 1_000, {Kind.INPUTS}, Random(1))
+    draws.times = (400_000_000,)
+    rhythms = [
+        presses
+        for _ in range(200)
+        if len(presses := draws.scenario().presses) > 3
+        and len({(press.input, press.for_ns) for press in presses}) == 1
+    ]
+    assert rhythms
+    assert any(press.for_ns >= 398_000_000 for presses in rhythms for press in presses)

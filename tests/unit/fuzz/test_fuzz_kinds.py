@@ -160,10 +160,10 @@ CASES = [
     Case(Kind.MACHINE, Counts, counts_differ, machine={"encoder": {"counts_per_step": 1}}),
     Case(Kind.LINK, NeedsTheModule),
     # a fatal error ends with a power cycle, and so does a module that is put in again
-    Case(Kind.POWER, NeedsPower, beside=frozenset({Kind.LINK})),
+    Case(Kind.POWER, NeedsPower, beside=frozenset({Kind.LINK, Kind.TORN})),
     Case(Kind.MODE, StartsOnce),
     Case(Kind.TORN, AllAtOnce, STANDARD["no-invalid-profile"], controller="compactlogix"),
-    Case(Kind.FIRMWARE, Registers, old_firmware),
+    Case(Kind.FIRMWARE, Registers, old_firmware, beside=frozenset({Kind.TORN})),
     Case(Kind.LINE, NeedsTheModule, module="pcl601-adapter", beside=frozenset({Kind.POWER})),
 ]
 

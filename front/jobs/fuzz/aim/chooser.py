@@ -1,29 +1,38 @@
 """What a search tries next.
 
     the first run             no events, or the scenario that is varied
-    then 150 runs             nine of ten begin from nothing, aimed at the edges of the first run
-    later                     of ten, two or three begin from nothing; of the others four are of the sweep,
-                              as long as it has any, and six vary an entry of the corpus
+    then a run a button       it is held for a time: does the program answer?
+    then 150 runs             half begin from nothing, aimed at the edges of a run of the corpus
+    later                     a quarter begin from nothing
 
+A quarter are of the sweep, as long as it has any; the others vary an entry of the corpus.
 A child of an entry keeps its beginning up to a point where something was new, and draws what follows; or it
 moves a part, lengthens one, replaces one, or joins another entry.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from random import Random
 
+from ..scenarios.parts import timed_parts, with_part
 from ..scenarios.scenario import Scenario
-from .corpus import Corpus, Entry, Run, cut, trim
+from .contacts import Contact
+from .corpus import WAY_WORTH, Corpus, Entry, Run, cut, trim
 from .draws import Draws
 from .edges import Edges
 from .sweep import Sweep
+from .times import MS
 
 BLIND = 150
 """Number of runs of a campaign that begin from nothing, as a rule."""
 
-FRESH_FIRST, FRESH, SWEPT = 0.9, 0.25, 0.4
-"""Shares of runs that begin from nothing, in the first runs and later, and of the sweep."""
+FRESH_FIRST, FRESH, SWEPT_FIRST, SWEPT = 0.45, 0.25, 0.2, 0.25
+"""Shares of runs that begin from nothing, in the first runs and later, and those of the sweep."""
+
+FELT_AT, FELT_MS, MOST_FELT = 0.3, 300, 24
+"""When a button is held to see whether the program answers, as a share of the run; how long, unless the
+program has times; and the largest number of such runs."""
 
 MOST_PARTS = 12
 """A scenario with more parts is cut before it is varied."""
@@ -44,6 +53,8 @@ class Chooser:
         self._draws, self._sweep, self._random = draws, sweep, random
         self._base = base
         self._first: Edges | None = None
+        self._feelers = [] if base else draws.contacts.operated[:MOST_FELT]
+        self._felt: Contact | None = None
 
     def next(self, run: Run) -> Scenario:
         """Return the next scenario.
@@ -55,27 +66,55 @@ class Chooser:
         random, draws = self._random, self._draws
         if self._first is None:
             return self._base or Scenario()
+        if self._feelers:
+            return self._feeler()
         blind = self.corpus.runs <= BLIND
-        if not self.corpus.entries or random.random() < (FRESH_FIRST if blind else FRESH):
-            return draws.scenario(self._first, self._base)
-        if not blind and random.random() < SWEPT and (swept := self._sweep.next()) is not None:
+        fresh, swept_too = (FRESH_FIRST, SWEPT_FIRST) if blind else (FRESH, SWEPT)
+        way = random.random()
+        if not (self.corpus.entries and draws.has_events) or way < fresh:
+            known = random.choice(self.corpus.entries).edges if self.corpus.entries else self._first
+            return draws.scenario(self._first if random.random() < 0.5 else known, self._base)
+        if way < fresh + swept_too and (swept := self._sweep.next()) is not None:
             return swept
         entry = self.corpus.choose(random)
         trim(entry, run, draws.scan_ns)
         self._sweep.take(entry)
+        if entry.worth >= WAY_WORTH:
+            self._needed(entry.scenario)
         return self._child(entry)
+
+    def _feeler(self) -> Scenario:
+        """Return a scenario with one contact, held for the longest time of the program."""
+        draws = self._draws
+        contact = self._felt = self._feelers.pop()
+        run_ns = draws.scans * draws.scan_ns
+        for_ns = max((each for each in draws.times if each < run_ns // 2), default=FELT_MS * MS)
+        at_ns = int(draws.scans * FELT_AT) * draws.scan_ns
+        return with_part(Scenario(), replace(contact, at_ns=at_ns, for_ns=for_ns + 5 * draws.scan_ns))
+
+    def _needed(self, scenario: Scenario) -> None:
+        """Operate more often what something new has taken."""
+        for part in timed_parts(scenario):
+            if isinstance(part, Contact):
+                self._draws.contacts.answered(replace(part, at_ns=0, for_ns=0))
 
     def ran(self, scenario: Scenario, edges: Edges) -> None:
         """Learn from a run in which nothing was broken."""
         entry = self.corpus.take(scenario, edges, self._draws.scan_ns)
-        if self._first is None:
+        alone = self._first is None or self._felt is not None
+        if self._felt is not None:
+            if self._first is not None and edges.answers() - self._first.answers():
+                self._draws.contacts.answered(self._felt)
+            self._felt = None
+        elif self._first is None:
             self._first = edges
-            if entry is not None:
-                entry.wanted = ()
-                self._sweep.take(entry)
+        if alone and entry is not None:
+            entry.wanted = ()
+            self._sweep.take(entry)
 
     def _child(self, entry: Entry) -> Scenario:
         random, draws = self._random, self._draws
+        draws.narrow()
         scenario, point = entry.scenario, random.choice(entry.points)
         first = point if random.random() < 0.8 else 0
         if scenario.size > MOST_PARTS:
@@ -96,5 +135,5 @@ class Chooser:
 
     def _more(self, scenario: Scenario, edges: Edges, first: int, count: int) -> Scenario:
         for _ in range(count):
-            scenario, _at = self._draws.with_one_more(scenario, edges, first)
+            scenario, first = self._draws.with_one_more(scenario, edges, first)
         return scenario

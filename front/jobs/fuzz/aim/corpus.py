@@ -2,7 +2,7 @@
 
 worth    of the first time of
 6        a number or text of a tag or field, a size, a waiting line: a new step of the program
-2        a flag, the power of a rung, a path of branches
+2        a flag, a flag under other steps, the power of a rung, a path of branches
 0.3      status bits, a command, a status bit under a command
 """
 
@@ -14,12 +14,15 @@ from random import Random
 
 from ..scenarios.parts import Timed, parts_of, scenario_of
 from ..scenarios.scenario import Scenario
-from .edges import SIZE, STATE, Edges
+from .edges import SIZE, STATE, UNDER, Edges
 
 Feature = tuple[str, Hashable]
 """Group and kind of a change."""
 
 STEP_WORTH, WAY_WORTH, PAIR_WORTH = 6.0, 2.0, 0.3
+
+LEAST_WORTH = 1.5
+"""Worth below which a scenario is not kept: a pair or two."""
 
 MOST_WORTH = 8.0
 """Largest worth that counts when an entry is chosen."""
@@ -30,8 +33,8 @@ MOST_ENTRIES, MOST_SEEN = 300, 100_000
 FRESH_CHOICES = 80
 """Number of choices of an entry with a new step before older ones get the same chance."""
 
-LATE = 30
-"""Scans after the last new thing in which a trimmed scenario has to show it."""
+LATE, EARLIER = 30, (1.0, 0.6, 0.3)
+"""Scans at which the events of a trimmed scenario begin at the earliest, and shares by which it is tried."""
 
 Run = Callable[[Scenario], Edges | None]
 """Runs a scenario; returns its changes, or None if something is broken."""
@@ -72,7 +75,7 @@ def worth_of(feature: Feature) -> float:
     if group == STATE:
         assert isinstance(kind, tuple)
         return WAY_WORTH if isinstance(kind[-1], bool) else STEP_WORTH
-    return WAY_WORTH if group == "path" else PAIR_WORTH
+    return WAY_WORTH if group in ("path", UNDER) else PAIR_WORTH
 
 
 @dataclass(slots=True)
@@ -102,7 +105,10 @@ class Corpus:
         wanted = [each for each in fresh if worth_of(each) > PAIR_WORTH] or fresh
         points = sorted({firsts[each] for each in wanted})
         beginning = cut(scenario, points[-1], scan_ns)
-        entry = Entry(beginning, edges, points, sum(map(worth_of, fresh)), tuple(wanted))
+        worth = sum(map(worth_of, fresh))
+        if worth < LEAST_WORTH:
+            return None
+        entry = Entry(beginning, edges, points, worth, tuple(wanted))
         self._add(entry)
         return entry
 
@@ -188,7 +194,7 @@ def cut(scenario: Scenario, scan: int, scan_ns: int) -> Scenario:
 def trim(entry: Entry, run: Run, scan_ns: int) -> None:
     """Leave out what the new things do not need, and let the rest happen as early as it can."""
     wanted, entry.wanted = entry.wanted, ()
-    if not wanted:
+    if not wanted or entry.worth < WAY_WORTH:
         return
     for scenario in _shorter(lambda: entry.scenario, scan_ns):
         edges = run(scenario)
@@ -201,26 +207,31 @@ def trim(entry: Entry, run: Run, scan_ns: int) -> None:
 
 
 def _shorter(present: Callable[[], Scenario], scan_ns: int) -> Iterator[Scenario]:
-    """Yield shorter versions of a scenario, which may change meanwhile."""
-    for part in parts_of(present()):
-        parts = parts_of(present())
-        if len(parts) > 1 and part in parts:
-            parts.remove(part)
-            yield scenario_of(parts)
-    while (early := _earlier(present(), scan_ns)) is not None:
+    """Yield shorter versions of a scenario, which may change meanwhile: without a half, a quarter, a part."""
+    size = len(parts_of(present())) // 2
+    while size:
+        place = 0
+        while place < len(parts := parts_of(present())) and len(parts) > size:
+            before = present()
+            yield scenario_of(parts[:place] + parts[place + size :])
+            if present() is before:
+                place += size
+        size //= 2
+    for share in EARLIER:
         before = present()
-        yield early
-        if present() is before:
-            return
+        if (early := _earlier(before, share, scan_ns)) is not None:
+            yield early
+            if present() is not before:
+                return
 
 
-def _earlier(scenario: Scenario, scan_ns: int) -> Scenario | None:
-    """Return a scenario whose events happen earlier by a quarter, None if they begin early."""
+def _earlier(scenario: Scenario, share: float, scan_ns: int) -> Scenario | None:
+    """Return a scenario whose events happen earlier by a share, None if they begin early."""
     timed = [part.at_ns for _, part in parts_of(scenario) if isinstance(part, Timed)]
     early = min(timed, default=0) // scan_ns
     if early <= LATE:
         return None
-    by_ns = (early // 4 if early > 2 * LATE else LATE // 3) * scan_ns
+    by_ns = int((early - LATE) * share) * scan_ns
     return scenario_of(
         (name, replace(part, at_ns=part.at_ns - by_ns) if isinstance(part, Timed) else part)
         for name, part in parts_of(scenario)

@@ -4,7 +4,8 @@
     a third               soon after the event before, on a scale of decades
     the rest              anywhere
 
-One event in seven begins with another one, and a quarter of the durations end near an edge.
+One event in seven begins with another one, and a quarter of the durations end near an edge. Some
+durations and distances are times of the program. Buttons are pressed several times in a rhythm, too.
 """
 
 from __future__ import annotations
@@ -23,17 +24,16 @@ from ....runtime.modules.record import Trait
 from ....runtime.modules.registry import has
 from ..scenarios.kinds import (
     Kind,
-    buttons,
-    card_buttons,
     card_signals,
     possible_kinds,
-    sensors,
     with_trait,
 )
 from ..scenarios.parts import Lasting, Timed, parts_of, scenario_of, timed_parts, with_part
-from ..scenarios.scenario import LostSteps, Press, Push, Scenario, Shift, Signal, Tear
+from ..scenarios.scenario import LostSteps, Push, Scenario, Shift, Signal, Tear
 from ..scenarios.tearing import Rung
+from .contacts import Contact, Contacts
 from .edges import INPUTS, NEAR, NO_EDGES, Edges
+from .times import MS
 
 MOST = 7
 """Largest number of parts of a scenario that begins from nothing."""
@@ -56,6 +56,25 @@ AT_EDGES, SOON, TOGETHER, AGAIN, END_AT_EDGES, TO_THE_END = 0.5, 0.8, 0.15, 0.4,
 BEFORE_INPUTS = 0.75
 """Share of the tears that fall before a change of the inputs."""
 
+RHYTHM, BY_TIMES, BEHIND = 0.12, 0.3, 0.5
+"""Shares of rhythms among events, of the program's times among durations and distances, and of events that
+come after the end of the one before."""
+
+NARROW, FEW = 0.7, (1, 1, 2, 3)
+"""Share of the scenarios that have few kinds of events or of contacts, and how many."""
+
+AT_CHANGES = 0.8
+"""Share of the torn updates that fall where several output words change, and leave some of these late."""
+
+BEATS = (2, 3, 3, 4, 4, 5, 6, 8)
+"""Numbers of presses of a rhythm."""
+
+BEAT_MS = (6, 10, 20, 40, 100, 200, 400)
+"""Durations and distances of the presses of a rhythm, ms."""
+
+AROUND = (-1, 0, 1, 1, 2, 3, 5, 10)
+"""Scans by which a time of the program is exceeded."""
+
 LINKS = (FaultKind.LINK_LOST, FaultKind.REMOVED, FaultKind.FATAL_ERROR)
 REPLIES = (FaultKind.REPLIES_LOST, FaultKind.REPLIES_DAMAGED)
 
@@ -76,29 +95,47 @@ class Draws:
     def __init__(
         self, spec: RackSpec, scans: int, kinds: Collection[Kind], random: Random, rungs: Sequence[Rung] = ()
     ) -> None:
-        self._spec, self._scans, self._random = spec, scans, random
+        self._spec, self.scans, self._random = spec, scans, random
         self.scan_ns = spec.scan_ns
         self._kinds = possible_kinds(spec).intersection(kinds)
-        machines = [slot for slot in spec.slot if has(slot.module, Trait.MACHINE)]
-        self._numbers = [slot.number for slot in machines or spec.slot]
-        self._inputs = {slot.number: (buttons(slot), sensors(slot)) for slot in machines}
+        self.times: tuple[int, ...] = ()  # of the program, ns
+        machines = [slot.number for slot in spec.slot if has(slot.module, Trait.MACHINE)]
+        self._numbers = machines or [slot.number for slot in spec.slot]
+        self.contacts = Contacts(spec, self._kinds)
         self._answering = with_trait(spec, Trait.STOPS_ANSWERING)
         self._lines = with_trait(spec, Trait.LINE)
         self._slipping = with_trait(spec, Trait.SLIPS)
         self._rungs = rungs
-        self._pushed, self._signals = card_buttons(spec), card_signals(spec)
-        self._events = [make for weight, make in self._makers() for _ in range(weight)]
+        self._signals = card_signals(spec)
+        self._all = [make for weight, make in self._makers() for _ in range(weight)]
+        self._events = self._all
         self._conditions = list(self._untimed())
 
     def scenario(self, edges: Edges = NO_EDGES, base: Scenario | None = None) -> Scenario:
         """Return a scenario of up to seven parts, or a variant of another one."""
         drawn, first = Scenario() if base is None else self._varied(base), 0
-        for _ in range(self._random.randint(base is None, MOST)):
+        self.narrow()
+        least = 1 if base is None else 0
+        most = self._random.choice((2, 4, MOST))
+        for _ in range(self._random.randint(least, most)):
             drawn, first = self.with_one_more(drawn, edges, first)
         return drawn
 
+    @property
+    def has_events(self) -> bool:
+        """Whether there is something with an instant to draw."""
+        return bool(self._all)
+
+    def narrow(self) -> None:
+        """Draw a few kinds of events only, as a rule: many kinds hide what one of them alone brings about."""
+        random, all_events = self._random, self._all
+        self._events = all_events
+        if all_events and random.random() < NARROW:
+            self._events = random.choices(all_events, k=random.choice(FEW))
+        self.contacts.narrow(random, random.choice(FEW) if random.random() < NARROW else 0)
+
     def with_one_more(self, scenario: Scenario, edges: Edges, first: int = 0) -> tuple[Scenario, int]:
-        """Return a scenario with a further part, and the scan at which the last event begins.
+        """Return a scenario with a further part, and a scan at which the next one may begin.
 
         Args:
             first: scan from which on the part preferably begins.
@@ -109,19 +146,47 @@ class Draws:
         if not self._events:
             return scenario, first
         at = self._when(scenario, edges, first)
-        pressed: tuple[Press | Push, ...] = (*scenario.presses, *scenario.pushes)
+        pressed: tuple[Contact, ...] = (*scenario.presses, *scenario.pushes)
+        if self._press in self._events and random.random() < RHYTHM:
+            return self._with_rhythm(scenario, at)
         if pressed and random.random() < AGAIN:
             part: Timed = self._pressed_again(random.choice(pressed), at)
         else:
             part = random.choice(self._events)(at, edges)
-        return with_part(scenario, part), at
+        end = at + getattr(part, "for_ns", 0) // self.scan_ns
+        behind = end < self.scans and random.random() < BEHIND
+        return with_part(scenario, part), end if behind else at
 
-    def _pressed_again(self, part: Press | Push, at: int) -> Press | Push:
+    def _pressed_again(self, part: Contact, at: int) -> Contact:
         """Return the same press in another scan, of any axis that has this input."""
         at_ns = at * self.scan_ns
         if isinstance(part, Push):
             return replace(part, at_ns=at_ns)
-        return replace(part, at_ns=at_ns, slot=self._random.choice(list(self._inputs) or [part.slot]))
+        return replace(part, at_ns=at_ns, slot=self._random.choice(self._numbers))
+
+    def _with_rhythm(self, scenario: Scenario, at: int) -> tuple[Scenario, int]:
+        """Return a scenario with presses of one button or of two in turn, all as long and as far apart."""
+        random = self._random
+        turns = [self.contacts.draw(random) for _ in range(random.choice((1, 1, 2)))]
+        for_ns, pause_ns = self._beat(), self._beat()
+        at_ns = at * self.scan_ns
+        for number in range(random.choice(BEATS)):
+            if at_ns < self.scans * self.scan_ns:
+                scenario = with_part(
+                    scenario, replace(turns[number % len(turns)], at_ns=at_ns, for_ns=for_ns)
+                )
+                at = at_ns // self.scan_ns
+                at_ns += for_ns + pause_ns
+        return scenario, at
+
+    def _beat(self) -> int:
+        if self.times and self._random.random() < 0.5:
+            return self._own_time()
+        return self._random.choice(BEAT_MS) * MS
+
+    def _own_time(self) -> int:
+        """Return a time of the program, or a little more, ns."""
+        return self._random.choice(self.times) + self._random.choice(AROUND) * self.scan_ns
 
     def with_one_moved(self, scenario: Scenario, edges: Edges) -> Scenario:
         """Return a scenario with one event at another time: near an edge, or displaced."""
@@ -132,7 +197,7 @@ class Draws:
                 scan = self._scan(edges, 0)
             else:
                 scan = part.at_ns // self.scan_ns + random.choice((*NEAR, *MOVED, 30, 300))
-            return replace(part, at_ns=min(max(scan, 0), self._scans - 1) * self.scan_ns)
+            return replace(part, at_ns=min(max(scan, 0), self.scans - 1) * self.scan_ns)
 
         return self._with_one_changed(scenario, moved, edges)
 
@@ -145,7 +210,7 @@ class Draws:
                 return part
             times = part.for_ns * random.choice((2, 4))
             for_ns = times if random.random() < 0.4 else self._lasting(part.at_ns // self.scan_ns, edges)
-            return replace(part, for_ns=min(for_ns, self._scans * self.scan_ns))
+            return replace(part, for_ns=min(for_ns, self.scans * self.scan_ns))
 
         return self._with_one_changed(scenario, longer, edges)
 
@@ -197,14 +262,16 @@ class Draws:
             scan = random.choice(others).at_ns // self.scan_ns + random.choice((0, 0, 0, 1, -1))
         else:
             scan = self._scan(edges, first)
-        return min(max(scan, 0), self._scans - 1)
+        return min(max(scan, 0), self.scans - 1)
 
     def _scan(self, edges: Edges, first: int) -> int:
-        random, scans = self._random, self._scans
+        random, scans = self._random, self.scans
         where = random.random()
         if where < AT_EDGES and (near := edges.near(random, first)) is not None:
             return near
         if first and where < SOON:
+            if self.times and random.random() < BY_TIMES:
+                return first + self._own_time() // self.scan_ns
             return first + int((scans - first) ** random.random())
         return random.randint(0, scans - 1)
 
@@ -214,17 +281,17 @@ class Draws:
         if random.random() < END_AT_EDGES and (end := edges.near(random, at)) is not None and end > at:
             return (end - at) * self.scan_ns
         if random.random() < TO_THE_END:
-            return (self._scans - at) * self.scan_ns
-        return random.choice(LASTING_MS) * 1_000_000
+            return (self.scans - at) * self.scan_ns
+        if self.times and random.random() < BY_TIMES:
+            return self._own_time()
+        return random.choice(LASTING_MS) * MS
 
     def _makers(self) -> Iterator[tuple[int, Make]]:
         """Yield the possible events with their weights."""
         kinds = self._kinds
         if Kind.INPUTS in kinds:
-            if self._inputs:
-                yield 5, self._press
-            if self._pushed:
-                yield 3, self._push
+            if self.contacts:
+                yield 6, self._press
             if self._signals:
                 yield 2, self._signal
         if Kind.LINK in kinds:
@@ -240,19 +307,9 @@ class Draws:
         if Kind.LINE in kinds:
             yield 2, self._line
 
-    def _press(self, at: int, edges: Edges) -> Press:
-        random = self._random
-        number = random.choice(list(self._inputs))
-        pressed, wired = self._inputs[number]
-        if wired and (not pressed or random.random() < 0.45):  # a sensor sticks, on or off
-            which, energised = random.choice(wired), random.random() < 0.5
-        else:  # releasing a button that is not pressed changes nothing
-            which, energised = random.choice(pressed), True
-        return Press(number, which, energised, at * self.scan_ns, self._lasting(at, edges))
-
-    def _push(self, at: int, edges: Edges) -> Push:
-        slot, name = self._random.choice(self._pushed)
-        return Push(slot, name, at * self.scan_ns, self._lasting(at, edges))
+    def _press(self, at: int, edges: Edges) -> Contact:
+        contact = self.contacts.draw(self._random)
+        return replace(contact, at_ns=at * self.scan_ns, for_ns=self._lasting(at, edges))
 
     def _signal(self, at: int, edges: Edges) -> Signal:
         slot, name, value = self._random.choice(self._signals)
@@ -269,9 +326,16 @@ class Draws:
     def _mode(self, at: int, edges: Edges) -> Incident:
         return Incident(at * self.scan_ns, FaultKind.PROGRAM_MODE, 0, self._lasting(at, edges))
 
-    def _torn(self, at: int, _edges: Edges) -> Incident:
-        late = self._random.sample(range(WORDS), self._random.randint(1, WORDS // 2))
-        slot = self._random.choice([slot.number for slot in self._spec.slot])
+    def _torn(self, at: int, edges: Edges) -> Incident:
+        """Return an update that is torn, as a rule where words change: in others it changes nothing."""
+        random = self._random
+        slots = [slot.number for slot in self._spec.slot]
+        if random.random() < AT_CHANGES and (changed := edges.output(random)) is not None:
+            place, words, scan = changed
+            slot, at = slots[place], min(max(scan + random.choice((0, 0, 0, 1, -1)), 0), self.scans - 1)
+            late = random.sample(words, random.randint(1, len(words) - 1))
+        else:
+            slot, late = random.choice(slots), random.sample(range(WORDS), random.randint(1, WORDS // 2))
         return Incident(at * self.scan_ns, FaultKind.TORN_UPDATE, slot, 0, tuple(sorted(late)))
 
     def _tear(self, at: int, edges: Edges) -> Tear:

@@ -9,13 +9,21 @@ from random import Random
 Group = dict[Hashable, list[int]]
 """Scans by kind of change."""
 
-STATE, THIN = "state", "thin"
+COMMAND, STATE, THIN = "command", "state", "thin"
 
-SIZE, PAIR = "size", "pair"
+SIZE, PAIR, UNDER = "size", "pair", "under"
 """Groups that show what is new in a run, and where nothing is aimed at."""
 
 INPUTS = ("status", "number")
 """Groups of what modules answer."""
+
+TOGETHER = "together"
+"""Group of the output words that change in one scan; nothing is aimed at them but torn updates."""
+
+NOT_AIMED, NOT_NEW = frozenset({SIZE, PAIR, UNDER, TOGETHER}), frozenset({THIN, TOGETHER})
+
+ANSWERS = (COMMAND, "path", STATE)
+"""Groups in which a program shows that it has noticed something."""
 
 THIN_SCANS = 3
 """Longest duration of a thin state, scans."""
@@ -73,11 +81,11 @@ class Edges:
                 self.add(THIN, by_scan[scan], scan)
 
     def firsts(self) -> dict[tuple[str, Hashable], int]:
-        """Return the scan of the first time of each change, by group and kind; thin states left out."""
+        """Return the scan of the first time of each change, by group and kind, as far as it may be new."""
         return {
             (group, kind): scans[0]
             for group, kinds in self.groups.items()
-            if group != THIN
+            if group not in NOT_NEW
             for kind, scans in kinds.items()
         }
 
@@ -89,9 +97,22 @@ class Edges:
         group = random.choice(there)
         return random.choice(group[random.choice(list(group))])
 
+    def answers(self) -> set[tuple[str, Hashable]]:
+        """Return the changes of the program itself."""
+        return {(group, kind) for group in ANSWERS for kind in self.groups.get(group, ())}
+
+    def output(self, random: Random) -> tuple[int, tuple[int, ...], int] | None:
+        """Return a change of several output words: place of the slot, words, and scan; None without any."""
+        kinds = self.groups.get(TOGETHER)
+        if not kinds:
+            return None
+        kind = random.choice(list(kinds))
+        assert isinstance(kind, tuple)
+        return kind[0], kind[1], random.choice(kinds[kind])
+
     def near(self, random: Random, first: int) -> int | None:
         """Return a scan near an edge, preferably soon after the scan `first`; None without edges."""
-        aimed = [name for name in self.groups if name not in (SIZE, PAIR)]
+        aimed = [name for name in self.groups if name not in NOT_AIMED]
         if not aimed:
             return None
         group = self.groups[random.choice(aimed)]

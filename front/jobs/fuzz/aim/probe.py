@@ -3,11 +3,13 @@
     group      a change of
     status     status bits of a 3601, input words of a card
     command    the first two output words of a 3601, output words of a card
+    together   several output words
     number     the upper word of a position: a number in two words takes a step
     path       the power in a rung; the branches that a Python program takes in one scan
     state      a tag or a field: a flag, a text, a small integer; the line where a sequence waits
     size       the size of a larger integer
     pair       a status bit changes under a command
+    under      a flag changes while the steps are these
 
 Each group is compared as a whole first: a scan in which nothing changes costs a comparison for each.
 """
@@ -32,7 +34,7 @@ from ....runtime.loop.scan import ScanLogic
 from ...record.logic_wrapper import unwrapped
 from ...record.sequence_watch import sequences_in
 from .branches import NAME
-from .edges import PAIR, SIZE, STATE, Edges
+from .edges import COMMAND, PAIR, SIZE, STATE, TOGETHER, UNDER, Edges
 from .python_state import fields_reader, namespace_of
 
 SMALL = range(-1, 33)
@@ -69,6 +71,7 @@ class Probe(QuietListener):
         self._slots = [(slot, 2 if may_be_stepper(slot.words) else WORDS) for slot in rack.slots.values()]
         self._memory, self._seen = rack.memory, bytes(len(rack.memory))
         self._words = [((0,) * WORDS, (0,) * WORDS) for _ in self._slots]
+        self.logic = logic
         inside, notes = unwrapped(logic), self._notes
         if isinstance(inside, Engine):
             self._values = [("path", lambda: notes), (STATE, _tags(inside))]
@@ -103,9 +106,13 @@ class Probe(QuietListener):
             if now == self._words[place]:
                 continue
             self._words[place] = now
+            if outputs != outputs_before:
+                words = tuple(word for word in range(WORDS) if outputs[word] != outputs_before[word])
+                if len(words) > 1:
+                    add(TOGETHER, (place, words), scan)
             for word in range(count):
                 if outputs[word] != outputs_before[word]:
-                    add("command", (place, word, outputs[word]), scan)
+                    add(COMMAND, (place, word, outputs[word]), scan)
                 if changed := (inputs[word] ^ inputs_before[word]) & 0xFFFF:
                     add("status", (place, word, changed), scan)
                     add(PAIR, (place, word, changed, outputs_before[0]), scan)
@@ -115,11 +122,14 @@ class Probe(QuietListener):
     def _note(self, group: str, place: int, now: Values, last: Values, scan: int) -> None:
         add = self.edges.add
         before = dict(_named(last))
+        steps = _steps(now) if group is STATE else ()
         for name, value in _named(now):
             old = before.get(name)
             if old != value or old.__class__ is not value.__class__:
                 kind = _kind(value)
                 add(SIZE if kind.__class__ is _Size else group, (place, name, kind), scan)
+                if steps and value.__class__ is bool:
+                    add(UNDER, (place, name, value, steps), scan)
 
     def _note_branches(self, scan: int) -> None:
         branches = self._branches
@@ -131,26 +141,36 @@ class Probe(QuietListener):
         branches[:] = self._none
 
 
+def _steps(values: Values) -> tuple[Hashable, ...]:
+    """Return the small numbers and the texts among some values: the steps of a program."""
+    held = values.values() if isinstance(values, dict) else values
+    return tuple(
+        value for value in held if value.__class__ is str or (value.__class__ is int and value in SMALL)
+    )
+
+
 def _named(values: Values) -> Iterable[tuple[Hashable, Hashable]]:
     return values.items() if isinstance(values, dict) else enumerate(values)
 
 
 class _Size(int):
-    """The number of bits of an integer that is not small, negative as the integer."""
+    """The size of an integer that is not small: eight times its bits, and its first three; signed."""
 
 
 def _kind(value: Hashable) -> Hashable:
     """Return what distinguishes a value.
 
     >>> _kind(32), _kind(33), _kind(-40_000), _kind("go")
-    (32, 6, -16, 'go')
+    (32, 52, -132, 'go')
     """
     if isinstance(value, Enum):
         return str(value.name)  # its class may be of the program, which other processes do not have
     if value.__class__ is not int or value in SMALL:
         return value
     assert isinstance(value, int)
-    return _Size(value.bit_length() if value > 0 else -value.bit_length())
+    bits = value.bit_length()
+    size = 8 * bits + (abs(value) >> (bits - 3))
+    return _Size(size if value > 0 else -size)
 
 
 class _Lines:

@@ -1,4 +1,7 @@
-"""Every fault and button meets every thin state: one scan before it, at it, and after it."""
+"""Every fault and button meets every thin state: one scan before it, at it, and after it.
+
+Where several output words change in a scan, an update is torn so that one of them is late, or all others are.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +16,7 @@ from ..scenarios.kinds import Kind, buttons, card_buttons, sensors, with_trait
 from ..scenarios.parts import Timed, with_part
 from ..scenarios.scenario import Press, Push, Scenario
 from .corpus import Corpus, Entry
-from .edges import THIN
+from .edges import THIN, TOGETHER
 
 LASTING_MS, SHORT_MS = 100, 4
 
@@ -42,6 +45,8 @@ class Sweep:
                 for distance in DISTANCES:
                     at_ns = max(0, scans[0] + distance) * self._spec.scan_ns
                     fresh += [(kind, with_part(entry.scenario, part)) for part in self._parts(at_ns)]
+        if Kind.TORN in self._kinds:
+            fresh += [(kind, with_part(entry.scenario, part)) for kind, part in self._torn(entry)]
         self._random.shuffle(fresh)
         fresh.sort(key=lambda each: len(each[1].incidents))  # what happens to modules comes first
         waiting += fresh
@@ -50,6 +55,20 @@ class Sweep:
     def next(self) -> Scenario | None:
         """Return a scenario, None if none waits."""
         return self._corpus.waiting.pop()[1] if self._corpus.waiting else None
+
+    def _torn(self, entry: Entry) -> Iterator[tuple[Hashable, Timed]]:
+        """Yield torn updates where several output words change: one of them is late, or all others are."""
+        for kind, scans in entry.edges.groups.get(TOGETHER, {}).items():
+            if kind in self._corpus.swept:
+                continue
+            self._corpus.swept.add(kind)
+            assert isinstance(kind, tuple)
+            place, words = kind
+            at_ns, slot = scans[-1] * self._spec.scan_ns, self._spec.slot[place].number
+            for word in words:
+                others = tuple(each for each in words if each != word)
+                yield kind, Incident(at_ns, FaultKind.TORN_UPDATE, slot, 0, (word,))
+                yield kind, Incident(at_ns, FaultKind.TORN_UPDATE, slot, 0, others)
 
     def _parts(self, at_ns: int) -> Iterator[Timed]:
         for_ns = LASTING_MS * 1_000_000
