@@ -37,6 +37,7 @@ UsageMistake: type[Exception] = typer.BadParameter.__mro__[2]
 """The parser's error for unusable words; Typer exports only a subclass."""
 
 COMMANDS = {
+    "new": Entry(".programs.new", "Begin a project: a rack, a program and a test."),
     "run": Entry(".programs.run", "Run a rack's logic scan by scan, and record every scan."),
     "watch": Entry("..watch.command", "Show a rack that runs, or a trace, in the browser."),
     "show": Entry(".recordings.show", "Print a trace: what happened, and what changed."),

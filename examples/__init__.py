@@ -1,0 +1,1 @@
+"""Racks and programs to begin with; `scanrack new FOLDER --from NAME` copies one."""

@@ -1,0 +1,106 @@
+"""A new folder with a rack, a program that homes and moves, a test of it, and what to do next."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from importlib.resources import files
+from importlib.resources.abc import Traversable
+from pathlib import Path
+
+LOGICS = ("python", "ladder")
+"""Languages of a new program; each is a folder of `templates`."""
+
+EXPECTED = ".txt"
+"""What an example is expected to do, which only the project's own check reads."""
+
+NEXT = """# Next
+
+    scanrack watch {rack} --open     see it run in the browser
+    scanrack run {rack}              run it as fast as it can, and record every scan
+    scanrack check {rack}            look for mistakes without a run
+    pytest                           run the tests beside it, if there are some
+    scanrack fuzz {rack}             look for surroundings that break the program
+
+Edit the program while `scanrack watch` shows it: what is saved is taken over between two scans.
+"""
+FILE_OF_NEXT = "NEXT.md"
+
+
+class ProjectError(ValueError):
+    """A folder that can't be used, or an example that there is not."""
+
+
+def example_names() -> list[str]:
+    """Return the names of the examples that come with the package, in order."""
+    return sorted(each.name for each in _examples().iterdir() if each.is_dir() and _racks(each))
+
+
+def new_project(folder: Path, logic: str = "python", example: str | None = None) -> list[Path]:
+    """Write a project into a new or empty folder; return its files, the rack file first.
+
+    Args:
+        logic: language of the program, one of `LOGICS`.
+        example: copy this one of `example_names()` instead.
+
+    Raises:
+        ProjectError: the folder has something in it, or there is no such example.
+        OSError: a file can't be written.
+    """
+    source = _example(example) if example is not None else files(__package__) / "templates" / logic
+    _refuse_what_is_there(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    racks = _racks(source)
+    written = [_written(folder, each, racks) for each in _in_order(source, racks)]
+    note = folder / FILE_OF_NEXT
+    with note.open("x", encoding="utf-8") as file:
+        file.write(NEXT.format(rack=racks[0]))
+    return [*written, note]
+
+
+def _examples() -> Traversable:
+    return files(f"{__package__.split('.')[0]}.examples")
+
+
+def _example(name: str) -> Traversable:
+    if name not in (known := example_names()):
+        raise ProjectError(f"there is no example {name!r}: there are {', '.join(known)}")
+    return _examples() / name
+
+
+def _refuse_what_is_there(folder: Path) -> None:
+    if folder.exists() and not folder.is_dir():
+        raise ProjectError(f"{folder} is a file: a new project takes a new or empty folder")
+    if there := sorted(each.name for each in folder.iterdir()) if folder.is_dir() else []:
+        shown = ", ".join(there[:3]) + (", ..." if len(there) > 3 else "")
+        raise ProjectError(f"{folder} has {shown} in it: a new project takes a new or empty folder")
+
+
+def _racks(source: Traversable) -> list[str]:
+    return sorted(each.name for each in source.iterdir() if each.name.endswith(".toml"))
+
+
+def _in_order(source: Traversable, racks: list[str]) -> Iterator[Traversable]:
+    """Yield the files of a folder, rack files first."""
+    rest = (
+        each
+        for each in sorted(source.iterdir(), key=lambda each: each.name)
+        if each.is_file() and each.name not in racks and not each.name.endswith((EXPECTED, ".pyc"))
+    )
+    yield from (source / name for name in racks)
+    yield from rest
+
+
+def _written(folder: Path, source: Traversable, racks: list[str]) -> Path:
+    """Copy a file; a template's rack is named after its folder."""
+    target = folder / source.name
+    text = source.read_bytes()
+    if source.name in racks:
+        text = text.replace(b'"NAME"', f'"{_plain(folder)}"'.encode())
+    with target.open("xb") as file:
+        file.write(text)
+    return target
+
+
+def _plain(folder: Path) -> str:
+    """Return a folder's name without what TOML would take for something else."""
+    return "".join(letter for letter in folder.resolve().name if letter.isprintable() and letter not in '"\\')
