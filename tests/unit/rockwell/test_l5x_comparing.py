@@ -107,7 +107,7 @@ def run(*words):
 
 
 def test_the_command(tmp_path):
-    old, new = tmp_path / "old.L5X", tmp_path / "new.L5X"
+    old, new = tmp_path / "before.L5X", tmp_path / "after.L5X"
     old.write_text(machine(*RUNGS), encoding="utf-8")
     new.write_text(machine(*RUNGS[:2]), encoding="utf-8")
     assert run(old, "--against", old).exit_code == 0

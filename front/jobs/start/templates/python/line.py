@@ -5,7 +5,7 @@ from scanrack import Axis3601, Configuration, Direction, Input, InputBit, Logic,
 USED = InputBit.HOME | InputBit.CCW_LIMIT | InputBit.CW_LIMIT
 
 
-class Line(Logic):
+class Shuttle(Logic):
     """One axis, a start button and a lamp that is lit while the axis moves."""
 
     axis = Axis3601(1, Configuration(inputs_used=USED, step_and_direction=True, starting_speed=500))
