@@ -1,8 +1,18 @@
 """Contracts of modules as terms: what the inputs of a slot never do, in each scan of a run in question.
 
+Images that are exchanged in each scan, as by a MicroLogix:
+
     scan        n-1            n
     inputs      was            now
     outputs        told ------->     what scan n-1 left: in force until the inputs of scan n
+
+Images that are exchanged every RPI, with scans that are no longer, as by a CompactLogix: a scan sees the
+exchange before it, or the inputs have not changed. Outputs wait for an exchange and are in force to the next.
+
+    exchange             |                   |                   |
+    scan          n-1         n       n+1         n+2
+    inputs        was         now     (now)
+    outputs       left ->| waits: told from here to the next exchange
 
 In the first scan `was` is an image that no module shows, so a contract of two images says nothing of it: the
 axis moves both ways, and Module OK is clear.
@@ -18,10 +28,13 @@ from ...io_images.amci3601.bits import StatusMsw
 from ...io_images.amci3601.contracts import TYPICAL, Contract, Reading, Side
 from ..run.engine import Engine
 from ..state.lowered import LoweredProgram
-from .algebra.numbers import bit, le
-from .algebra.terms import FALSE, TRUE, T, and_, const, not_, or_
+from .algebra.meaning import BOOL, INT
+from .algebra.numbers import bit, eq, le
+from .algebra.terms import FALSE, TRUE, T, and_, const, ite, not_, or_, var
 
 Key = tuple[str, int]
+
+Words = tuple[int, ...]
 
 NO_IMAGE = ((StatusMsw.MOVING_CW | StatusMsw.MOVING_CCW).value, 0, 0, 0, 0, 0, 0, 0)
 
@@ -46,33 +59,43 @@ class KeptBy:
     Attributes:
         slot: number of the slot.
         contracts: those that its module keeps in this rack, see `contracts_of`.
+        at_rpi: whether images are exchanged every RPI, and no scan is longer.
     """
 
     slot: int
     contracts: tuple[Contract, ...]
+    at_rpi: bool = False
 
     def __call__(self, program: Sight) -> T:
         """Return the truth of a scan."""
-        images, kept = _Terms(program, self.slot), TRUE
+        images, kept = (_TermsAtRpi if self.at_rpi else _Terms)(program, self.slot), TRUE
         program.likely[images.word(Side.NOW, 0)[1].val] = TYPICAL
         for each in self.contracts:
             kept = and_(kept, each.fact.read(images))
-        return kept
+        return images.in_scan(kept)
 
     def watch(self, engine: Engine) -> Callable[[], bool]:
         """Return what tells, once before each scan of an engine, whether its images keep the contracts."""
         layout, memory = engine.lowered.layout, engine.memory
-        inputs, outputs = (layout.image(self.slot, output=output) for output in (False, True))
-        was: Sequence[int] = NO_IMAGE
+        images = [layout.image(self.slot, output=output) for output in (False, True)]
+        was: Words = NO_IMAGE
+        in_force: set[Words] = {(0,) * 8}  # outputs that may be, with exchanges that no image shows
 
         def keeps() -> bool:
-            nonlocal was
-            now, told = ([int(memory.read(leaf, word)) for word in range(8)] for leaf in (inputs, outputs))
-            kept = all(each.fact.holds(now, was, told) for each in self.contracts)
+            nonlocal was, in_force
+            now, told = (tuple(int(memory.read(leaf, word)) for word in range(8)) for leaf in images)
+            known = in_force if self.at_rpi else {told}
+            exchanged = any(self._kept(now, was, each) for each in known)
+            in_force = {told} if exchanged else set()
+            if self.at_rpi and now == was:
+                in_force |= known
             was = now
-            return kept
+            return bool(in_force)
 
         return keeps
+
+    def _kept(self, now: Words, was: Words, told: Words) -> bool:
+        return all(each.fact.holds(now, was, told) for each in self.contracts)
 
 
 class _Terms(Reading[T]):
@@ -114,3 +137,36 @@ class _Terms(Reading[T]):
         """Return path and value of a word that is there before the scan."""
         path = self._paths[side is Side.TOLD]
         return path, self._program.now((path, word))
+
+    def in_scan(self, kept: T) -> T:
+        """Return the truth of a scan, of the truth that its exchange keeps the contracts."""
+        return kept
+
+
+class _TermsAtRpi(_Terms):
+    """The images of a slot as terms, if only some scans begin with an exchange."""
+
+    def __init__(self, program: Sight, slot: int) -> None:
+        super().__init__(program, slot)
+        begun = program.before(f"~begun:{slot}", TRUE, False)
+        self._exchanged = or_(not_(begun), var(f"~exchanged:{slot}", BOOL))
+        self._sent = [self._in_force(slot, word) for word in range(8)]
+
+    def _in_force(self, slot: int, word: int) -> T:
+        """Return a word of the outputs in force before the exchange of a scan."""
+        left = super().word(Side.TOLD, word)[1]
+        sent = var(f"~was:~sent:{slot}[{word}]", INT, left.lo, left.hi)
+        return self._program.before(f"~sent:{slot}[{word}]", ite(self._exchanged, left, sent), 0)
+
+    def word(self, side: Side, word: int) -> tuple[str, T]:
+        """Return path and value of a word; of the outputs those in force."""
+        path, value = super().word(side, word)
+        return path, self._sent[word] if side is Side.TOLD else value
+
+    def in_scan(self, kept: T) -> T:
+        """Return that an exchange keeps the contracts, or that no input changes."""
+        same = TRUE
+        for word in range(8):
+            path, now = self.word(Side.NOW, word)
+            same = and_(same, eq(now, self._program.before(f"{path}[{word}]", now, NO_IMAGE[word])))
+        return ite(self._exchanged, kept, same)

@@ -18,8 +18,8 @@ from ...ladder.prove.monitors import Key
 from ...ladder.prove.system import ScanBounds
 from ..check.alone import load_any
 from ..load.loading import Job
-from ..trust.owned import in_use
-from .proving import ScenarioFolder
+from .on_rack import OnRack, difference_on_rack
+from .proving import ScenarioFolder, write_scenario
 from .scenario import on_scans_of
 from .subject import bounds_of
 
@@ -34,6 +34,7 @@ class ChangedTag:
     inputs: tuple[str, ...]  # on which the difference depends
     scenario: Path | None
     allowed: bool  # by --only
+    rack: OnRack | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,10 +72,12 @@ def edited(old: str, new: str, only: Sequence[str], folder: ScenarioFolder) -> E
     allowed = [_named(layout, each) for each in only]
     found = compare(before[1], logic, bounds, free=given.free, written_outside=given.written_outside)
     changed = tuple(
-        _with_scenario(job, layout, each, folder, allowed=any(_is_in(each.key, one) for one in allowed))
+        _with_scenario(
+            job, before[1], layout, each, folder, allowed=any(_is_in(each.key, one) for one in allowed)
+        )
         for each in found.changed
     )
-    return EditedSubject(found.compared, changed, tuple(found.removed), tuple(found.added), bounds)
+    return EditedSubject(found.compared, tuple(changed), tuple(found.removed), tuple(found.added), bounds)
 
 
 def _ladder(file: str) -> tuple[Job, LadderLogic]:
@@ -106,15 +109,16 @@ def _is_in(key: Key, allowed: Place | Group) -> bool:
 
 
 def _with_scenario(
-    job: Job, layout: Layout, found: ChangedValue, folder: ScenarioFolder, *, allowed: bool
+    job: Job, old: LadderLogic, layout: Layout, found: ChangedValue, folder: ScenarioFolder, *, allowed: bool
 ) -> ChangedTag:
-    name, file = tag_text(layout, found.key), None
+    name, file, rack = tag_text(layout, found.key), None, None
     if found.scans:
         scan_ns = job.spec.scan_ns if job.spec.slot else 1_000_000
-        orders = on_scans_of(layout, found.scans, scan_ns).scenario(scan_ns)
-        file = folder.save(name, orders, in_use(job))
+        rack = difference_on_rack(job, old, layout, found.scans, found.key)
+        orders = on_scans_of(layout, found.scans, scan_ns) if rack is None else rack.scenario
+        file = write_scenario(job, name, orders, scan_ns, rack, folder)
     inputs = tuple(_cased(layout, each) for each in found.inputs)
-    return ChangedTag(name, found.now, tuple(steps_of(layout, found.scans)), inputs, file, allowed)
+    return ChangedTag(name, found.now, tuple(steps_of(layout, found.scans)), inputs, file, allowed, rack)
 
 
 def _cased(layout: Layout, text: str) -> str:
@@ -140,6 +144,8 @@ def lines_of(found: EditedSubject) -> Iterator[str]:
         yield f"{each.name:<{width}}  {'now' if each.now else 'later':<5}  {run}{allowed}"
         for number, step in enumerate(each.steps, start=1):
             yield f"    scan {number}: {step}"
+        if each.rack is not None:
+            yield f"    {each.rack}"
         if each.inputs:
             yield f"    depends on {', '.join(each.inputs)}"
     for word, names in (
@@ -163,6 +169,7 @@ def as_json(found: EditedSubject) -> dict[str, Any]:
                 "scans": [{"ms": step.ms, "set": dict(step.changes)} for step in each.steps],
                 "depends_on": list(each.inputs),
                 "scenario": None if each.scenario is None else str(each.scenario),
+                "rack": None if each.rack is None else each.rack.to_json(),
             }
             for each in found.changed
         ],

@@ -7,14 +7,19 @@ these forces breaks the claim, too, the modules themselves give these inputs.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
+from ...ladder import LadderLogic
 from ...ladder.debug import Debugger
-from ...ladder.prove.monitors import WatchedClaim
+from ...ladder.model.tags import Layout
+from ...ladder.prove.answers import tag_text
+from ...ladder.prove.monitors import Key, WatchedClaim
 from ...ladder.prove.replaying import ScanOf
+from ...ladder.state.lowered import LoweredProgram
 from ...runtime.live.hands import GivenOrder
 from ...runtime.loop.faults import CpuFault
 from ...runtime.loop.listeners import QuietListener
@@ -32,11 +37,11 @@ class OnRack:
     """What a scenario did on the rack.
 
     Attributes:
-        confirmed: whether the claim was broken.
-        scan: number of the scan that broke it, from 0; None if none did.
+        confirmed: whether it showed what the scenario is to show.
+        scan: number of the scan that showed it, from 0; None if none did.
         scenario: the orders.
         forced: words that modules were forced to show, and that they do not show by themselves.
-        why: why it was not broken, or could not be run.
+        why: why it did not, or could not be run.
     """
 
     confirmed: bool
@@ -55,29 +60,118 @@ class OnRack:
             f"{said} with {', '.join(self.forced)} forced: the models of the modules do not give these inputs"
         )
 
+    def to_json(self) -> dict[str, Any]:
+        """Return it in JSON's types."""
+        return {"confirmed": self.confirmed, "scan": self.scan, "forced": list(self.forced), "why": self.why}
 
-def replay_on_rack(subject: ProofSubject, asked: WatchedClaim, scans: Sequence[ScanOf]) -> OnRack | None:
-    """Run a scenario on the subject's rack; None without a rack."""
-    job = subject.job
+
+Shows = Callable[[Debugger], Callable[[], bool]]
+"""Makes, of a program that begins to run, what tells after each scan whether that scan shows it."""
+
+
+def claim_broken(subject: ProofSubject, asked: WatchedClaim) -> Shows:
+    """Tell a scan that breaks a claim; its assumptions have held until then."""
+    assumed = [name for name, _ in (*subject.program.assume, *asked.assume)]
+
+    def shows(program: Debugger) -> Callable[[], bool]:
+        holds = True
+
+        def broken() -> bool:
+            nonlocal holds
+            holds = holds and all(program.tags[name] for name in assumed)
+            return holds and bool(program.tags[asked.bit[0]])
+
+        return broken
+
+    return shows
+
+
+def coils_disagree(subject: ProofSubject, coils: Sequence[int]) -> Shows:
+    """Tell a scan in which two coils have different power."""
+    lowered = subject.problem.lowered
+    places = [_place_of(lowered, number) for number in coils]
+
+    def shows(program: Debugger) -> Callable[[], bool]:
+        def power(routine: str, rung: int, place: int) -> bool | None:
+            truth = program.truth(routine)[rung]
+            return None if truth is None else truth[place]
+
+        return lambda: {power(*each) for each in places} == {True, False}
+
+    return shows
+
+
+def _place_of(lowered: LoweredProgram, number: int) -> tuple[str, int, int]:
+    """Return routine, rung, and place in it of an instruction."""
+    for routine in lowered.routines.values():
+        for line in routine.lines:
+            sites = [step.site for step in line.steps]
+            if number in sites:
+                return routine.name, line.number, sites.index(number)
+    raise ValueError(f"no rung has instruction {number}")
+
+
+def replay_on_rack(subject: ProofSubject, shows: Shows, scans: Sequence[ScanOf]) -> OnRack | None:
+    """Run a scenario on the subject's rack; None without a rack.
+
+    Args:
+        shows: what its last scan is to show.
+    """
+    job = replace(subject.job, logic=subject.program.program)
+    return _replayed(job, subject.problem.lowered.layout, scans, lambda each: _first(job, each, shows))
+
+
+def difference_on_rack(
+    job: Job, old: LadderLogic, layout: Layout, scans: Sequence[ScanOf], key: Key
+) -> OnRack | None:
+    """Run a scenario on a job's rack with its program and with another one; None without a rack.
+
+    Args:
+        key: the value that differs after the last scan.
+    """
+    tag = tag_text(layout, key)
+
+    def first(scenario: RackScenario) -> int | None:
+        both = zip(_values(replace(job, logic=old), scenario, tag), _values(job, scenario, tag), strict=False)
+        return next((scan for scan, (one, other) in enumerate(both) if one != other), None)
+
+    return _replayed(job, layout, scans, first)
+
+
+def _replayed(
+    job: Job, layout: Layout, scans: Sequence[ScanOf], first: Callable[[RackScenario], int | None]
+) -> OnRack | None:
+    """Run a scenario; inputs change before the last, or the first, of the scans in place of a long one."""
     if not job.spec.slot:
         return None
-    layout, period_ns = subject.problem.lowered.layout, job.spec.scan_ns
-    tried = [on_scans_of(layout, scans, period_ns, inputs_first=first) for first in (False, True)]
+    period_ns = job.spec.scan_ns
+    tried = [on_scans_of(layout, scans, period_ns, inputs_first=each) for each in (False, True)]
     why = ""
     for scenario in tried:
         try:
-            scan = _broken_in(subject, asked, scenario)
+            scan = first(scenario)
         except (ValueError, CpuFault) as error:
             why = str(error)
             continue
         if scan is not None:
-            return OnRack(True, scan, scenario, _not_given(subject, asked, scenario))
+            return OnRack(True, scan, scenario, _not_given(scenario, first))
     if not why and tried[0].left_out:
         why = f"nothing sets {', '.join(tried[0].left_out)} there"
     ms = f"{period_ns / 1e6:g} ms"
     return OnRack(
-        False, None, tried[0], why=why or f"scans of {ms} do not break it; one of another length does"
+        False, None, tried[0], why=why or f"scans of {ms} do not show it; one of another length does"
     )
+
+
+def _not_given(scenario: RackScenario, first: Callable[[RackScenario], int | None]) -> tuple[str, ...]:
+    """Return the forced words without which the modules do not show it."""
+    if not scenario.forced:
+        return ()
+    try:
+        alone = first(scenario.without_forces())
+    except (ValueError, CpuFault):
+        alone = None
+    return scenario.forced if alone is None else ()
 
 
 def faults_on_rack(subject: ProofSubject, scans: Sequence[ScanOf]) -> str:
@@ -96,46 +190,39 @@ def faults_on_rack(subject: ProofSubject, scans: Sequence[ScanOf]) -> str:
     return "on the rack: the CPU does not stop"
 
 
-def _not_given(subject: ProofSubject, asked: WatchedClaim, scenario: RackScenario) -> tuple[str, ...]:
-    """Return the forced words without which the modules do not break the claim."""
-    if not scenario.forced:
-        return ()
-    try:
-        alone = _broken_in(subject, asked, scenario.without_forces())
-    except (ValueError, CpuFault):
-        alone = None
-    return scenario.forced if alone is None else ()
-
-
 class _Looker(QuietListener):
-    """Notes the first scan after which a claim is broken; its assumptions have held until then."""
+    """Looks at a program after each scan."""
 
-    def __init__(self, program: Debugger, subject: ProofSubject, asked: WatchedClaim) -> None:
-        self._program, self._bit = program, asked.bit[0]
-        self._assumed = [name for name, _ in (*subject.program.assume, *asked.assume)]
-        self._holds = True
-        self.broken: int | None = None
+    def __init__(self, look: Callable[[], Any]) -> None:
+        self._look = look
+        self.found: list[Any] = []
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
-        """Look at the bits after a scan."""
-        tags = self._program.tags
-        self._holds = self._holds and all(tags[name] for name in self._assumed)
-        if self.broken is None and self._holds and tags[self._bit]:
-            self.broken = scan
+        """Note what is seen after a scan."""
+        self.found.append(self._look())
 
 
-def _broken_in(subject: ProofSubject, asked: WatchedClaim, scenario: RackScenario) -> int | None:
-    """Return the scan that breaks a claim; a ValueError for an order that can't be carried out."""
-    job = replace(subject.job, logic=subject.program.program)
+def _seen(job: Job, scenario: RackScenario, look: Callable[[Debugger], Callable[[], Any]]) -> list[Any]:
+    """Return what is seen after each scan; a ValueError for an order that can't be carried out."""
     with ExitStack() as ports:
         run = _run(job, scenario, ports)
         assert run.program.debugger is not None
-        looker = _Looker(run.program.debugger, subject, asked)
+        looker = _Looker(look(run.program.debugger))
         run.cpu.add_listener(looker)
         run.run(scenario.scans)
     if run.repeated is not None and run.repeated.refused:
         raise ValueError(run.repeated.refused[0])
-    return looker.broken
+    return looker.found
+
+
+def _first(job: Job, scenario: RackScenario, shows: Shows) -> int | None:
+    """Return the first scan that shows it."""
+    return next((scan for scan, each in enumerate(_seen(job, scenario, shows)) if each), None)
+
+
+def _values(job: Job, scenario: RackScenario, tag: str) -> list[Any]:
+    """Return the value of a tag after each scan."""
+    return _seen(job, scenario, lambda program: lambda: program.tags[tag])
 
 
 def record(job: Job, found: OnRack, trace: Path) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -13,16 +13,17 @@ from typing import Self
 from ...ladder.prove.answers import LIMITS, Answer, ScenarioStep, answer, steps_of
 from ...ladder.prove.induction import Limits, VerdictKind
 from ...ladder.prove.questions import Finding, ask
+from ...ladder.prove.replaying import ScanOf
 from ...runtime.loop.faults import CpuFault
 from ...runtime.loop.pace import wall_ns
 from ...traces.files.guard import Used
 from ..check.rungs.structure import own_routines
 from ..fuzz.folder_lock import locked, write_text
 from ..fuzz.scenarios.scenario import Scenario
-from ..load.loading import SCENARIO, SCENARIO_TRACE
+from ..load.loading import SCENARIO, SCENARIO_TRACE, Job
 from ..trust.owned import in_use
-from .on_rack import OnRack, faults_on_rack, record, replay_on_rack
-from .scenario import on_scans_of
+from .on_rack import OnRack, claim_broken, coils_disagree, faults_on_rack, record, replay_on_rack
+from .scenario import RackScenario, on_scans_of
 from .subject import ProofSubject
 
 FAULTS = ("fault", "endless")
@@ -100,8 +101,8 @@ def prove_all(
         if not found.steps:
             yield Result(found, wall_ns() - start_ns)
             continue
-        rack = replay_on_rack(subject, each, found.scans)
-        file = _written(subject, found, rack, folder)
+        rack = replay_on_rack(subject, claim_broken(subject, each), found.scans)
+        file = _written(subject, found.claim.name, found.scans, rack, folder)
         yield Result(found, wall_ns() - start_ns, rack, file)
 
 
@@ -112,7 +113,7 @@ class FoundAnswer:
     finding: Finding
     steps: tuple[ScenarioStep, ...] = ()
     scenario: Path | None = None
-    rack: str = ""  # what a fault did on the rack
+    rack: str = ""  # what it did on the rack
 
     @property
     def refuted(self) -> bool:
@@ -145,10 +146,10 @@ def ask_questions(subject: ProofSubject, folder: ScenarioFolder) -> Questions:
             found.append(FoundAnswer(each))
             continue
         name = f"{each.rule} {each.site.routine} {each.site.rung} {each.site.instruction}"
-        orders = on_scans_of(layout, scans, _scan_ns(subject)).scenario(_scan_ns(subject))
-        file = folder.save(name, orders, in_use(subject.job))
-        rack = faults_on_rack(subject, scans) if each.rule in FAULTS else ""
-        found.append(FoundAnswer(each, tuple(steps_of(layout, scans)), file, rack))
+        rack = replay_on_rack(subject, coils_disagree(subject, each.coils), scans) if each.coils else None
+        file = _written(subject, name, scans, rack, folder)
+        said = faults_on_rack(subject, scans) if each.rule in FAULTS else str(rack or "")
+        found.append(FoundAnswer(each, tuple(steps_of(layout, scans)), file, said))
     return Questions(tuple(found), answers.asked, answers.open)
 
 
@@ -166,12 +167,21 @@ def slug(name: str) -> str:
     return re.sub(r"\W+", "_", name).strip("_")[:60] or "claim"
 
 
-def _written(subject: ProofSubject, found: Answer, rack: OnRack | None, folder: ScenarioFolder) -> Path:
-    """Write the scenario, and its recording if the rack breaks the claim; return the scenario's path."""
+def _written(
+    subject: ProofSubject, name: str, scans: Sequence[ScanOf], rack: OnRack | None, folder: ScenarioFolder
+) -> Path:
+    """Write a scenario, see `write_scenario`."""
     scan_ns, layout = _scan_ns(subject), subject.problem.lowered.layout
-    orders = on_scans_of(layout, found.scans, scan_ns) if rack is None else rack.scenario
-    file = folder.save(found.claim.name, orders.scenario(scan_ns), in_use(subject.job))
+    orders = on_scans_of(layout, scans, scan_ns) if rack is None else rack.scenario
+    return write_scenario(subject.job, name, orders, scan_ns, rack, folder)
+
+
+def write_scenario(
+    job: Job, name: str, orders: RackScenario, scan_ns: int, rack: OnRack | None, folder: ScenarioFolder
+) -> Path:
+    """Write a scenario, and its recording if the rack confirms it; return the scenario's path."""
+    file = folder.save(name, orders.scenario(scan_ns), in_use(job))
     if rack is not None and rack.confirmed:
         with suppress(CpuFault):  # the recording ends with the fault
-            record(subject.job, rack, file.with_name(SCENARIO_TRACE))
+            record(job, rack, file.with_name(SCENARIO_TRACE))
     return file

@@ -111,7 +111,7 @@ def _row(result: Result) -> dict[str, Any]:
         "blame": list(verdict.blame),
         "scans": [{"ms": each.ms, "set": dict(each.changes)} for each in found.steps],
         "scenario": None if result.scenario is None else str(result.scenario),
-        "rack": None if result.rack is None else _on_rack(result),
+        "rack": None if result.rack is None else result.rack.to_json(),
     }
 
 
@@ -129,9 +129,3 @@ def _found(found: FoundAnswer) -> dict[str, Any]:
         "scenario": None if found.scenario is None else str(found.scenario),
         "rack": found.rack or None,
     }
-
-
-def _on_rack(result: Result) -> dict[str, Any]:
-    rack = result.rack
-    assert rack is not None
-    return {"confirmed": rack.confirmed, "scan": rack.scan, "forced": list(rack.forced), "why": rack.why}

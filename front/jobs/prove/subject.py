@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from ...io_images.amci3601.contracts import Reach, contracts_of
+from ...io_images.amci3601.contracts import contracts_of
 from ...io_images.amci3601.words import is_stepper
 from ...ladder.prove.contracts import KeptBy
 from ...ladder.prove.monitors import MonitoredProgram
@@ -64,10 +64,11 @@ def subject_of_job(
     """
     program = with_monitors(job)
     given = job.spec.prove
-    rows = list(_contracts(job, program))
+    bounds = bounds or bounds_of(job)
+    rows = list(_contracts(job, program, bounds))
     problem = ProgramSystem(
         program.program,
-        bounds or bounds_of(job),
+        bounds,
         free=given.free,
         written_outside=given.written_outside,
         assume=program.assume,
@@ -84,13 +85,14 @@ def bounds_of(job: Job) -> ScanBounds:
     return ScanBounds(shortest, longest, whole=not job.spec.scan_ns % 1_000_000)
 
 
-def _contracts(job: Job, program: MonitoredProgram) -> Iterator[tuple[Contract, str]]:
+def _contracts(job: Job, program: MonitoredProgram, bounds: ScanBounds) -> Iterator[tuple[Contract, str]]:
     """Yield what the inputs of each 3601 in use keep, with a sentence about it."""
-    reach = Reach.OUTPUTS if job.spec.controller == "micrologix" else Reach.IMAGE
+    at_rpi = job.spec.controller == "compactlogix"
+    each_update = not at_rpi or bounds.high_ms * 1_000_000 <= job.spec.rpi_ns
     used = {leaf.slot for leaf in program.program.build().layout.images}
     for slot in job.spec.slot:
         if slot.number in used and is_stepper(slot.words):
             adapter = has(slot.module, Trait.LINE)
-            rows = contracts_of(slot.options, reach=reach, adapter=adapter)
+            rows = contracts_of(slot.options, each_update=each_update, adapter=adapter)
             said = f"slot {slot.number} keeps {len(rows)} contracts of the 3601, and its link holds"
-            yield KeptBy(slot.number, rows), said
+            yield KeptBy(slot.number, rows, at_rpi and each_update), said

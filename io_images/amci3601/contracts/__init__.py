@@ -14,43 +14,39 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from .contract import Contract, Reach
+from .contract import Contract
 from .fact import Fact, Reading, Side
 from .rows import ROWS, TYPICAL
 
-__all__ = ["CONTRACTS", "TYPICAL", "Contract", "Fact", "Reach", "Reading", "Side", "broken", "contracts_of"]
+__all__ = ["CONTRACTS", "TYPICAL", "Contract", "Fact", "Reading", "Side", "broken", "contracts_of"]
 
 CONTRACTS: tuple[Contract, ...] = ROWS
 """All contracts."""
 
 
 def contracts_of(
-    readings: Mapping[str, object] | None = None, *, reach: Reach = Reach.OUTPUTS, adapter: bool = False
+    readings: Mapping[str, object] | None = None, *, each_update: bool = True, adapter: bool = False
 ) -> tuple[Contract, ...]:
     """Return the contracts that hold for a module.
 
     Args:
         readings: options of the simulated 3601 that differ from the default, by name.
-        reach: `Reach.OUTPUTS` if images are exchanged once in each scan, `Reach.UPDATE` if at most once,
-            `Reach.IMAGE` otherwise.
+        each_update: whether the program sees each update of the module; else only those of a single image.
         adapter: whether it is an adapter that acts as a 3601.
     """
     chosen = readings or {}
     return tuple(
         row
         for row in CONTRACTS
-        if row.reach <= reach
+        if (each_update or not row.speaks_of_two)
         and (row.adapters or not adapter)
         and all(chosen.get(name, needed) == needed for name, needed in row.readings.items())
     )
 
 
 def broken(
-    now: Sequence[int], was: Sequence[int] | None = None, told: Sequence[int] | None = None
+    now: Sequence[int], was: Sequence[int] | None = None, told: Sequence[int] = (0,) * 8
 ) -> tuple[Contract, ...]:
-    """Return the contracts that images break: all if there are three, fewer without `told` or `was`."""
-    reach = Reach.IMAGE if was is None else Reach.UPDATE if told is None else Reach.OUTPUTS
-    nothing = (0,) * 8
-    return tuple(
-        row for row in contracts_of(reach=reach) if not row.fact.holds(now, was or nothing, told or nothing)
-    )
+    """Return the contracts that images break; without `was` those of a single image."""
+    rows = contracts_of(each_update=was is not None)
+    return tuple(row for row in rows if not row.fact.holds(now, was or (0,) * 8, told))

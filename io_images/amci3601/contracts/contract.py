@@ -4,24 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from enum import IntEnum
 
 from .fact import Fact, Side
-
-
-class Reach(IntEnum):
-    """The images that a contract speaks of, and so where it holds.
-
-    IMAGE: any input image.
-    UPDATE: two input images with at most one update of the module in between; a scan that exchanges images
-        several times may break it.
-    OUTPUTS: two input images with one update in between, and the outputs that were in force: those of the
-        scan before, if images are exchanged once in a scan (`EndOfScan`).
-    """
-
-    IMAGE = 0
-    UPDATE = 1
-    OUTPUTS = 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,9 +32,6 @@ class Contract:
     readings: Mapping[str, bool] = field(default_factory=dict)
 
     @property
-    def reach(self) -> Reach:
-        """Where it holds; follows from the images that the fact speaks of."""
-        sides = self.fact.speaks_of
-        if Side.TOLD in sides:
-            return Reach.OUTPUTS
-        return Reach.UPDATE if Side.WAS in sides else Reach.IMAGE
+    def speaks_of_two(self) -> bool:
+        """Whether it speaks of two input images: then it holds with one update of the module in between."""
+        return self.fact.speaks_of != {Side.NOW}

@@ -50,6 +50,7 @@ class Question:
         bad: the truth.
         lives: a truth that can hold; else another finding says it all.
         fault: the site of the major fault that it is, or None.
+        coils: numbers of the instructions that disagree.
     """
 
     rule: str
@@ -58,16 +59,18 @@ class Question:
     bad: T
     lives: T = TRUE
     fault: Site | None = None
+    coils: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """An answer worth a line."""
+    """An answer worth a line; see `Question`."""
 
     rule: str
     site: Site
     text: str
     verdict: Verdict
+    coils: tuple[int, ...] = ()
 
 
 @dataclass(slots=True)
@@ -145,7 +148,7 @@ class _Asking:
                 self.found.open[each.rule] += 1
             elif (verdict.kind is VerdictKind.PROVED) is (each.rule in PROVED_RULES):
                 if self._can_be(each):
-                    self.found.findings.append(Finding(each.rule, each.site, each.text, verdict))
+                    self.found.findings.append(Finding(each.rule, each.site, each.text, verdict, each.coils))
                     found.add((each.rule, each.site, each.text))
                 if each.rule == "dead-rung":
                     dead_rungs.add(place)

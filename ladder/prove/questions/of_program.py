@@ -121,7 +121,8 @@ def _of_coil(problem: ProgramSystem, steps: Sequence[LoweredStep]) -> Iterator[Q
     for one, other in combinations([step for step in steps if step.name == "OTE"], 2):
         where = sites[one.site].place
         text = f"{place.text}: the coils here and in {where} write different values in one scan"
-        yield Question("conflict", sites[other.site], text, _disagree(problem, one, other))
+        pair = one.site, other.site
+        yield Question("conflict", sites[other.site], text, _disagree(problem, one, other), coils=pair)
 
 
 def _disagree(problem: ProgramSystem, one: LoweredStep, other: LoweredStep) -> T:

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from l5x_files import document, ladder, program, rung, tag, task
 from scanrack.commands import build
+from scanrack.jobs.load.loading import SCENARIO_TRACE
 from typer.testing import CliRunner
 
 LINE = """\
@@ -246,3 +247,32 @@ def test_the_page_draws_the_rungs_that_decide_with_their_power(place: Path) -> N
     assert "live" in page.partition("<svg")[2]
     assert scanrack("prove", "line.rung", "line.rung", "--html", "two.html")[0] == 0
     assert "0 of 7 bits and numbers can differ" in Path("two.html").read_text()
+
+
+COILS = (
+    LINE.replace("TAG Count", "TAG Jog : BOOL\nTAG Count")
+    .replace("PROGRAM line", "PROGRAM line\nALLOW repeated coils")
+    .replace("END\n", "XIC(Dwell.DN)XIC(Jog)OTE(Rev);\nEND\n")
+)
+
+
+def test_coils_that_disagree_do_so_on_the_rack(place: Path) -> None:
+    """B and Jog: the two rungs of Rev write different values."""
+    (place / "line.rung").write_text(COILS)
+    status, said = proved("", "--json")
+    (found,) = [each for each in json.loads(said)["found"] if each["rule"] == "conflict"]
+    assert status == 1
+    assert found["rack"].startswith("on the rack: scan ")
+    assert Path(found["scenario"]).with_name(SCENARIO_TRACE).exists()
+
+
+@pytest.mark.slow
+def test_what_differs_does_so_on_the_rack(place: Path) -> None:
+    """The dwell is 200 ms less: both racks have the same orders, and Fwd comes earlier on one of them."""
+    Path("other.rung").write_text(LINE)
+    Path("line.toml").write_text(RACK.format(properties=""))
+    Path("line.rung").write_text(LINE.replace("TON(Dwell,500,0)", "TON(Dwell,300,0)"))
+    status, said = scanrack("prove", "other.rung", "line.toml", "--json")
+    changed = {each["tag"]: each["rack"] for each in json.loads(said)["changed"]}
+    assert status == 1
+    assert changed["Fwd"] == {"confirmed": True, "scan": 30, "forced": [], "why": ""}

@@ -8,7 +8,7 @@ import pytest
 from bench3601 import HOME_CW, Bench, configuration
 from contracts3601 import check_of
 from scanrack.io_images.amci3601 import RULES
-from scanrack.io_images.amci3601.contracts import CONTRACTS, Reach, Side, broken, contracts_of
+from scanrack.io_images.amci3601.contracts import CONTRACTS, Side, broken, contracts_of
 from scanrack.runtime.modules.amci3601.options import Amci3601Options
 
 POWER_UP = (0x6400, 0, 0, 0, 0, 0, 0, 0)
@@ -39,18 +39,10 @@ def test_names_are_different():
     assert len({row.name for row in CONTRACTS}) == len(CONTRACTS)
 
 
-@pytest.mark.parametrize(
-    ("reach", "sides"),
-    [
-        (Reach.IMAGE, {Side.NOW}),
-        (Reach.UPDATE, {Side.NOW, Side.WAS}),
-        (Reach.OUTPUTS, {Side.NOW, Side.WAS, Side.TOLD}),
-    ],
-)
-def test_a_row_that_speaks_of_more_images_needs_more_of_the_rack(reach, sides):
-    chosen = contracts_of(reach=reach)
+@pytest.mark.parametrize(("each_update", "sides"), [(False, {Side.NOW}), (True, set(Side))])
+def test_a_row_that_speaks_of_two_images_needs_each_update(each_update, sides):
+    chosen = contracts_of(each_update=each_update)
     assert {side for row in chosen for side in row.fact.speaks_of} == sides
-    assert all(row.reach <= reach for row in chosen)
 
 
 def test_the_image_of_a_power_up_keeps_all():

@@ -5,7 +5,7 @@ from __future__ import annotations
 from random import Random
 
 import pytest
-from scanrack.io_images.amci3601.contracts import CONTRACTS, Reach, contracts_of
+from scanrack.io_images.amci3601.contracts import CONTRACTS, contracts_of
 from scanrack.ladder.files.rungfile import parse_program
 from scanrack.ladder.prove.algebra.evaluation import Evaluator
 from scanrack.ladder.prove.claims import Claim, ClaimKind
@@ -54,7 +54,7 @@ def test_a_program_that_forgets_one_of_the_bits_is_refuted(bit):
 
 def test_what_several_exchanges_in_a_scan_may_break_is_not_used():
     """Only one image is spoken of then: what happens in between is open."""
-    assert prove(*problem(REMEMBERS, contracts_of(reach=Reach.IMAGE))).kind is VerdictKind.REFUTED
+    assert prove(*problem(REMEMBERS, contracts_of(each_update=False))).kind is VerdictKind.REFUTED
 
 
 def words(dice):
