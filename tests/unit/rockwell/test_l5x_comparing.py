@@ -27,7 +27,7 @@ def compared(tmp_path):
     """Compare two documents; return kind, what and where of each difference, and the differences."""
 
     def compare(old, new):
-        files = tmp_path / "old.L5X", tmp_path / "new.L5X"
+        files = tmp_path / "old.L5X", tmp_path / "after.L5X"
         for file, text in zip(files, (old, new), strict=True):
             file.write_text(text, encoding="utf-8")
         found = differences(*map(read_document, files))
