@@ -97,6 +97,12 @@ def _fuzz_command(
             "--out", "-o", metavar="FOLDER", help="Where everything goes.", show_default="RACK-fuzz"
         ),
     ] = None,
+    begin_with: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--from", metavar="PATH", help="Begin with the corpus of another folder, or with a recording."
+        ),
+    ] = None,
     scenario: Annotated[
         Path | None, typer.Option("--scenario", metavar="FILE", help="Run just this scenario.")
     ] = None,
@@ -148,6 +154,7 @@ def _fuzz_command(
             jobs=jobs or (os.cpu_count() or 1 if dask is None else None),
             dask=dask,
             base=None if learned is None else learned.scenario,
+            begin_with=tuple(begin_with or ()),
             quiet=quiet,
             as_json=as_json,
         )
@@ -183,7 +190,9 @@ def read_scenario(file: Path, setup: Setup) -> Scenario:
         raise ValueError(f"{file}: there is no such scenario")
     try:
         text = read_checked(file, TextKind.SCENARIO)
-        scenario = Scenario.from_json(json.loads(text))
+        given = json.loads(text)
+        recipe = isinstance(given, dict) and "scenario" in given
+        scenario = Scenario.from_json(given["scenario"] if recipe else given)
         scenario.check(bench_of(setup).spec)
     except json.JSONDecodeError as error:
         raise ValueError(f"{file}:{error.lineno}: this is not JSON: {error.msg}") from None

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import signal
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -20,7 +21,9 @@ from ...jobs.fuzz import Counterexample, Scenario, undisturbed
 from ...jobs.fuzz.campaign.campaign import campaign
 from ...jobs.fuzz.campaign.confirming import Confirmation
 from ...jobs.fuzz.campaign.executors import executor_of
-from ...jobs.fuzz.campaign.state import RECORDING, State, read_state, write_state
+from ...jobs.fuzz.campaign.memory import Memory
+from ...jobs.fuzz.campaign.recipes import Origin
+from ...jobs.fuzz.campaign.state import RECORDING, CampaignError, State, read_state, write_state
 from ...jobs.fuzz.campaign.working import OwnProcess, Work
 from ...jobs.fuzz.folder_lock import STATE_NAME
 from ...jobs.fuzz.job import Setup, bench_of, hand_over
@@ -34,13 +37,16 @@ from ...runtime.modules.registry import has
 from ...terminal.as_json import say_json
 from ...terminal.status import DONE, INTERRUPTED, NO, complain
 from ...terminal.terminal import on_a_line, say
-from .fuzz_summary import failure, failure_row, held, summary, summary_row
+from .fuzz_summary import failure, failure_row, held, not_kept, summary, summary_row
 
 MOST_RUNS, LEAST_RUNS, SCANS, LINKED_SCANS = 50, 10, 150_000, 15_000
 """Scenarios per task: the number for this many scans, a few seconds' work, within these limits.
 
 With an adapter in the rack a scan takes at least ten times as long.
 """
+
+FULL = (errno.ENOSPC, errno.EDQUOT)
+"""Errors of a full disk."""
 
 
 @contextmanager
@@ -78,6 +84,7 @@ class Session:
     jobs: int | None  # tasks at a time; None = as many as the cluster has threads
     dask: str | None  # address of a Dask scheduler, or None
     base: Scenario | None  # the scenario of a recording, or None
+    begin_with: tuple[Path, ...]  # folders of other campaigns and recordings, whose runs are tried first
     quiet: bool  # print only failures
     as_json: bool = False
 
@@ -116,13 +123,16 @@ class Session:
                 f"left out: {old.sentence.rstrip('.')} [{old.invariant}]: the program needs newer firmware"
             )
         before = replace(state)
+        memory = Memory(self.folder, Origin.of(self.job, self.setup.scans), bench.spec, complain)
+        again = memory.known(self.begin_with)
         if self.base is not None:
             state.corpus = {RECORDING: self.base, **state.corpus}
         self._look_again(bench, state)
-        self._keep(bench, state, state.note(self._undisturbed(bench, state)))
+        again += tuple(self._shrink_what_is_left(bench, state, memory))
+        self._keep(bench, state, memory, state.note(self._undisturbed(bench, state)))
         status = DONE
         if self._can_be_searched(state):
-            status = self._search(bench, state, start_ns)
+            status = self._search(bench, state, memory, again, start_ns)
         broken = [each for _, each in sorted(state.found.items()) if each.broken.invariant in bench.names]
         others = bench.names - {each.broken.invariant for each in broken}
         if self.as_json:
@@ -163,22 +173,47 @@ class Session:
             return False
         return True
 
-    def _search(self, bench: TrialBench, state: State, start_ns: int) -> int:
+    def _shrink_what_is_left(self, bench: TrialBench, state: State, memory: Memory) -> Iterator[Scenario]:
+        """Shrink what an earlier session has found before it was killed; yield what holds now."""
+        for file, recipe in memory.left():
+            if recipe.broken and recipe.broken not in bench.names:
+                continue  # of an invariant that this session does not have
+            found = undisturbed(bench, recipe.scenario, state.found, confirm=Confirmation(self.setup))
+            if not found and recipe.origin.scans > self.setup.scans:
+                continue  # its run is longer than those of this session
+            self._keep(bench, state, memory, state.note(found))
+            file.unlink(missing_ok=True)
+            if not found:
+                yield recipe.scenario
+
+    def _search(
+        self,
+        bench: TrialBench,
+        state: State,
+        memory: Memory,
+        again: tuple[Scenario, ...],
+        start_ns: int,
+    ) -> int:
         deadline_ns = None if self.limit_ns is None else start_ns + self.limit_ns
+        first = state.tasks + -(-len(again) // self.examples)
+        work = Work(self.setup.from_anywhere(), memory.finds.from_anywhere())
         with self._progress(state) as show, noting_ctrl_c() as pressed:
 
             def news(found: list[Counterexample]) -> None:
-                self._keep(bench, state, found)
+                if state.tasks >= first:
+                    memory.all_were_run()
+                self._keep(bench, state, memory, found)
                 show(found)
 
             try:
                 campaign(
-                    Work(self.setup) if self.dask is None else OwnProcess(Work(self.setup.from_anywhere())),
+                    work if self.dask is None else OwnProcess(work),
                     state,
                     executor_of(self.jobs or 1, self.dask, complain),
                     examples=self.examples,
                     tasks=self.tasks,
                     jobs=self.jobs,
+                    again=again,
                     go_on=lambda: not pressed() and (deadline_ns is None or wall_ns() < deadline_ns),
                     news=news,
                 )
@@ -191,11 +226,23 @@ class Session:
             return INTERRUPTED
         return DONE
 
-    def _keep(self, bench: TrialBench, state: State, found: Iterable[Counterexample]) -> None:
-        """Save the state, and write the files of new failures."""
-        for each in found:
-            hand_over(self.job, self.setup, bench, each, self._folder_of(state, each.broken))
-        write_state(state, self.state_file)
+    def _keep(self, bench: TrialBench, state: State, memory: Memory, found: list[Counterexample]) -> None:
+        """Save the state, and write the files of new failures.
+
+        Raises:
+            CampaignError: the disk is full; the message has what was found.
+            OSError: a file can't be written.
+        """
+        try:
+            for each in found:
+                hand_over(self.job, self.setup, bench, each, self._folder_of(state, each.broken))
+            write_state(state, self.state_file)
+            memory.keep([each.scenario for each in state.kept.entries], state.told)
+            state.told.clear()
+        except OSError as error:
+            if error.errno not in FULL:
+                raise
+            raise CampaignError(not_kept(error, found, memory.finds.origin)) from error
 
     def _folder_of(self, state: State, broken: BrokenInvariant) -> Path:
         return self.folder / state.folders[broken.key]

@@ -9,10 +9,12 @@ from textwrap import wrap
 
 from ...io_images.amci3601 import ERROR_BITS, RULES
 from ...jobs.fuzz import Counterexample
+from ...jobs.fuzz.campaign.recipes import Origin, Recipe
 from ...jobs.fuzz.campaign.state import State
 from ...jobs.fuzz.run import NO_FAULT
 from ...jobs.fuzz.scenarios.words import told
 from ...jobs.fuzz.search import SPENT
+from ...terminal.status import reason
 
 WIDTH = 100
 
@@ -25,6 +27,13 @@ def failure(found: Counterexample) -> str:
     broken = found.broken
     lines = [*told(found.scenario), *broken.shows, *broken.rules]
     return "\n  ".join([str(broken), *lines])
+
+
+def not_kept(error: OSError, found: Collection[Counterexample], origin: Origin) -> str:
+    """Return the message that the disk is full, with what was found as recipes."""
+    recipes = [Recipe(each.scenario, origin, each.broken.invariant).text().rstrip() for each in found]
+    asked = "these files, for --scenario, have what was found and could not be kept:" if recipes else ""
+    return "\n".join([f"{reason(error)}; {asked or 'nothing that was found is lost'}", *recipes])
 
 
 def failure_row(found: Counterexample, folder: Path | None = None) -> dict[str, object]:

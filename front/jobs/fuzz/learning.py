@@ -41,6 +41,27 @@ def _stimuli(recording: Recording, spec: RackSpec) -> Iterator[Stimulus]:
     yield from sorted([*told, *shown], key=lambda each: each.at_ns)
 
 
+def scenario_of(path: Path, spec: RackSpec) -> Scenario:
+    """Return what acted in a recording or in a session of `watch`, as a scenario for any rack.
+
+    No file of the trace is used, so nothing has to be trusted; incidents that its rack file has are not part
+    of the scenario.
+
+    Raises:
+        ValueError: the trace can't be read, or its events do not belong to the rack.
+        OSError: it can't be read.
+    """
+    bare = spec.model_copy(update={"incident": ()})
+    with open_trace(path) as trace:
+        recording = Recording.of(trace)
+        given = orders_of(trace.events()) if is_session(trace) else []
+    end_ns = recording.times[-1] + spec.scan_ns
+    scenario = recorded_scenario(_stimuli(recording, bare), bare, end_ns)
+    scenario = with_orders(scenario, given, bare, end_ns)
+    scenario.check(spec)
+    return scenario
+
+
 def learn(path: Path, folder: Path, *, trust: bool) -> LearnedScenario:
     """Extract rack file and program of a trace, and its stimuli for a scenario.
 

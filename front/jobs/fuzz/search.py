@@ -59,6 +59,7 @@ class SearchReport:
     printed: int = 0  # number of lines that the program has printed in all runs
     steps: bytes = b""  # digest of its runs, one after the other: equal steps, equal digests
     processor_ns: int = 0
+    told: list[Counterexample] = field(default_factory=list)  # the failures before they were shrunk
     corpus: Corpus = field(default_factory=Corpus)  # scenarios with something new, those given included
 
     def add(self, scenario: Scenario, verdict: Verdict) -> None:
@@ -148,6 +149,7 @@ def search(
             elif (entry := report.corpus.take(scenario, edges, bench.spec.scan_ns)) is not None:
                 entry.wanted = ()  # it has been trimmed
             continue
+        report.told.append(found)
         told(found)
         without = behind(bench, found.broken, hunt.known)
         hunt.known.add(found.broken.key)

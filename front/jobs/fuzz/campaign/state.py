@@ -21,9 +21,13 @@ from ..aim.corpus import Corpus
 from ..run import BrokenInvariant, TrialBench
 from ..scenarios.scenario import Scenario
 from ..search import Counterexample, SearchReport, behind
+from .recipes import CORPUS, FINDS
 
 RECORDING = "recording"
 """Key of the corpus for a scenario from a recording."""
+
+TAKEN = (RECORDING, CORPUS, FINDS)
+"""Folders of a campaign that no failure is in."""
 
 
 class CampaignError(ValueError):
@@ -41,7 +45,8 @@ class State:
         found: of each failure the smallest scenario, by the failure's key.
         folders: folder name of each failure ever found, by its key.
         applied: names of the invariants that had something to check.
-        kept: scenarios of this session in which something was new; not saved.
+        kept: scenarios of this session in which something was new; saved as recipes.
+        told: failures of this session before they were shrunk; not saved.
         steps: digest of all runs in the tasks' order, hexadecimal: equal steps, equal digests.
         processor_ns: processor time of this session's tasks; not saved.
         shrinking: number of this session's runs for shrinking; not saved.
@@ -63,6 +68,7 @@ class State:
     shrinking: int = field(default=0, compare=False)
     spent: Counter[str] = field(default_factory=Counter, compare=False)
     printed: int = field(default=0, compare=False)
+    told: list[Counterexample] = field(default_factory=list, compare=False)
     kept: Corpus = field(default_factory=Corpus, compare=False)
 
     def add(self, report: SearchReport) -> list[Counterexample]:
@@ -77,6 +83,7 @@ class State:
         self.shrinking += report.shrinking
         self.spent.update(report.spent)
         self.printed += report.printed
+        self.told += report.told
         self.kept.join(report.corpus)
         self.kept.runs += report.runs - report.shrinking
         return self.note(report.found)
@@ -97,7 +104,9 @@ class State:
         if broken.key not in self.folders:
             numbered = (f"{broken.invariant}-{number}" for number in count(2))
             names = chain([broken.invariant], numbered)
-            self.folders[broken.key] = next(name for name in names if name not in self.folders.values())
+            self.folders[broken.key] = next(
+                name for name in names if name not in {*self.folders.values(), *TAKEN}
+            )
 
     def leave_out_impossible(self, spec: RackSpec) -> list[BrokenInvariant]:
         """Drop scenarios with an older firmware than the program needs; return their failures."""

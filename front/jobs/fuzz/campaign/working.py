@@ -3,20 +3,27 @@
 from __future__ import annotations
 
 import os
+from contextlib import suppress
 from dataclasses import dataclass
 
-from .. import SearchReport, search
+from .. import Counterexample, SearchReport, search
 from ..job import Setup, bench_of
 from .campaign import Task
 from .confirming import Confirmation
 from .fresh import in_fresh_process
+from .recipes import RecipeFolder
 
 
 @dataclass(frozen=True, slots=True)
 class Work:
-    """Runs a task of a campaign, see `jobs.fuzz.campaign.campaign.Work`."""
+    """Runs a task of a campaign, see `jobs.fuzz.campaign.campaign.Work`.
+
+    Attributes:
+        finds: folder for what is found, at once and as it is; None, or missing here = none.
+    """
 
     setup: Setup
+    finds: RecipeFolder | None = None
 
     def __call__(self, task: Task) -> SearchReport:
         """Run a task's search."""
@@ -31,10 +38,17 @@ class Work:
             corpus=task.corpus,
             known=task.known,
             again=task.again,
+            told=self._keep,
             confirm=Confirmation(self.setup),
         )
         report.processor_ns = round((_processor_s() - begin_s) * 1e9)
         return report
+
+    def _keep(self, found: Counterexample) -> None:
+        """Write a failure as it was found."""
+        if self.finds is not None and self.finds.folder.is_dir():
+            with suppress(OSError):  # a full disk: the session meets it, too, and says what it could not keep
+                self.finds.put(found.scenario, found.broken.invariant)
 
 
 def _processor_s() -> float:
