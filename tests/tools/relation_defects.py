@@ -36,12 +36,15 @@ from scanrack.ladder.prove.algebra import meaning, numbers, terms
 from scanrack.ladder.prove.algebra.numbers import add, eq, lt, mul, sub
 from scanrack.ladder.prove.algebra.terms import FALSE, TRUE, and_, const, ite, not_, or_
 from scanrack.ladder.prove.relation import (
+    calls,
     copies,
     faults,
     machine,
+    operations,
     paths,
     patterns,
     places,
+    stored,
     symbols,
     texts,
     values,
@@ -50,6 +53,8 @@ from scanrack.ladder.state.lowered import steps_of
 
 MOST_PROGRAMS = 300
 """Programs that run before a defect counts as not found."""
+
+FURTHER = 60
 
 SCANS = 8
 
@@ -162,9 +167,9 @@ DEFECTS: dict[str, tuple[Patch, ...]] = {
         (values, "wrap", lambda a, n: REAL["wrap"](a, 32 if 0 < n < 32 else n)),
     ),
     "an unsigned destination is signed": ((values, "wrap", lambda a, n: REAL["wrap"](a, abs(n))),),
-    "division rounds down": ((values, "_DIVISIONS", {"/": _rounded_down, "MOD": numbers.rem}),),
+    "division rounds down": ((values, "DIVISIONS", {"/": _rounded_down, "MOD": numbers.rem}),),
     "MOD has the sign of the divisor": (
-        (values, "_DIVISIONS", {"/": numbers.div, "MOD": lambda a, b: sub(a, mul(_rounded_down(a, b), b))}),
+        (values, "DIVISIONS", {"/": numbers.div, "MOD": lambda a, b: sub(a, mul(_rounded_down(a, b), b))}),
     ),
     "bits above 25 are their neighbours": (
         (places, "bit", lambda a, k: REAL["bit"](a, k - 1 if k > 25 else k)),
@@ -177,7 +182,7 @@ DEFECTS: dict[str, tuple[Patch, ...]] = {
         (symbols, "eq", lambda a, b: numbers.eq(a, b) if a.kind != "i" or a.hi < 100 else FALSE),
     ),
     "OR of conditions is XOR": (
-        (values, "_TRUTH", {**values._TRUTH, "OR": lambda a, b: not_(terms.iff(a, b))}),
+        (values, "TRUTH", {**operations.TRUTH, "OR": lambda a, b: not_(terms.iff(a, b))}),
     ),
     "NOT of a number is its negation": ((symbols, "inv", lambda a: sub(const(0), a)),),
     "AND of patterns is OR": ((Symbol, "__and__", lambda self, other: self._bits(other, "bor", or_)),),
@@ -216,19 +221,19 @@ DEFECTS: dict[str, tuple[Patch, ...]] = {
     "NaN equals itself": ((symbols, "eq", lambda a, b: TRUE if a is b else numbers.eq(a, b)),),
     "a fault of a subscript is lost": (
         (paths, "faults_of", lambda found: FALSE),
-        (values, "faults_of", lambda found: FALSE),
+        (stored, "faults_of", lambda found: FALSE),
     ),
     "a negative subscript counts from the end": (
-        (values, "_below", lambda t, most: numbers.bitop("band", sub(t, const(1)), const(7))),
+        (stored, "_below", lambda t, most: numbers.bitop("band", sub(t, const(1)), const(7))),
     ),
     "a computed write hits the next element": ((places, "eq", lambda a, b: numbers.eq(add(a, const(1)), b)),),
     "a computed read reads the first element": ((places, "chosen", lambda found, number: found[0]),),
     "a timer counts a millisecond more": ((Values, "elapsed", _forget_rest),),
     "a timer does not begin anew": ((Values, "start_clock", _kept_age),),
-    "paths are merged the other way": ((values, "merged", _unmerged),),
+    "paths are merged the other way": ((stored, "merged", _unmerged),),
     "a path that writes nothing clears": (
         (
-            values,
+            stored,
             "merged",
             lambda found, value: paths.merged([each for each in found if each.written] or found[:1], value),
         ),
@@ -257,7 +262,7 @@ DEFECTS: dict[str, tuple[Patch, ...]] = {
     ),
     "UNTIL ends on false": ((Machine, "_left_by", _instead("_left_by", _until_ignored)),),
     "EXIT goes on": ((Machine, "exit_loop", lambda self, power: power),),
-    "BRK does not end a FOR": ((machine, "BROKEN", object()),),
+    "BRK does not end a FOR": ((calls, "BROKEN", object()),),
     "a copy reads what it has just written": ((copies.CopyRegions, "_copy_fields", _in_place),),
     "a copy is one element longer": (
         (copies, "_known", lambda count, region: count + 1 if count == 1 else count),
@@ -309,17 +314,25 @@ def program_of(seed: int) -> Any:
 
 
 def first_difference(most: int) -> str:
-    """Return the first program whose values differ, "" if none does; one that can't run is none."""
-    broken = 0
+    """Return the first program whose values differ, "" if none does; one that can't run is none.
+
+    Where only faults differ, that is said after `FURTHER` programs more: of a lost fault nothing else can.
+    """
+    broken, faulted, last = 0, "", most
     for seed in range(most):
+        if seed == last:
+            break
         try:
             found = Relation(program_of(seed)).differences(Random(seed), SCANS)
         except Exception:
             broken += 1
             continue
-        if found:
-            return f"program {seed}: {found[0]}" + f" ({broken} could not run)" * bool(broken)
-    return ""
+        values = [each for each in found if ": interpreter " in each]
+        if values:
+            return f"program {seed}: {values[0]}" + f" ({broken} could not run)" * bool(broken)
+        if found and not faulted:
+            faulted, last = f"only faults: program {seed}: {found[0]}", min(most, seed + FURTHER)
+    return faulted
 
 
 def strategies(seed: int) -> list[str]:

@@ -72,10 +72,9 @@ def number(machine: Interpreter, operand: Resolved) -> float:
     return machine.number(operand, _WIDE if is_integer(operand) else DOUBLE)
 
 
-def _low(value: float) -> int:
+def _low(machine: Interpreter, value: float) -> int:
     """Return the low 16 bits of an integer."""
-    assert not isinstance(value, float)
-    return value & 0xFFFF
+    return machine.whole(value) & 0xFFFF
 
 
 def _is_whole(*operands: Resolved) -> bool:
@@ -89,21 +88,21 @@ def add(machine: Interpreter, a: Resolved, b: Resolved, target: Place) -> None:
     """ADD; the carry is that of 16 bits."""
     x, y = number(machine, a), number(machine, b)
     whole = _is_whole(a, b, target)
-    store(machine, target, x + y, carry=whole and _low(x) + _low(y) > 0xFFFF)
+    store(machine, target, x + y, carry=whole and _low(machine, x) + _low(machine, y) > 0xFFFF)
 
 
 def subtract(machine: Interpreter, a: Resolved, b: Resolved, target: Place) -> None:
     """SUB; the carry is the borrow."""
     x, y = number(machine, a), number(machine, b)
     whole = _is_whole(a, b, target)
-    store(machine, target, x - y, carry=whole and _low(x) < _low(y))
+    store(machine, target, x - y, carry=whole and _low(machine, x) < _low(machine, y))
 
 
 def multiply(machine: Interpreter, a: Resolved, b: Resolved, target: Place) -> None:
     """MUL; the whole product goes to the math register."""
     value = number(machine, a) * number(machine, b)
     if _is_whole(a, b):
-        Status(machine).register = value
+        Status(machine).register = machine.whole(value)
     store(machine, target, value)
 
 
@@ -116,7 +115,7 @@ def divide(machine: Interpreter, a: Resolved, b: Resolved, target: Place) -> Non
     if not _is_whole(a, b):
         store(machine, target, x / y)
         return
-    _whole_quotient(machine, x, y, target)
+    _whole_quotient(machine, machine.whole(x), machine.whole(y), target)
 
 
 def divide_double(machine: Interpreter, a: Resolved, target: Place) -> None:
@@ -220,7 +219,10 @@ def swap(machine: Interpreter, first: Resolved, length: Resolved) -> None:
 def scale(machine: Interpreter, source: Resolved, rate: Resolved, offset: Resolved, target: Place) -> None:
     """SCL: source times rate / 10,000, rounded, plus offset; an overflow before the offset counts, too."""
     product = number(machine, source) * number(machine, rate)
-    scaled = quotient(product, 10_000) if _is_whole(source, rate) else rounded(machine, product / 10_000)
+    if _is_whole(source, rate):
+        scaled = quotient(machine.whole(product), 10_000)
+    else:
+        scaled = rounded(machine, product / 10_000)
     store(machine, target, scaled + number(machine, offset))
 
 
@@ -233,7 +235,8 @@ def scale_with_parameters(machine: Interpreter, *operands: Resolved) -> None:
         store(machine, target, math.inf)
         return
     if _is_whole(*given, target):
-        store(machine, target, quotient((value - low) * (last - first), high - low) + first)
+        product, span = machine.whole((value - low) * (last - first)), machine.whole(high - low)
+        store(machine, target, quotient(product, span) + first)
         return
     store(machine, target, (value - low) * (last - first) / (high - low) + first)
 

@@ -10,7 +10,7 @@ from .paths import PathFault
 from .symbols import UnmodelledError
 
 if TYPE_CHECKING:
-    from .values import TermValues
+    from .stored import TermPlaces
 
 
 class TermFaults:
@@ -20,7 +20,7 @@ class TermFaults:
         minor: where an overflow, a zero divisor or another minor fault is noted, by instruction and kind.
     """
 
-    def __init__(self, values: TermValues) -> None:
+    def __init__(self, values: TermPlaces) -> None:
         self._values = values
         self.minor: dict[tuple[int, str], T] = {}
 

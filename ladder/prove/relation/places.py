@@ -13,7 +13,7 @@ from ..algebra.terms import T, const, interval_of, ite
 from .symbols import TermSymbol, UnmodelledError, term_of
 
 if TYPE_CHECKING:
-    from .values import TermValues
+    from .stored import TermPlaces
 
 Key = tuple[str, int]
 """A place: path of the leaf in capitals, flat index."""
@@ -40,7 +40,7 @@ def kind_of(kind: Elementary) -> tuple[str, int, int]:
 class TermMemory:
     """The memory of a scan on terms, for what reads and writes places by `Store`."""
 
-    def __init__(self, values: TermValues, layout: Layout) -> None:
+    def __init__(self, values: TermPlaces, layout: Layout) -> None:
         self.layout, self.left, self._values = layout, 1, values
 
     def read(self, leaf: Leaf, index: Any = 0) -> Any:

@@ -1,0 +1,211 @@
+"""Routines of a scan on terms: jumps, calls, loops of calls, add-on instructions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from typing import Any
+
+from ...model.operands import Group, Place, Resolved
+from ...model.tags import OWN
+from ...state.lowered import BROKEN, AddOnCall, Call, LoweredRoutine, Node
+from ..algebra.meaning import INT
+from ..algebra.numbers import lt
+from ..algebra.terms import FALSE, TRUE, T, and_, const, ite, not_, or_
+from .steps import TermSteps
+from .symbols import UnmodelledError, term_of
+
+MOST_PASSES = 64
+"""Maximum passes of a loop whose end is not known."""
+
+MOST_PASSES_OF_A_SCAN = 192
+"""The same of all loops in a scan."""
+
+MOST_KNOWN_PASSES = 2048
+"""Maximum passes of a loop in all."""
+
+MOST_CALLS = 12
+"""Maximum nesting of calls."""
+
+_OF_ROUTINE = ("active", "site", "inputs", "_pending", "_labels", "_number", "_answers", "_depth")
+"""What a call keeps and restores."""
+
+Answer = tuple[T, tuple[Any, ...]]
+"""Results of a routine, and where it returns them."""
+
+
+class TermCalls(TermSteps):
+    """Runs routines."""
+
+    def __init__(self, *given: Any) -> None:
+        super().__init__(*given)
+        self._labels: Mapping[str, int] = {}
+        self._pending: dict[str, T] = {}  # where a jump to a label further down is taken
+        self._number = 0  # of the rung that runs
+        self._answers: list[Answer] = []
+        self._exits: T = FALSE
+        self._depth = 0
+        self._passes = 0  # of all loops whose end is not known
+
+    def call_routine(self, name: str, inputs: Sequence[Any]) -> list[Answer]:
+        """Run a routine; return its results, each with the condition of its return."""
+        routine = self.lowered.routines.get(name)
+        if routine is None:
+            raise UnmodelledError("a routine in Python")
+        if self._depth >= MOST_CALLS:
+            raise UnmodelledError(f"calls more than {MOST_CALLS} deep")
+        kept = {each: getattr(self, each) for each in _OF_ROUTINE}
+        self._pending, self._labels, self._answers = {}, routine.labels, []
+        self._depth += 1
+        try:
+            self._lines(routine, inputs)
+            return self._answers
+        finally:
+            for each, value in kept.items():
+                setattr(self, each, value)
+            self.active = and_(self.active, not_(self._ended))
+
+    def _lines(self, routine: LoweredRoutine, inputs: Sequence[Any]) -> None:
+        if routine.body is not None:
+            self._body(routine.body, inputs)
+            return
+        labels: dict[int, list[str]] = {}
+        for label, number in routine.labels.items():
+            labels.setdefault(number, []).append(label)
+        for number, line in enumerate(routine.lines):
+            for label in labels.get(number, ()):
+                self.active = or_(self.active, self._pending.pop(label, FALSE))
+            self._number = number
+            self._line(line, inputs)
+
+    def jump_to(self, power: T, label: str) -> T:
+        """Go on at a label further down where power holds."""
+        if self._labels[label] <= self._number:
+            raise UnmodelledError("a jump backwards")
+        self._pending[label] = or_(self._pending.get(label, FALSE), and_(self.active, power))
+        return self._left(power)
+
+    def return_from(self, power: T, values: tuple[Any, ...]) -> T:
+        """Leave the routine with results where power holds."""
+        self._answers.append((and_(self.active, power), values))
+        return self._left(power)
+
+    def end_scan(self, power: T) -> T:
+        """End the scan where power holds."""
+        self._ended = or_(self._ended, and_(self.active, power))
+        return self._left(power)
+
+    def exit_loop(self, power: T) -> T:
+        """Leave the innermost loop where power holds."""
+        self._exits = or_(self._exits, and_(self.active, power))
+        return self._left(power)
+
+    def _left(self, power: T) -> T:
+        self.active = and_(self.active, not_(power))
+        return FALSE
+
+    def take_values(self, places: Sequence[Place | Group], values: Sequence[Any]) -> None:
+        """Set tags to arguments or results, as many as both have."""
+        for place, value in zip(places, values, strict=False):
+            self.on_paths(partial(self.take, [place], [value]))
+
+    def enter_with(self, power: T, places: Sequence[Place | Group]) -> T:
+        """Take the arguments of the routine where power holds."""
+        with self.when(power):
+            self.take_values(places, self.inputs)
+        return power
+
+    def values_of(self, operands: Sequence[Resolved]) -> tuple[Any, ...]:
+        """Return values to pass to a routine or out of it."""
+        return tuple(map(self.value, operands))
+
+    def call_with(self, power: T, call: Call) -> T:
+        """Call a routine where power holds, and take its results."""
+        with self.when(power):
+            if self.active is not FALSE:
+                answers = self.call_routine(call.routine, self.values_of(call.inputs))
+                for where, values in answers:
+                    with self.when(where):
+                        self.take_values(call.returns, values)
+        return power
+
+    def loop_call(self, power: T, call: Call, index: Place, *bounds: Resolved) -> T:
+        """Call a routine again and again while an index goes from one bound to another."""
+        initial, terminal, step = bounds
+        with self.when(power):
+            self._set_index(index, lambda: self.integer(initial))
+            passes = 0
+            for _ in range(MOST_KNOWN_PASSES):
+                entry = self.active
+                self.active = and_(entry, not_(self._is_over(index, terminal, step)))
+                passes += self.active is not entry
+                if self.active is FALSE or self._is_long(passes):
+                    break
+                for where, values in self.call_routine(call.routine, ()):
+                    if values is BROKEN:
+                        self.active = and_(self.active, not_(where))
+                self._set_index(index, lambda: self.integer(index) + self.integer(step))
+            self._cut_pass(self.site)
+        return power
+
+    def _is_long(self, passes: int) -> bool:
+        """Whether a loop, or all of the scan, has had too many passes without a known end."""
+        self._passes += passes > 0
+        return passes > MOST_PASSES or self._passes > MOST_PASSES_OF_A_SCAN
+
+    def _is_over(self, index: Place, terminal: Resolved, step: Resolved) -> T:
+        count, last, by = (term_of(self.integer(each), INT) for each in (index, terminal, step))
+        return ite(lt(by, const(0)), lt(count, last), lt(last, count))
+
+    def _set_index(self, index: Place, value: Callable[[], Any]) -> None:
+        self.on_paths(lambda: self.put(index, self.converted(index.type, value())))
+
+    def call_add_on(self, power: T, call: AddOnCall) -> T:
+        """Copy in, run the routine for the rung's state if there is one, copy out."""
+        site, after = self.site, FALSE
+        self._copies(call.inputs)
+        self._put_power(call, power)
+        for routine, condition in ((call.logic, power), (call.otherwise, not_(power))):
+            if routine is None or condition is FALSE:
+                continue
+            with self.when(condition):
+                self._run_add_on(call, routine)
+                self.site = site
+                self._copies(call.outputs)
+                done = self.on_paths(lambda: self.get(call.enable_out))
+            after = or_(after, and_(condition, done))
+        return after
+
+    def _put_power(self, call: AddOnCall, power: T) -> None:
+        def put() -> None:
+            self.put(call.enable_in, self.symbol(power))
+            self.put(call.enable_out, self.symbol(power))
+
+        self.on_paths(put)
+
+    def _run_add_on(self, call: AddOnCall, routine: str) -> None:
+        """Run a routine on the instance and the arguments of a call."""
+        frames: list[dict[str, Any]] = []
+
+        def look() -> None:
+            frame = {name: self.handed(operand) for name, operand in call.handed.items()}
+            frames.append({**frame, OWN: self.handed(call.instance)})
+
+        self.on_paths(look)
+        if len(frames) > 1:
+            raise UnmodelledError("arguments that depend on the path")
+        outer = self.frame
+        for self.frame in frames:  # none if all paths fault
+            self.call_routine(routine, ())
+        self.frame = outer
+
+    def _copies(self, copies: tuple[tuple[Node, ...], ...]) -> None:
+        site, inputs = self.site, self.inputs
+        for series in copies:
+            self._series(series, TRUE)
+        self.site, self.inputs = site, inputs
+
+    def _cut_pass(self, site: int) -> None:
+        if self.active is not FALSE:
+            self.cut.append((self.lowered.sites[site], "loop", f"more than {MOST_PASSES} passes"))
+            self.deep = or_(self.deep, self.active)

@@ -1,0 +1,96 @@
+"""Operations of expressions on terms, by their names in programs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import partial
+
+from ..algebra.meaning import BOOL
+from ..algebra.numbers import add, bitop, div, fop, inv, lt, mul, rem, sub, to_float, to_int
+from ..algebra.terms import T, and_, const, iff, ite, mk, not_, or_
+
+FAR_AWAY = 2.0**62
+"""Floats from here on have no exact term as a whole number."""
+
+
+def is_nan(t: T) -> T:
+    """Return whether a float is no number."""
+    return mk("fnan", (t,), BOOL)
+
+
+def is_finite(t: T) -> T:
+    """Return whether a float is neither infinite nor NaN."""
+    return mk("ffin", (t,), BOOL)
+
+
+def absolute(t: T) -> T:
+    """Return a whole number without its sign."""
+    return t if t.lo >= 0 else ite(lt(t, const(0)), sub(const(0), t), t)
+
+
+DIVISIONS = {"/": div, "MOD": rem}
+
+WHOLE: dict[str, Callable[..., T]] = {
+    "+": add,
+    "-": sub,
+    "*": mul,
+    "AND": lambda a, b: bitop("band", a, b),
+    "OR": lambda a, b: bitop("bor", a, b),
+    "XOR": lambda a, b: bitop("bxor", a, b),
+    "NOT": inv,
+    "NEG": lambda a: sub(const(0), a),
+    "ABS": absolute,
+    "TRN": lambda a: a,
+}
+
+
+def remainder(a: T, b: T) -> T:
+    """Return the remainder with the sign of a."""
+    size, divisor, zero = fop("fabs", a), fop("fabs", b), const(0.0, a.kind)
+    near = fop("frem", size, divisor)
+    found = ite(lt(near, zero), fop("fadd", near, divisor), near)
+    return ite(lt(a, zero), fop("fneg", found), found)
+
+
+def truncated(t: T) -> T:
+    """Return a float without its fraction; 0 of infinity and NaN."""
+    whole = to_float(to_int(t, "rtz"), t.kind)
+    big = not_(and_(lt(t, const(FAR_AWAY, t.kind)), lt(const(-FAR_AWAY, t.kind), t)))
+    return ite(is_finite(t), ite(big, t, whole), const(0.0, t.kind))
+
+
+REAL: dict[str, Callable[..., T]] = {
+    **{
+        name: partial(fop, op)
+        for name, op in {
+            "+": "fadd",
+            "-": "fsub",
+            "*": "fmul",
+            "/": "fdiv",
+            "NEG": "fneg",
+            "ABS": "fabs",
+        }.items()
+    },
+    "MOD": remainder,
+    "SQR": lambda a: fop("fsqrt", fop("fabs", a)),
+    "TRN": truncated,
+}
+
+FACTORS = {"DEG": 180 / math.pi, "RAD": math.pi / 180}
+
+UNKNOWN = frozenset(("SIN", "COS", "TAN", "ASN", "ACS", "ATN", "LN", "LOG", "**"))
+"""Functions of floats whose result may be any number here."""
+
+TRUTH: dict[str, Callable[..., T]] = {
+    "AND": and_,
+    "OR": or_,
+    "XOR": lambda a, b: not_(iff(a, b)),
+    "NOT": not_,
+    "=": iff,
+    "<>": lambda a, b: not_(iff(a, b)),
+    "<": lambda a, b: and_(not_(a), b),
+    "<=": lambda a, b: or_(not_(a), b),
+    ">": lambda a, b: and_(a, not_(b)),
+    ">=": lambda a, b: or_(a, not_(b)),
+}

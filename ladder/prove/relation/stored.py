@@ -1,0 +1,230 @@
+"""Places of a scan on terms: reading, writing, what is unknown, and the paths of an instruction."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from ....io_images.site import Site
+from ...interpreter import Interpreter
+from ...model.operands import Place, Resolved
+from ...model.tags import Leaf
+from ...state.lowered import LoweredProgram
+from ..algebra.meaning import F32, F64, INT
+from ..algebra.numbers import add, bitop, div, eq, le, least, lt, rem, to_float, wrap
+from ..algebra.terms import FALSE, TRUE, T, and_, const, ite, not_, or_, var
+from .faults import TermFaults
+from .paths import PathFault, Paths, faults_of, merged, result_of, written_by
+from .places import AGE, CLOCK, Key, TermArgument, TermMemory, kind_of
+from .symbols import TermSymbol, UnmodelledError, term_of, truth_of, whole_of
+
+MOST_FACTS = 64
+"""Maximum truths that are known of a place in the program."""
+
+
+class TermPlaces(Interpreter):
+    """Reads and writes terms; `active` is whether the current instruction is reached at all."""
+
+    argument_type = TermArgument
+
+    parts = False
+    """Whether scan times have parts of a ms: then each timer may count one ms more in a scan."""
+
+    def __init__(self, lowered: LoweredProgram, dt: tuple[int, int], known: Mapping[Key, Any]) -> None:
+        self.known = known  # values that never change
+        self.state: dict[Key, T] = {}  # values now
+        self.vars: dict[Key, T] = {}  # values before the scan: variables
+        self.kinds: dict[Key, Leaf] = {}
+        self.written: set[Key] = set()
+        self.havocs: dict[str, Site] = {}  # variables for what is not modelled, and the instruction
+        self.faults: list[tuple[int, T]] = []  # major faults: number of the instruction, condition
+        self._lost: dict[str, list[T]] = {}  # where all of a leaf has become unknown, by path in capitals
+        self._lost_by: dict[int, Site] = {}
+        self._asked: dict[str, list[int]] = {}  # elements with a variable, by path in capitals
+        self.active: T = TRUE
+        self._facts_of, self._known_facts = TRUE, frozenset[int]()
+        self.dt = var("~dt", INT, *dt)
+        self.paths = Paths()
+        faults = TermFaults(self)
+        super().__init__(lowered, TermMemory(self, lowered.layout), faults, _no_python)  # type: ignore[arg-type]
+
+    @property
+    def now_ns(self) -> int:
+        """Refuse the clock: `start_clock` and `elapsed` have its place."""
+        raise UnmodelledError("the clock is read")
+
+    @now_ns.setter
+    def now_ns(self, _value: int) -> None:
+        """Take no time."""
+
+    def symbol(self, t: T) -> Any:
+        """Return a term as a number for rows, a constant as its value."""
+        return t.val if t.op == "const" else TermSymbol(t, self.paths.decide)
+
+    def peek(self, leaf: Leaf, index: int) -> T:
+        """Return the term of a place."""
+        key = leaf.path.upper(), index
+        path = self.paths.path
+        if path is not None and key in path.written:
+            return path.written[key]
+        known = self.state.get(key)
+        return self._first(key, leaf) if known is None else self._reached(known)
+
+    def _reached(self, t: T) -> T:
+        """Return a term as it is where the current instruction is reached, which is all that counts there."""
+        while t.op == "ite" and self.active is not TRUE:
+            condition, held, other = t.args
+            facts = self._facts()
+            if condition.id in facts:
+                t = held
+            elif not_(condition).id in facts:
+                t = other
+            else:
+                break
+        return t
+
+    def _facts(self) -> frozenset[int]:
+        """Return the ids of truths that hold where the current instruction is reached."""
+        if self._facts_of is not self.active:
+            todo, found = [self.active], set[int]()
+            while todo and len(found) < MOST_FACTS:
+                t = todo.pop(0)
+                found.add(t.id)
+                todo.extend(t.args if t.op == "and" else ())
+            self._facts_of, self._known_facts = self.active, frozenset(found)
+        return self._known_facts
+
+    def _first(self, key: Key, leaf: Leaf) -> T:
+        """Make the variable of a place."""
+        if key in self.known:
+            self.state[key] = found = const(self.known[key], kind_of(leaf.type)[0])
+            self._asked.setdefault(key[0], []).append(key[1])
+            return found
+        name = f"{key[0]}[{key[1]}]"
+        if key[0].endswith(CLOCK):
+            own = var(name, INT, 0, AGE)
+            late = add(self.dt, var(f"~rest:{name}", INT, 0, 1)) if self.parts else self.dt
+            now = least(add(own, late), AGE)
+        else:
+            own = now = var(name, *kind_of(leaf.type))
+        for lost in self._lost.get(key[0], ()):
+            now = ite(lost, self.unknown_of(leaf, self._lost_by[lost.id]), now)
+            self.written.add(key)
+        self._asked.setdefault(key[0], []).append(key[1])
+        self.vars[key], self.kinds[key], self.state[key] = own, leaf, now
+        return now
+
+    def havoc(self, leaf: Leaf) -> None:
+        """Let all elements of a leaf be anything where the current instruction is reached.
+
+        Those that nothing has asked for so far become unknown once something does.
+        """
+        path = leaf.path.upper()
+        for index in self._asked.get(path, ()):
+            self.poke(leaf, index, self.unknown_of(leaf))
+        self._lost.setdefault(path, []).append(self.active)
+        self._lost_by[self.active.id] = self.lowered.sites[self.site]
+
+    def poke(self, leaf: Leaf, index: int, t: T, guard: T = TRUE) -> None:
+        """Set a place where the guard holds, to a value of its type."""
+        key = leaf.path.upper(), index
+        old = self.peek(leaf, index)
+        self.written.add(key)
+        t = self._fitting(t, leaf, key)
+        path = self.paths.path
+        if path is not None:
+            path.written[key] = ite(guard, t, old)
+        else:
+            self.state[key] = ite(and_(self.active, guard), t, old)
+
+    @staticmethod
+    def _fitting(t: T, leaf: Leaf, key: Key) -> T:
+        kind = leaf.type
+        if kind.is_bool:
+            return truth_of(t)
+        if kind.is_real or kind.is_double:
+            return to_float(t, F32 if kind.is_real else F64)
+        return least(t, AGE) if key[0].endswith(CLOCK) else wrap(whole_of(t), kind.wraps)
+
+    def get(self, place: Place) -> Any:
+        """Return the value of a place."""
+        value = self.store_of(place.leaf.root).read(place.leaf, self._index(place))
+        if place.bit is None:
+            return value
+        number = self.subscript(place.bit, place.leaf.type.bits, place.text)
+        return self.memory.bit_of(value, number)  # type: ignore[attr-defined]
+
+    def put(self, place: Place, value: Any) -> None:
+        """Set a place to a value of its type."""
+        index, store = self._index(place), self.store_of(place.leaf.root)
+        if place.bit is not None:
+            number = self.subscript(place.bit, place.leaf.type.bits, place.text)
+            word = store.read(place.leaf, index)
+            value = self.memory.with_bit(word, number, value, place.leaf.type)  # type: ignore[attr-defined]
+        store.write(place.leaf, index, value)
+
+    def subscript(self, index: Resolved, length: Any, tag: str) -> Any:
+        """Return a subscript or bit number below `length`, or fault."""
+        value: Any = self.integer(index)
+        if not isinstance(value, TermSymbol) and not isinstance(length, TermSymbol):
+            if not 0 <= value < length:
+                raise PathFault
+            return value
+        t, most = term_of(value, INT), term_of(length, INT)
+        if self.paths.decide(or_(lt(t, const(0)), le(most, t))):
+            raise PathFault
+        return self.symbol(_below(t, most.hi))
+
+    def start_clock(self, since: Place) -> None:
+        """Begin to measure the time in a hidden place."""
+        self.put(since, 0)
+
+    def elapsed(self, since: Place, unit_ns: int) -> Any:
+        """Return the whole units of time since then; the rest stays."""
+        age, unit = term_of(self.get(since), INT), const(unit_ns // 1_000_000)
+        if unit.val == 1:
+            self.put(since, 0)
+            return self.symbol(age)
+        rest = ite(eq(age, const(AGE)), self.unknown(INT, 0, unit.val - 1), rem(age, unit))
+        self.put(since, self.symbol(rest))
+        return self.symbol(div(age, unit))
+
+    def unknown(self, kind: str, lo: int = 0, hi: int = 0) -> T:
+        """Return a new variable for what is not modelled."""
+        found = var(f"?{len(self.havocs)}", kind, lo, hi)
+        self.havocs[found.val] = self.lowered.sites[self.site]
+        return found
+
+    def unknown_of(self, leaf: Leaf, site: Site | None = None) -> T:
+        """Return a new variable for a leaf, with the instruction to blame, by default the current one."""
+        is_clock = leaf.path.upper().endswith(CLOCK)
+        found = self.unknown(*((INT, 0, AGE) if is_clock else kind_of(leaf.type)))
+        if site is not None:
+            self.havocs[found.val] = site
+        return found
+
+    def on_paths(self, run: Callable[[], Any]) -> T:
+        """Run on every path; write what they write; return the truth of the result."""
+        paths = self.paths.walk(run)
+        for key in written_by(paths):
+            old = self.state[key]
+            now = merged(paths, lambda path, key=key, old=old: path.written.get(key, old))  # type: ignore[misc]
+            self.state[key] = ite(self.active, now, old)
+        bad = faults_of(paths)
+        if bad is not FALSE:  # the scan ends there; here it goes on, which allows more
+            self.faults.append((self.site, and_(self.active, bad)))
+        return merged(paths, result_of)
+
+    def here(self) -> T:
+        """Return whether the current path is taken."""
+        return and_(self.active, self.paths.here())
+
+
+def _no_python(name: str, _inputs: object) -> Any:
+    raise UnmodelledError(f"routine {name} in Python")
+
+
+def _below(t: T, most: int) -> T:
+    """Return a number that is below a limit, and not negative, with an interval that says so."""
+    mask = (1 << max(0, most - 1).bit_length()) - 1
+    return t if t.lo >= 0 and t.hi <= mask else bitop("band", t, const(mask))
