@@ -28,6 +28,7 @@ from ..record.logic_wrapper import LogicWrapper
 from ..record.order_repeater import OrderRepeater
 from ..record.sequence_watch import sequences_in, standing
 from .aim.probe import Probe
+from .aim.rests import Rester, Rests
 from .laws.busy import axes_in
 from .laws.invariants import Invariant, Watch
 from .laws.output_line import Places
@@ -204,6 +205,10 @@ class _Watcher(QuietListener):
         self.broken = broken
         return True
 
+    def waits(self) -> bool:
+        """Return whether the clock of an invariant runs."""
+        return any(getattr(each.watch, "waiting", False) for each in self._asked)
+
     @property
     def applied(self) -> frozenset[str]:
         """Names of the invariants that have had something to check."""
@@ -272,6 +277,7 @@ class TrialBench:
         without: Iterable[str] = (),
         listeners: Listeners = _no_listeners,
         probe: Probe | None = None,
+        rests: Rests | None = None,
         aloud: bool = False,
     ) -> Verdict:
         """Run the program in a scenario until an invariant is broken or the time is over.
@@ -279,12 +285,14 @@ class TrialBench:
         Args:
             without: names of invariants to skip, and keys of failures to ignore.
             probe: notes what changes.
+            rests: what other runs with a probe have gone through, where this one may end.
 
         Raises:
             InvariantError: an invariant raised.
         """
         start_ns = wall_ns()
         run = _Run(self, scenario, frozenset(without), traced=False, probe=probe)
+        run.rester = None if rests is None else rests.begin(scenario, self.spec)
         verdict = run.go(listeners, aloud=aloud)
         if verdict.broken is not None and verdict.broken.cause == UNPLACED:
             verdict = _Run(self, scenario, frozenset(without), traced=True).go(_no_listeners, aloud=False)
@@ -322,6 +330,7 @@ class _Run:
         traced: bool,
         probe: Probe | None = None,
     ) -> None:
+        self.rester: Rester | None = None
         self._scans = bench.scans
         self._without = without
         self._printed = _LineCounter()
@@ -360,7 +369,7 @@ class _Run:
         start_ns = wall_ns()
         try:
             with self._kept_quiet(aloud=aloud):
-                cpu.run(self._scans)
+                self._run_scans(cpu)
                 cpu.close()
         except CpuFault as error:
             if error.fault.cause is Cause.LISTENER and error.__cause__ is not None:
@@ -372,6 +381,14 @@ class _Run:
         spent = {PROGRAM: self._timed.spent_ns, ASKING: watcher.spent_ns}
         spent[RUNNING] = wall_ns() - start_ns - sum(spent.values())
         return Verdict(cpu.scan, watcher.rules, watcher.broken, spent, watcher.applied, self._printed.lines)
+
+    def _run_scans(self, cpu: Cpu) -> None:
+        if self.rester is None or self._probe is None:
+            cpu.run(self._scans)
+            return
+        self.rester.run(cpu, self._probe, self._scans, self._watcher.waits)
+        if self._watcher.broken is None:
+            self.rester.learn()
 
     def _operator(self, cpu: Cpu) -> OrderRepeater | None:
         """Return the giver of the scenario's orders; None without any."""

@@ -22,6 +22,7 @@ from .aim.corpus import Corpus
 from .aim.draws import Draws
 from .aim.edges import Edges
 from .aim.probe import Probe
+from .aim.rests import Rests
 from .aim.sweep import Sweep
 from .aim.times import times_of
 from .run import ASKING, BUILDING, HANGS, PROGRAM, RUNNING, BrokenInvariant, TrialBench, Verdict
@@ -221,6 +222,7 @@ class _Hunt:
     known: set[str]
     runs: int = 0  # without those of shrinking
     logic: Any = None  # of the last run
+    rests: Rests = field(default_factory=Rests)
 
     def try_one(self, scenario: Scenario, edges: Edges) -> Counterexample | None:
         """Run a scenario and note its changes; return its failure, or None.
@@ -252,7 +254,7 @@ class _Hunt:
         return None if broken else edges
 
     def _run(self, scenario: Scenario, probe: Probe | None) -> BrokenInvariant | None:
-        verdict = self.bench.run(scenario, without=self.known, probe=probe)
+        verdict = self.bench.run(scenario, without=self.known, probe=probe, rests=self.rests)
         self.report.add(scenario, verdict)
         return verdict.broken
 

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from enum import Enum
+from hashlib import blake2b
 from types import CellType
 from typing import Any
 
@@ -98,6 +99,19 @@ class Probe(QuietListener):
         if self._branches:
             self._note_branches(scan)
 
+    def state(self, surroundings: str) -> bytes:
+        """Return a digest of what program and modules do at present: steps, flags, commands, status."""
+        words = [
+            (slot.fault, tuple(slot.inputs.words[:count]), tuple(slot.outputs.words[:count]))
+            for slot, count in self._slots
+        ]
+        kinds = [
+            [(name, kind.__class__.__name__, kind) for name, kind in _kinds(last)]
+            for (group, _), last in zip(self._values, self._last, strict=True)
+            if group == STATE
+        ]
+        return blake2b(repr((surroundings, words, kinds)).encode(), digest_size=16).digest()
+
     def _note_words(self, scan: int) -> None:
         add = self.edges.add
         for place, (slot, count) in enumerate(self._slots):
@@ -151,6 +165,10 @@ def _steps(values: Values) -> tuple[Hashable, ...]:
 
 def _named(values: Values) -> Iterable[tuple[Hashable, Hashable]]:
     return values.items() if isinstance(values, dict) else enumerate(values)
+
+
+def _kinds(values: Values) -> Iterator[tuple[Hashable, Hashable]]:
+    return ((name, _kind(value)) for name, value in _named(values))
 
 
 class _Size(int):

@@ -22,8 +22,8 @@ Condition = Callable[[Moment], Any]
 Watch = Callable[[Moment], str | None]
 """Checks every scan of one run; returns the violation, or None.
 
-An optional attribute `applied` says whether it had something to check. If a violation shows later than its
-cause, the attribute `origin_scan` is the scan of the cause.
+Attributes that a watch may have: `applied`, whether it had something to check; `waiting`, whether its clock
+runs; `origin_scan`, the scan of the cause if a violation shows later.
 """
 
 
@@ -105,6 +105,11 @@ class _Eventually:
         elif now.ns - self._since_ns - self._paused_ns > self._limit_ns:
             return self._why(now.ns - self._since_ns - self._paused_ns, self._since_ns)
         return None
+
+    @property
+    def waiting(self) -> bool:
+        """Whether the clock runs."""
+        return self._since_ns is not None
 
     def _start(self, now: Moment) -> None:
         self._since_ns, self._paused_ns, self.origin_scan = now.ns, 0, now.scan
