@@ -383,8 +383,12 @@ class Debugger:
         numbers = self._routine(routine).numbers
         return [truths.get((name, number)) for number in range(max(numbers, default=-1) + 1)]
 
-    def _latest_truths(self) -> Truths:
+    def note_power(self) -> None:
+        """Note the power of all rungs from the next scan on, for a while or until `truth` asks again."""
         self._pictured = self.scans
+
+    def _latest_truths(self) -> Truths:
+        self.note_power()
         self._settle()
         if self._truths_of != self.scans:
             if self._engine.watching or self._engine.notes_all:

@@ -87,11 +87,12 @@ def claim_broken(subject: ProofSubject, asked: WatchedClaim) -> Shows:
 
 
 def coils_disagree(subject: ProofSubject, coils: Sequence[int]) -> Shows:
-    """Tell a scan in which two coils have different power."""
-    lowered = subject.problem.lowered
-    places = [_place_of(lowered, number) for number in coils]
+    """Tell whether two coils had different power in the latest scan."""
+    places = [_place_of(subject.problem.lowered, number) for number in coils]
 
     def shows(program: Debugger) -> Callable[[], bool]:
+        program.note_power()
+
         def power(routine: str, rung: int, place: int) -> bool | None:
             truth = program.truth(routine)[rung]
             return None if truth is None else truth[place]
@@ -118,7 +119,11 @@ def replay_on_rack(subject: ProofSubject, shows: Shows, scans: Sequence[ScanOf])
         shows: what its last scan is to show.
     """
     job = replace(subject.job, logic=subject.program.program)
-    return _replayed(job, subject.problem.lowered.layout, scans, lambda each: _first(job, each, shows))
+
+    def first(scenario: RackScenario) -> int | None:
+        return next((scan for scan, each in enumerate(_seen(job, scenario, shows)) if each), None)
+
+    return _replayed(job, subject.problem.lowered.layout, scans, first)
 
 
 def difference_on_rack(
@@ -213,11 +218,6 @@ def _seen(job: Job, scenario: RackScenario, look: Callable[[Debugger], Callable[
     if run.repeated is not None and run.repeated.refused:
         raise ValueError(run.repeated.refused[0])
     return looker.found
-
-
-def _first(job: Job, scenario: RackScenario, shows: Shows) -> int | None:
-    """Return the first scan that shows it."""
-    return next((scan for scan, each in enumerate(_seen(job, scenario, shows)) if each), None)
 
 
 def _values(job: Job, scenario: RackScenario, tag: str) -> list[Any]:

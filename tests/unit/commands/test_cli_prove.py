@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -262,7 +263,7 @@ def test_coils_that_disagree_do_so_on_the_rack(place: Path) -> None:
     status, said = proved("", "--json")
     (found,) = [each for each in json.loads(said)["found"] if each["rule"] == "conflict"]
     assert status == 1
-    assert found["rack"].startswith("on the rack: scan ")
+    assert re.match(r"on the rack: scan \d+ with Local:1:I", found["rack"])
     assert Path(found["scenario"]).with_name(SCENARIO_TRACE).exists()
 
 
