@@ -35,7 +35,7 @@ class PointState(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Point:
+class RungPoint:
     """A state of an instruction.
 
     Attributes:
@@ -54,16 +54,16 @@ SEARCH = Limits(scans=60, k=0, steps=4_000, total=40_000, helped=False, replays=
 """Limits of the search for a run."""
 
 
-def points_of(problem: ProgramSystem) -> dict[Point, T]:
+def points_of(problem: ProgramSystem) -> dict[RungPoint, T]:
     """Return each point of a program with the truth that makes it, in the order of the program."""
-    found: dict[Point, T] = {}
+    found: dict[RungPoint, T] = {}
     for routine in problem.lowered.routines.values():
         for line in routine.lines:
             for step in steps_of(line.nodes):
                 passages = problem.machine.passages.get(step.site, ())
                 is_contact = step.kind is InstructionKind.INPUT
                 for state, t in _states(passages, is_contact=is_contact):
-                    found.setdefault(Point(step.site, state), t)
+                    found.setdefault(RungPoint(step.site, state), t)
     return found
 
 
@@ -79,7 +79,7 @@ def _states(passages: Iterable[Passage], *, is_contact: bool) -> Iterator[tuple[
         yield PointState.OFF, any_of(and_(one.active, not_(one.power)) for one in each)
 
 
-def dead_points(problem: ProgramSystem, budget: int = BUDGET) -> tuple[Point, ...]:
+def dead_points(problem: ProgramSystem, budget: int = BUDGET) -> tuple[RungPoint, ...]:
     """Return the points that are proved never to be, for any numbers that nothing writes.
 
     Args:
@@ -91,7 +91,7 @@ def dead_points(problem: ProgramSystem, budget: int = BUDGET) -> tuple[Point, ..
 
 
 def run_to(
-    problem: ProgramSystem, point: Point, start: Engine | None = None, limits: Limits = SEARCH
+    problem: ProgramSystem, point: RungPoint, start: Engine | None = None, limits: Limits = SEARCH
 ) -> tuple[ScanOf, ...]:
     """Return a run whose last scan makes a point; () if none is found.
 

@@ -9,7 +9,7 @@ from scanrack.io_images.amci3601.bits import InputBit
 from scanrack.jobs.load.loading import Job, load_job
 from scanrack.jobs.prove.serving.aims import dead, scenario_to
 from scanrack.ladder.files.rungfile import parse_program
-from scanrack.ladder.prove.questions.points import Point, PointState, run_to
+from scanrack.ladder.prove.questions.points import PointState, RungPoint, run_to
 from scanrack.ladder.prove.system import ProgramSystem, ScanBounds
 
 pytestmark = pytest.mark.extra("prove")
@@ -57,7 +57,7 @@ def test_what_is_not_asked_within_the_budget_is_not_dead(job):
 def test_a_scenario_from_power_up_writes_tags_and_presses_inputs(job):
     """100 ms of dwell in scans of 10 ms: scan 10 at the earliest, from scan 0 on."""
     coil = number_of(job.logic.build().sites, "OTE(Open)")
-    found = scenario_to(job, Point(coil, PointState.ON))
+    found = scenario_to(job, RungPoint(coil, PointState.ON))
     assert found is not None
     (press,) = found.scenario.presses
     assert (press.slot, press.input, press.energised) == (1, InputBit.ESTOP, True)
@@ -74,7 +74,7 @@ def test_a_scenario_begins_with_the_state_of_a_run(job):
     for _ in range(12):
         engine.step(10)
     assert engine.tags["Ready"]
-    found = scenario_to(job, Point(coil, PointState.ON), engine, at_ns=120_000_000)
+    found = scenario_to(job, RungPoint(coil, PointState.ON), engine, at_ns=120_000_000)
     assert found is not None
     assert found.scans == 1
     assert [each.at_ns for each in found.scenario.presses] == [120_000_000]
@@ -85,7 +85,7 @@ def test_a_run_from_a_state_does_it_on_the_compiled_program():
     text = DOORS.replace("SLOT axis : 1", "TAG Stop : BOOL").replace("axis.status.IN_ESTOP", "Stop")
     program = parse_program(text)
     problem = ProgramSystem(program, ScanBounds(10, 20))
-    coil = Point(number_of(problem.lowered.sites, "OTE(Open)"), PointState.ON)
+    coil = RungPoint(number_of(problem.lowered.sites, "OTE(Open)"), PointState.ON)
     engine = program.compile()
     engine.tags["A"] = True
     for _ in range(7):
@@ -102,4 +102,4 @@ def test_a_run_from_a_state_does_it_on_the_compiled_program():
 
 def test_what_can_not_be_has_no_scenario(job):
     coil = number_of(job.logic.build().sites, "OTE(Never)")
-    assert scenario_to(job, Point(coil, PointState.ON)) is None
+    assert scenario_to(job, RungPoint(coil, PointState.ON)) is None

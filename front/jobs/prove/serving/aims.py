@@ -18,7 +18,7 @@ from ....ladder import LadderLogic
 from ....ladder.model.errors import LadderError
 from ....ladder.prove.induction import Limits
 from ....ladder.prove.questions.asking import BUDGET
-from ....ladder.prove.questions.points import SEARCH, Point, PointState, dead_points, run_to
+from ....ladder.prove.questions.points import SEARCH, PointState, RungPoint, dead_points, run_to
 from ....ladder.prove.replaying import ScanOf
 from ....ladder.prove.solving.solver import is_installed
 from ....ladder.prove.system import ProgramSystem, ScanBounds
@@ -47,7 +47,7 @@ class DeadPoint:
     """
 
     site: Site
-    point: Point
+    point: RungPoint
 
     @property
     def state(self) -> PointState:
@@ -100,12 +100,12 @@ class AimedScenario:
 
 
 def scenario_to(
-    job: Job, point: Point, start: Engine | None = None, at_ns: int = 0, limits: Limits = SEARCH
+    job: Job, point: RungPoint, start: Engine | None = None, at_ns: int = 0, limits: Limits = SEARCH
 ) -> AimedScenario | None:
     """Return a scenario that makes a contact or output reached, on or off; None if none is found.
 
     Args:
-        point: as in `DeadPoint.point`, or `Point(number in LoweredProgram.sites, state)`.
+        point: as in `DeadPoint.point`, or `RungPoint(number in LoweredProgram.sites, state)`.
         start: the engine of a run of the same rack, in the state to begin with; None for power-up.
         at_ns: time of the next scan of that run.
 
