@@ -23,7 +23,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
-from ....io_images.amci3601 import Firmware, InputBit, StatusMsw
+from ....io_images.amci3601 import Firmware, InputBit
 from ....io_images.image import Image
 from ....io_images.thousands import split_reported, split_reported_all
 from ...kinematics import Segment
@@ -32,28 +32,14 @@ from ...loop.module import unnoticed
 from ...loop.module_fault import ModuleFault
 from ...machine import Machine
 from .command_layer import CommandLayer
-from .indicators import ASIC_LOST, DIAGNOSTICS_FAILED, UNPOWERED, indicators
+from .indicators import UNPOWERED, indicators
 from .options import Amci3601Options
 from .report import report
 from .step_generator import NEVER, StepGenerator
+from .trouble import ANSWERS
 
 if TYPE_CHECKING:
     from ...loop.module import Words
-
-LIGHTS_IN_TROUBLE = {
-    ModuleFault.REMOVED: UNPOWERED,
-    ModuleFault.FATAL_ERROR: DIAGNOSTICS_FAILED,
-    ModuleFault.ASIC_LOST: ASIC_LOST,
-}
-
-FATAL_CLEARS = (
-    StatusMsw.MODULE_OK
-    | StatusMsw.MOVING_CW
-    | StatusMsw.MOVING_CCW
-    | StatusMsw.ACCELERATING
-    | StatusMsw.DECELERATING
-).value
-"""Bits that a fatal error clears; everything else stays."""
 
 
 class Amci3601:
@@ -151,7 +137,7 @@ class Amci3601:
     @property
     def linked(self) -> bool:
         """Whether the PLC reaches the module; one with a fatal error answers with MODULE_OK clear."""
-        return self.trouble is None or self.trouble is ModuleFault.FATAL_ERROR
+        return self.trouble is None or ANSWERS[self.trouble].linked
 
     @property
     def under_way(self) -> str | None:
@@ -315,15 +301,14 @@ class Amci3601:
         """Write the whole input image, as far as the PLC still sees the module, and set the lights."""
         if self.trouble is None:
             self._report()
-        elif self.trouble is ModuleFault.REMOVED:
-            self._image.clear()
-        elif self.trouble is ModuleFault.FATAL_ERROR:
-            self._image[0] = self._image[0] & ~FATAL_CLEARS
+        else:
+            for word, kept in enumerate(ANSWERS[self.trouble].kept):
+                self._image[word] &= kept
         self._set_lights()
 
     def _set_lights(self) -> None:
         layer, trouble = self.layer, self.trouble
-        lights = LIGHTS_IN_TROUBLE.get(trouble) if trouble is not None else None
+        lights = None if trouble is None else ANSWERS[trouble].lights
         if lights is None:
             moving = layer.operation is not None
             lights = indicators(layer.state.latches.bits, moving=moving, linked=trouble is None)

@@ -1,0 +1,51 @@
+"""What the PLC sees of a 3601 that does not answer as it should: the only place that says it, bit by bit.
+
+[3601 manual, chapter 6, The Module OK Flag; readings A-88, A-117]
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from ....io_images.amci3601 import StatusMsw
+from ....io_images.image import WORDS
+from ...loop.module_fault import ModuleFault
+from .indicators import ASIC_LOST, DIAGNOSTICS_FAILED, UNPOWERED, Indicators
+
+EVERY_BIT = 0xFFFF
+
+FATAL_CLEARS = (
+    StatusMsw.MODULE_OK
+    | StatusMsw.MOVING_CW
+    | StatusMsw.MOVING_CCW
+    | StatusMsw.ACCELERATING
+    | StatusMsw.DECELERATING
+).value
+
+
+class AnswerInTrouble(NamedTuple):
+    """The input image during a fault.
+
+    Attributes:
+        kept: of each input word the bits that stay as they were; all others are 0.
+        linked: whether the PLC reaches the module, see `Slot.fault`.
+        lights: of the front panel; None = as without a link.
+    """
+
+    kept: tuple[int, ...]
+    linked: bool = False
+    lights: Indicators | None = None
+
+
+FROZEN = (EVERY_BIT,) * WORDS
+
+ANSWERS: Mapping[ModuleFault, AnswerInTrouble] = {
+    ModuleFault.LINK_LOST: AnswerInTrouble(FROZEN),
+    ModuleFault.ASIC_LOST: AnswerInTrouble(FROZEN, lights=ASIC_LOST),
+    ModuleFault.REMOVED: AnswerInTrouble((0,) * WORDS, lights=UNPOWERED),
+    ModuleFault.FATAL_ERROR: AnswerInTrouble(
+        (EVERY_BIT & ~FATAL_CLEARS, *FROZEN[1:]), linked=True, lights=DIAGNOSTICS_FAILED
+    ),
+}
+"""By fault; the image is the last one before it."""
