@@ -1,4 +1,4 @@
-"""The table of docs/run.md of what the PLC sees of a 3601 in trouble: faults by masks, the rest from a module.
+"""The table of docs/run.md of what the PLC sees of a 3601 in trouble: faults by masks, the rest measured.
 
 python tests/tools/answers_page.py            say whether the page has it
 python tests/tools/answers_page.py --write    write it
