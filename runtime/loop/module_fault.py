@@ -8,9 +8,9 @@
                                                     both axis lights alternate
     ASIC_LOST       the last one                    like LINK_LOST; both axis lights blink
 
-The manual names these states by their lights and by the Module OK bit only [chapter 1, Front Panel; chapter 6,
-The Module OK Flag; readings A-88, A-117]; `runtime.modules.amci3601.trouble` has the image bit by bit. They are
-hooks for tests of a user's logic and never occur by themselves.
+The manual names these states by their lights and by the Module OK bit only [chapter 1, Front Panel;
+chapter 6, The Module OK Flag; readings A-88, A-117]; `runtime.modules.amci3601.trouble` has the image
+bit by bit. They are hooks for tests of a user's logic and never occur by themselves.
 """
 
 from __future__ import annotations
