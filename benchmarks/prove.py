@@ -15,8 +15,12 @@ ratio does not depend on the computer.
 from __future__ import annotations
 
 import argparse
+import os
+import re
 import statistics
+import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -24,10 +28,10 @@ from random import Random
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "support"))
 
-from proofs import Proofs
+from proofs import Proofs, program_text
 from scanrack.ladder.build.runnable import LadderLogic
 from scanrack.ladder.files.rungfile import parse_program
-from scanrack.ladder.prove.difference import Difference, compare
+from scanrack.ladder.prove.difference import Difference, compare, random_runs
 from scanrack.ladder.prove.induction import Limits, Verdict, VerdictKind, prove
 from scanrack.ladder.prove.monitors import monitored
 from scanrack.ladder.prove.questions import Answers, ask
@@ -241,6 +245,68 @@ def edit(smoke: bool) -> None:
     assert not compare(old, parse_program(machine(rungs, timers))).changed
 
 
+def edits(smoke: bool) -> None:
+    """Drop or negate a contact of random programs: what 1,000 random scans tell apart is told."""
+    begin, told, seen, silent = time.process_time(), 0, 0, 0
+    for seed in range(4 if smoke else 200):
+        rng = Random(seed)
+        text = program_text(rng)
+        other = edited_text(text, rng)
+        if other is None:
+            continue
+        old, new = parse_program(text), parse_program(other)
+        problems = [ProgramSystem(each) for each in (old, new)]
+        keys = sorted(set.intersection(*(set(each.key_of.values()) for each in problems)))
+        apart = random_runs(*problems, [key for key in keys if "~" not in key[0]], 20 if smoke else 84)
+        changed = {each.key for each in compare(old, new).changed}
+        assert apart.keys() <= changed, (seed, apart.keys() - changed)
+        told += len(changed)
+        seen += len(apart)
+        silent += not changed
+    text = f"{seen} values differ in 1,000 random scans, {told} are told, {silent} edits change nothing"
+    said("edits", time.process_time() - begin, text)
+
+
+def edited_text(text: str, rng: Random) -> str | None:
+    """Return a program with one contact left out or negated; None if it has none."""
+    contacts = list(re.finditer(r"(XIC|XIO)\(\w+(?:\.\w+)?\)", text))
+    if not contacts:
+        return None
+    at = rng.choice(contacts)
+    other = "XIO" if at[1] == "XIC" else "XIC"
+    instead = "" if rng.random() < 0.5 and text[at.end()] not in ",]" else other + at[0][3:]
+    return text[: at.start()] + instead + text[at.end() :]
+
+
+def twice(smoke: bool) -> None:
+    """Run whole commands twice, with other orders of hashes: the same text but for times; not if short."""
+    if smoke:
+        return
+    begin = time.perf_counter()
+    examples = Path(__file__).parents[1] / "examples"
+    files = [examples / "three_stations_ladder/line.toml", examples / "feeder/feeder.toml"]
+    with tempfile.TemporaryDirectory() as folder:
+        (Path(folder) / "presses.rung").write_text(PRESSES)
+        for file in (Path(folder) / "presses.rung", *files):
+            one, other = (_said(file, folder, seed) for seed in ("1", "2"))
+            assert one == other, file
+    said("twice", time.perf_counter() - begin, f"{1 + len(files)} programs: the same text")
+
+
+def _said(file: Path, folder: str, hash_seed: str) -> str:
+    """Return what a command says, without its times."""
+    done = subprocess.run(
+        (sys.executable, "-m", "scanrack", "prove", str(file), "--out", "out"),
+        cwd=folder,
+        env={**os.environ, "PYTHONHASHSEED": hash_seed},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode in (0, 1, 3), done.stderr
+    return re.sub(r"\d+\.\d\d s", "", done.stdout)
+
+
 def attack(smoke: bool, scans: int = 1_000_000) -> None:
     """Prove what can be of random programs; attack it with random scans."""
     found, seed = Proofs(), 0
@@ -255,7 +321,15 @@ def attack(smoke: bool, scans: int = 1_000_000) -> None:
     assert not found.broken, found.broken
 
 
-PARTS = {"machines": machines, "coils": coils, "presses": presses, "edit": edit, "attack": attack}
+PARTS = {
+    "machines": machines,
+    "coils": coils,
+    "presses": presses,
+    "edit": edit,
+    "edits": edits,
+    "twice": twice,
+    "attack": attack,
+}
 
 
 def main() -> None:

@@ -282,13 +282,15 @@ class _Comparison:
         return ChangedValue(key, now, verdict.scans if confirmed else by_chance, inputs)
 
 
-def random_runs(old: ProgramSystem, new: ProgramSystem, keys: Sequence[Key]) -> dict[Key, tuple[ScanOf, ...]]:
+def random_runs(
+    old: ProgramSystem, new: ProgramSystem, keys: Sequence[Key], runs: int = RUNS
+) -> dict[Key, tuple[ScanOf, ...]]:
     """Run both compiled programs with equal random inputs; return a run for each value that differs."""
     free = _free(old) | _free(new)
     places = {name: (new if name in new.key_of else old).key_of[name] for name in free}
     found: dict[Key, tuple[ScanOf, ...]] = {}
     rng, left = Random(1), list(keys)
-    for _ in range(RUNS if keys else 0):
+    for _ in range(runs if keys else 0):
         engines = old.program.compile(), new.program.compile()
         likely = {name: rng.choice((0.1, 0.5, 0.9)) for name in free}
         scans: list[ScanOf] = []

@@ -331,12 +331,10 @@ class _Steps:
 
     def help(self, cone: dict[str, T]) -> None:
         """Find invariants, or take those of a question with the same cone; start again with them."""
-        known = self.system.invariants
-        key = self.system.contract, frozenset(cone)
-        spent = 0
+        known, key = self.system.invariants, (self.system.contract, tuple(cone))
         if key not in known:
-            known[key], spent = invariants(self.system, cone, self.limits.steps)
-        self.found = known[key]
+            known[key] = invariants(self.system, cone, self.limits.steps)
+        self.found, spent = known[key]  # found again or not: the same steps, and so the same verdict
         self._before, self._solver = self.spent + spent, Solver(self.limits.steps)
         self._last, self._open, self.k = None, True, -1
 

@@ -196,7 +196,7 @@ class _Asking:
         if self.spent[rule] >= self.budget:
             return Verdict(blame=(f"the limit of steps for all questions of {rule or 'a program'}",))
         verdict = prove(system, t, limits, fault=fault)
-        self.spent[rule] += 1 + verdict.spent
+        self.spent[rule] += 1 + min(verdict.spent, limits.total)
         if verdict.kind is not VerdictKind.UNKNOWN and system is self.system:
             (self.impossible if verdict else self.possible).add(t)
         return verdict

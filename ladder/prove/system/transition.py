@@ -79,7 +79,7 @@ class System:
         likely: values that random scans give a free variable often, by its name.
         least_ms: least time between scans.
         follows: whether `deep` never holds; None before it is known.
-        invariants: found so far, by contract and cone.
+        invariants: found so far, with the solver's steps, by contract and cone.
     """
 
     next: dict[str, T] = field(default_factory=dict)
@@ -94,7 +94,7 @@ class System:
     likely: dict[str, Sequence[int]] = field(default_factory=dict)
     least_ms: int = 1
     follows: bool | None = None
-    invariants: dict[tuple[T, frozenset[str]], Any] = field(default_factory=dict)
+    invariants: dict[tuple[T, tuple[str, ...]], Any] = field(default_factory=dict)
 
     def role(self, name: str) -> str:
         """`state`, `held`, or `free`."""
